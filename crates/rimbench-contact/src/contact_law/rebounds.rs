@@ -111,17 +111,17 @@ impl Rebounds {
         if self.plastic[contact] { 0.0 } else { restitution }
     }
 
-    /// Notes which contacts are hit, `own` being the approach (m/s) up to which each rests, with a minus sign where it is plastic; says
-    /// whether one is.
+    /// Notes which contacts are hit, and says whether one is; `own` tells the approach (m/s) up to which a contact rests, and whether it is
+    /// plastic.
     #[inline]
-    pub fn record_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> f64) -> bool {
+    pub fn record_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> (f64, bool)) -> bool {
         let changes = rows.w.iter().zip(rows.free).map(|(w, free)| (*w, free - w));
         let rounding = rounding_velocity(step.tolerance, changes);
         self.any = false;
         for (contact, (hit, &gap)) in self.rebounding.iter_mut().zip(rows.gap).enumerate() {
-            let own = own(contact);
-            self.plastic[contact] = own.is_sign_negative();
-            *hit = is_hit(gap, rows.w[contact], rounding.max(own.abs()), step.closing_time);
+            let (own, plastic) = own(contact);
+            self.plastic[contact] = plastic;
+            *hit = is_hit(gap, rows.w[contact], rounding.max(own), step.closing_time);
             self.any |= *hit;
         }
         self.any
@@ -235,7 +235,7 @@ mod tests {
     fn rebounding(h: [[f64; 2]; 2], gap: [f64; 2], w: [f64; 2], free: [f64; 2]) -> [bool; 2] {
         let mut rebounds = Rebounds::new(2, 2);
         let rows = ImpactRows { gap: &gap, w: &w, free: &free };
-        if rebounds.record_hits(&STEP, rows, |_| 0.0) {
+        if rebounds.record_hits(&STEP, rows, |_| (0.0, false)) {
             let solve = |b: &[f64], p: &mut [f64], y: &mut [f64]| {
                 // Two contacts: projected Gauss–Seidel.
                 p.fill(0.0);

@@ -54,8 +54,9 @@ pub struct ReducedInterfaceModel {
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
-    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s, with a minus sign (−0 too) of a contact that never
-    /// rebounds; empty where nothing does, or where it is not known. See
+    /// Which contacts are plastic whatever the restitution of the others; empty where none is.
+    pub plastic: Vec<bool>,
+    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s; empty where nothing rebounds, or where it is not known. See
     /// [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach).
     pub discretisation_approach: Vec<f64>,
     /// The mechanics' own step, s.
@@ -113,6 +114,7 @@ impl ReducedInterfaceModel {
             at_bound: vec![false; contacts],
             stabilisation: 0.0,
             restitution: 0.0,
+            plastic: Vec::new(),
             discretisation_approach: Vec::new(),
             mechanics_step: 0.0,
             spring: None,
@@ -327,10 +329,16 @@ impl ReducedInterfaceModel {
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact] || leaves(contact)));
     }
 
-    /// Returns the largest approach w₀ of a contact that is no impact, m/s, with a minus sign of a contact that never rebounds.
+    /// Returns the largest approach w₀ of a contact that is no impact, m/s, and whether the contact is plastic.
     #[inline]
-    pub fn signed_approach_of(&self, contact: usize) -> f64 {
-        self.discretisation_approach.get(contact).copied().unwrap_or(0.0)
+    pub fn own_approach_of(&self, contact: usize) -> (f64, bool) {
+        (self.discretisation_approach.get(contact).copied().unwrap_or(0.0), self.is_plastic(contact))
+    }
+
+    /// Tells whether a contact is plastic, whatever the restitution of the others.
+    #[inline]
+    pub fn is_plastic(&self, contact: usize) -> bool {
+        self.plastic.get(contact).copied().unwrap_or(false)
     }
 
     /// Returns the gap term of the mechanics' own next step for one contact, m/s; see [`gap_velocity`].

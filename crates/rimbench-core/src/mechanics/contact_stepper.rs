@@ -215,16 +215,14 @@ impl ContactStepper {
             (None, None) => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),
         };
         self.law.apply_to(&mut model);
-        // Keeps which contacts are plastic.
-        model.discretisation_approach.copy_from_slice(&self.eq4.discretisation_approach);
+        model.plastic.clone_from(&self.eq4.plastic);
         model
     }
 
     /// Makes a contact plastic, where others rebound.
     pub(super) fn make_plastic(&mut self, contact: usize) {
-        if let Some(approach) = self.eq4.discretisation_approach.get_mut(contact) {
-            *approach = -0.0;
-        }
+        self.eq4.plastic.resize(self.eq4.contacts(), false);
+        self.eq4.plastic[contact] = true;
     }
 
     /// Marks Eq. 4 as outdated, as Eq. 3 is that of a new state.

@@ -191,7 +191,7 @@ impl<S: ContactSolver> Complementarity<S> {
     fn find_rebounds(&mut self, model: FrozenModel<'_>, state: &mut ModelState, rows: usize) -> Result<(), Failure> {
         let n = model.discretised.contacts();
         let step = impact_step(model, self.solver.tolerance());
-        let own = |slot: usize| model.received.signed_approach_of(model.set[slot]);
+        let own = |slot: usize| model.received.own_approach_of(model.set[slot]);
         let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
         if self.rebounds.record_hits(&step, impact, own) {
             self.look_ahead(model, &step, state, rows)?;

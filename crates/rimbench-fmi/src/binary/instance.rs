@@ -281,7 +281,10 @@ impl Instance {
                         Model::W => model.w.iter().try_for_each(|value| put(*value))?,
                         Model::Gap => model.gap.iter().try_for_each(|value| put(*value))?,
                         Model::OwnApproach => {
-                            (0..model.contacts()).try_for_each(|contact| put(model.signed_approach_of(contact)))?;
+                            // A minus sign, also of zero, says that the contact is plastic.
+                            let signed = |(own, plastic): (f64, bool)| if plastic { -own } else { own };
+                            (0..model.contacts())
+                                .try_for_each(|contact| put(signed(model.own_approach_of(contact))))?;
                         }
                         Model::Position => model.position.iter().try_for_each(|value| put(*value))?,
                         Model::Stabilisation => put(model.stabilisation)?,

@@ -110,7 +110,7 @@ impl ImportedSide {
         (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
         empty.spring = filled.spring;
         if filled.restitution > 0.0 {
-            empty.discretisation_approach = vec![0.0; size.contacts];
+            (empty.discretisation_approach, empty.plastic) = (vec![0.0; size.contacts], vec![false; size.contacts]);
         }
         empty.friction.copy_from_slice(&filled.friction);
         (empty.stiction, empty.tangential_restitution) = (filled.stiction, filled.tangential_restitution);
@@ -158,7 +158,10 @@ impl ImportedSide {
         model.gap.copy_from_slice(next(contacts)?);
         let own = next(contacts)?;
         if !model.discretisation_approach.is_empty() {
-            model.discretisation_approach.copy_from_slice(own);
+            for ((approach, plastic), own) in model.discretisation_approach.iter_mut().zip(&mut model.plastic).zip(own)
+            {
+                (*approach, *plastic) = (own.abs(), own.is_sign_negative());
+            }
         }
         model.stabilisation = next(1)?[0];
         model.restitution = next(1)?[0];

@@ -106,7 +106,7 @@ impl Rebounding {
             }
         }
         let state = ImpactRows { gap: &eq4.gap, w: &eq4.w[..rows], free: &self.free };
-        if self.rebounds.record_hits(&step, state, |contact| eq4.signed_approach_of(contact)) {
+        if self.rebounds.record_hits(&step, state, |contact| eq4.own_approach_of(contact)) {
             contacts.begin_trials(eq4);
             self.rebounds
                 .look_ahead(&step, state, |b, impulses, velocities| contacts.try_solve(eq4, b, impulses, velocities))?;
@@ -128,7 +128,7 @@ impl Rebounding {
     /// Writes to Eq. 4 of a step `h` (s) the approach w₀ of contacts at rest that the discretisation causes, at the velocities `v`.
     ///
     /// Where w₀ is not zero, rounding is added. Contacts that touched in neither of the last two steps do not rest: any approach is an
-    /// impact. Plastic contacts keep their minus sign.
+    /// impact.
     pub(super) fn write_approach(&mut self, eq3: &Linearisation, v: &[f64], h: f64, eq4: &mut ReducedInterfaceModel) {
         let rows = eq4.w.iter().zip(&eq4.a).map(|(w, a)| (*w, h * a));
         let rounding = rounding_velocity(self.tolerance, rows.take(eq4.interface_start()));
@@ -137,16 +137,12 @@ impl Rebounding {
         for (contact, own) in eq4.discretisation_approach.iter_mut().enumerate() {
             let corrected = if jointed { eq4.w[contact] - rows.velocity(contact, v) } else { 0.0 };
             coming[contact] = discretisation_approach(h, rows.convective[contact], corrected);
-            let plastic = own.is_sign_negative();
             *own = if touched[contact] || touched_before[contact] {
                 coming[contact].max(last[contact]).max(before[contact])
             } else {
                 0.0
             };
             *own += if *own > 0.0 { rounding } else { 0.0 };
-            if plastic {
-                *own = -*own;
-            }
         }
     }
 
