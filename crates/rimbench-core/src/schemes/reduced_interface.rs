@@ -15,6 +15,7 @@ mod contact_set;
 mod effective_mass;
 mod forecast;
 mod gap_law;
+mod model_end;
 mod second_order;
 #[cfg(test)]
 mod tests;
@@ -32,8 +33,7 @@ use super::recorded_modes::RecordedModes;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, ModelEnd, Sample, SchemeReport, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
-use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::StepContactLaw;
+use rimbench_contact::affine_step::{DiscretisedModel, StepContactLaw};
 
 /// A coupling scheme made from a reduced interface model.
 #[derive(Clone)]
@@ -127,14 +127,6 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Writes the input of one row at the end of a micro step of the second order.
-    pub(super) fn row_at_end(&self, to: Side, row: usize, u: &mut [f64]) {
-        if to == Side::Actuator && self.feedthrough.is_on() {
-            let rows = self.state.position.len();
-            (u[row], u[rows + row]) = (self.state.position[row], self.state.w[self.discretised.contacts() + row]);
-        }
-    }
-
     /// Records which contacts carried impulse in the first micro step, and stick or slip, before `w` and `w⁺` are swapped.
     #[inline(never)]
     fn record_first_step(&mut self) {
@@ -205,23 +197,7 @@ impl CouplingScheme for ReducedInterface {
     }
 
     fn model_end(&mut self) -> Option<ModelEnd<'_>> {
-        let ReducedInterface { set, model, contacts, law, state, .. } = self;
-        if !model.stays() || model.received.delassus_pattern().is_some() {
-            return None;
-        }
-        if !matches!(contacts, ModelContacts::Bilateral) {
-            // The micro steps of a critical region may not have been written down yet.
-            contacts.change_matrix(law, state);
-            let rows = contacts.rows(set.contacts());
-            return Some(ModelEnd { rows, w: &state.w[..rows.len()] });
-        }
-        // Bilateral contacts stand still, or follow their gap term; they have no use for impulses.
-        let (received, current) = (&model.received, &model.current);
-        for (w, &contact) in state.impulses.iter_mut().zip(set.contacts()) {
-            *w = received.w[contact] - current.w[contact];
-        }
-        (!received.has_friction())
-            .then(|| ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()] })
+        self.end_of_macro_step()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

@@ -1,10 +1,18 @@
 //! Micro steps of the second order: the force in the middle of the step depends on the mean motion, for which both are solved.
 
 use super::ReducedInterface;
-use crate::cosim::MicroStep;
+use crate::cosim::{MicroStep, Side};
 use crate::error::Failure;
 
 impl ReducedInterface {
+    /// Writes the input of one row at the end of a micro step of the second order.
+    pub(in super::super) fn row_at_end(&self, to: Side, row: usize, u: &mut [f64]) {
+        if to == Side::Actuator && self.feedthrough.is_on() {
+            let rows = self.state.position.len();
+            (u[row], u[rows + row]) = (self.state.position[row], self.state.w[self.discretised.contacts() + row]);
+        }
+    }
+
     /// Writes the mean position and velocity of a micro step under the force `own`, taken in its middle with the inputs `u` of its start.
     ///
     /// ```text

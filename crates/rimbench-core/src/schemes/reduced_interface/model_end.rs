@@ -1,0 +1,29 @@
+//! Where the contacts of the model end, for the account of the energy that it created.
+
+use super::ReducedInterface;
+use crate::cosim::ModelEnd;
+use crate::schemes::model_contacts::ModelContacts;
+
+impl ReducedInterface {
+    /// Returns the velocities w (m/s) of the model's contacts at the end of the macro step; none where its matrices moved, where only their
+    /// non-zeros are kept, and of bilateral contacts with friction.
+    pub(super) fn end_of_macro_step(&mut self) -> Option<ModelEnd<'_>> {
+        let ReducedInterface { set, model, contacts, law, state, .. } = self;
+        if !model.stays() || model.received.delassus_pattern().is_some() {
+            return None;
+        }
+        if !matches!(contacts, ModelContacts::Bilateral) {
+            // The micro steps of a critical region may not have been written down yet.
+            contacts.change_matrix(law, state);
+            let rows = contacts.rows(set.contacts());
+            return Some(ModelEnd { rows, w: &state.w[..rows.len()] });
+        }
+        // Bilateral contacts stand still, or follow their gap term; they have no use for impulses.
+        let (received, current) = (&model.received, &model.current);
+        for (w, &contact) in state.impulses.iter_mut().zip(set.contacts()) {
+            *w = received.w[contact] - current.w[contact];
+        }
+        (!received.has_friction())
+            .then(|| ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()] })
+    }
+}
