@@ -1,4 +1,4 @@
-//! Heaps and rows of which few contacts meet, against the same with every entry kept.
+//! Heaps and rows of which few contacts are coupled, against the same with every entry kept.
 //!
 //! A solver behind a trait object is given dense problems: with it mechanics and schemes keep everything.
 

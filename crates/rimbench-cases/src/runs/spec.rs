@@ -296,7 +296,7 @@ impl RunSpec {
             let model = sides.mechanics.capabilities().empty_interface_model().filter(|_| follows)?;
             model.contact_rows().map(|_| {
                 let why =
-                    "a model with contacts by the dozen, of which few meet, has micro steps of the first order only";
+                    "a model with contacts by the dozen, of which few are coupled, has micro steps of the first order only";
                 format!("actuator_integrator = {}: {why}", self.actuator_integrator)
             })
         })

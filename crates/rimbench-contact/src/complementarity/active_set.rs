@@ -1,12 +1,12 @@
 //! Symmetric principal pivoting from the last active set: the default solver.
 //!
-//! The problem is the optimality condition of `min ½ zᵀ M z + qᵀ z`, `z ≥ 0`. Keller's method walks over active sets
-//! `A` on which `z_A = −M_AA⁻¹ q_A ≥ 0`, and takes the violated contact in, the one that lowers the objective most:
+//! The problem is the optimality condition of `min ½ Pᵀ H P + bᵀ P`, `P ≥ 0`. Keller's method walks over active sets
+//! `A` on which `P_A = −H_AA⁻¹ b_A ≥ 0`, and takes the violated contact in, the one that lowers the objective most:
 //!
 //! ```text
-//! drive j:    z_j = t,  z_A(t) = z_A − t p,  w_j(t) = w_j + t d     M_AA p = M_Aj,  d = M_jj − M_jA p
+//! drive j:    P_j = t,  P_A(t) = P_A − t y,  w_j(t) = w_j + t d     H_AA y = H_Aj,  d = H_jj − H_jA y
 //! complete:   t = −w_j / d          j enters A
-//! blocked:    t = z_k / p_k         k leaves A and the drive goes on
+//! blocked:    t = P_k / y_k         k leaves A and the drive goes on
 //! ```
 //! If row `j` depends on the rows in `A`, then `d = 0` and the drive follows a ray until it is blocked, after which `j`
 //! is independent of what is left: a singular matrix is never factorised. A ray that nothing blocks proves that the
@@ -15,7 +15,7 @@
 //! and the pivots are bounded.
 //!
 //! In a simulation the next problem has almost always the active set of the last one: then the answer is one
-//! factorisation of `M_AA` (with more than four members none if `M` is the same as before) and one look at `w`.
+//! factorisation of `H_AA` (with more than four members none if `H` is the same as before) and one look at `w`.
 //!
 //! # Source
 //! Keller, *The general quadratic optimization problem*, Math. Programming 5 (1973); Cottle, Pang, Stone, *The Linear
@@ -32,18 +32,18 @@ use warm_start::WarmStart;
 /// A row is dependent if its pivot `d` is below this part of its diagonal: far above the rounding of `d` (about
 /// 1e-15), far below what distinguishes two contacts.
 pub(super) const DEPENDENT: f64 = 1e-11;
-/// A violation below this part of `‖q‖_∞` is no reason to pivot; the accepted residual is 1e-9.
+/// A violation below this part of `‖b‖_∞` is no reason to pivot; the accepted residual is 1e-9.
 pub(super) const NEGLIGIBLE: f64 = 1e-13;
-/// Pivots on one factor before it is computed anew although `M` is the same.
+/// Pivots on one factor before it is computed anew although `H` is the same.
 pub(super) const REFRESH: u32 = 64;
-/// A violation on an unblocked ray up to this part of `‖q‖_∞` is rounding, not a proof of infeasibility.
+/// A violation on an unblocked ray up to this part of `‖b‖_∞` is rounding, not a proof of infeasibility.
 pub(super) const RAY_NOISE: f64 = 1e-10;
 /// A component of the direction below this part (squared, scaled by the diagonals) does not block.
 pub(super) const NO_MOTION: f64 = 1e-24;
 
 /// Keller's method with warm start. See the module for the algorithm.
 ///
-/// Guaranteed for symmetric positive semidefinite `M` when a solution exists. Free of allocation up to `capacity`.
+/// Guaranteed for symmetric positive semidefinite `H` when a solution exists. Free of allocation up to `capacity`.
 #[derive(Debug, Clone)]
 pub struct ActiveSet {
     /// Size of the last problem; the warm start is forgotten when it changes.
@@ -56,15 +56,15 @@ pub struct ActiveSet {
     factor: Factor,
     /// The matrix the factor belongs to.
     factored: Buffer<f64, 64>,
-    /// True if that is also the matrix of the last problem, of which sometimes only `q` is looked at.
+    /// True if that is also the matrix of the last problem, of which sometimes only `b` is looked at.
     seen: bool,
     /// The matrix without its zeros, read once it comes again.
     rows: SparseRows,
     rows_read: bool,
     /// Updates of the factor since it was computed; `None` if there is none to reuse.
     age: Option<u32>,
-    z_a: Buffer<f64, 8>,
-    p: Buffer<f64, 8>,
+    p_a: Buffer<f64, 8>,
+    y: Buffer<f64, 8>,
     w: Buffer<f64, 8>,
 }
 
@@ -83,8 +83,8 @@ impl ActiveSet {
             rows: SparseRows::new(capacity),
             rows_read: false,
             age: None,
-            z_a: Buffer::new(capacity),
-            p: Buffer::new(capacity),
+            p_a: Buffer::new(capacity),
+            y: Buffer::new(capacity),
             w: Buffer::new(capacity),
         }
     }
@@ -97,8 +97,8 @@ impl ActiveSet {
     /// Computes the natural residual of an answer to a problem with the matrix of the one before: the same sums, once the matrix has been
     /// read without its zeros.
     #[inline(always)]
-    pub(super) fn residual_again(&self, lcp: Lcp<'_>, z: &[f64]) -> f64 {
-        if self.seen && self.rows_read { residual_of_rows(lcp, &self.rows, z) } else { lcp.natural_residual(z) }
+    pub(super) fn residual_again(&self, lcp: Lcp<'_>, p: &[f64]) -> f64 {
+        if self.seen && self.rows_read { residual_of_rows(lcp, &self.rows, p) } else { lcp.natural_residual(p) }
     }
 
     fn resize(&mut self, n: usize) {
@@ -108,34 +108,34 @@ impl ActiveSet {
         self.is_active.grow(n);
         self.factored.grow(n * n);
         self.rows.reserve(n);
-        self.z_a.grow(n);
-        self.p.grow(n);
+        self.p_a.grow(n);
+        self.y.grow(n);
         self.w.grow(n);
         self.factor.clear(n);
         self.reset();
     }
 
-    /// Factorises `M_AA` for the active set at hand, leaving out members that became dependent; false if the factor
-    /// at hand is still that of `M`.
+    /// Factorises `H_AA` for the active set at hand, leaving out members that became dependent; false if the factor
+    /// at hand is still that of `H`.
     #[inline]
-    fn factorise(&mut self, m: &[f64], again: bool) -> bool {
-        let factored = &mut self.factored[..m.len()];
-        let same = again && self.seen || same_entries(factored, m);
-        debug_assert!(!same || same_entries(factored, m), "the matrix is said to be that of the problem before");
+    fn factorise(&mut self, h: &[f64], again: bool) -> bool {
+        let factored = &mut self.factored[..h.len()];
+        let same = again && self.seen || same_entries(factored, h);
+        debug_assert!(!same || same_entries(factored, h), "the matrix is said to be that of the problem before");
         self.seen = true;
         if same && self.age.is_some_and(|age| age < REFRESH) {
             return false;
         }
         if !same {
-            factored.copy_from_slice(m);
+            factored.copy_from_slice(h);
             self.rows_read = false;
         }
         self.factor.clear(self.n);
         let mut kept = 0;
         for position in 0..self.len {
             let j = self.set[position];
-            let d = self.factor.border(m, &self.set[..kept], j);
-            if d > DEPENDENT * m[j * self.n + j] {
+            let d = self.factor.border(h, &self.set[..kept], j);
+            if d > DEPENDENT * h[j * self.n + j] {
                 self.factor.push(d);
                 self.set[kept] = j;
                 kept += 1;
@@ -148,25 +148,25 @@ impl ActiveSet {
         true
     }
 
-    fn write(&self, z: &mut [f64]) {
+    fn write(&self, p: &mut [f64]) {
         // Zeros, but not by a library call; see `attempt`.
-        z.iter_mut().zip(&self.w[..]).for_each(|(z, w)| *z = 0.0 * w.abs());
-        for (&i, &z_i) in self.active_set().iter().zip(&self.z_a[..]) {
-            z[i] = z_i;
+        p.iter_mut().zip(&self.w[..]).for_each(|(p, w)| *p = 0.0 * w.abs());
+        for (&i, &p_i) in self.active_set().iter().zip(&self.p_a[..]) {
+            p[i] = p_i;
         }
     }
 
-    fn give_up(&mut self, z: &mut [f64]) -> Unsolved {
-        self.write(z);
+    fn give_up(&mut self, p: &mut [f64]) -> Unsolved {
+        self.write(p);
         self.reset();
         Unsolved::NotFound { residual: f64::INFINITY }
     }
 
     #[inline(always)]
-    fn solve_from_last_set(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
+    fn solve_from_last_set(&mut self, lcp: Lcp<'_>, p: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if n == self.n {
-            match self.solve_few(lcp, z) {
+            match self.solve_few(lcp, p) {
                 WarmStart::Zero => {
                     self.seen &= again;
                     return Ok(SolveStats::default());
@@ -178,17 +178,17 @@ impl ActiveSet {
                 WarmStart::Rejected => {}
             }
         }
-        self.solve_any(Lcp::new(lcp.h(), lcp.b), z, again)
+        self.solve_any(Lcp::new(lcp.h(), lcp.b), p, again)
     }
 
     /// Apart from the usual case, which does not pay for its frame.
     #[inline(never)]
-    fn solve_any(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
+    fn solve_any(&mut self, lcp: Lcp<'_>, p: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if lcp.is_solved_by_zero()? {
             self.seen &= again;
             // Not `fill`: the library call it becomes costs 20 ns here, half of this path (`benches/solvers.rs`).
-            z.iter_mut().zip(lcp.b).for_each(|(z, q)| *z = 0.0 * q);
+            p.iter_mut().zip(lcp.b).for_each(|(p, b)| *p = 0.0 * b);
             return Ok(SolveStats::default());
         }
         if n != self.n {
@@ -199,17 +199,17 @@ impl ActiveSet {
             self.rows.read(lcp.h(), n);
             self.rows_read = true;
         }
-        self.pivot_to_solution(lcp, z, stats)
+        self.pivot_to_solution(lcp, p, stats)
     }
 }
 
 /// Computes the natural residual of a problem whose matrix is the one that `rows` has read: the same sums without their zeros.
 #[inline]
-pub(super) fn residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, z: &[f64]) -> f64 {
+pub(super) fn residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, p: &[f64]) -> f64 {
     if !rows.holds() {
-        return lcp.natural_residual(z);
+        return lcp.natural_residual(p);
     }
-    lcp.residual_of(z, |i| rows.row(i).map(|(j, h_ij)| h_ij * z[j]).sum::<f64>() + lcp.b[i])
+    lcp.residual_of(p, |i| rows.row(i).map(|(j, h_ij)| h_ij * p[j]).sum::<f64>() + lcp.b[i])
 }
 
 /// Blocks of the size of a cache line or more are compared at once, without an exit in between.
@@ -221,13 +221,13 @@ fn same_entries(a: &[f64], b: &[f64]) -> bool {
 
 impl ComplementaritySolver for ActiveSet {
     #[inline(always)]
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.solve_from_last_set(lcp, z, false)
+    fn attempt(&mut self, lcp: Lcp<'_>, p: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.solve_from_last_set(lcp, p, false)
     }
 
     #[inline(always)]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.solve_from_last_set(lcp, z, true)
+    fn attempt_again(&mut self, lcp: Lcp<'_>, p: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.solve_from_last_set(lcp, p, true)
     }
 
     fn reset(&mut self) {

@@ -14,7 +14,7 @@
 //!
 //! A solver only proposes impulses ([`ComplementaritySolver::attempt`]); whether they are a solution is decided by the natural
 //! residual, the same for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is
-//! known by its [`SolverEntry`]; those that a program may choose from stand in its catalogue.
+//! known by its [`SolverEntry`](crate::solver_entry::SolverEntry); those that a program may choose from stand in its catalogue.
 
 mod active_set;
 mod checked;

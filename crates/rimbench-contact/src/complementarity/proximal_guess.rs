@@ -1,14 +1,14 @@
 //! Which of many contacts push, found for all of them at once: the guess from which [`SparseActiveSet`](super::SparseActiveSet) goes on.
 //!
-//! One proximal step of the contact problem, from the impulses `p`, is the problem of contacts that give way a little:
+//! One proximal step of the contact problem, from the impulses `p_0`, is the problem of contacts that give way a little:
 //!
 //! ```text
-//! w = M z + q,   w + μ (z − p) ≥ 0 ⟂ z ≥ 0        μ = 1e-4 max M_ii
+//! w = H P + b,   w + μ (P − p_0) ≥ 0 ⟂ P ≥ 0        μ = 1e-4 max H_ii
 //! ```
-//! Contacts that depend on each other do not trouble it: `M + μ` is regular. Newton's method on the equivalent minimum
+//! Contacts that depend on each other do not trouble it: `H + μ` is regular. Newton's method on the equivalent minimum
 //!
 //! ```text
-//! φ(z) = ½ zᵀ M z + 1/(2μ) Σ max(0, μ p − w)²
+//! φ(P) = ½ Pᵀ H P + 1/(2μ) Σ max(0, μ p_0 − w)²
 //! ```
 //! changes all wrong contacts at once, and goes along each direction as far as φ decreases: φ is convex and made of parabolas, so that the
 //! exact minimum takes one pass over the contacts that change on the way. Without that, contacts of a heap throw each other over.
@@ -25,17 +25,17 @@ const DIRECTIONS: u32 = 40;
 /// Up to one in so many contacts enters or leaves the factor by itself, rather than all of it being computed anew.
 const ONE_BY_ONE: usize = 8;
 
-/// Below this part of the largest `q`, what a contact has too much or too little is rounding, and changes nothing.
+/// Below this part of the largest `b`, what a contact has too much or too little is rounding, and changes nothing.
 const ROUNDING: f64 = 1e-13;
 
 /// Room to guess in.
 #[derive(Debug, Clone)]
 pub(super) struct ProximalGuess {
     factor: SparseFactor,
-    /// `μ p`, the velocities, and by how much the direction changes impulses and velocities.
+    /// `μ p_0`, the velocities, and by how much the direction changes impulses and velocities.
     centre: Vec<f64>,
     w: Vec<f64>,
-    dz: Vec<f64>,
+    dp: Vec<f64>,
     dw: Vec<f64>,
     /// Where on a direction a contact begins or ends to push, and which.
     bends: Vec<(f64, u32)>,
@@ -49,7 +49,7 @@ impl ProximalGuess {
             factor: SparseFactor::new(pattern),
             centre: vec![0.0; n],
             w: vec![0.0; n],
-            dz: vec![0.0; n],
+            dp: vec![0.0; n],
             dw: vec![0.0; n],
             bends: Vec::with_capacity(n),
         }
@@ -60,23 +60,23 @@ impl ProximalGuess {
         self.factor.change_pattern(pattern);
     }
 
-    /// Writes the impulses of the proximal step from `p` to `z`, looked for from the contacts of which `pushes` says so; returns the number
+    /// Writes the impulses of the proximal step from `p_0` to `P`, looked for from the contacts of which `pushes` says so; returns the number
     /// of factorisations.
     pub(super) fn find(
         &mut self,
-        m: SymmetricRows<'_>,
-        q: &[f64],
+        h: SymmetricRows<'_>,
+        b: &[f64],
         pushes: impl Fn(usize) -> bool,
-        p: &[f64],
-        z: &mut [f64],
+        p_0: &[f64],
+        p: &mut [f64],
     ) -> u32 {
-        let n = q.len();
-        let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(m.diagonal(i)));
-        let rounding = ROUNDING * largest_entry(q);
-        let Self { factor, centre, w, dz, dw, .. } = self;
-        centre.iter_mut().zip(p).for_each(|(centre, p)| *centre = mu * p);
-        factor.factorise(m, mu, 0.0, pushes);
-        minimum_of_piece(m, q, centre, factor, z, w);
+        let n = b.len();
+        let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(h.diagonal(i)));
+        let rounding = ROUNDING * largest_entry(b);
+        let Self { factor, centre, w, dp, dw, .. } = self;
+        centre.iter_mut().zip(p_0).for_each(|(centre, p_0)| *centre = mu * p_0);
+        factor.factorise(h, mu, 0.0, pushes);
+        minimum_of_piece(h, b, centre, factor, p, w);
         let mut factorisations = 1;
         for _ in 0..DIRECTIONS {
             let changes = |factor: &SparseFactor, i: usize| {
@@ -90,47 +90,47 @@ impl ProximalGuess {
             if count * ONE_BY_ONE <= n {
                 for i in 0..n {
                     if changes(factor, i) {
-                        if factor.contains(i) { factor.leave(i) } else { factor.enter(m, i, mu) }
+                        if factor.contains(i) { factor.leave(i) } else { factor.enter(h, i, mu) }
                     }
                 }
             } else {
                 // The factor is not asked for those before.
-                dz.iter_mut().enumerate().for_each(|(i, dz)| *dz = f64::from(factor.contains(i) != changes(factor, i)));
-                factor.factorise(m, mu, 0.0, |i| dz[i] != 0.0);
+                dp.iter_mut().enumerate().for_each(|(i, dp)| *dp = f64::from(factor.contains(i) != changes(factor, i)));
+                factor.factorise(h, mu, 0.0, |i| dp[i] != 0.0);
                 factorisations += 1;
             }
-            minimum_of_piece(m, q, centre, factor, dz, dw);
-            dz.iter_mut().zip(&*z).for_each(|(dz, z)| *dz -= z);
+            minimum_of_piece(h, b, centre, factor, dp, dw);
+            dp.iter_mut().zip(&*p).for_each(|(dp, p)| *dp -= p);
             dw.iter_mut().zip(&*w).for_each(|(dw, w)| *dw -= w);
-            let way = way_to_minimum(&mut self.bends, mu, centre, [z, w, dz, dw]);
-            z.iter_mut().zip(&*dz).for_each(|(z, dz)| *z += way * dz);
+            let way = way_to_minimum(&mut self.bends, mu, centre, [p, w, dp, dw]);
+            p.iter_mut().zip(&*dp).for_each(|(p, dp)| *p += way * dp);
             w.iter_mut().zip(&*dw).for_each(|(w, dw)| *w += way * dw);
         }
-        for (z, (centre, w)) in z.iter_mut().zip(centre.iter().zip(&*w)) {
+        for (p, (centre, w)) in p.iter_mut().zip(centre.iter().zip(&*w)) {
             let excess = centre - w;
-            *z = if excess > rounding { excess / mu } else { 0.0 };
+            *p = if excess > rounding { excess / mu } else { 0.0 };
         }
         factorisations
     }
 }
 
-/// Writes where φ would be least if the contacts in the factor pushed, and no others: `z = (M + μ)_AA⁻¹ (μ p − q)_A` and `w = M z + q`.
+/// Writes where φ would be least if the contacts in the factor pushed, and no others: `P = (H + μ)_AA⁻¹ (μ p_0 − b)_A` and `w = H P + b`.
 fn minimum_of_piece(
-    m: SymmetricRows<'_>,
-    q: &[f64],
+    h: SymmetricRows<'_>,
+    b: &[f64],
     centre: &[f64],
     factor: &mut SparseFactor,
-    z: &mut [f64],
+    p: &mut [f64],
     w: &mut [f64],
 ) {
-    for (z, (centre, q)) in z.iter_mut().zip(centre.iter().zip(q)) {
-        *z = centre - q;
+    for (p, (centre, b)) in p.iter_mut().zip(centre.iter().zip(b)) {
+        *p = centre - b;
     }
-    factor.solve(z);
-    w.copy_from_slice(q);
-    for (i, &z) in z.iter().enumerate() {
-        if z != 0.0 {
-            m.add_row(i, z, w);
+    factor.solve(p);
+    w.copy_from_slice(b);
+    for (i, &p) in p.iter().enumerate() {
+        if p != 0.0 {
+            h.add_row(i, p, w);
         }
     }
 }
@@ -138,15 +138,15 @@ fn minimum_of_piece(
 /// The part of a direction up to which φ decreases, at most all of it.
 ///
 /// ```text
-/// dφ/ds = z·dw + s dz·dw − 1/μ Σ max(0, c − s dw) dw        c = μ p − w
+/// dφ/ds = P·dw + s dP·dw − 1/μ Σ max(0, c − s dw) dw        c = μ p_0 − w
 /// ```
-fn way_to_minimum(bends: &mut Vec<(f64, u32)>, mu: f64, centre: &[f64], [z, w, dz, dw]: [&[f64]; 4]) -> f64 {
+fn way_to_minimum(bends: &mut Vec<(f64, u32)>, mu: f64, centre: &[f64], [p, w, dp, dw]: [&[f64]; 4]) -> f64 {
     let (mut slope, mut rise) = (0.0, 0.0);
     bends.clear();
     for i in 0..centre.len() {
         let (c, dw) = (centre[i] - w[i], dw[i]);
-        slope += z[i] * dw;
-        rise += dz[i] * dw;
+        slope += p[i] * dw;
+        rise += dp[i] * dw;
         if c > 0.0 || c == 0.0 && dw < 0.0 {
             slope -= c * dw / mu;
             rise += dw * dw / mu;
@@ -187,19 +187,19 @@ mod tests {
                 let a: Vec<Vec<f64>> = (0..n).map(|_| row()).collect();
                 let dot = |i: usize, j: usize| a[i].iter().zip(&a[j]).map(|(a, b)| a * b).sum::<f64>();
                 let entries: Vec<f64> = (0..n * n).map(|at| dot(at / n, at % n)).collect();
-                let m = SymmetricRows { pattern: &pattern, entries: &entries };
+                let h = SymmetricRows { pattern: &pattern, entries: &entries };
                 let mut draw = |from: f64| (0..n).map(|_| rng.random_range(from..1.0)).collect::<Vec<f64>>();
-                let (q, p, start) = (draw(-1.0), draw(0.0), draw(-1.0));
-                let mut z = vec![0.0; n];
-                guess.find(m, &q, |i| start[i] > 0.0, &p, &mut z);
-                let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(m.diagonal(i)));
-                assert!(z.iter().any(|z| *z > 0.0));
+                let (b, p_0, start) = (draw(-1.0), draw(0.0), draw(-1.0));
+                let mut p = vec![0.0; n];
+                guess.find(h, &b, |i| start[i] > 0.0, &p_0, &mut p);
+                let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(h.diagonal(i)));
+                assert!(p.iter().any(|p| *p > 0.0));
                 for i in 0..n {
-                    let w = q[i] + m.row(i).map(|(j, m)| m * z[j]).sum::<f64>() + mu * (z[i] - p[i]);
+                    let w = b[i] + h.row(i).map(|(j, h)| h * p[j]).sum::<f64>() + mu * (p[i] - p_0[i]);
                     // What counts as rounding of a velocity, through μ in each impulse.
-                    let rounding = ROUNDING / mu * m.row(i).map(|(_, m)| m.abs()).sum::<f64>();
-                    let holds = z[i] >= 0.0 && w >= -rounding && (z[i] == 0.0 || w <= rounding);
-                    assert!(holds && rounding < 1e-6, "{n} {i}: {} and {w:e} beyond {rounding:e}", z[i]);
+                    let rounding = ROUNDING / mu * h.row(i).map(|(_, h)| h.abs()).sum::<f64>();
+                    let holds = p[i] >= 0.0 && w >= -rounding && (p[i] == 0.0 || w <= rounding);
+                    assert!(holds && rounding < 1e-6, "{n} {i}: {} and {w:e} beyond {rounding:e}", p[i]);
                 }
             }
         }

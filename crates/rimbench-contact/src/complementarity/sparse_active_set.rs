@@ -1,4 +1,4 @@
-//! Keller's pivots for many contacts of which few meet: the method of [`ActiveSet`](super::ActiveSet) on a sparse factor.
+//! Keller's pivots for many contacts of which few are coupled: the method of [`ActiveSet`](super::ActiveSet) on a sparse factor.
 //!
 //! What differs from the dense one: the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
 //! path in the elimination tree; several enter one after the other before velocities are computed anew; whatever would push with the wrong
@@ -57,9 +57,9 @@ pub struct SparseActiveSet {
     next: Series,
     /// Contacts that may enter.
     violated: Vec<u32>,
-    /// `q + M z`, by contacts; the direction of a drive, by positions in the factor, and marks, by contacts.
+    /// `b + H P`, by contacts; the direction of a drive, by positions in the factor, and marks, by contacts.
     w: Vec<f64>,
-    p: Vec<f64>,
+    y: Vec<f64>,
     /// The last answer.
     last: Vec<f64>,
     guess: ProximalGuess,
@@ -95,7 +95,7 @@ impl SparseActiveSet {
             next: Series::Goes,
             violated: Vec::with_capacity(n),
             w: vec![0.0; n],
-            p: vec![0.0; n],
+            y: vec![0.0; n],
             last: vec![0.0; n],
             problems: 0,
         }
@@ -106,7 +106,7 @@ impl SparseActiveSet {
         &self.factor
     }
 
-    /// Returns `w = M z + q` of the last problem.
+    /// Returns `w = H P + b` of the last problem.
     pub fn velocities(&self) -> &[f64] {
         &self.w
     }
@@ -165,22 +165,22 @@ impl SparseActiveSet {
 
     /// Whether the set at hand is the last one of the series before.
     fn is_later(&mut self) -> bool {
-        let Self { set, later, p, .. } = self;
-        p.fill(0.0);
-        set.iter().for_each(|&contact| p[contact] = 1.0);
-        set.len() == later.len() && later.iter().all(|&contact| p[contact] == 1.0)
+        let Self { set, later, y, .. } = self;
+        y.fill(0.0);
+        set.iter().for_each(|&contact| y[contact] = 1.0);
+        set.len() == later.len() && later.iter().all(|&contact| y[contact] == 1.0)
     }
 
-    /// Takes the other set if many contacts are wrong with the one at hand, and fewer with that; says whether none is, so that `z` is the
+    /// Takes the other set if many contacts are wrong with the one at hand, and fewer with that; says whether none is, so that `P` is the
     /// answer.
-    fn take_closer(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) -> bool {
-        let wrong = self.count_wrong(m, q, z, stats);
+    fn take_closer(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &mut [f64], stats: &mut SolveStats) -> bool {
+        let wrong = self.count_wrong(h, b, p, stats);
         if wrong <= FEW_WRONG {
             return wrong == 0;
         }
         std::mem::swap(&mut self.set, &mut self.other);
         self.age = None;
-        let with_other = self.count_wrong(m, q, z, stats);
+        let with_other = self.count_wrong(h, b, p, stats);
         if with_other >= wrong {
             std::mem::swap(&mut self.set, &mut self.other);
             self.age = None;
@@ -189,83 +189,83 @@ impl SparseActiveSet {
     }
 
     /// Counts the contacts that pull or go too far if those of the set push, and no others.
-    fn count_wrong(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) -> usize {
-        self.factorise(m, stats);
-        self.impulses_of_set(q, z);
-        self.compute_velocities_of_others(m, q, z);
-        let negligible = NEGLIGIBLE * largest_entry(q);
-        let fits = |i: usize| if self.factor.contains(i) { z[i] >= 0.0 } else { self.w[i] >= -negligible };
+    fn count_wrong(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &mut [f64], stats: &mut SolveStats) -> usize {
+        self.factorise(h, stats);
+        self.impulses_of_set(b, p);
+        self.compute_velocities_of_others(h, b, p);
+        let negligible = NEGLIGIBLE * largest_entry(b);
+        let fits = |i: usize| if self.factor.contains(i) { p[i] >= 0.0 } else { self.w[i] >= -negligible };
         // What is not a number fits nowhere.
         let is_wrong = |&i: &usize| !fits(i);
-        (0..q.len()).filter(is_wrong).count()
+        (0..b.len()).filter(is_wrong).count()
     }
 
-    /// Writes `z_A = −M_AA⁻¹ q_A`.
-    fn impulses_of_set(&mut self, q: &[f64], z: &mut [f64]) {
-        for (z, q) in z.iter_mut().zip(q) {
-            *z = -q;
+    /// Writes `P_A = −H_AA⁻¹ b_A`.
+    fn impulses_of_set(&mut self, b: &[f64], p: &mut [f64]) {
+        for (p, b) in p.iter_mut().zip(b) {
+            *p = -b;
         }
-        self.factor.solve(z);
+        self.factor.solve(p);
     }
 
     /// Pivots from the set at hand; `stats` get the residual of the answer.
-    fn attempt(&mut self, problem: SparseLcp<'_>, tolerance: f64, z: &mut [f64], stats: &mut SolveStats) {
-        let found = self.pivot(problem.delassus, problem.b, z, stats).is_ok();
-        self.measure(problem, found, tolerance, z, stats);
+    fn attempt(&mut self, problem: SparseLcp<'_>, tolerance: f64, p: &mut [f64], stats: &mut SolveStats) {
+        let found = self.pivot(problem.delassus, problem.b, p, stats).is_ok();
+        self.measure(problem, found, tolerance, p, stats);
     }
 
     /// Measures an answer, and keeps a good one for guesses.
-    fn measure(&mut self, problem: SparseLcp<'_>, found: bool, tolerance: f64, z: &[f64], stats: &mut SolveStats) {
-        let residual = self.residual(problem, z);
+    fn measure(&mut self, problem: SparseLcp<'_>, found: bool, tolerance: f64, p: &[f64], stats: &mut SolveStats) {
+        let residual = self.residual(problem, p);
         stats.residual = if found { residual } else { f64::INFINITY };
         if stats.residual <= tolerance {
-            self.last.copy_from_slice(z);
+            self.last.copy_from_slice(p);
         }
     }
 
     /// The natural residual, with `w` computed anew from problem and answer.
-    fn residual(&mut self, problem: SparseLcp<'_>, z: &[f64]) -> f64 {
-        self.compute_velocities(problem.delassus, problem.b, z);
-        problem.residual_of(z, |row| self.w[row])
+    fn residual(&mut self, problem: SparseLcp<'_>, p: &[f64]) -> f64 {
+        self.compute_velocities(problem.delassus, problem.b, p);
+        problem.residual_of(p, |row| self.w[row])
     }
 
-    fn compute_velocities(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) {
-        self.w.copy_from_slice(q);
-        for (i, &z) in z.iter().enumerate() {
-            if z != 0.0 {
-                m.add_row(i, z, &mut self.w);
+    fn compute_velocities(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &[f64]) {
+        self.w.copy_from_slice(b);
+        for (i, &p) in p.iter().enumerate() {
+            if p != 0.0 {
+                h.add_row(i, p, &mut self.w);
             }
         }
     }
 
     /// Writes `w` of the contacts that are not in the set; that of the others is zero up to rounding.
-    fn compute_velocities_of_others(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) {
+    fn compute_velocities_of_others(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &[f64]) {
         // Columns of few members are less than rows of many others.
-        if 2 * self.set.len() < q.len() {
-            return self.compute_velocities(m, q, z);
+        if 2 * self.set.len() < b.len() {
+            return self.compute_velocities(h, b, p);
         }
         for (i, w) in self.w.iter_mut().enumerate() {
             if !self.factor.contains(i) {
-                *w = velocity_of(m, q, z, i);
+                *w = velocity_of(h, b, p, i);
             }
         }
     }
 
     /// Brings the factor to matrix and set; members that depend on others are left out. Says whether it had to.
-    fn factorise(&mut self, m: SymmetricRows<'_>, stats: &mut SolveStats) -> bool {
+    fn factorise(&mut self, h: SymmetricRows<'_>, stats: &mut SolveStats) -> bool {
         let anew = self.age.is_none_or(|age| age >= REFRESH);
         if anew {
-            self.factorise_independent(m, DEPENDENT, stats);
+            self.factorise_independent(h, DEPENDENT, stats);
         }
         anew
     }
 
     /// Factorises the matrix of the set anew, without the members whose pivot is at most `dependent` times their diagonal.
-    fn factorise_independent(&mut self, m: SymmetricRows<'_>, dependent: f64, stats: &mut SolveStats) {
-        let Self { factor, set, p, .. } = self;
-        p.fill(0.0);
-        set.iter().for_each(|&i| p[i] = 1.0);
-        factor.factorise(m, 0.0, dependent, |i| p[i] != 0.0);
+    fn factorise_independent(&mut self, h: SymmetricRows<'_>, dependent: f64, stats: &mut SolveStats) {
+        let Self { factor, set, y, .. } = self;
+        y.fill(0.0);
+        set.iter().for_each(|&i| y[i] = 1.0);
+        factor.factorise(h, 0.0, dependent, |i| y[i] != 0.0);
         set.retain(|&i| factor.contains(i));
         self.age = Some(0);
         stats.factorisations += 1;
@@ -275,21 +275,21 @@ impl SparseActiveSet {
         self.age = self.age.map(|age| age + 1);
     }
 
-    /// Writes `z_A = −M_AA⁻¹ q_A` of a set without pulling members: those at hand but for what has to leave.
-    fn make_feasible(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) {
+    /// Writes `P_A = −H_AA⁻¹ b_A` of a set without pulling members: those at hand but for what has to leave.
+    fn make_feasible(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &mut [f64], stats: &mut SolveStats) {
         loop {
-            self.impulses_of_set(q, z);
-            let pull = |i: usize| if z[i] < 0.0 { z[i] * z[i] * m.diagonal(i) } else { 0.0 };
+            self.impulses_of_set(b, p);
+            let pull = |i: usize| if p[i] < 0.0 { p[i] * p[i] * h.diagonal(i) } else { 0.0 };
             let (mut worst, mut pulling) = (0.0_f64, 0);
             for &i in &self.set {
                 worst = worst.max(pull(i));
-                pulling += usize::from(z[i] < 0.0);
+                pulling += usize::from(p[i] < 0.0);
             }
             if worst == 0.0 {
                 return;
             }
-            if pulling * MANY_WRONG > q.len() && !self.guessed {
-                self.start_from_proximal(m, q, z, stats);
+            if pulling * MANY_WRONG > b.len() && !self.guessed {
+                self.start_from_proximal(h, b, p, stats);
                 continue;
             }
             let Self { factor, set, .. } = self;
@@ -309,24 +309,24 @@ impl SparseActiveSet {
 
     fn pivot(
         &mut self,
-        m: SymmetricRows<'_>,
-        q: &[f64],
-        z: &mut [f64],
+        h: SymmetricRows<'_>,
+        b: &[f64],
+        p: &mut [f64],
         stats: &mut SolveStats,
     ) -> Result<(), Unsolved> {
-        let n = q.len();
-        let q_max = largest_entry(q);
+        let n = b.len();
+        let b_max = largest_entry(b);
         let (bland_after, bound) = (stats.pivots + 10 + 5 * n as u32, stats.pivots + 50 * n as u32);
         // Whether impulses are those of the set, and whether they have come about by changes.
         let (mut solved, mut changed) = (false, false);
         loop {
-            if self.factorise(m, stats) || !solved {
-                self.make_feasible(m, q, z, stats);
+            if self.factorise(h, stats) || !solved {
+                self.make_feasible(h, b, p, stats);
                 (solved, changed) = (true, false);
             }
-            self.compute_velocities_of_others(m, q, z);
-            let (negligible, bland) = (NEGLIGIBLE * q_max, stats.pivots > bland_after);
-            let Some(least) = self.list_violated(m, z, negligible, bland) else {
+            self.compute_velocities_of_others(h, b, p);
+            let (negligible, bland) = (NEGLIGIBLE * b_max, stats.pivots > bland_after);
+            let Some(least) = self.list_violated(h, p, negligible, bland) else {
                 if !changed {
                     return Ok(());
                 }
@@ -338,7 +338,7 @@ impl SparseActiveSet {
             // them.
             let knows_nothing = self.problems == 1 && self.set.is_empty();
             if !self.guessed && (knows_nothing || self.violated.len() * MANY_WRONG > n) {
-                self.start_from_proximal(m, q, z, stats);
+                self.start_from_proximal(h, b, p, stats);
                 solved = false;
                 continue;
             }
@@ -353,20 +353,20 @@ impl SparseActiveSet {
                     continue;
                 }
                 // What entered before has changed it.
-                let w_j = if entered { velocity_of(m, q, z, j) } else { self.w[j] };
-                if w_j >= -negligible || w_j * w_j < least * m.diagonal(j) {
+                let w_j = if entered { velocity_of(h, b, p, j) } else { self.w[j] };
+                if w_j >= -negligible || w_j * w_j < least * h.diagonal(j) {
                     continue;
                 }
                 self.w[j] = w_j;
                 changed = true;
-                if self.drive(m, z, j, stats, bound)? {
+                if self.drive(h, p, j, stats, bound)? {
                     entered = true;
                     // Bland's rule is one contact at a time.
                     if !bland {
-                        self.list_neighbours(m, j);
+                        self.list_neighbours(h, j);
                     }
                 } else if !entered {
-                    return if w_j >= -RAY_NOISE * q_max {
+                    return if w_j >= -RAY_NOISE * b_max {
                         Ok(())
                     } else {
                         Err(Unsolved::NotFound { residual: f64::INFINITY })
@@ -379,55 +379,55 @@ impl SparseActiveSet {
         }
     }
 
-    /// Lists what meets a contact that has entered: a blow goes on from one to the next.
-    fn list_neighbours(&mut self, m: SymmetricRows<'_>, j: usize) {
-        for (i, _) in m.row(j) {
+    /// Lists what is coupled to a contact that has entered: a blow goes on from one to the next.
+    fn list_neighbours(&mut self, h: SymmetricRows<'_>, j: usize) {
+        for (i, _) in h.row(j) {
             // There is room for as many as there are contacts.
-            if !self.factor.contains(i) && self.violated.len() < self.p.len() {
+            if !self.factor.contains(i) && self.violated.len() < self.y.len() {
                 self.violated.push(i as u32);
             }
         }
     }
 
     /// Goes over to the contacts that push as far as a guess can tell, without those that depend on others.
-    fn start_from_proximal(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) {
+    fn start_from_proximal(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &mut [f64], stats: &mut SolveStats) {
         self.guessed = true;
         let Self { guess, factor, last, .. } = self;
-        stats.factorisations += guess.find(m, q, |i| factor.contains(i), last, z);
+        stats.factorisations += guess.find(h, b, |i| factor.contains(i), last, p);
         self.set.clear();
-        self.set.extend((0..q.len()).filter(|&i| z[i] > 0.0));
+        self.set.extend((0..b.len()).filter(|&i| p[i] > 0.0));
         self.violated.clear();
         self.violated.extend(self.set.iter().map(|&i| i as u32));
-        self.factorise_independent(m, NEARLY_DEPENDENT, stats);
+        self.factorise_independent(h, NEARLY_DEPENDENT, stats);
         for at in 0..self.violated.len() {
             let j = self.violated[at] as usize;
-            if !self.factor.contains(j) && z[j] > 0.0 {
-                self.exchange_dependent(m, z, j);
+            if !self.factor.contains(j) && p[j] > 0.0 {
+                self.exchange_dependent(h, p, j);
                 stats.pivots += 1;
             }
         }
     }
 
-    /// Lowers `z_j` of a contact that depends on the members, which take over what it carries, until it or one of them carries nothing.
-    fn exchange_dependent(&mut self, m: SymmetricRows<'_>, z: &mut [f64], j: usize) {
-        self.factor.response(m, j, &mut self.p);
-        let (mut t, mut blocking) = (z[j], None);
+    /// Lowers `P_j` of a contact that depends on the members, which take over what it carries, until it or one of them carries nothing.
+    fn exchange_dependent(&mut self, h: SymmetricRows<'_>, p: &mut [f64], j: usize) {
+        self.factor.response(h, j, &mut self.y);
+        let (mut t, mut blocking) = (p[j], None);
         for (slot, &i) in self.set.iter().enumerate() {
-            let p = self.p[self.factor.position(i)];
-            if p < 0.0 && p * p * m.diagonal(i) > NO_MOTION * m.diagonal(j) && z[i] < -t * p {
-                (t, blocking) = (-z[i] / p, Some(slot));
+            let y = self.y[self.factor.position(i)];
+            if y < 0.0 && y * y * h.diagonal(i) > NO_MOTION * h.diagonal(j) && p[i] < -t * y {
+                (t, blocking) = (-p[i] / y, Some(slot));
             }
         }
         for &i in &self.set {
-            z[i] = (z[i] + t * self.p[self.factor.position(i)]).max(0.0);
+            p[i] = (p[i] + t * self.y[self.factor.position(i)]).max(0.0);
         }
-        z[j] -= t;
+        p[j] -= t;
         match blocking {
-            None => z[j] = 0.0,
+            None => p[j] = 0.0,
             Some(slot) => {
                 let left = self.set.swap_remove(slot);
                 self.factor.leave(left);
-                self.factor.enter(m, j, 0.0);
+                self.factor.enter(h, j, 0.0);
                 self.set.push(j);
                 self.changed();
                 self.changed();
@@ -438,14 +438,14 @@ impl SparseActiveSet {
     /// Lists the contacts that go further than they may, those first that promise the largest decrease of the objective, `w²/m`, and
     /// returns what they must promise to enter together with the first; with `bland` only the first of all contacts is listed. Violations
     /// within the rounding of `w` do not count.
-    fn list_violated(&mut self, m: SymmetricRows<'_>, z: &[f64], negligible: f64, bland: bool) -> Option<f64> {
+    fn list_violated(&mut self, h: SymmetricRows<'_>, p: &[f64], negligible: f64, bland: bool) -> Option<f64> {
         let Self { violated, w, factor, .. } = self;
         violated.clear();
         for (j, &w) in w.iter().enumerate() {
             if w >= -negligible || factor.contains(j) {
                 continue;
             }
-            let summed: f64 = m.row(j).map(|(i, m)| m.abs() * z[i]).sum();
+            let summed: f64 = h.row(j).map(|(i, h)| h.abs() * p[i]).sum();
             if w >= -negligible - 16.0 * f64::EPSILON * summed {
                 continue;
             }
@@ -454,35 +454,35 @@ impl SparseActiveSet {
                 return Some(0.0);
             }
         }
-        let promise = |j: u32| w[j as usize] * w[j as usize] / m.diagonal(j as usize);
+        let promise = |j: u32| w[j as usize] * w[j as usize] / h.diagonal(j as usize);
         violated.sort_unstable_by(|&a, &b| promise(b).total_cmp(&promise(a)).then(a.cmp(&b)));
         violated.first().map(|&j| ENTER * promise(j))
     }
 
-    /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way; false if nothing stops it.
+    /// Raises `P_j` until `w_j = 0`, removing the members that reach zero on the way; false if nothing stops it.
     fn drive(
         &mut self,
-        m: SymmetricRows<'_>,
-        z: &mut [f64],
+        h: SymmetricRows<'_>,
+        p: &mut [f64],
         j: usize,
         stats: &mut SolveStats,
         bound: u32,
     ) -> Result<bool, Unsolved> {
-        let (m_jj, mut w_j) = (m.diagonal(j), self.w[j]);
+        let (h_jj, mut w_j) = (h.diagonal(j), self.w[j]);
         loop {
-            let Self { factor, p, .. } = self;
-            factor.response(m, j, p);
-            let d = m_jj - m.row(j).map(|(i, entry)| entry * p[factor.position(i)]).sum::<f64>();
-            let independent = d > DEPENDENT * m_jj;
+            let Self { factor, y, .. } = self;
+            factor.response(h, j, y);
+            let d = h_jj - h.row(j).map(|(i, entry)| entry * y[factor.position(i)]).sum::<f64>();
+            let independent = d > DEPENDENT * h_jj;
             // After a tie w_j may be above zero, by rounding.
             let mut t = if independent { (-w_j / d).max(0.0) } else { f64::INFINITY };
             let mut blocking = None;
-            // Of others than members it is zero. Where p is not positive nothing is less than its multiple, and no second question is
+            // Of others than members it is zero. Where y is not positive nothing is less than its multiple, and no second question is
             // asked: its sign is as good as random.
-            for (&p, &i) in p.iter().zip(factor.rows_in_order()) {
+            for (&y, &i) in y.iter().zip(factor.rows_in_order()) {
                 let i = i as usize;
-                if z[i] < t * p && p * p * m.diagonal(i) > NO_MOTION * m_jj {
-                    (t, blocking) = (z[i] / p, Some(i));
+                if p[i] < t * y && y * y * h.diagonal(i) > NO_MOTION * h_jj {
+                    (t, blocking) = (p[i] / y, Some(i));
                 }
             }
             if blocking.is_none() && !independent {
@@ -492,21 +492,21 @@ impl SparseActiveSet {
                 return Err(Unsolved::NotFound { residual: f64::INFINITY });
             }
             stats.pivots += 1;
-            for (&p, &i) in self.p.iter().zip(self.factor.rows_in_order()) {
-                let less = z[i as usize] - t * p;
-                z[i as usize] = if less > 0.0 { less } else { 0.0 };
+            for (&y, &i) in self.y.iter().zip(self.factor.rows_in_order()) {
+                let less = p[i as usize] - t * y;
+                p[i as usize] = if less > 0.0 { less } else { 0.0 };
             }
-            z[j] += t;
+            p[j] += t;
             self.changed();
             match blocking {
                 Some(left) => {
                     w_j += t * d.max(0.0);
                     self.set.retain(|&member| member != left);
                     self.factor.leave(left);
-                    z[left] = 0.0;
+                    p[left] = 0.0;
                 }
                 None => {
-                    self.factor.enter(m, j, 0.0);
+                    self.factor.enter(h, j, 0.0);
                     self.set.push(j);
                     return Ok(true);
                 }
@@ -515,9 +515,9 @@ impl SparseActiveSet {
     }
 }
 
-/// `w_i = q_i + M_i· z`.
-fn velocity_of(m: SymmetricRows<'_>, q: &[f64], z: &[f64], i: usize) -> f64 {
-    q[i] + m.row(i).map(|(j, entry)| entry * z[j]).sum::<f64>()
+/// `w_i = b_i + H_i· P`.
+fn velocity_of(h: SymmetricRows<'_>, b: &[f64], p: &[f64], i: usize) -> f64 {
+    b[i] + h.row(i).map(|(j, entry)| entry * p[j]).sum::<f64>()
 }
 
 impl ProposeImpulses for SparseActiveSet {
@@ -529,7 +529,7 @@ impl ProposeImpulses for SparseActiveSet {
         problem: SparseLcp<'_>,
         same_matrix: bool,
         tolerance: f64,
-        z: &mut [f64],
+        p: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
         let (h, b) = (problem.delassus, problem.b);
         self.problems += 1;
@@ -540,20 +540,20 @@ impl ProposeImpulses for SparseActiveSet {
         let by_zero = problem.is_solved_by_zero()?;
         let has_other = self.go_on();
         if by_zero {
-            z.fill(0.0);
+            p.fill(0.0);
             self.w.copy_from_slice(b);
             return Ok(stats);
         }
         self.guessed = false;
-        if has_other && self.take_closer(h, b, z, &mut stats) {
-            self.measure(problem, true, tolerance, z, &mut stats);
+        if has_other && self.take_closer(h, b, p, &mut stats) {
+            self.measure(problem, true, tolerance, p, &mut stats);
         } else {
-            self.attempt(problem, tolerance, z, &mut stats);
+            self.attempt(problem, tolerance, p, &mut stats);
         }
         if stats.residual > tolerance {
             // Changes of the factor add up rounding.
             self.age = None;
-            self.attempt(problem, tolerance, z, &mut stats);
+            self.attempt(problem, tolerance, p, &mut stats);
         }
         Ok(stats)
     }
@@ -593,7 +593,7 @@ mod tests {
     use crate::complementarity::{ActiveSet, ComplementaritySolver, Lcp};
     use rand::{RngExt, SeedableRng};
 
-    /// Rows of a heap: each contact knows two bodies of two coordinates, and there are more contacts than coordinates.
+    /// Rows of a heap: each contact involves two bodies of two coordinates, and there are more contacts than coordinates.
     #[test]
     fn the_answer_is_that_of_the_dense_active_set_through_changes_of_problem_and_matrix() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(20);
@@ -604,7 +604,7 @@ mod tests {
             let pattern = SymmetricPattern::new(&neighbours);
             let mut sparse = SparseSolver::new(&pattern, 1e-9);
             let mut dense = ActiveSet::new(n);
-            let (mut q, mut pivots) = (vec![0.0; n], 0);
+            let (mut b, mut pivots) = (vec![0.0; n], 0);
             for turn in 0..120 {
                 // The same matrix for some turns, as within a macro step.
                 let mut shape = rand_pcg::Pcg64::seed_from_u64(turn / 6);
@@ -620,15 +620,15 @@ mod tests {
                         row
                     })
                     .collect();
-                let m: Vec<f64> = (0..n * n)
+                let h: Vec<f64> = (0..n * n)
                     .map(|at| rows[at / n].iter().zip(&rows[at % n]).map(|(a, b)| a * b).sum::<f64>())
                     .collect();
                 let entries: Vec<f64> = (0..n)
                     .flat_map(|i| pattern.columns(i).iter().map(move |&j| i * n + j as usize))
-                    .map(|at| m[at])
+                    .map(|at| h[at])
                     .collect();
-                for q in &mut q {
-                    *q = 0.7 * *q + rng.random_range(-1.0..0.9);
+                for b in &mut b {
+                    *b = 0.7 * *b + rng.random_range(-1.0..0.9);
                 }
                 match turn % 12 {
                     0 => sparse.solver.forget_matrix(),
@@ -636,16 +636,16 @@ mod tests {
                     _ => {}
                 }
                 let rows = SymmetricRows { pattern: &pattern, entries: &entries };
-                let (mut z, mut z_dense) = (vec![0.0; n], vec![0.0; n]);
-                let stats = sparse.solve(SparseLcp::by_pattern(rows, &q), &mut z).unwrap();
-                dense.attempt(Lcp::new(&m, &q), &mut z_dense).unwrap();
-                let lcp = Lcp::new(&m, &q);
-                let residual = lcp.natural_residual(&z);
+                let (mut p, mut p_dense) = (vec![0.0; n], vec![0.0; n]);
+                let stats = sparse.solve(SparseLcp::by_pattern(rows, &b), &mut p).unwrap();
+                dense.attempt(Lcp::new(&h, &b), &mut p_dense).unwrap();
+                let lcp = Lcp::new(&h, &b);
+                let residual = lcp.natural_residual(&p);
                 assert!(residual < 1e-9 && (residual - stats.residual).abs() < 1e-12, "{n} {turn}: {residual:e}");
-                // w is unique where z is not.
+                // w is unique where P is not.
                 for i in 0..n {
-                    let w = |z: &[f64]| q[i] + (0..n).map(|k| m[i * n + k] * z[k]).sum::<f64>();
-                    approx::assert_abs_diff_eq!(w(&z), w(&z_dense), epsilon = 1e-6);
+                    let w = |p: &[f64]| b[i] + (0..n).map(|k| h[i * n + k] * p[k]).sum::<f64>();
+                    approx::assert_abs_diff_eq!(w(&p), w(&p_dense), epsilon = 1e-6);
                 }
                 pivots += stats.pivots;
             }
@@ -655,7 +655,7 @@ mod tests {
         }
     }
 
-    /// Contacts of which each meets the one before and the one after it: 2 on the diagonal, and what stands beside it.
+    /// Contacts of which each is coupled to the one before and the one after it: 2 on the diagonal, and what stands beside it.
     fn chain(n: usize, beside: f64) -> (SymmetricPattern, Vec<f64>) {
         let neighbours: Vec<Vec<usize>> =
             (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
@@ -670,17 +670,17 @@ mod tests {
     fn a_problem_is_looked_for_from_that_of_two_sets_with_fewer_wrong_contacts() {
         let n = 60;
         let (pattern, entries) = chain(n, -0.5);
-        let m = SymmetricRows { pattern: &pattern, entries: &entries };
+        let h = SymmetricRows { pattern: &pattern, entries: &entries };
         let pushing = |members: usize| (0..n).map(|i| if i < members { -1.0 } else { 1.0 }).collect::<Vec<f64>>();
         let (few, many) = (pushing(10), pushing(40));
         let mut solver = SparseSolver::new(&pattern, 1e-9);
-        let mut z = vec![0.0; n];
+        let mut p = vec![0.0; n];
         let mut pivots_of = |series: [&[f64]; 3]| {
             solver.solver.start_series();
-            series.map(|q| {
-                let stats = solver.solve(SparseLcp::by_pattern(m, q), &mut z).unwrap();
+            series.map(|b| {
+                let stats = solver.solve(SparseLcp::by_pattern(h, b), &mut p).unwrap();
                 assert!(stats.residual < 1e-12);
-                assert_eq!(z.iter().filter(|z| **z > 0.0).count(), q.iter().filter(|q| **q < 0.0).count());
+                assert_eq!(p.iter().filter(|p| **p > 0.0).count(), b.iter().filter(|b| **b < 0.0).count());
                 stats.pivots
             })
         };
@@ -701,20 +701,20 @@ mod tests {
     fn the_first_problem_is_not_solved_contact_by_contact() {
         let n = 30;
         let (pattern, entries) = chain(n, -1.0);
-        let m = SymmetricRows { pattern: &pattern, entries: &entries };
+        let h = SymmetricRows { pattern: &pattern, entries: &entries };
         let mut hit = vec![0.0; n];
         hit[0] = -1.0;
         let mut solver = SparseSolver::new(&pattern, 1e-9);
-        let mut z = vec![0.0; n];
-        let stats = solver.solve(SparseLcp::by_pattern(m, &hit), &mut z).unwrap();
-        assert!(stats.pivots == 0 && stats.factorisations > 0 && z.iter().all(|z| *z > 0.0), "{stats:?}");
+        let mut p = vec![0.0; n];
+        let stats = solver.solve(SparseLcp::by_pattern(h, &hit), &mut p).unwrap();
+        assert!(stats.pivots == 0 && stats.factorisations > 0 && p.iter().all(|p| *p > 0.0), "{stats:?}");
         // Nothing pushes for a while. That only one contact is hit is known from then on.
-        solver.solve(SparseLcp::by_pattern(m, &vec![1.0; n]), &mut z).unwrap();
+        solver.solve(SparseLcp::by_pattern(h, &vec![1.0; n]), &mut p).unwrap();
         solver.solver.forget_matrix();
         solver.solver.set.clear();
-        let stats = solver.solve(SparseLcp::by_pattern(m, &hit), &mut z).unwrap();
+        let stats = solver.solve(SparseLcp::by_pattern(h, &hit), &mut p).unwrap();
         assert_eq!(stats.pivots as usize, n);
-        assert!(stats.residual < 1e-12 && z.iter().all(|z| *z > 0.0));
+        assert!(stats.residual < 1e-12 && p.iter().all(|p| *p > 0.0));
     }
 
     /// What a member carries is gone by the time that the one that enters comes to rest: it must not be driven back for the rounding of it.
@@ -730,13 +730,13 @@ mod tests {
         ];
         let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i < 3 { met[i][j as usize] } else { 1.0 });
         let entries: Vec<f64> = (0..8).flat_map(row).collect();
-        let m = SymmetricRows { pattern: &pattern, entries: &entries };
-        let with = |q: [f64; 3]| [&q[..], &[1.0; 5]].concat();
+        let h = SymmetricRows { pattern: &pattern, entries: &entries };
+        let with = |b: [f64; 3]| [&b[..], &[1.0; 5]].concat();
         let mut solver = SparseSolver::new(&pattern, 1e-9);
-        let mut z = vec![0.0; 8];
-        solver.solve(SparseLcp::by_pattern(m, &with([-0.7161562335647664, 5.0, -0.5])), &mut z).unwrap();
+        let mut p = vec![0.0; 8];
+        solver.solve(SparseLcp::by_pattern(h, &with([-0.7161562335647664, 5.0, -0.5])), &mut p).unwrap();
         let tie = with([-0.7161562335647664, -3.414746619497626, 0.3580781167823832]);
-        let stats = solver.solve(SparseLcp::by_pattern(m, &tie), &mut z).unwrap();
+        let stats = solver.solve(SparseLcp::by_pattern(h, &tie), &mut p).unwrap();
         assert!(stats.pivots == 2 && stats.residual < 1e-15, "{stats:?}");
     }
 
@@ -746,8 +746,8 @@ mod tests {
         let rows = SymmetricRows { pattern: &pattern, entries: &[2.0] };
         let mut solver = SparseSolver::new(&pattern, 1e-9);
         assert_eq!(solver.solve(SparseLcp::by_pattern(rows, &[f64::NAN]), &mut [0.0]), Err(Unsolved::NonFinite));
-        let mut z = [0.0];
-        solver.solve(SparseLcp::by_pattern(rows, &[-4.0]), &mut z).unwrap();
-        assert_eq!(z, [2.0]);
+        let mut p = [0.0];
+        solver.solve(SparseLcp::by_pattern(rows, &[-4.0]), &mut p).unwrap();
+        assert_eq!(p, [2.0]);
     }
 }

@@ -59,7 +59,7 @@ impl Factor {
         let row = &mut rest[..len];
         let (y, d_inverse) = (&mut self.y[..len], &self.d_inverse[..len]);
         let mut d = column[j];
-        // In a pile row j knows few of the others, and y begins with zeros. A multiple of eight, so that the partial sums
+        // In a pile row j is coupled to few of the others, and y begins with zeros. A multiple of eight, so that the partial sums
         // of the products stay the same.
         let first = if len < 8 { 0 } else { set[..len].iter().take_while(|&&i| column[i] == 0.0).count() / 8 * 8 };
         y[..first].fill(0.0);

@@ -54,7 +54,7 @@ struct Work {
     eliminated: Vec<bool>,
     /// `H_cc⁺`.
     pseudo_inverse: Vec<f64>,
-    /// In place of the tableau, where few of many contacts meet; a column over the contacts, and which of them are closed.
+    /// In place of the tableau, where few of many contacts are coupled; a column over the contacts, and which of them are closed.
     factor: Option<SparseFactor>,
     column: Vec<f64>,
     closed: Vec<bool>,
@@ -285,7 +285,7 @@ fn eliminate(n_c: usize, n_i: usize, work: &mut Work) -> usize {
         for row in (0..n_c + n_i).filter(|&row| row >= n_c || !eliminated[row]) {
             let row = &mut tableau[row * columns..(row + 1) * columns];
             let factor = row[contact] * inverse;
-            // Most contacts of a large system do not know each other.
+            // Most contacts of a large system are not coupled.
             if factor == 0.0 {
                 continue;
             }

@@ -1,8 +1,8 @@
-//! Which rows meet in velocities that both know, and the products that this makes.
+//! Which rows share velocities, and the products that this makes.
 
 use rimbench_contact::linear_algebra::SymmetricPattern;
 
-/// `A M⁻¹ Aᵀ` of rows that know few velocities each, meeting by meeting.
+/// `A M⁻¹ Aᵀ` of rows that involve few velocities each, pair by pair.
 #[derive(Debug, Clone)]
 pub(super) struct DelassusProducts {
     /// Of each entry at or below the diagonal: where it stands, and where its mirror image.
@@ -13,7 +13,7 @@ pub(super) struct DelassusProducts {
 }
 
 impl DelassusProducts {
-    /// Returns which rows meet: those that know one of the `places`, to which `position_of` sends the columns, in common.
+    /// Returns which rows are coupled: those that share one of the `places`, to which `position_of` sends the columns.
     pub(super) fn pattern(
         starts: &[usize],
         columns: &[u32],

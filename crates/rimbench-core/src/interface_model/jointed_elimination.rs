@@ -1,4 +1,4 @@
-//! From Eq. 3 to Eq. 4 where joints know few velocities each, and the mass is diagonal.
+//! From Eq. 3 to Eq. 4 where joints involve few velocities each, and the mass is diagonal.
 
 use super::delassus_products::DelassusProducts;
 use super::joints::{Groups, Joints};
@@ -8,7 +8,7 @@ use crate::error::Failure;
 use rimbench_contact::linear_algebra::SymmetricPattern;
 use std::ops::Range;
 
-/// Contacts keep what meets if that is at most one entry of so many.
+/// Contacts keep what is coupled if that is at most one entry of so many.
 const ENTRIES_PER_MEETING: usize = 4;
 
 /// Eliminates velocities and joints row by row: what one row does goes no farther than the joints that it reaches.
@@ -18,7 +18,7 @@ const ENTRIES_PER_MEETING: usize = 4;
 /// g_x  = G A_xᵀ = y − M⁻¹ A_bᵀ S⁻¹ A_b y          y = M⁻¹ A_xᵀ; only of the groups of joints that y moves
 /// H_xz = A_z g_x                                  x, z ∈ {u, t, i}
 /// ```
-/// No `g_x` is kept: after a step all impulses together take one more solve. Two contacts meet that know a velocity in common or reach
+/// No `g_x` is kept: after a step all impulses together take one more solve. Two contacts are coupled that share a velocity or reach
 /// the same group. Where that leaves few of many, a group of any size costs what it has; where all contacts reach one group, `H_uu` is
 /// full, and n_u solves are what it takes.
 #[derive(Debug, Clone)]
@@ -26,7 +26,7 @@ pub(super) struct JointedElimination {
     joints: Joints,
     inverse_mass: Vec<f64>,
     rows: CsrRows,
-    /// Where few of many contacts meet: of each contact the others before it, where their entry stands and where its mirror image.
+    /// Where few of many contacts are coupled: of each contact the others before it, where their entry stands and where its mirror image.
     products: Option<(Vec<usize>, Vec<[u32; 3]>)>,
     /// `S⁻¹ (A_b v + γ g_b / h)` and `S⁻¹ (A_b M⁻¹ f + Ȧ_b v)`.
     joint_start: Vec<f64>,
@@ -38,7 +38,7 @@ pub(super) struct JointedElimination {
 }
 
 impl JointedElimination {
-    /// Returns which contacts meet, if those are few of many.
+    /// Returns which contacts are coupled, if those are few of many.
     pub(super) fn delassus_pattern(contacts: &Rows, joints: &Rows, velocities: usize) -> Option<SymmetricPattern> {
         let (starts, columns) = contacts.columns_by_row()?;
         let groups = Groups::of(joints, velocities)?;

@@ -1,14 +1,14 @@
-//! Joints by the dozen that know few velocities each: their impulses by a sparse factor, group by group.
+//! Joints by the dozen that involve few velocities each: their impulses by a sparse factor, group by group.
 
 use super::delassus_products::DelassusProducts;
 use super::linearisation::Rows;
 use rimbench_contact::linear_algebra::{DEPENDENT, Singular, SparseFactor, SymmetricPattern, SymmetricRows};
 use std::ops::Range;
 
-/// Groups of joints: two that know a velocity in common are in one.
+/// Groups of joints: two that share a velocity are in one.
 #[derive(Debug, Clone)]
 pub(super) struct Groups {
-    /// Group of each velocity that a joint knows.
+    /// Group of each velocity that a joint involves.
     of_velocity: Vec<Option<u32>>,
     count: usize,
 }
@@ -53,13 +53,13 @@ impl Groups {
         self.count
     }
 
-    /// The group of a velocity, if a joint knows it.
+    /// The group of a velocity, if a joint involves it.
     #[inline]
     pub(super) fn of_velocity(&self, velocity: usize) -> Option<usize> {
         self.of_velocity[velocity].map(|group| group as usize)
     }
 
-    /// Where rows meet: in a group, or in a velocity that no joint knows.
+    /// Where rows are coupled: by a group, or by a velocity that no joint involves.
     pub(super) fn position_of(&self, velocity: usize) -> usize {
         self.of_velocity(velocity).unwrap_or(self.count + velocity)
     }
@@ -171,7 +171,7 @@ impl Joints {
         (0..self.groups.count()).for_each(|group| self.project(group, x, &e));
     }
 
-    /// Sets the velocities that a group knows to zero.
+    /// Sets the velocities of a group to zero.
     pub(super) fn clear(&self, group: usize, x: &mut [f64]) {
         for &joint in &self.members[self.group_starts[group]..self.group_starts[group + 1]] {
             self.columns[self.entries(joint as usize)].iter().for_each(|&column| x[column as usize] = 0.0);

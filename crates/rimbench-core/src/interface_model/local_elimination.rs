@@ -1,4 +1,4 @@
-//! From Eq. 3 to Eq. 4 where few of many contacts meet: no joints, a diagonal mass, and rows that know few velocities each.
+//! From Eq. 3 to Eq. 4 where few of many contacts are coupled: no joints, a diagonal mass, and rows that involve few velocities each.
 
 use super::delassus_products::DelassusProducts;
 use super::linearisation::{Linearisation, MassMatrix, Rows};
@@ -8,7 +8,7 @@ use rimbench_contact::linear_algebra::SymmetricPattern;
 /// Eliminates velocities contact by contact and meeting by meeting.
 ///
 /// ```text
-/// H_αβ = Σ_k A_αk A_βk / m_k            over the velocities k that both contacts know
+/// H_αβ = Σ_k A_αk A_βk / m_k            over the velocities k that both contacts share
 /// H_xi = A_x M⁻¹ A_iᵀ      w_x = A_x v      a_x = A_x M⁻¹ f + Ȧ_x v
 /// ```
 /// All of it costs as much as there are meetings, of which each contact of a heap has a few.
@@ -25,7 +25,7 @@ pub(super) struct LocalElimination {
 }
 
 impl LocalElimination {
-    /// Returns the contacts that meet: those that know a velocity in common.
+    /// Returns the contacts that are coupled: those that share a velocity.
     pub(super) fn delassus_pattern(rows: &Rows, velocities: usize) -> Option<SymmetricPattern> {
         let (starts, columns) = rows.columns_by_row()?;
         Some(DelassusProducts::pattern(starts, columns, velocities, |column| column))

@@ -52,7 +52,7 @@ pub trait MechanicalModel: Send {
     /// `A_b`, `Ȧ_b v` and joint errors.
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Columns of the velocities that each bilateral row can know, as those of [unilateral rows](Self::unilateral_columns). With many
+    /// Columns of the velocities that each bilateral row can involve, as those of [unilateral rows](Self::unilateral_columns). With many
     /// joints or contacts and a diagonal mass only those entries are then kept: [`bilateral`](Self::bilateral) must write by
     /// [`Rows::set`].
     fn bilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
@@ -62,8 +62,8 @@ pub trait MechanicalModel: Send {
     /// `A_u`, `Ȧ_u v` and gaps.
     fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Columns of the velocities that each unilateral row can know, in the order of the slots that [`Rows::set`] is given, where a row
-    /// knows few of many; none where all rows may know all. With many contacts and a diagonal mass, and
+    /// Columns of the velocities that each unilateral row can involve, in the order of the slots that [`Rows::set`] is given, where a row
+    /// involves few of many; none where all rows may involve all. With many contacts and a diagonal mass, and
     /// joints that say the same or none, only those entries are then kept: [`unilateral`](Self::unilateral) must write by [`Rows::set`].
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
         None

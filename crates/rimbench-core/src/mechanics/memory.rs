@@ -9,14 +9,14 @@ use crate::interface_model::{Elimination, Linearisation, MassMatrix, Rows};
 const SQUARES: u64 = 24;
 /// Matrices with an entry for each row and velocity.
 const WIDE: u64 = 3;
-/// Bytes per contact where few meet: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
+/// Bytes per contact where few are coupled: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
 const PER_CONTACT: u64 = 16 << 10;
 /// Bytes per entry of `H_uu` at most: more where many contacts share a velocity.
 const PER_PRODUCT: u64 = 400;
 /// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their places.
 const PER_JOINT: u64 = 2 << 10;
 
-/// Joints from which on only what is not zero is kept of them, where each knows few velocities (`benches/scaling.rs`).
+/// Joints from which on only what is not zero is kept of them, where each involves few velocities (`benches/scaling.rs`).
 pub const MANY_JOINTS: usize = 12;
 
 /// Columns of the rows of which only what is not zero is kept.
@@ -49,7 +49,7 @@ impl Kept {
         }
     }
 
-    /// Whether `H_uu` keeps only what meets; nothing is taken for rows that keep everything.
+    /// Whether `H_uu` keeps only what is coupled; nothing is taken for rows that keep everything.
     fn few_meet(&self, velocities: usize) -> bool {
         if self.joints.is_none() {
             return self.contacts.is_some();
@@ -67,7 +67,7 @@ impl Kept {
     }
 }
 
-/// Returns how many entries contacts with these columns meet in at most: the sum of k² over velocities that k contacts know.
+/// Returns how many couplings contacts with these columns have at most: the sum of k² over velocities that k contacts share.
 fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
     let mut knowing = vec![0_u64; velocities];
     columns.iter().flatten().for_each(|&column| knowing[column] += 1);
@@ -87,7 +87,7 @@ pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_
     }
 }
 
-/// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts meet, which has a
+/// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts are coupled, which has a
 /// solver of its own.
 pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
     let size = model.size();
@@ -98,8 +98,8 @@ pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_se
 ///
 /// ```text
 /// 8 (24 r² + 3 r n) bytes          r = 2 n_u + n_b + n_i rows with friction, n_u + n_b + n_i without; n velocities
-/// 16 kiB per contact               where few of many contacts meet, or 400 bytes for each k² of a velocity that k know, if that is more
-/// 2 kiB per joint and velocity     in place of its rows above, where joints are many and know few velocities each
+/// 16 kiB per contact               where few of many contacts are coupled, or 400 bytes for each k² of a velocity that k share, if that is more
+/// 2 kiB per joint and velocity     in place of its rows above, where joints are many and involve few velocities each
 /// ```
 /// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from above, for which only
 /// the columns are listed.

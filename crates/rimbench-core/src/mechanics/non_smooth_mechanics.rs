@@ -283,10 +283,10 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
             return Err("contacts that are listed anew as bodies travel are stepped by the semi-implicit rule");
         }
         if self.stepper.is_sparse() {
-            return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");
+            return Err("contacts by the dozen, of which few are coupled, are stepped by the semi-implicit rule");
         }
         if self.stepper.eq3.bilateral.columns_by_row().is_some() {
-            return Err("joints by the dozen that know few velocities each are stepped by the semi-implicit rule");
+            return Err("joints by the dozen that involve few velocities each are stepped by the semi-implicit rule");
         }
         let stiff = self.model.empty_stiff_forces();
         self.stepper.implicit = stiff.map(|forces| Box::new(ImplicitPart::new(&self.stepper.eq3, forces)));

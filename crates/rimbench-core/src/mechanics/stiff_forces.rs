@@ -17,7 +17,7 @@ pub struct StiffForces {
 }
 
 impl StiffForces {
-    /// Makes zero matrices of `n` velocities that know each other, or each only itself.
+    /// Makes zero matrices of `n` velocities that are all coupled, or none.
     pub fn zeros(n: usize, diagonal: bool) -> Self {
         let zeros = if diagonal { MassMatrix::Diagonal(vec![0.0; n]) } else { MassMatrix::Dense(vec![0.0; n * n]) };
         StiffForces { stiffness: zeros.clone(), damping: zeros }

@@ -1,4 +1,4 @@
-//! Problems of hundreds of contacts, of which few meet: too large for a file, so made from their cases whenever they are asked for.
+//! Problems of hundreds of contacts, of which few are coupled: too large for a file, so made from their cases whenever they are asked for.
 
 use crate::panel::Clarabel;
 use rimbench_cases::catalogue::Catalogue;

@@ -16,26 +16,26 @@ impl ActiveSet {
         self.factor.remove(position);
         self.is_active[self.set[position]] = false;
         self.set.copy_within(position + 1..self.len, position);
-        self.z_a.copy_within(position + 1..self.len, position);
+        self.p_a.copy_within(position + 1..self.len, position);
         self.len -= 1;
         self.age = self.age.map(|age| age + 1);
     }
 
-    /// Computes `z_A = −M_AA⁻¹ q_A`, dropping the most negative member until none is; returns the number dropped.
+    /// Computes `P_A = −H_AA⁻¹ b_A`, dropping the most negative member until none is; returns the number dropped.
     #[inline]
     fn make_feasible(&mut self, lcp: Lcp<'_>) -> u32 {
         let mut dropped = 0;
         loop {
-            let z_a = &mut self.z_a[..self.len];
-            for (z, &i) in z_a.iter_mut().zip(&self.set[..]) {
-                *z = -lcp.b[i];
+            let p_a = &mut self.p_a[..self.len];
+            for (p, &i) in p_a.iter_mut().zip(&self.set[..]) {
+                *p = -lcp.b[i];
             }
-            self.factor.solve(z_a);
+            self.factor.solve(p_a);
             let (mut worst, mut position) = (0.0, None);
-            for (k, &z) in z_a.iter().enumerate() {
-                if z < 0.0 {
+            for (k, &p) in p_a.iter().enumerate() {
+                if p < 0.0 {
                     let i = self.set[k];
-                    let score = z * z * lcp.h()[i * self.n + i];
+                    let score = p * p * lcp.h()[i * self.n + i];
                     if position.is_none() || score > worst {
                         (worst, position) = (score, Some(k));
                     }
@@ -47,22 +47,22 @@ impl ActiveSet {
         }
     }
 
-    /// Computes `w = M z + q` and picks the contact to take in: the one that promises the largest decrease of the
+    /// Computes `w = H P + b` and picks the contact to take in: the one that promises the largest decrease of the
     /// objective, `w_j²/2M_jj`, or with `bland` the first. Violations within the rounding of `w` do not count.
     #[inline]
     fn most_violated(&mut self, lcp: Lcp<'_>, negligible: f64, bland: bool) -> Option<usize> {
         let n = self.n;
         let w = &mut self.w[..n];
         w.copy_from_slice(lcp.b);
-        for (&z, &a) in self.z_a[..self.len].iter().zip(&self.set[..]) {
+        for (&p, &a) in self.p_a[..self.len].iter().zip(&self.set[..]) {
             if self.rows_read && self.rows.holds() {
-                for (j, m) in self.rows.row(a) {
-                    w[j] += m * z;
+                for (j, h) in self.rows.row(a) {
+                    w[j] += h * p;
                 }
                 continue;
             }
-            for (w, m) in w.iter_mut().zip(&lcp.h()[a * n..(a + 1) * n]) {
-                *w += m * z;
+            for (w, h) in w.iter_mut().zip(&lcp.h()[a * n..(a + 1) * n]) {
+                *w += h * p;
             }
         }
         let mut best: Option<usize> = None;
@@ -71,7 +71,7 @@ impl ActiveSet {
                 continue;
             }
             let row = &lcp.h()[j * n..(j + 1) * n];
-            let summed: f64 = self.active_set().iter().zip(&self.z_a[..]).map(|(&a, z)| row[a].abs() * z).sum();
+            let summed: f64 = self.active_set().iter().zip(&self.p_a[..]).map(|(&a, p)| row[a].abs() * p).sum();
             if self.w[j] >= -negligible - 16.0 * f64::EPSILON * summed {
                 continue;
             }
@@ -86,21 +86,21 @@ impl ActiveSet {
         best
     }
 
-    /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way.
+    /// Raises `P_j` until `w_j = 0`, removing the members that reach zero on the way.
     fn drive(&mut self, lcp: Lcp<'_>, j: usize, pivots: &mut u32, bound: u32) -> Drive {
-        let (n, m_jj) = (self.n, lcp.h()[j * self.n + j]);
-        let (mut z_j, mut w_j) = (0.0, self.w[j]);
+        let (n, h_jj) = (self.n, lcp.h()[j * self.n + j]);
+        let (mut p_j, mut w_j) = (0.0, self.w[j]);
         loop {
             let len = self.len;
             let d = self.factor.border(lcp.h(), &self.set[..len], j);
-            self.factor.direction(&mut self.p[..len]);
-            let independent = d > DEPENDENT * m_jj;
+            self.factor.direction(&mut self.y[..len]);
+            let independent = d > DEPENDENT * h_jj;
             let mut t = if independent { -w_j / d } else { f64::INFINITY };
             let mut blocking = None;
             for k in 0..len {
-                let (p, a) = (self.p[k], self.set[k]);
-                if p > 0.0 && p * p * lcp.h()[a * n + a] > NO_MOTION * m_jj && self.z_a[k] < t * p {
-                    (t, blocking) = (self.z_a[k] / p, Some(k));
+                let (y, a) = (self.y[k], self.set[k]);
+                if y > 0.0 && y * y * lcp.h()[a * n + a] > NO_MOTION * h_jj && self.p_a[k] < t * y {
+                    (t, blocking) = (self.p_a[k] / y, Some(k));
                 }
             }
             if blocking.is_none() && !independent {
@@ -110,10 +110,10 @@ impl ActiveSet {
                 return Drive::OutOfPivots;
             }
             *pivots += 1;
-            for (z, p) in self.z_a[..len].iter_mut().zip(&self.p[..]) {
-                *z = (*z - t * p).max(0.0);
+            for (p, y) in self.p_a[..len].iter_mut().zip(&self.y[..]) {
+                *p = (*p - t * y).max(0.0);
             }
-            z_j += t;
+            p_j += t;
             match blocking {
                 Some(k) => {
                     w_j += t * d.max(0.0);
@@ -122,7 +122,7 @@ impl ActiveSet {
                 None => {
                     self.factor.push(d);
                     self.set[len] = j;
-                    self.z_a[len] = z_j;
+                    self.p_a[len] = p_j;
                     self.is_active[j] = true;
                     self.len += 1;
                     self.age = self.age.map(|age| age + 1);
@@ -136,22 +136,22 @@ impl ActiveSet {
     pub(super) fn pivot_to_solution(
         &mut self,
         lcp: Lcp<'_>,
-        z: &mut [f64],
+        p: &mut [f64],
         mut stats: SolveStats,
     ) -> Result<SolveStats, Unsolved> {
         let n = self.n;
-        let q_max = lcp.b.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
+        let b_max = lcp.b.iter().fold(0.0_f64, |max, b| max.max(b.abs()));
         let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));
         loop {
             stats.pivots += self.make_feasible(lcp);
-            let Some(j) = self.most_violated(lcp, NEGLIGIBLE * q_max, stats.pivots > bland_after) else { break };
+            let Some(j) = self.most_violated(lcp, NEGLIGIBLE * b_max, stats.pivots > bland_after) else { break };
             match self.drive(lcp, j, &mut stats.pivots, bound) {
                 Drive::Completed => {}
-                Drive::Unblocked if self.w[j] >= -RAY_NOISE * q_max => break,
-                Drive::Unblocked | Drive::OutOfPivots => return Err(self.give_up(z)),
+                Drive::Unblocked if self.w[j] >= -RAY_NOISE * b_max => break,
+                Drive::Unblocked | Drive::OutOfPivots => return Err(self.give_up(p)),
             }
         }
-        self.write(z);
+        self.write(p);
         Ok(stats)
     }
 }

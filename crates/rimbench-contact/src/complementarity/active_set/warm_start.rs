@@ -6,7 +6,7 @@ use crate::complementarity::Lcp;
 /// What the last active set says about a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum WarmStart {
-    /// `q ≥ 0`: no contact pushes.
+    /// `b ≥ 0`: no contact pushes.
     Zero,
     /// Its members push and no other contact closes: solved.
     Confirmed,
@@ -17,22 +17,22 @@ pub(super) enum WarmStart {
 impl ActiveSet {
     /// Solves the problem if the active set of the last one does, for up to eight contacts of which up to four push.
     ///
-    /// `M_AA` is factorised anew each time: for four members that takes less than finding out whether `M` is the matrix
+    /// `H_AA` is factorised anew each time: for four members that takes less than finding out whether `H` is the matrix
     /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are those
     /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
     #[inline(always)]
-    pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> WarmStart {
-        let (m, q) = (lcp.h(), lcp.b);
-        match q.len() {
+    pub(super) fn solve_few(&self, lcp: Lcp<'_>, p: &mut [f64]) -> WarmStart {
+        let (h, b) = (lcp.h(), lcp.b);
+        match b.len() {
             0 => WarmStart::Zero,
-            1 => self.of_size::<1>(m, q, z),
-            2 => self.of_size::<2>(m, q, z),
-            3 => self.of_size::<3>(m, q, z),
-            4 => self.of_size::<4>(m, q, z),
-            5 => self.of_size::<5>(m, q, z),
-            6 => self.of_size::<6>(m, q, z),
-            7 => self.of_size::<7>(m, q, z),
-            8 => self.of_size::<8>(m, q, z),
+            1 => self.of_size::<1>(h, b, p),
+            2 => self.of_size::<2>(h, b, p),
+            3 => self.of_size::<3>(h, b, p),
+            4 => self.of_size::<4>(h, b, p),
+            5 => self.of_size::<5>(h, b, p),
+            6 => self.of_size::<6>(h, b, p),
+            7 => self.of_size::<7>(h, b, p),
+            8 => self.of_size::<8>(h, b, p),
             _ => WarmStart::Rejected,
         }
     }
@@ -40,24 +40,24 @@ impl ActiveSet {
     /// A function per size, or the saving is lost in one large frame; slices one by one, for the problem as one would go
     /// through memory.
     #[inline(never)]
-    fn of_size<const N: usize>(&self, m: &[f64], q: &[f64], z: &mut [f64]) -> WarmStart {
-        let (rows, _) = m.as_chunks::<N>();
-        let (Ok(m), Ok(q), Ok(z)) = (rows.try_into(), q.try_into(), z.try_into()) else { return WarmStart::Rejected };
-        let (m, q, z): (&[[f64; N]; N], &[f64; N], &mut [f64; N]) = (m, q, z);
+    fn of_size<const N: usize>(&self, h: &[f64], b: &[f64], p: &mut [f64]) -> WarmStart {
+        let (rows, _) = h.as_chunks::<N>();
+        let (Ok(h), Ok(b), Ok(p)) = (rows.try_into(), b.try_into(), p.try_into()) else { return WarmStart::Rejected };
+        let (h, b, p): (&[[f64; N]; N], &[f64; N], &mut [f64; N]) = (h, b, p);
         let (mut nonnegative, mut not_finite) = (true, 0.0);
-        for q in q {
-            nonnegative &= *q >= 0.0;
-            not_finite += q * 0.0;
+        for b in b {
+            nonnegative &= *b >= 0.0;
+            not_finite += b * 0.0;
         }
         if nonnegative && not_finite == 0.0 {
-            *z = [0.0; N];
+            *p = [0.0; N];
             return WarmStart::Zero;
         }
         let confirmed = match self.len {
-            1 => self.confirm::<N, 1>(m, q, z),
-            2 if N >= 2 => self.confirm::<N, 2>(m, q, z),
-            3 if N >= 3 => self.confirm::<N, 3>(m, q, z),
-            4 if N >= 4 => self.confirm::<N, 4>(m, q, z),
+            1 => self.confirm::<N, 1>(h, b, p),
+            2 if N >= 2 => self.confirm::<N, 2>(h, b, p),
+            3 if N >= 3 => self.confirm::<N, 3>(h, b, p),
+            4 if N >= 4 => self.confirm::<N, 4>(h, b, p),
             _ => None,
         };
         if confirmed.is_some() { WarmStart::Confirmed } else { WarmStart::Rejected }
@@ -65,39 +65,39 @@ impl ActiveSet {
 
     /// Writes the solution on the active set of `K` members if it is one.
     #[inline(always)]
-    fn confirm<const N: usize, const K: usize>(&self, m: &[[f64; N]; N], q: &[f64; N], z: &mut [f64; N]) -> Option<()> {
+    fn confirm<const N: usize, const K: usize>(&self, h: &[[f64; N]; N], b: &[f64; N], p: &mut [f64; N]) -> Option<()> {
         let set: &[usize; K] = self.set.first_chunk()?;
-        let z_a = members(set, m, q)?;
-        let mut w = *q;
-        for (&z, &a) in z_a.iter().zip(set) {
-            for (w, m) in w.iter_mut().zip(&m[a]) {
-                *w += m * z;
+        let p_a = members(set, h, b)?;
+        let mut w = *b;
+        for (&p, &a) in p_a.iter().zip(set) {
+            for (w, h) in w.iter_mut().zip(&h[a]) {
+                *w += h * p;
             }
         }
-        let q_max = q.iter().fold(0.0, |max: f64, q| if q.abs() > max { q.abs() } else { max });
-        let mut holds = z_a.iter().fold(true, |pushes, z| pushes & (*z >= 0.0));
+        let b_max = b.iter().fold(0.0, |max: f64, b| if b.abs() > max { b.abs() } else { max });
+        let mut holds = p_a.iter().fold(true, |pushes, p| pushes & (*p >= 0.0));
         for (w, is_active) in w.iter().zip(self.is_active.first_chunk::<N>()?) {
             // Members have w = 0 up to rounding.
-            holds &= is_active | (*w >= -NEGLIGIBLE * q_max);
+            holds &= is_active | (*w >= -NEGLIGIBLE * b_max);
         }
         if !holds {
             return None;
         }
-        *z = [0.0; N];
-        for (&z_a, &a) in z_a.iter().zip(set) {
-            z[a] = z_a;
+        *p = [0.0; N];
+        for (&p_a, &a) in p_a.iter().zip(set) {
+            p[a] = p_a;
         }
         Some(())
     }
 }
 
-/// `z_A = −M_AA⁻¹ q_A` by `M_AA = L D Lᵀ`; `None` if a member depends on those before it.
+/// `P_A = −H_AA⁻¹ b_A` by `H_AA = L D Lᵀ`; `None` if a member depends on those before it.
 #[inline(always)]
-fn members<const N: usize, const K: usize>(set: &[usize; K], m: &[[f64; N]; N], q: &[f64; N]) -> Option<[f64; K]> {
+fn members<const N: usize, const K: usize>(set: &[usize; K], h: &[[f64; N]; N], b: &[f64; N]) -> Option<[f64; K]> {
     let mut l = [[0.0; K]; K];
     let (mut d_inverse, mut x) = ([0.0; K], [0.0; K]);
     for k in 0..K {
-        let row = m.get(set[k])?;
+        let row = h.get(set[k])?;
         let (mut y, mut d, mut known) = ([0.0; K], row[set[k]], 0.0);
         let dependent = DEPENDENT * d;
         for i in 0..k {
@@ -115,7 +115,7 @@ fn members<const N: usize, const K: usize>(set: &[usize; K], m: &[[f64; N]; N], 
             return None;
         }
         d_inverse[k] = 1.0 / d;
-        x[k] = -q[set[k]] - known;
+        x[k] = -b[set[k]] - known;
     }
     for k in (0..K).rev() {
         x[k] *= d_inverse[k];

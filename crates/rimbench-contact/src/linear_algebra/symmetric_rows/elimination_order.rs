@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 
 /// Order of elimination of a [`SymmetricPattern`], and where the entries of its factor stand.
 ///
-/// Minimum degree: the row that knows fewest others goes next, and those that it knows then know each other. Found once per
+/// Minimum degree: the row coupled to fewest others goes next, and those that it is coupled to are then coupled to each other. Found once per
 /// pattern; a set of rows only ever leaves entries of the whole matrix's factor out.
 /// # Source
 /// Tinney, Walker 1967; George, Liu, *The evolution of the minimum degree ordering algorithm*, SIAM Review 31 (1989).
@@ -31,7 +31,7 @@ impl EliminationOrder {
         let mut known: Vec<Vec<u32>> = (0..n).map(|i| others(i).collect()).collect();
         let mut position_of = vec![u32::MAX; n];
         let (mut row_at, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        // By how many others they know; entries that are out of date are passed over.
+        // By how many others they are coupled to; entries that are out of date are passed over.
         let mut waiting: BinaryHeap<_> = (0..n).map(|i| Reverse((known[i].len(), i))).collect();
         while let Some(Reverse((degree, next))) = waiting.pop() {
             if position_of[next] != u32::MAX || degree != known[next].len() {

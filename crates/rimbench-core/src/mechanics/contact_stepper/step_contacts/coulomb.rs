@@ -199,7 +199,7 @@ impl ContactStepper {
             return refused("contacts that give way have none".to_owned());
         }
         if self.contacts.is_sparse() {
-            return refused("contacts by the dozen, of which few meet, have none".to_owned());
+            return refused("contacts by the dozen, of which few are coupled, have none".to_owned());
         }
         let Some(solver) = solver.checked_with_friction(n) else {
             let reason = "contacts with friction are solved over their states; use solver `active-set`";
