@@ -54,7 +54,7 @@ impl DelassusOperator for DenseDelassus<'_> {
         dot(self.row(row), impulses) + b[row]
     }
 
-    /// Sizes of a few contacts known to the compiler take about half of the time.
+    /// The compiler knows the sizes of few contacts.
     #[inline(always)]
     fn natural_residual<K: Cone>(problem: &ContactProblem<'_, Self, K>, impulses: &[f64]) -> f64 {
         match problem.delassus.rows {
