@@ -3,7 +3,7 @@
 //   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit (needs node alone)
 //   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
 //                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
-//   node .ci/page.mjs speed REPORT                    size, first paint, controls, redraws while the slider is dragged (needs an idle machine)
+//   node .ci/page.mjs speed REPORT [idle]             size, first paint, controls, redraws while the slider is dragged; slow fails if idle
 //   node .ci/page.mjs bounds REPORT                   height, tab stops, names of pictures, and faults of accessibility at 390 px, before anything is opened
 import { execFileSync } from "node:child_process";
 import { createRequire } from "node:module";
@@ -90,7 +90,8 @@ async function bounds() {
   await browser.close();
 }
 
-// At most 1.5 MB; first paint within 0.5 s and controls within 1 s, at the best of five; 20 redraws a second of the wedge box.
+// At most 1.5 MB. On an idle machine first paint within 0.5 s and controls within 1 s, at the best of five, and 20 redraws a second
+// of the wedge box; one that is not said to be idle may be busy, and its times are only shown.
 async function speed() {
   const bytes = fs.statSync(subject).size, times = [], browser = await chromium();
   let page;
@@ -123,8 +124,8 @@ async function speed() {
   const redraws = await drag();
   console.log(`${bytes} bytes; first paint ${paint} ms, controls ${controls} ms; ${first} redraws a second at first, ${redraws} once runs are known`);
   if (bytes > 1.5e6) fail(`${bytes} bytes`);
-  if (paint > 500 || controls > 1000) fail("the page is slow to appear");
-  if (redraws < 20) fail(`${redraws} redraws a second`);
+  if (program === "idle" && (paint > 500 || controls > 1000)) fail("the page is slow to appear");
+  if (program === "idle" && redraws < 20) fail(`${redraws} redraws a second`);
   await browser.close();
 }
 
@@ -142,6 +143,8 @@ async function browse() {
       element.value = value;
       element.dispatchEvent(new Event("input", { bubbles: true }));
     }, String(value));
+  // What the page does, it does with its next frame or with the next result of a worker.
+  const until = (said, test, ...rest) => page.waitForFunction(test, { timeout: 60e3 }, ...rest).catch(() => fail(said));
   const rest = () => page.waitForFunction(() => Number(document.body.dataset.drawn ?? 0) > 0 && !document.body.hasAttribute("aria-busy"), { timeout: 120e3 });
   await rest();
   // What is shown is what the program says of the same run.
@@ -156,15 +159,13 @@ async function browse() {
     await page.waitForFunction((run) => document.getElementById("verdict-b").dataset.run === run, { timeout: 120e3 }, said.run_id);
   }
   // The address is written once the hand rests.
-  await new Promise((resolve) => setTimeout(resolve, 500));
-  if (!(await page.evaluate(() => location.hash)).includes("b=rim-smooth")) fail("the address does not say what is shown");
+  await until("the address does not say what is shown", () => location.hash.includes("b=rim-smooth"));
   const time = async () => Number(await at("strip", "aria-valuenow"));
   const began = await time();
   await page.focus("#in-h");
   await page.keyboard.press("Space");
-  await new Promise((resolve) => setTimeout(resolve, 500));
+  await until("Space on the slider plays nothing", (began) => Number(document.getElementById("strip").getAttribute("aria-valuenow")) !== began, began);
   await page.keyboard.press("Space");
-  if (began === (await time())) fail("Space on the slider plays nothing");
   const strip = await (await page.$("#strip")).boundingBox();
   await page.mouse.move(strip.x + 0.3 * strip.width, strip.y + 0.5 * strip.height);
   await page.mouse.down();
@@ -189,17 +190,20 @@ async function browse() {
   await page.waitForFunction(() => [...document.querySelectorAll("#cases canvas")].every((canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((value) => value)), { timeout: 120e3 });
   if (folder) await page.screenshot({ path: path.join(folder, "gallery.png") });
   await page.click("#cases button:nth-child(2)");
-  if ((await page.$eval("#in-case", (select) => select.selectedIndex)) !== 1) fail("a picture of the gallery leads elsewhere");
+  await until("a picture of the gallery leads elsewhere", () => document.getElementById("in-case").selectedIndex === 1);
   // A figure's runs are opened as they are.
   for (const link of await page.$$("a.live")) {
-    await link.evaluate((link) => link.click());
-    await page.waitForFunction(() => document.getElementById("verdict-a").dataset.run && document.getElementById("verdict-a").textContent !== "computing …");
     await rest();
-    const here = await page.evaluate(async () => {
-      const known = JSON.stringify(await page.data);
-      return ["a", "b"].map((side) => known.includes(document.getElementById(`verdict-${side}`).dataset.run.slice(0, 8)));
+    await link.evaluate((link) => {
+      history.replaceState(null, "", "#");
+      for (const side of ["a", "b"]) document.getElementById(`verdict-${side}`).dataset.run = "";
+      link.click();
     });
-    if (here.includes(false)) fail(`${await link.evaluate((link) => link.hash)} shows runs that the page does not have`);
+    await until(`${await link.evaluate((link) => link.hash)} shows runs that the page does not have`, async () => {
+      const known = JSON.stringify(await page.data);
+      const runs = ["a", "b"].map((side) => document.getElementById(`verdict-${side}`).dataset.run);
+      return runs.every((run) => run && known.includes(run.slice(0, 8)));
+    });
   }
   // An address may hold anything.
   await page.evaluate(() => (location.hash = "#case=nonsense&h=-3&a=%00&b=&t=later&phase=x"));
