@@ -5,27 +5,7 @@ use crate::program::{files, read, rimbench, root};
 use std::path::Path;
 
 /// The experiment that the commands find in their folder.
-const SMALL: &str = r#"question = "Does the hold lose the box?"
-macro_steps_s = [1e-3, 5e-3]
-phases = 2
-duration_s = 0.5
-[[cases]]
-name = "wedge-box"
-[[schemes]]
-scheme = "zero-order-hold"
-[[schemes]]
-scheme = "rim-nonsmooth"
-[[claims]]
-id = "hold-loses-the-box"
-by = "ours"
-text = "The hold diverges at 5 ms"
-case = "wedge-box"
-scheme = "zero-order-hold"
-macro_step_s = 5e-3
-metric = "diverged"
-expect = ">= 1"
-finding = "reproduced"
-"#;
+const SMALL: &str = include_str!("small.toml");
 
 /// Lines of the first screens of these commands.
 const MOST_LINES: [(&str, usize); 3] = [("simulate", 12), ("advise", 15), ("verify", 1)];
