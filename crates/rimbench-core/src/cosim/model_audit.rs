@@ -15,8 +15,9 @@ use super::communication_grid::MacroStep;
 use super::coupling_scheme::{CouplingScheme, MicroStep};
 use super::output_history::OutputHistory;
 use crate::interface_model::{
-    Condensation, ReducedInterfaceModel, Redundancy, condense, smallest_eigenvalue, solve_semidefinite,
+    Condensation, IndependentRows, ReducedInterfaceModel, Redundancy, condense, smallest_eigenvalue,
 };
+use rimbench_contact::linear_algebra::body_dot;
 
 /// Below this fraction of the largest an impulse counts as zero, and a change of velocity below this fraction of what it is a difference of.
 const ROUNDING: f64 = 1e-11;
@@ -82,11 +83,12 @@ pub(crate) struct ModelAudit {
     /// `a_i · Σ p_j (t_j + ½ h_j)` and `Σ p_jᵀ H_iu (P_before + ½ P_j)` over the mechanics' steps, J.
     moment: f64,
     contact_work: f64,
-    matrix: Vec<f64>,
+    rows: IndependentRows,
     right: Vec<f64>,
     closed: Vec<usize>,
     /// The interface of model and mechanics with the contacts that carried impulse.
     condensed: [Condensation; 2],
+    difference: Vec<f64>,
 }
 
 impl ModelAudit {
@@ -103,10 +105,11 @@ impl ModelAudit {
             of_model: vec![0.0; rows],
             moment: 0.0,
             contact_work: 0.0,
-            matrix: vec![0.0; (rows * rows).max(n_i * n_i)],
+            rows: IndependentRows::new(rows, empty),
             right: vec![0.0; rows],
             closed: Vec::with_capacity(empty.contacts()),
             condensed: [Condensation::of(empty), Condensation::of(empty)],
+            difference: vec![0.0; n_i * n_i],
         }
     }
 
@@ -172,8 +175,7 @@ impl ModelAudit {
         sent_moment *= delta * delta;
         let columns = model.a.len();
         let h = |row: usize| &model.h[row * columns..(row + 1) * columns];
-        let product = |row: &[f64], p: &[f64]| row.iter().zip(p).map(|(h, p)| h * p).sum::<f64>();
-        let by_impulse = |row: usize| product(&h(row)[first..], &self.impulse);
+        let by_impulse = |row: usize| body_dot(&h(row)[first..], &self.impulse);
         let mut smooth = 0.0;
         for (i, p) in self.impulse.iter().enumerate() {
             smooth += p * (model.w[first + i] + 0.5 * by_impulse(first + i));
@@ -186,27 +188,19 @@ impl ModelAudit {
             self.known = false;
             return;
         };
-        let n = end.rows.len();
         let free = |row: usize| model.w[row] + step.length * model.a[row] + by_impulse(row);
         let mut pushed = false;
-        for (k, (&row, w)) in end.rows.iter().zip(end.w).enumerate() {
+        for (&row, w) in end.rows.iter().zip(end.w) {
             let free = free(row);
-            self.right[k] = w - free;
+            self.right[row] = w - free;
             pushed |= (w - free).abs() > ROUNDING * (w.abs() + free.abs());
         }
         self.of_model.fill(0.0);
         if pushed {
-            for (k, &row) in end.rows.iter().enumerate() {
-                let own = h(row);
-                self.matrix[k * n..(k + 1) * n]
-                    .iter_mut()
-                    .zip(end.rows)
-                    .for_each(|(entry, &column)| *entry = own[column]);
-            }
-            solve_semidefinite(&mut self.matrix[..n * n], &mut self.right[..n]);
-            let all = self.right[..n].iter().chain(&self.contacts).chain(&self.impulse);
+            let (kept, impulses) = self.rows.solve(model, end.rows, |row| self.right[row]);
+            let all = impulses.iter().chain(&self.contacts).chain(&self.impulse);
             let least = ROUNDING * all.fold(0.0, |most: f64, impulse| most.max(impulse.abs()));
-            for (&row, &impulse) in end.rows.iter().zip(&self.right) {
+            for (&row, &impulse) in kept.iter().zip(impulses) {
                 self.of_model[row] = if impulse.abs() > least { impulse } else { 0.0 };
             }
         }
@@ -218,8 +212,8 @@ impl ModelAudit {
                 continue;
             }
             let own = &h(row)[..first];
-            let by_contacts = product(own, &self.contacts);
-            let (w, change) = (free(row) + by_contacts, by_contacts - product(own, &self.of_model));
+            let by_contacts = body_dot(own, &self.contacts);
+            let (w, change) = (free(row) + by_contacts, by_contacts - body_dot(own, &self.of_model));
             jump += (p - of_model) * (w - 0.5 * change);
             size += (w.abs() + change.abs()) * (p.abs() + of_model.abs());
             let mut note = |created: f64, contact: usize, by: Creation| {
@@ -265,7 +259,7 @@ impl ModelAudit {
             condense(model, &self.closed, Redundancy::Drop, condensed);
         }
         let [of_model, own] = &self.condensed;
-        let difference = &mut self.matrix[..n_i * n_i];
+        let difference = &mut self.difference[..];
         difference.iter_mut().zip(of_model.h.iter().zip(&own.h)).for_each(|(d, (model, own))| *d = model - own);
         let largest = (0..n_i).map(|i| model.entry(first + i, first + i)).fold(0.0, f64::max);
         -smallest_eigenvalue(difference, n_i) / largest

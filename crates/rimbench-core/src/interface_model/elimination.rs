@@ -5,7 +5,7 @@ use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::{Cause, Failure};
-use rimbench_contact::linear_algebra::{Cholesky, SymmetricPattern};
+use rimbench_contact::linear_algebra::{Cholesky, SymmetricPattern, body_dot};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -167,7 +167,7 @@ impl Elimination {
     /// Writes the accelerations `A_x G f` of the stacked rows by the forces `f`, at the state reduced last.
     pub fn accelerations_by(&self, force: &[f64], a: &mut [f64]) {
         for (a, row) in a.iter_mut().zip(self.g_rows.chunks_exact(self.velocities)) {
-            *a = row.iter().zip(force).map(|(g, f)| g * f).sum();
+            *a = body_dot(row, force);
         }
     }
 
