@@ -83,18 +83,22 @@ impl SplitModels {
             position: room(),
             driving: room(),
             through: vec![0.0; 2 * n * n],
-            correlation: Correlation { vector: room(), image: room(), found: InterfaceCorrelation::default() },
+            correlation: Correlation {
+                entries: vec![0.0; n * n],
+                vector: room(),
+                image: room(),
+                found: <_>::default(),
+            },
         })
     }
 
     /// Begins a macro step from a model of the mechanics.
     fn begin(&mut self, model: &ReducedInterfaceModel) {
-        let n = self.force.len() as f64;
         self.correlation.look_at(model);
         for (i, spoke) in self.spokes.iter_mut().enumerate() {
             spoke.factor = match self.split {
-                Split::MeanRows | Split::BlindRows => Correlation::row_sum(model, i),
-                Split::MeanShares | Split::BlindShares => n,
+                Split::MeanRows | Split::BlindRows => self.correlation.row_sum(i),
+                Split::MeanShares | Split::BlindShares => self.force.len() as f64,
                 Split::MeanBody | Split::BlindBody | Split::Law | Split::Joint => 1.0,
             };
             spoke.seen.copy_from_slice(&self.start);
@@ -209,6 +213,7 @@ impl CouplingScheme for SplitModels {
 /// Correlations `C = D^(−½) H_ii D^(−½)` of the rows of the interface, the worst so far, and the largest eigenvalue λ by power iteration.
 #[derive(Clone)]
 struct Correlation {
+    entries: Vec<f64>,
     vector: Vec<f64>,
     image: Vec<f64>,
     found: InterfaceCorrelation,
@@ -218,20 +223,24 @@ impl Correlation {
     /// Steps of the iteration per communication point, which starts where it ended at the last one.
     const ITERATIONS: usize = 20;
 
-    fn entry(model: &ReducedInterfaceModel, i: usize, j: usize) -> f64 {
-        let first = model.interface_start();
-        let h = |i: usize, j: usize| model.entry(first + i, first + j);
-        let scale = (h(i, i) * h(j, j)).sqrt();
-        if scale > 0.0 { h(i, j) / scale } else { 0.0 }
-    }
-
     /// `Λ_i`, 1 of a row that does not move.
-    fn row_sum(model: &ReducedInterfaceModel, i: usize) -> f64 {
-        (0..model.interface()).map(|j| Self::entry(model, i, j).abs()).sum::<f64>().max(1.0)
+    fn row_sum(&self, i: usize) -> f64 {
+        let n = self.vector.len();
+        self.entries[i * n..(i + 1) * n].iter().map(|c| c.abs()).sum::<f64>().max(1.0)
     }
 
     fn look_at(&mut self, model: &ReducedInterfaceModel) {
-        let Correlation { vector, image, found } = self;
+        let (n, first) = (self.vector.len(), model.interface_start());
+        let h = |i: usize, j: usize| model.entry(first + i, first + j);
+        for (at, entry) in self.entries.iter_mut().enumerate() {
+            let (i, j) = (at / n, at % n);
+            let scale = (h(i, i) * h(j, j)).sqrt();
+            *entry = if scale > 0.0 { h(i, j) / scale } else { 0.0 };
+            if j < i {
+                self.found.largest = self.found.largest.max(entry.abs());
+            }
+        }
+        let Correlation { entries, vector, image, found } = self;
         if vector[0] == 0.0 {
             // Not the vector of a symmetric arrangement, which may have no part in the largest.
             vector.iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 / (1.0 + i as f64));
@@ -239,15 +248,12 @@ impl Correlation {
         for _ in 0..Self::ITERATIONS {
             let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
             vector.iter_mut().for_each(|x| *x /= length);
-            for (i, y) in image.iter_mut().enumerate() {
-                *y = vector.iter().enumerate().map(|(j, x)| Self::entry(model, i, j) * x).sum();
+            for (y, row) in image.iter_mut().zip(entries.chunks_exact(n)) {
+                *y = row.iter().zip(&*vector).map(|(c, x)| c * x).sum();
             }
             let rayleigh = vector.iter().zip(&*image).map(|(x, y)| x * y).sum::<f64>();
             found.lambda = found.lambda.max(rayleigh);
             vector.copy_from_slice(image);
-        }
-        for (i, j) in (0..vector.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
-            found.largest = found.largest.max(Self::entry(model, i, j).abs());
         }
     }
 }
