@@ -11,8 +11,8 @@ use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
 use rimbench::harness::{
-    Cache, LimitSearch, Scan, StabilityLimit, StabilityPoint, predicted_stability_limit, spectral_stability_limit,
-    stability_limit,
+    Cache, Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, predicted_stability_limit,
+    spectral_stability_limit, stability_limit,
 };
 use serde_json::Value;
 use std::sync::Arc;
@@ -104,7 +104,7 @@ fn facts(found: &StabilityLimit) -> Value {
         let mut object = Object::default();
         object.number("macro_step_s", point.macro_step);
         object.number("fraction_stable", point.fraction_stable);
-        object.put("failure", point.failure.clone());
+        object.put("failure", point.failure.as_ref().map(ToString::to_string));
         object.number("spectral_radius", point.spectral_radius);
         Value::from(object)
     };
@@ -128,14 +128,14 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     };
     let mut lines = vec![headline(&verdict, about, mood)];
     let first = found.points.iter().find(|point| Some(point.macro_step) == found.first_unstable);
-    let why = |point: &StabilityPoint| match &point.outcome {
-        Some(outcome) => {
-            Some(in_words(outcome) + &outcome.at_s().map(|at| format!(" at {}", step(at))).unwrap_or_default())
+    let why = |failure: &Instability| match failure {
+        Instability::Run(outcome) => {
+            in_words(outcome) + &outcome.at_s().map(|at| format!(" at {}", step(at))).unwrap_or_default()
         }
-        None => point.failure.clone(),
+        growth => growth.to_string(),
     };
-    if let Some((point, failure)) = first.and_then(|point| Some((point, why(point)?))) {
-        lines.push(row(&format!("at {}", step(point.macro_step)), &failure));
+    if let Some((point, failure)) = first.and_then(|point| Some((point, point.failure.as_ref()?))) {
+        lines.push(row(&format!("at {}", step(point.macro_step)), &why(failure)));
     }
     let tried = found.points.iter().map(|point| point.macro_step);
     let (least, most) = (tried.clone().fold(f64::INFINITY, f64::min), tried.fold(0.0, f64::max));
@@ -146,7 +146,7 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     if all {
         let mut table = Table::new(&["H", "stable", "first failure"]);
         for point in &found.points {
-            let failure = why(point).unwrap_or_default();
+            let failure = point.failure.as_ref().map(why).unwrap_or_default();
             table.add_row([step(point.macro_step), percent(point.fraction_stable), failure]);
         }
         lines.push(format!("\n{table}"));

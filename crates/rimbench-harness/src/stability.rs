@@ -10,9 +10,35 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec, predicted_growth, simulate};
 use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
+use std::fmt;
 
 /// A spectral radius this close to one is one: the accuracy to which it is probed.
 pub(super) const NEUTRAL: f64 = 1e-9;
+
+/// Why a macro step counts as unstable.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Instability {
+    /// The first outcome among the phases that is not `completed`.
+    Run(Outcome),
+    /// The macro-step map grows.
+    Growth {
+        /// Its spectral radius.
+        radius: f64,
+        /// 1/s.
+        rate: f64,
+    },
+}
+
+impl fmt::Display for Instability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Instability::Run(outcome) => outcome.fmt(f),
+            Instability::Growth { radius, rate } => {
+                write!(f, "spectral radius {radius:.9}, growth rate {rate:.4e} 1/s")
+            }
+        }
+    }
+}
 
 /// How a scheme fares at one macro step.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,10 +47,8 @@ pub struct StabilityPoint {
     pub macro_step: f64,
     /// Share of the phases at which the run completed within bounds.
     pub fraction_stable: f64,
-    /// Why it counts as unstable: the first outcome among the phases that is not `completed`, or the spectral radius.
-    pub failure: Option<String>,
-    /// That outcome.
-    pub outcome: Option<Outcome>,
+    /// Why it counts as unstable, if it does.
+    pub failure: Option<Instability>,
     /// Spectral radius of the macro-step map, where that was the method.
     pub spectral_radius: Option<f64>,
 }
@@ -158,12 +182,11 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
             return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
         }
         let stable = outcomes.iter().filter(|outcome| **outcome == Outcome::Completed).count();
-        let failure = outcomes.iter().find(|outcome| **outcome != Outcome::Completed);
+        let failure = outcomes.iter().find(|outcome| **outcome != Outcome::Completed).cloned();
         Ok(StabilityPoint {
             macro_step,
             fraction_stable: stable as f64 / outcomes.len() as f64,
-            failure: failure.map(Outcome::to_string),
-            outcome: failure.cloned(),
+            failure: failure.map(Instability::Run),
             spectral_radius: None,
         })
     })
@@ -196,12 +219,11 @@ impl LimitSearch<'_> {
         self.run(|macro_step| {
             let radius = radius(&self.at(macro_step)?)?;
             let stable = radius <= 1.0 + NEUTRAL;
-            let growth = radius.ln() / macro_step;
+            let rate = radius.ln() / macro_step;
             Ok(StabilityPoint {
                 macro_step,
                 fraction_stable: f64::from(stable),
-                failure: (!stable).then(|| format!("spectral radius {radius:.9}, growth rate {growth:.4e} 1/s")),
-                outcome: None,
+                failure: (!stable).then_some(Instability::Growth { radius, rate }),
                 spectral_radius: Some(radius),
             })
         })

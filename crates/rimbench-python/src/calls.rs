@@ -222,11 +222,11 @@ pub fn limit<'py>(
     })?;
     complain(py, &cache)?;
     let points = PyList::empty(py);
-    for StabilityPoint { macro_step, fraction_stable, failure, spectral_radius, .. } in &found.points {
+    for StabilityPoint { macro_step, fraction_stable, failure, spectral_radius } in &found.points {
         let point = PyDict::new(py);
         point.set_item("macro_step_s", macro_step)?;
         point.set_item("fraction_stable", fraction_stable)?;
-        point.set_item("failure", failure)?;
+        point.set_item("failure", failure.as_ref().map(ToString::to_string))?;
         point.set_item("spectral_radius", spectral_radius)?;
         points.append(point)?;
     }
