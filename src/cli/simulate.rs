@@ -44,7 +44,8 @@ impl Simulate {
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve(&catalogue)?;
-        let prepared = if self.audit { spec.prepare()?.audited()? } else { spec.prepare()? };
+        let mut prepared = if self.audit { spec.prepare()?.audited()? } else { spec.prepare()? };
+        let contacts = prepared.contact_names();
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_place_for_trace(path)?;
@@ -66,17 +67,9 @@ impl Simulate {
         if self.format == Format::Json {
             return print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?);
         }
-        print(
-            &Said {
-                asked: &asked,
-                spec: &spec,
-                run: &run,
-                reference: &reference,
-                trace: self.trace,
-                audit: self.audit,
-            }
-            .first_screen(),
-        )?;
+        let audited = self.audit.then_some(contacts);
+        let said = Said { asked: &asked, spec: &spec, run: &run, reference: &reference, trace: self.trace, audited };
+        print(&said.first_screen())?;
         if self.all {
             print(&tables(&spec, &run))?;
         }
@@ -126,7 +119,8 @@ struct Said<'a> {
     run: &'a EvaluatedRun,
     reference: &'a Reference,
     trace: Option<PathBuf>,
-    audit: bool,
+    /// Names of the contacts of an audited run.
+    audited: Option<Vec<String>>,
 }
 
 impl Said<'_> {
@@ -170,8 +164,8 @@ impl Said<'_> {
                 &format!("{} at the interface{}", quantity(residual.abs(), "J"), sent.unwrap_or_default()),
             ));
         }
-        if self.audit {
-            lines.push(row("model", &self.created()));
+        if let Some(contacts) = &self.audited {
+            lines.push(row("model", &self.created(contacts)));
         }
         if let Some(latency) = run.latency {
             let most = quantity(latency.max_s, "s");
@@ -202,16 +196,14 @@ impl Said<'_> {
     }
 
     /// What the interface model created, and which contact created most of it, in words.
-    fn created(&self) -> String {
+    fn created(&self, contacts: &[String]) -> String {
         let Some(ModelEnergy { largest, .. }) = &self.run.created else {
             return "not audited: it does not stay as sent, or a side does not tell its contact impulses".to_owned();
         };
         let Some(Jump { time, energy, contact, by }) = *largest else {
             return "created no energy at any communication point".to_owned();
         };
-        let gaps = self.run.trajectory.columns().iter().filter_map(|name| name.strip_prefix("gap_"));
-        let name = gaps.map(|name| name.trim_end_matches("_m").replace('_', " ")).nth(contact);
-        let name = name.map_or_else(|| format!("contact {contact}"), |name| format!("the {name}"));
+        let name = contacts.get(contact).map_or_else(|| format!("contact {contact}"), |name| format!("the {name}"));
         let how = match by {
             Creation::Gap => "it acted across a gap",
             Creation::Pull => "bilateral while the mechanics opened it",
@@ -271,11 +263,8 @@ fn tables(spec: &RunSpec, run: &EvaluatedRun) -> String {
         counters.add_row([fact.name.to_owned(), fact.cell()]);
     }
     for fact in run.created() {
-        metrics.add_row([
-            fact.name.to_owned(),
-            fact.cell(),
-            if fact.name.ends_with("_j") { "J" } else { "-" }.to_owned(),
-        ]);
+        let unit = if fact.name.ends_with("_j") { "J" } else { "-" };
+        metrics.add_row([fact.name, &fact.cell(), unit]);
     }
     for fact in run.costs() {
         let cell = match fact.value {

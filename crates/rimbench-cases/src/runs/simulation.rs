@@ -64,6 +64,17 @@ impl PreparedRun<'_> {
         Err(Error::Incompatible(format!("audit: {why}")))
     }
 
+    /// Says what the macro loop needs to know; `bounds` say beyond what the run counts as diverged.
+    pub fn setup(&self, bounds: Bounds) -> Setup {
+        self.spec.setup(self.grid, bounds)
+    }
+
+    /// Names the contacts of the interface model, as in "right wedge"; none where they have no names.
+    pub fn contact_names(&mut self) -> Vec<String> {
+        let gaps = self.system.sides.mechanics.capabilities().gap_names().iter();
+        gaps.map(|gap| gap.trim_start_matches("gap_").trim_end_matches("_m").replace('_', " ")).collect()
+    }
+
     /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate) against a reference,
     /// whose bounds say beyond what it counts as diverged; with a `clock` macro steps are timed.
     ///
@@ -92,12 +103,12 @@ pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, sto
 }
 
 fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control: RunControl<'_>) -> Result<RunResult> {
-    let PreparedRun { spec, grid, mut system, audit } = prepared;
+    let setup = prepared.setup(bounds);
+    let PreparedRun { spec, mut system, audit, .. } = prepared;
     let control = RunControl { audit, ..control };
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
     }
-    let setup = spec.setup_on(grid, bounds);
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
@@ -222,7 +233,7 @@ mod tests {
             let mut case = Case::clone(&spec.case);
             case.steps.mechanics = PossibleSteps { equal, multiple_of };
             spec.case = Arc::new(case);
-            unequal_steps(&spec, &spec.setup(Bounds::default()).unwrap()).is_some()
+            unequal_steps(&spec, &spec.prepare().unwrap().setup(Bounds::default())).is_some()
         };
         let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
         let with = |more: (&'static str, &'static str)| [even[0], even[1], more];

@@ -347,15 +347,7 @@ impl RunSpec {
     }
 
     /// Says what the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] for steps that are none.
-    pub fn setup(&self, bounds: Bounds) -> Result<Setup> {
-        Ok(self.setup_on(self.grid()?, bounds))
-    }
-
-    /// Says the same on communication points that are at hand.
-    pub(super) fn setup_on(&self, grid: CommunicationGrid, bounds: Bounds) -> Setup {
+    pub(super) fn setup(&self, grid: CommunicationGrid, bounds: Bounds) -> Setup {
         Setup {
             grid,
             step_rule: self.step_control.step_rule(self.defect_order()),

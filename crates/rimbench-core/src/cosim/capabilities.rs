@@ -72,6 +72,11 @@ pub trait Capabilities {
         None
     }
 
+    /// Names the gaps of the contacts of the interface model, `gap_<contact>_m` each; none where they have no names.
+    fn gap_names(&mut self) -> &[Name] {
+        &[]
+    }
+
     /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model.
     fn contact_impulses(&mut self) -> Option<&[f64]> {
         None

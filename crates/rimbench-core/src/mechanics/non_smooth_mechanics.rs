@@ -319,6 +319,11 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         Some(self.stepper.energy.ledger.interface)
     }
 
+    fn gap_names(&mut self) -> &[Name] {
+        let [own, gaps, _] = self.parts;
+        &self.observables[own..own + gaps]
+    }
+
     fn contact_impulses(&mut self) -> Option<&[f64]> {
         self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
     }

@@ -132,11 +132,8 @@ impl ContactStepper {
         self.impulses[n_u..].fill(0.0);
         set.terms.clear();
         for &contact in &set.contacts {
-            set.terms.push(if self.eq4.is_plastic(contact) {
-                0.0
-            } else {
-                self.law.restitution * self.eq4.w[contact].min(0.0)
-            });
+            let restitution = if self.eq4.is_plastic(contact) { 0.0 } else { self.law.restitution };
+            set.terms.push(restitution * self.eq4.w[contact].min(0.0));
         }
         self.solve_set(0.0, set)?;
         self.elimination.velocity_after(0.0, &self.impulses, &mut self.v_next);
