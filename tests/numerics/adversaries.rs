@@ -37,9 +37,8 @@ impl Passive {
 }
 
 impl Subsystem for Passive {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities no_counters no_clone);
+
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         let damping = self.damping * (1.0 + self.varying * (self.time / Self::PERIOD).sin());
         y[0] = -self.spring(self.deflection) - damping * u[1];
@@ -54,15 +53,6 @@ impl Subsystem for Passive {
         self.deflection += way;
         self.time += h;
         Ok(())
-    }
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-    fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters::default()
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
     }
 }
 

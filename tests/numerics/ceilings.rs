@@ -189,9 +189,7 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
         inner: Box<dyn Subsystem>,
     }
     impl Subsystem for Sealed {
-        hands_on!(steps);
-        hands_on!(capabilities);
-        hands_on!(the_rest);
+        subsystem_methods!(step_of_inner capabilities_of_inner ports_of_inner outputs_of_inner counters_of_inner no_clone);
     }
     let mut system = usual_system(wedge_box_case());
     let entry = scheme_by_name(ITERATED);

@@ -53,8 +53,7 @@ impl Audited {
 }
 
 impl Subsystem for Audited {
-    hands_on!(capabilities);
-    hands_on!(the_rest);
+    subsystem_methods!(capabilities_of_inner ports_of_inner outputs_of_inner counters_of_inner no_clone);
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let eq3 = self.inner.linearisation().clone();
         let residual_before = self.inner.ledger().identity_residual;
@@ -230,8 +229,7 @@ struct Metered {
 }
 
 impl Subsystem for Metered {
-    hands_on!(capabilities);
-    hands_on!(the_rest);
+    subsystem_methods!(capabilities_of_inner ports_of_inner outputs_of_inner counters_of_inner no_clone);
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;
         let mut force = vec![0.0; m];

@@ -212,8 +212,7 @@ struct Withdraws {
 }
 
 impl Subsystem for Withdraws {
-    hands_on!(steps);
-    hands_on!(the_rest);
+    subsystem_methods!(step_of_inner ports_of_inner outputs_of_inner counters_of_inner no_clone);
     fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }

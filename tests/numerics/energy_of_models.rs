@@ -122,9 +122,8 @@ struct Spring {
 impl Capabilities for Spring {}
 
 impl Subsystem for Spring {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities no_counters no_clone);
+
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         self.before = Vector2::new(u[2], u[3]);
         let half = 0.5 * self.length;
@@ -136,15 +135,6 @@ impl Subsystem for Spring {
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.force -= 0.5 * h * self.stiffness * (self.before + Vector2::new(u[2], u[3]));
         Ok(())
-    }
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-    fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters::default()
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
     }
 }
 

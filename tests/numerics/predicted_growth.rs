@@ -49,9 +49,8 @@ struct Leaky {
 impl Capabilities for Leaky {}
 
 impl Subsystem for Leaky {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities no_counters no_clone);
+
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y[0] = self.force - self.coupling.damping * u[1];
         Ok(())
@@ -64,15 +63,6 @@ impl Subsystem for Leaky {
             false => self.force - h * stiffness * u[1],
         };
         Ok(())
-    }
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-    fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters::default()
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
     }
 }
 

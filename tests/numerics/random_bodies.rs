@@ -31,9 +31,8 @@ impl Played {
 impl Capabilities for Played {}
 
 impl Subsystem for Played {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities no_counters no_clone);
+
     fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y.copy_from_slice(&self.forces[self.next.min(self.forces.len() - 1)]);
         Ok(())
@@ -41,15 +40,6 @@ impl Subsystem for Played {
     fn step(&mut self, _t: f64, _u: &[f64], _h: f64) -> Result<(), Failure> {
         self.next += 1;
         Ok(())
-    }
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-    fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters::default()
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
     }
 }
 
@@ -60,8 +50,7 @@ pub struct Misreported<F, M = LinearModel> {
 }
 
 impl<F: Fn(&mut ReducedInterfaceModel) + Send, M: MechanicalModel + Clone + 'static> Subsystem for Misreported<F, M> {
-    hands_on!(steps);
-    hands_on!(the_rest);
+    subsystem_methods!(step_of_inner ports_of_inner outputs_of_inner counters_of_inner no_clone);
     fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }

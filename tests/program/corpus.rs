@@ -273,10 +273,6 @@ impl ComplementaritySolver for Panicking {
     fn attempt(&mut self, _: Lcp<'_>, _: &mut [f64]) -> Result<SolveStats, Unsolved> {
         panic!("index out of bounds")
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }
 
 #[test]

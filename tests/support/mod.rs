@@ -392,35 +392,6 @@ impl LinearModel {
     }
 }
 
-/// Hands the rest of a [`Subsystem`] on to the one in a field, which cannot be copied.
-macro_rules! hands_on {
-    (steps) => {
-        fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-            self.inner.step(t, u, h)
-        }
-    };
-    (capabilities) => {
-        fn capabilities(&mut self) -> &mut dyn Capabilities {
-            self.inner.capabilities()
-        }
-    };
-    (the_rest) => {
-        fn ports(&self) -> &Ports {
-            self.inner.ports()
-        }
-        fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-            self.inner.outputs(u, y)
-        }
-        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-            None
-        }
-        fn counters(&self) -> SubsystemCounters {
-            self.inner.counters()
-        }
-    };
-}
-pub(crate) use hands_on;
-
 impl LinearModel {
     fn bend(&self, row: usize, q: &[f64], v: &[f64], rows: &mut Rows) {
         if let Some(bends) = self.bends.filter(|_| q[0] > 1.0) {
@@ -533,9 +504,8 @@ impl Springs {
 }
 
 impl Subsystem for Springs {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities clone);
+
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         let m = self.stiffness.len();
         for i in 0..m {
@@ -551,12 +521,7 @@ impl Subsystem for Springs {
         self.steps += 1;
         Ok(())
     }
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
+
     fn counters(&self) -> SubsystemCounters {
         SubsystemCounters { micro_steps: self.steps, ..SubsystemCounters::default() }
     }

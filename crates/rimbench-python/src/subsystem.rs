@@ -6,7 +6,7 @@ use crate::numbers::{attribute, copied, fill, method};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters};
+use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::name::Name;
@@ -105,9 +105,7 @@ impl PySubsystem {
 }
 
 impl Subsystem for PySubsystem {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters);
 
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         if self.is_known {
@@ -136,14 +134,6 @@ impl Subsystem for PySubsystem {
             this.is_known = true;
             Ok(())
         })
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {

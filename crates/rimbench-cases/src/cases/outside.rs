@@ -81,7 +81,7 @@ mod tests {
     use crate::catalogue::Catalogue;
     use crate::models::{MassRole, MassSide, OscillatorIntegrator, WalledMass};
     use crate::runs::{Reference, RunRequest, RunResult, evaluate, simulate};
-    use rimbench_core::cosim::{Bounds, Capabilities, Outcome, StopFlag, SubsystemCounters};
+    use rimbench_core::cosim::{Bounds, Capabilities, Outcome, StopFlag, SubsystemCounters, subsystem_methods};
     use rimbench_core::error::Failure;
 
     /// A side that can do nothing besides stepping, made from one that can do more.
@@ -90,6 +90,8 @@ mod tests {
     impl Capabilities for Bare {}
 
     impl Subsystem for Bare {
+        subsystem_methods!(capabilities no_clone);
+
         fn ports(&self) -> &Ports {
             self.0.ports()
         }
@@ -99,14 +101,8 @@ mod tests {
         fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
             self.0.step(t, u, h)
         }
-        fn capabilities(&mut self) -> &mut dyn Capabilities {
-            self
-        }
         fn counters(&self) -> SubsystemCounters {
             self.0.counters()
-        }
-        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-            None
         }
     }
 

@@ -2,7 +2,7 @@
 
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, LineForces, MacroStep, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, TransmissionLines,
+    SubsystemCounters, TransmissionLines, subsystem_methods,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -62,9 +62,7 @@ impl<A: Subsystem> ActuatorGroup<A> {
 }
 
 impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorGroup<A> {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities clone);
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
@@ -81,14 +79,6 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorGroup<A> {
             unit.step(t, &[u[i], u[n + i]], h)?;
         }
         Ok(())
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
     }
 
     /// All take every micro step; it counts once.

@@ -6,7 +6,7 @@
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
 use rimbench_core::cosim::{
-    Capabilities, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters,
+    Capabilities, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters, subsystem_methods,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -52,9 +52,7 @@ impl FreeMasses {
 }
 
 impl Subsystem for FreeMasses {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters clone);
 
     fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y.copy_from_slice(&self.elongation());
@@ -79,18 +77,6 @@ impl Subsystem for FreeMasses {
         self.counters.micro_steps += 1;
         let finite = self.motions.iter().all(HeldOscillator::is_finite);
         if finite { Ok(()) } else { Err(Failure::non_finite(ELONGATION[0].0)) }
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 }
 
@@ -148,9 +134,7 @@ impl CouplingForce {
 }
 
 impl Subsystem for CouplingForce {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters clone);
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
@@ -161,18 +145,6 @@ impl Subsystem for CouplingForce {
     fn step(&mut self, _t: f64, _u: &[f64], _h: f64) -> Result<(), Failure> {
         self.counters.micro_steps += 1;
         Ok(())
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 }
 

@@ -7,7 +7,7 @@ use super::fluid::Fluid;
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, TransmissionLines,
+    SubsystemCounters, TransmissionLines, subsystem_methods,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -304,9 +304,7 @@ impl HydraulicCylinder {
 }
 
 impl Subsystem for HydraulicCylinder {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters clone);
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
@@ -319,18 +317,6 @@ impl Subsystem for HydraulicCylinder {
             return self.step_otherwise(t, u, h);
         }
         self.step_by_euler(t, u, h)
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters,
+    SubsystemCounters, subsystem_methods,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
@@ -97,9 +97,7 @@ impl HydropneumaticStrut {
 }
 
 impl Subsystem for HydropneumaticStrut {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters clone);
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
@@ -125,18 +123,6 @@ impl Subsystem for HydropneumaticStrut {
         self.account.integration += change + push * swept;
         self.counters.micro_steps += 1;
         Ok(())
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 }
 

@@ -3,7 +3,7 @@
 //! The force then follows the mechanics' own velocity, so the coupling has no direct feedthrough.
 
 use super::hydraulic_cylinder::HydraulicCylinder;
-use rimbench_core::cosim::{Capabilities, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{Capabilities, Port, Ports, Quantity, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
 
@@ -27,9 +27,7 @@ impl PressureOutput {
 }
 
 impl Subsystem for PressureOutput {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities clone);
 
     fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y.copy_from_slice(&self.cylinder.pressures());
@@ -38,14 +36,6 @@ impl Subsystem for PressureOutput {
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.cylinder.step(t, u, h)
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
     }
 
     fn counters(&self) -> SubsystemCounters {
@@ -93,9 +83,7 @@ impl<M: Subsystem> PressureDrivenMechanics<M> {
 }
 
 impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities clone);
 
     fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         // The force does not enter the outputs of the mechanics inside.
@@ -106,14 +94,6 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
         self.mechanics.outputs(&[0.0], &mut self.y)?;
         let force = (u[1] - u[0]) * self.piston_area - self.viscous_friction * self.y[1];
         self.mechanics.step(t, &[force], h)
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
     }
 
     fn counters(&self) -> SubsystemCounters {

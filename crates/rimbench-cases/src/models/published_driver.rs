@@ -1,6 +1,6 @@
 //! Quirks of published co-simulation drivers and units, to reproduce their digits.
 
-use rimbench_core::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{Subsystem, subsystem_methods};
 use rimbench_core::error::Failure;
 
 /// Runs a subsystem one of its own micro steps ahead of the rest.
@@ -21,13 +21,7 @@ impl<S: Subsystem> PublishedClock<S> {
 }
 
 impl<S: Subsystem + Clone + 'static> Subsystem for PublishedClock<S> {
-    fn ports(&self) -> &Ports {
-        self.inner.ports()
-    }
-
-    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        self.inner.outputs(u, y)
-    }
+    subsystem_methods!(clone ports_of_inner outputs_of_inner capabilities_of_inner counters_of_inner);
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         if !self.started {
@@ -35,18 +29,6 @@ impl<S: Subsystem + Clone + 'static> Subsystem for PublishedClock<S> {
             self.inner.step(t, u, h)?;
         }
         self.inner.step(t + h, u, h)
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self.inner.capabilities()
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.inner.counters()
     }
 }
 
@@ -72,9 +54,7 @@ impl<S: Subsystem> StaleFeedthrough<S> {
 }
 
 impl<S: Subsystem + Clone + 'static> Subsystem for StaleFeedthrough<S> {
-    fn ports(&self) -> &Ports {
-        self.inner.ports()
-    }
+    subsystem_methods!(clone ports_of_inner capabilities_of_inner counters_of_inner);
 
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         self.inner.outputs(if self.stepped { &self.last } else { u }, y)
@@ -84,18 +64,6 @@ impl<S: Subsystem + Clone + 'static> Subsystem for StaleFeedthrough<S> {
         self.last.copy_from_slice(u);
         self.stepped = true;
         self.inner.step(t, u, h)
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self.inner.capabilities()
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.inner.counters()
     }
 }
 
@@ -117,9 +85,7 @@ impl<S: Subsystem> OwnPosition<S> {
 }
 
 impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
-    fn ports(&self) -> &Ports {
-        self.inner.ports()
-    }
+    subsystem_methods!(clone ports_of_inner capabilities_of_inner counters_of_inner);
 
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         self.inner.outputs(&[self.position.unwrap_or(u[0]), u[1]], y)
@@ -136,18 +102,6 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
         }
         self.position = Some(position + h * velocity);
         self.inner.step(t, &[position + 0.5 * h * velocity, velocity], h)
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self.inner.capabilities()
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.inner.counters()
     }
 }
 

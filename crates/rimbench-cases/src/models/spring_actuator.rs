@@ -3,7 +3,7 @@
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
     Capabilities, InputPolynomials, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters,
+    SubsystemCounters, subsystem_methods,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
@@ -133,9 +133,7 @@ impl SpringActuator {
 }
 
 impl Subsystem for SpringActuator {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters clone);
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
@@ -161,18 +159,6 @@ impl Subsystem for SpringActuator {
         self.counters.micro_steps += 1;
         let finite = self.carriage.is_finite();
         if finite { Ok(()) } else { Err(Failure::non_finite(Self::OBSERVABLES[0].clone())) }
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 }
 

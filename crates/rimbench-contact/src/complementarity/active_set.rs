@@ -241,8 +241,4 @@ impl ComplementaritySolver for ActiveSet {
     fn capacity(&self) -> usize {
         self.capacity
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }

@@ -220,10 +220,6 @@ mod tests {
             let stats = SolveStats { pivots: 3, factorisations: 2, ..SolveStats::default() };
             self.0.map(|_| stats).ok_or(Unsolved::NotFound { residual: 0.0 })
         }
-
-        fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-            Box::new(self.clone())
-        }
     }
 
     const LCP: Lcp<'_> = Lcp::new(&[2.0], &[-4.0]);

@@ -122,8 +122,4 @@ impl ComplementaritySolver for Lemke {
     fn capacity(&self) -> usize {
         self.capacity
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }

@@ -36,6 +36,7 @@ pub use sparse_active_set::{FromEmptySet, SparseActiveSet, SparseSolver};
 
 use crate::linear_algebra::SymmetricRows;
 use crate::problem::{ContactProblem, DenseDelassus, Signorini};
+use dyn_clone::DynClone;
 
 /// A linear complementarity problem with a full matrix.
 pub type Lcp<'a> = ContactProblem<'a, DenseDelassus<'a>, Signorini>;
@@ -60,7 +61,7 @@ pub struct SolveStats {
 ///
 /// Per problem: [`solve`](Self::solve), or [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`]. Every solver
 /// answers `P = 0` when `b ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
-pub trait ComplementaritySolver: Send {
+pub trait ComplementaritySolver: DynClone + Send {
     /// Writes a proposal for P to `z`; the residual in the returned stats is meaningless.
     ///
     /// # Errors
@@ -91,9 +92,6 @@ pub trait ComplementaritySolver: Send {
         if stats.residual.is_finite() { Ok(stats) } else { Err(Unsolved::NonFinite) }
     }
 
-    /// A copy with the same warm start, which answers the next problem with the same bits.
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver>;
-
     /// Forgets the warm start, so that the next answer depends on its problem alone.
     fn reset(&mut self) {}
 
@@ -103,8 +101,4 @@ pub trait ComplementaritySolver: Send {
     }
 }
 
-impl Clone for Box<dyn ComplementaritySolver> {
-    fn clone(&self) -> Self {
-        (**self).boxed_clone()
-    }
-}
+dyn_clone::clone_trait_object!(ComplementaritySolver);

@@ -68,10 +68,6 @@ impl ComplementaritySolver for Solver {
             Solver::Other { solver, .. } => solver.capacity(),
         }
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }
 
 impl ProposeImpulses for Solver {

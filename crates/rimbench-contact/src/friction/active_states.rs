@@ -78,10 +78,6 @@ impl StateMethod for ActiveStates {
         }
         Err(Unsolved::NotFound { residual: f64::INFINITY })
     }
-
-    fn boxed_clone(&self) -> Box<dyn StateMethod> {
-        Box::new(self.clone())
-    }
 }
 
 /// Writes the impulses of one combination of states.

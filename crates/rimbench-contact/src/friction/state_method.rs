@@ -2,9 +2,10 @@
 
 use super::{ContactState, FrictionProblem};
 use crate::complementarity::{SolveStats, Unsolved};
+use dyn_clone::DynClone;
 
 /// A method that goes from the states of one problem to those of the next.
-pub trait StateMethod: Send {
+pub trait StateMethod: DynClone + Send {
     /// Goes on from `states`; writes a proposal to `impulses`, and its states. The stats have its natural residual. `same_matrix` tells that
     /// matrix and coefficients are those of the problem before: in its states nothing is factorised.
     ///
@@ -17,13 +18,6 @@ pub trait StateMethod: Send {
         states: &mut [ContactState],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved>;
-
-    /// Returns a copy that answers the next problem with the same bits.
-    fn boxed_clone(&self) -> Box<dyn StateMethod>;
 }
 
-impl Clone for Box<dyn StateMethod> {
-    fn clone(&self) -> Self {
-        (**self).boxed_clone()
-    }
-}
+dyn_clone::clone_trait_object!(StateMethod);

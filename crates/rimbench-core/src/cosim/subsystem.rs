@@ -76,6 +76,53 @@ pub trait Subsystem: Send {
     fn try_clone(&self) -> Option<Box<dyn Subsystem>>;
 }
 
+/// Writes methods of a [`Subsystem`] that read alike in many, by name.
+///
+/// ```text
+/// subsystem_methods!(ports capabilities counters clone);     // fields `ports` and `counters`, its own capabilities, copies by `Clone`
+/// subsystem_methods!(no_counters no_clone);                  // counts nothing, cannot be copied
+/// subsystem_methods!(outputs_of_inner step_of_inner);        // handed on to the field `inner`
+/// ```
+#[macro_export]
+macro_rules! subsystem_methods {
+    ($($method:ident)+) => { $($crate::subsystem_methods!(@$method);)+ };
+    (@ports) => {
+        fn ports(&self) -> &$crate::cosim::Ports { &self.ports }
+    };
+    (@ports_of_inner) => {
+        fn ports(&self) -> &$crate::cosim::Ports { self.inner.ports() }
+    };
+    (@outputs_of_inner) => {
+        fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), $crate::error::Failure> { self.inner.outputs(u, y) }
+    };
+    (@step_of_inner) => {
+        fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), $crate::error::Failure> { self.inner.step(t, u, h) }
+    };
+    (@capabilities) => {
+        fn capabilities(&mut self) -> &mut dyn $crate::cosim::Capabilities { self }
+    };
+    (@capabilities_of_inner) => {
+        fn capabilities(&mut self) -> &mut dyn $crate::cosim::Capabilities { self.inner.capabilities() }
+    };
+    (@counters) => {
+        fn counters(&self) -> $crate::cosim::SubsystemCounters { self.counters }
+    };
+    (@no_counters) => {
+        fn counters(&self) -> $crate::cosim::SubsystemCounters { Default::default() }
+    };
+    (@counters_of_inner) => {
+        fn counters(&self) -> $crate::cosim::SubsystemCounters { self.inner.counters() }
+    };
+    (@clone) => {
+        fn try_clone(&self) -> Option<Box<dyn $crate::cosim::Subsystem>> { Some(Box::new(self.clone())) }
+    };
+    (@no_clone) => {
+        fn try_clone(&self) -> Option<Box<dyn $crate::cosim::Subsystem>> { None }
+    };
+}
+
+pub use crate::subsystem_methods;
+
 /// Both sides, lent.
 pub type Sides<'a> = PerSide<&'a mut (dyn Subsystem + 'static)>;
 

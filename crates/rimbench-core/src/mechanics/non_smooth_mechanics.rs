@@ -9,7 +9,9 @@ use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
 use super::mechanical_model::MechanicalModel;
 use super::memory::empty_equations;
-use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters};
+use crate::cosim::{
+    Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
+};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
@@ -203,9 +205,7 @@ fn fill<M: MechanicalModel>(model: &mut M, q: &[f64], v: &[f64], eq3: &mut Linea
 }
 
 impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities clone);
 
     fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         self.stepper.interface_motion(y);
@@ -229,16 +229,8 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         Ok(())
     }
 
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
     fn counters(&self) -> SubsystemCounters {
         self.stepper.counters()
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
     }
 }
 

@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use crate::cosim::{
         Bounds, Capabilities, CommunicationGrid, ExchangeData, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port,
-        Ports, Quantity, RunControl, Sequence, Setup, Subsystem, SubsystemCounters, cosimulate,
+        Ports, Quantity, RunControl, Sequence, Setup, Subsystem, cosimulate, subsystem_methods,
     };
 
     /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
@@ -211,9 +211,7 @@ mod tests {
     }
 
     impl Subsystem for Half {
-        fn ports(&self) -> &Ports {
-            &self.ports
-        }
+        subsystem_methods!(ports capabilities no_counters no_clone);
 
         fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
             match y {
@@ -236,18 +234,6 @@ mod tests {
                 _ => self.state[0] = u[0] + h * u[1],
             }
             Ok(())
-        }
-
-        fn capabilities(&mut self) -> &mut dyn Capabilities {
-            self
-        }
-
-        fn counters(&self) -> SubsystemCounters {
-            SubsystemCounters::default()
-        }
-
-        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-            None
         }
     }
 

@@ -85,10 +85,6 @@ where
     fn capacity(&self) -> usize {
         self.solver.capacity()
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }
 
 impl<S: StateMethod + Clone + 'static, F> StateMethod for Recorder<S, F>
@@ -105,10 +101,6 @@ where
         let result = self.solver.attempt(problem, same_matrix, states, impulses);
         self.observer.lock().unwrap_or_else(PoisonError::into_inner)(self.number, problem, impulses);
         result
-    }
-
-    fn boxed_clone(&self) -> Box<dyn StateMethod> {
-        Box::new(self.clone())
     }
 }
 

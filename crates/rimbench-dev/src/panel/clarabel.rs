@@ -185,10 +185,6 @@ impl ComplementaritySolver for Clarabel {
         let values = values.map(|(i, j)| scale[i] * lcp.h()[j * n + i] * scale[j]).collect();
         self.solve_program((None, values), (&scale, unit), lcp.b, z)
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }
 
 #[cfg(test)]

@@ -78,8 +78,4 @@ impl ComplementaritySolver for Enumeration {
         }
         Ok(stats)
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }

@@ -229,8 +229,4 @@ impl ComplementaritySolver for NewtonFischerBurmeister {
     fn capacity(&self) -> usize {
         self.capacity
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }

@@ -107,8 +107,4 @@ impl ComplementaritySolver for ProjectedGaussSeidel {
     fn capacity(&self) -> usize {
         self.capacity
     }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
-    }
 }

@@ -3,7 +3,7 @@
 use super::host::{Ask, Host};
 use super::probing::ProbeErrors;
 use rimbench_core::contact_law::ContactSpring;
-use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::friction::{ContactState, Stiction};
 use rimbench_core::interface_model::{AccelerationJumps, ReducedInterfaceModel};
@@ -278,9 +278,7 @@ impl ImportedSide {
 }
 
 impl Subsystem for ImportedSide {
-    fn ports(&self) -> &Ports {
-        &self.ports
-    }
+    subsystem_methods!(ports capabilities counters);
 
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         self.know_outputs(u)?;
@@ -302,14 +300,6 @@ impl Subsystem for ImportedSide {
         self.known = true;
         self.counters.micro_steps += 1;
         Ok(())
-    }
-
-    fn capabilities(&mut self) -> &mut dyn Capabilities {
-        self
-    }
-
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
