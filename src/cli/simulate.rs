@@ -9,7 +9,7 @@ use super::{Format, complain, print, probe_lines, with_files};
 use clap::Args;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Creation, Jump, ModelEnergy, Outcome, StopFlag};
+use rimbench::cosim::{Creation, Jump, Outcome, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
@@ -44,7 +44,8 @@ impl Simulate {
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve(&catalogue)?;
-        let mut prepared = if self.audit { spec.prepare()?.audited()? } else { spec.prepare()? };
+        let spec = if self.audit { spec.audited()? } else { spec };
+        let mut prepared = spec.prepare()?;
         let contacts = prepared.contact_names();
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
@@ -96,7 +97,7 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
     let findings = run.findings();
     let is_metric = |name: &str| METRICS.iter().any(|metric| metric.name == name);
     let shown = findings.iter().filter(|fact| of_case.contains(&fact.name) || !is_metric(fact.name));
-    shown.chain(&run.created()).chain(&run.costs()).for_each(|fact| object.fact(fact));
+    shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
     if !probed.is_empty() {
         let of_fmu = |quality: &ProbeQuality| {
             let mut object = Object::default();
@@ -110,6 +111,9 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
     }
     object.into()
 }
+
+/// What an audit says that found nothing out.
+const NOT_AUDITED: &str = "not audited: it does not stay as sent, or a side does not tell its contact impulses";
 
 /// What the first screen is made from.
 struct Said<'a> {
@@ -165,7 +169,8 @@ impl Said<'_> {
             ));
         }
         if let Some(contacts) = &self.audited {
-            lines.push(row("model", &self.created(contacts)));
+            let known = metric("heaviness_max").is_some();
+            lines.push(row("model", &if known { self.created(contacts) } else { NOT_AUDITED.to_owned() }));
         }
         if let Some(latency) = run.latency {
             let most = quantity(latency.max_s, "s");
@@ -197,10 +202,7 @@ impl Said<'_> {
 
     /// What the interface model created, and which contact created most of it, in words.
     fn created(&self, contacts: &[String]) -> String {
-        let Some(ModelEnergy { largest, .. }) = &self.run.created else {
-            return "not audited: it does not stay as sent, or a side does not tell its contact impulses".to_owned();
-        };
-        let Some(Jump { time, energy, contact, by }) = *largest else {
+        let Some(Jump { time, energy, contact, by }) = self.run.largest_jump else {
             return "created no energy at any communication point".to_owned();
         };
         let name = contacts.get(contact).map_or_else(|| format!("contact {contact}"), |name| format!("the {name}"));
@@ -261,10 +263,6 @@ fn tables(spec: &RunSpec, run: &EvaluatedRun) -> String {
     let mut counters = Table::new(&["counter", "value"]);
     for fact in run.counters() {
         counters.add_row([fact.name.to_owned(), fact.cell()]);
-    }
-    for fact in run.created() {
-        let unit = if fact.name.ends_with("_j") { "J" } else { "-" };
-        metrics.add_row([fact.name, &fact.cell(), unit]);
     }
     for fact in run.costs() {
         let cell = match fact.value {

@@ -1,6 +1,6 @@
 //! The command line as a user meets it: contracts of names and keys, and one clear error for each kind of bad input.
 
-use crate::program::{assert_has, call, json, printed, refused, rimbench, said};
+use crate::program::{assert_has, call, json, printed, refused, rimbench, rows_of, said};
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
@@ -92,6 +92,40 @@ fn what_determines_a_run_is_a_column_of_its_table_and_a_key_of_its_json() {
         column(name);
         assert!(facts.get(name).is_some(), "{name}");
     }
+}
+
+#[test]
+fn rows_of_an_audited_experiment_say_by_parts_what_a_model_created_and_change_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |name: &str, audit: &str| {
+        let (file, out) = (folder.path().join(format!("{name}.toml")), folder.path().join(name));
+        let text = format!(
+            "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\n{audit}\n[[cases]]\nname = \"bouncing-ball\"\n[[schemes]]\n\
+             scheme = \"rim-smooth\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        rimbench().arg("run").arg(file).arg("--out").arg(&out).assert().success();
+        rows_of(out.join("runs.csv"))
+    };
+    let (plain, audited) = (rows("plain", ""), rows("audited", "audit = true"));
+    for (plain, audited) in plain.iter().zip(&audited) {
+        let same = |(key, cell): (&String, &String)| key == "run_id" || *cell == audited[key];
+        assert!(plain.iter().all(same) && !plain.contains_key("audit") && !plain.contains_key("heaviness_max"));
+        let (hold, number) = (audited["scheme"] == "zero-order-hold", |key: &str| audited[key].parse::<f64>());
+        assert_eq!((plain["run_id"] == audited["run_id"], audited["largest_jump_j"].is_empty()), (hold, hold));
+        if hold {
+            continue;
+        }
+        let parts = ["by_jump", "by_first_moment", "by_contacts", "unfrozen"];
+        let parts = parts.map(|part| number(&format!("created_{part}_j")).unwrap());
+        let size = parts.iter().fold(number("work_sent_j").unwrap().abs(), |sum, part| sum + part.abs());
+        let rest = parts.iter().sum::<f64>() + number("interface_residual_j").unwrap();
+        assert!(parts[0].abs() > 1.0 && rest.abs() < 1e-13 * size, "{parts:?}: {rest:e}");
+    }
+    let only_a_hold = "question = \"?\"\naudit = true\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"bouncing-ball\"\n[[schemes]]\nscheme = \"nepce\"\n";
+    let file = folder.path().join("hold.toml");
+    std::fs::write(&file, only_a_hold).unwrap();
+    assert_has(&refused(rimbench().arg("run").arg(file)), &["audit = true: no scheme has an interface model"]);
 }
 
 #[test]

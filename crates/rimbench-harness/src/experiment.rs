@@ -71,6 +71,9 @@ pub struct Experiment {
     /// Whether the wall times of its runs are to be compared, so that nothing else may run beside them.
     #[serde(default)]
     pub timed: bool,
+    /// Whether there is an account of what interface models create, where they can be audited.
+    #[serde(default)]
+    audit: bool,
     /// What `--quick` replaces.
     quick: Option<Quick>,
     /// What should come out.

@@ -15,7 +15,7 @@ use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark};
-use rimbench_cases::metrics::is_of_split;
+use rimbench_cases::metrics::{is_of_audit, is_of_split};
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
@@ -24,18 +24,19 @@ use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::trace;
 use std::path::Path;
 
-/// The option of schemes with a model for each actuator.
-const SPLIT: &str = "split";
-
-/// Tells whether there is a run of such a scheme. Without one, tables lack the option and its metrics.
-fn splits(planned: &[PlannedRun]) -> bool {
-    planned.iter().any(|run| run.spec.scheme.splits)
+/// Tells whether the tables of a plan have a column: those of a split or of an audit only if it has such a run.
+fn has(planned: &[PlannedRun], name: &str) -> bool {
+    match name {
+        name if name == "split" || is_of_split(name) => planned.iter().any(|run| run.spec.scheme.splits),
+        name if name == "audit" || is_of_audit(name) => planned.iter().any(|run| run.spec.audit),
+        _ => true,
+    }
 }
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
     let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
-    let kept = facts.iter().map(|fact| fact.name).filter(|name| *name != SPLIT || splits(planned));
+    let kept = facts.iter().map(|fact| fact.name).filter(|name| has(planned, name));
     ["run_id", "label"].into_iter().chain(kept).collect()
 }
 
@@ -47,9 +48,9 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
 }
 
 /// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace. They are the same
-/// for every experiment, but for those of a split; what does not apply is empty.
+/// for every experiment, but for those of a split and of an audit; what does not apply is empty.
 pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    let findings = findings_header().into_iter().filter(|name| !is_of_split(name) || splits(planned)).collect();
+    let findings = findings_header().into_iter().filter(|name| has(planned, name)).collect();
     [plan_header(planned), findings, vec!["wall_limit_s", "trace"]].concat()
 }
 
@@ -101,14 +102,11 @@ pub(super) fn record(
     }
 }
 
-/// The findings of a record, without those of a split unless `all` are wanted.
-fn findings(record: &str, all: bool) -> String {
-    if all {
-        return record.to_owned();
-    }
+/// The findings of a record, those that are to be `kept`.
+fn findings(record: &str, kept: &[bool]) -> String {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.as_bytes());
     let cells = reader.records().next().and_then(std::result::Result::ok).unwrap_or_default();
-    let kept = cells.iter().zip(findings_header()).filter(|(_, name)| !is_of_split(name)).map(|(cell, _)| cell);
+    let kept = cells.iter().zip(kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell);
     row(&kept.collect::<Vec<_>>())
 }
 
@@ -122,7 +120,8 @@ pub(super) fn write_tables(
     planned: &[PlannedRun],
     store: &Store,
 ) -> Result<()> {
-    let (plan, all) = (plan_header(planned), splits(planned));
+    let plan = plan_header(planned);
+    let kept: Vec<bool> = findings_header().into_iter().map(|name| has(planned, name)).collect();
     let header = [row(&runs_header(planned)), row(&cost_header()), row(&provenance::HEADER)];
     let mut tables = header.map(|header| header + "\n");
     for run in planned {
@@ -131,7 +130,7 @@ pub(super) fn write_tables(
         let limit = record.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
         *runs += &row(&plan_cells(run, &plan));
-        for cells in [&findings(&record.findings, all), &limit, &trace] {
+        for cells in [&findings(&record.findings, &kept), &limit, &trace] {
             runs.push(',');
             *runs += cells;
         }

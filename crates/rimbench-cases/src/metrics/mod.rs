@@ -14,6 +14,7 @@ mod friction_phase;
 mod impulse;
 mod inside;
 mod interface;
+mod model_energy;
 mod pace;
 #[cfg(test)]
 mod tests;
@@ -75,6 +76,12 @@ pub const METRICS: &[Metric] = &[
     energy::INTEGRATION_RESIDUAL,
     energy::AUDIT_CLOSURE,
     energy::IDENTITY_RESIDUAL,
+    model_energy::BY_JUMP,
+    model_energy::BY_FIRST_MOMENT,
+    model_energy::BY_CONTACTS,
+    model_energy::UNFROZEN,
+    model_energy::LARGEST_JUMP,
+    model_energy::HEAVINESS,
     pace::MEAN_MACRO_STEP,
     pace::DEFECT_RANK,
     interface::LAMBDA,
@@ -103,4 +110,19 @@ pub fn is_of_friction(name: &str) -> bool {
 /// Tells whether a metric, by name, says something only of schemes with a model for each actuator. Tables of runs without one lack it.
 pub fn is_of_split(name: &str) -> bool {
     [interface::LAMBDA.name, interface::CORRELATION.name].contains(&name)
+}
+
+/// The metrics of audited runs.
+const OF_AUDIT: [&str; 6] = [
+    model_energy::BY_JUMP.name,
+    model_energy::BY_FIRST_MOMENT.name,
+    model_energy::BY_CONTACTS.name,
+    model_energy::UNFROZEN.name,
+    model_energy::LARGEST_JUMP.name,
+    model_energy::HEAVINESS.name,
+];
+
+/// Tells whether a metric, by name, says something of audited runs only. Tables without such runs lack it.
+pub fn is_of_audit(name: &str) -> bool {
+    OF_AUDIT.contains(&name)
 }

@@ -6,8 +6,10 @@ use super::reference::{Reference, friction_of, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
-use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_friction, is_of_split};
-use rimbench_core::cosim::{ModelEnergy, Outcome, Trajectory, Work};
+use crate::metrics::{
+    Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_audit, is_of_friction, is_of_split,
+};
+use rimbench_core::cosim::{Jump, Outcome, Trajectory, Work};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
 
@@ -24,8 +26,8 @@ pub struct EvaluatedRun {
     pub metrics: Vec<Option<f64>>,
     /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
     pub reference_uncertainty: [Option<f64>; 2],
-    /// What the scheme's interface model created, where that was asked for and is known.
-    pub created: Option<ModelEnergy>,
+    /// The jump that created most, of those that did, in an audited run.
+    pub largest_jump: Option<Jump>,
     /// All work.
     pub work: Work,
     /// Wall time of the macro loop.
@@ -45,7 +47,7 @@ impl EvaluatedRun {
             model_exact: false,
             metrics: vec![None; METRICS.len()],
             reference_uncertainty: [None; 2],
-            created: None,
+            largest_jump: None,
             work: Work::default(),
             wall: Duration::ZERO,
             latency: None,
@@ -59,7 +61,7 @@ impl EvaluatedRun {
         let all = METRICS.iter().zip(self.metrics.iter().copied());
         all.filter(move |(metric, value)| match metric.name {
             name if is_of_friction(name) => friction,
-            name => value.is_some() || !is_of_split(name),
+            name => value.is_some() || !(is_of_split(name) || is_of_audit(name)),
         })
     }
 
@@ -108,18 +110,6 @@ impl EvaluatedRun {
         ]
         .map(|(name, count)| Fact::count(name, count))
         .to_vec()
-    }
-
-    /// Says what the scheme's interface model created, by origin, in an audited run; the first four add up to minus the interface residual.
-    pub fn created(&self) -> Vec<Fact> {
-        let Some(created) = &self.created else { return Vec::new() };
-        vec![
-            Fact::number("created_by_jump_j", created.jump),
-            Fact::number("created_by_first_moment_j", created.first_moment),
-            Fact::number("created_by_contacts_j", created.contacts),
-            Fact::number("created_unfrozen_j", created.unfrozen),
-            Fact::number("heaviness_max", created.heaviness),
-        ]
     }
 
     /// Says what it cost on this machine.
@@ -214,7 +204,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
             columns.iter().filter_map(|row| reference.uncertainty_of(&row.force)).reduce(f64::max),
             columns.iter().filter_map(|row| reference.uncertainty_of(&row.position)).reduce(f64::max),
         ],
-        created: result.report.audit.model,
+        largest_jump: result.report.audit.model.and_then(|model| model.largest),
         ended_at_s: result.report.ended_at_s,
         outcome,
         work: result.report.work,

@@ -78,6 +78,7 @@ impl RunSpec {
             phase,
             micro_step,
             duration,
+            audit,
             // Of a run that reaches its end it says nothing.
             wall_limit: _,
         } = self;
@@ -108,6 +109,7 @@ impl RunSpec {
             Fact::number("phase", *phase),
             Fact::number("micro_step_s", *micro_step),
             Fact::number("duration_s", *duration),
+            of_model("audit", audit.then(|| audit.to_string())),
         ]
     }
 
@@ -122,7 +124,7 @@ impl RunSpec {
         for fact in self.facts() {
             match &fact.value {
                 // Runs without it are as old as they are.
-                None if fact.name == "split" => {}
+                None if ["split", "audit"].contains(&fact.name) => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),

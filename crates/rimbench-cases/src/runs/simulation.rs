@@ -32,7 +32,6 @@ pub struct PreparedRun<'a> {
     spec: &'a RunSpec,
     grid: CommunicationGrid,
     system: CoupledSystem,
-    audit: bool,
 }
 
 impl RunSpec {
@@ -43,27 +42,27 @@ impl RunSpec {
     pub fn prepare(&self) -> Result<PreparedRun<'_>> {
         let grid = self.checked_grid()?;
         let system = (self.case.build)(&self.parameters, &self.solver)?;
-        Ok(PreparedRun { spec: self, grid, system, audit: false })
+        Ok(PreparedRun { spec: self, grid, system })
     }
-}
 
-impl PreparedRun<'_> {
-    /// Asks for an account of the energy that the scheme's interface model creates: in the report, and in two more columns.
+    /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of the trajectory.
     ///
     /// # Errors
     /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
     pub fn audited(self) -> Result<Self> {
-        let RunSpec { scheme, force_return, .. } = self.spec;
+        let RunSpec { scheme, force_return, .. } = &self;
         let why = match force_return {
             _ if !scheme.has_model() => format!("scheme `{}` has no reduced interface model", scheme.name),
-            ForceReturn::Mean | ForceReturn::Profile => return Ok(PreparedRun { audit: true, ..self }),
+            ForceReturn::Mean | ForceReturn::Profile => return Ok(RunSpec { audit: true, ..self }),
             _ => format!(
                 "force return `{force_return}` is not the impulse that the model received; use `mean` or `profile`"
             ),
         };
         Err(Error::Incompatible(format!("audit: {why}")))
     }
+}
 
+impl PreparedRun<'_> {
     /// Says what the macro loop needs to know; `bounds` say beyond what the run counts as diverged.
     pub fn setup(&self, bounds: Bounds) -> Setup {
         self.spec.setup(self.grid, bounds)
@@ -104,8 +103,8 @@ pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, sto
 
 fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control: RunControl<'_>) -> Result<RunResult> {
     let setup = prepared.setup(bounds);
-    let PreparedRun { spec, mut system, audit, .. } = prepared;
-    let control = RunControl { audit, ..control };
+    let PreparedRun { spec, mut system, .. } = prepared;
+    let control = RunControl { audit: spec.audit, ..control };
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
     }
@@ -113,7 +112,7 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
     let mut columns = spec.case.recorded_columns();
-    if audit {
+    if spec.audit {
         columns.extend(AUDIT_COLUMNS.map(str::to_owned));
     }
     let mut trajectory = Trajectory::with_capacity(columns, setup.expected_macro_steps() + 1);

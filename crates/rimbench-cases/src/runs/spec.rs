@@ -49,6 +49,8 @@ pub struct RunSpec {
     pub micro_step: f64,
     /// Simulated time, s.
     pub duration: f64,
+    /// Whether there is an account of what its interface model creates (see [`audited`](Self::audited)).
+    pub audit: bool,
     /// Wall time after which the run ends with outcome `timeout`. No part of what the run is.
     pub wall_limit: Option<Duration>,
 }
@@ -167,6 +169,7 @@ impl RunRequest {
             // A macro step below the usual micro step is its own micro step, unless one is asked for.
             micro_step: micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             duration: duration_s.unwrap_or(case.defaults.duration_s),
+            audit: false,
             wall_limit: wall_limit_s.map(wall_limit).transpose()?,
         };
         spec.check()?;

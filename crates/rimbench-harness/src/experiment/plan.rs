@@ -90,7 +90,10 @@ impl Experiment {
                         let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
                             let spec = request.resolve_for(catalogue, case, parameters);
-                            let spec = spec.map_err(|error| row.place(&error, &entry.name))?;
+                            let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
+                            if self.audit {
+                                spec = spec.clone().audited().unwrap_or(spec);
+                            }
                             let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
                             Ok(PlannedRun { id: spec.id(), spec, label, pooled_set })
                         };
@@ -98,6 +101,11 @@ impl Experiment {
                     }
                 }
             }
+        }
+        if self.audit && !runs.iter().any(|run| run.spec.audit) {
+            return Err(Error::Incompatible(
+                "audit = true: no scheme has an interface model that can be audited".to_owned(),
+            ));
         }
         Ok(runs)
     }

@@ -38,7 +38,7 @@ pub(super) struct Column {
 use Kind::{Boolean, Integer, Number, Text};
 
 /// What every table may have besides settings and metrics.
-const KNOWN: [(&str, Kind, &str); 53] = [
+const KNOWN: [(&str, Kind, &str); 54] = [
     ("run_id", Text, "Identifies what determines the run: 16 hexadecimal digits of a hash"),
     ("label", Text, "Name of the scheme's row in the experiment file"),
     ("set", Text, "Parameters of the case that were set, by name"),
@@ -64,6 +64,7 @@ const KNOWN: [(&str, Kind, &str); 53] = [
     ("scheme_lcp_factorisations", Integer, "Factorisations in them"),
     ("scheme_lcp_fallbacks", Integer, "Those that the fallback had to solve"),
     ("scheme_parametric_steps", Integer, "Micro steps that went on with the last active set, without solving"),
+    ("audit", Text, "Whether there is an account of what the interface model created"),
     ("wall_limit_s", Number, "Wall time that the run was given and that was not enough"),
     ("trace", Text, "File of its trace below `traces/`"),
     ("wall_s", Number, "Wall time of the macro loop, on the machine of `provenance.csv`"),
