@@ -3,99 +3,65 @@
 //! An interface of several rows is as accurate as its worst row: each metric is taken row by row, and the largest magnitude
 //! counts. A sum over rows would hide one bad row behind many good ones.
 
-use super::evidence::{Evidence, InterfaceRow, Metric};
+use super::evidence::{Evidence, InterfaceRow, metrics};
 
-pub(super) const FORCE_ERROR_RMS: Metric = Metric {
-    name: "force_error_rms_n",
-    unit: "N",
-    floor: Some(super::FORCE_FLOOR),
-    about: "Root mean square over communication points of the actuator's own force minus the reference's",
-    compute: |evidence| worst(evidence, |row| rms_error(evidence, row.force)),
-};
+metrics! {
+    FORCE_ERROR_RMS: "force_error_rms_n" in "N" above super::FORCE_FLOOR,
+    "Root mean square over communication points of the actuator's own force minus the reference's"
+    => |evidence| worst(evidence, |row| rms_error(evidence, row.force));
 
-pub(super) const FORCE_ERROR_L1: Metric = Metric {
-    name: "force_error_l1_n",
-    unit: "N",
-    floor: Some(super::FORCE_FLOOR),
-    about: "Mean over communication points of the magnitude of the actuator's own force minus the reference's: of an impact that \
-            comes late by Δt it counts Δt, where the rms counts its root",
-    compute: |evidence| {
+    FORCE_ERROR_L1: "force_error_l1_n" in "N" above super::FORCE_FLOOR,
+    "Mean over communication points of the magnitude of the actuator's own force minus the reference's: of an impact that \
+     comes late by Δt it counts Δt, where the rms counts its root"
+    => |evidence| {
         worst(evidence, |row| {
             let errors = evidence.pairs(row.force).map(|(own, reference)| (own - reference).abs());
             let (sum, count) = errors.fold((0.0, 0_usize), |(sum, count), error| (sum + error, count + 1));
             (count > 0).then(|| sum / count as f64)
         })
-    },
-};
+    };
 
-pub(super) const FORCE_ERROR_MAX: Metric = Metric {
-    name: "force_error_max_n",
-    unit: "N",
-    floor: Some(super::FORCE_FLOOR),
-    about: "Largest difference of the actuator's own force from the reference's at a communication point",
-    compute: |evidence| {
+    FORCE_ERROR_MAX: "force_error_max_n" in "N" above super::FORCE_FLOOR,
+    "Largest difference of the actuator's own force from the reference's at a communication point"
+    => |evidence| {
         worst(evidence, |row| {
             evidence.pairs(row.force).map(|(own, reference)| (own - reference).abs()).reduce(f64::max)
         })
-    },
-};
+    };
 
-pub(super) const FORCE_ERROR_OF_PEAK: Metric = Metric {
-    name: "force_error_rms_of_peak",
-    unit: "-",
-    floor: Some(super::SHARE_FLOOR),
-    about: "Rms force error as a fraction of the reference's largest force magnitude",
-    compute: |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / reference_peak(row)?)),
-};
+    FORCE_ERROR_OF_PEAK: "force_error_rms_of_peak" in "-" above super::SHARE_FLOOR,
+    "Rms force error as a fraction of the reference's largest force magnitude"
+    => |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / reference_peak(row)?));
 
-pub(super) const FORCE_PEAK: Metric = Metric {
-    name: "force_peak_n",
-    unit: "N",
-    floor: None,
-    about: "Largest magnitude of the actuator's own force",
-    compute: |evidence| worst(evidence, |row| peak(evidence.run.column(row.force))),
-};
+    FORCE_PEAK: "force_peak_n" in "N",
+    "Largest magnitude of the actuator's own force"
+    => |evidence| worst(evidence, |row| peak(evidence.run.column(row.force)));
 
-pub(super) const TOUCH_DOWN_PEAK_RATIO: Metric = Metric {
-    name: "touch_down_peak_ratio",
-    unit: "-",
-    floor: None,
-    about: "Largest force magnitude within 0.1 s of a contact that closes in the reference, over that of the reference there",
-    compute: |evidence| {
+    TOUCH_DOWN_PEAK_RATIO: "touch_down_peak_ratio" in "-",
+    "Largest force magnitude within 0.1 s of a contact that closes in the reference, over that of the reference there"
+    => |evidence| {
         let near = |t: f64| evidence.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
         worst(evidence, |row| {
             let rows = evidence.run.rows().filter(|values| near(values[0]));
             let exact = Some(row.reference_touch_down_peak).filter(|peak| *peak > 0.0)?;
             Some(peak(rows.map(|values| values[row.force]))? / exact)
         })
-    },
-};
+    };
 
-pub(super) const VELOCITY_ERROR_RMS: Metric = Metric {
-    name: "velocity_error_rms_m_s",
-    unit: "m/s",
-    floor: None,
-    about: "Root mean square of the interface velocity minus the reference's",
-    compute: |evidence| worst(evidence, |row| rms_error(evidence, row.velocity)),
-};
+    VELOCITY_ERROR_RMS: "velocity_error_rms_m_s" in "m/s",
+    "Root mean square of the interface velocity minus the reference's"
+    => |evidence| worst(evidence, |row| rms_error(evidence, row.velocity));
 
-pub(super) const POSITION_ERROR_RMS: Metric = Metric {
-    name: "position_error_rms_m",
-    unit: "m",
-    floor: Some(super::POSITION_FLOOR),
-    about: "Root mean square of the interface position minus the reference's",
-    compute: |evidence| worst(evidence, |row| rms_error(evidence, row.position)),
-};
+    POSITION_ERROR_RMS: "position_error_rms_m" in "m" above super::POSITION_FLOOR,
+    "Root mean square of the interface position minus the reference's"
+    => |evidence| worst(evidence, |row| rms_error(evidence, row.position));
 
-pub(super) const POSITION_ERROR_END: Metric = Metric {
-    name: "position_error_end_m",
-    unit: "m",
-    floor: Some(super::POSITION_FLOOR),
-    about: "Interface position minus the reference's at the last communication point reached",
-    compute: |evidence| {
+    POSITION_ERROR_END: "position_error_end_m" in "m" above super::POSITION_FLOOR,
+    "Interface position minus the reference's at the last communication point reached"
+    => |evidence| {
         worst(evidence, |row| evidence.pairs(row.position).last().map(|(own, reference)| own - reference))
-    },
-};
+    };
+}
 
 /// The value of largest magnitude over the rows of the interface, with its sign; NaN wins.
 pub(super) fn worst(evidence: &Evidence<'_>, of_row: impl Fn(&InterfaceRow) -> Option<f64>) -> Option<f64> {

@@ -1,54 +1,40 @@
 //! What contacts do: effective mass, lift-off, penetration.
 
-use super::evidence::{Evidence, Metric};
+use super::evidence::{Evidence, metrics};
 
 /// A contact of the reference with a gap below this counts as closed, m.
 const CLOSED_IN_REFERENCE: f64 = 1e-6;
 
-pub(super) const EFFECTIVE_MASS_MAX: Metric = Metric {
-    name: "effective_mass_max_kg",
-    unit: "kg",
-    floor: None,
-    about: "Largest effective mass at a communication point; inf for a locked interface",
-    compute: |evidence| effective_masses(evidence).map(|masses| masses.fold(f64::NEG_INFINITY, f64::max)),
-};
+metrics! {
+    EFFECTIVE_MASS_MAX: "effective_mass_max_kg" in "kg",
+    "Largest effective mass at a communication point; inf for a locked interface"
+    => |evidence| effective_masses(evidence).map(|masses| masses.fold(f64::NEG_INFINITY, f64::max));
 
-pub(super) const EFFECTIVE_MASS_RATIO: Metric = Metric {
-    name: "effective_mass_ratio",
-    unit: "-",
-    floor: None,
-    about: "Largest over smallest effective mass at a communication point; inf for an interface that is locked at some of them, 1 for one that is at all",
-    compute: |evidence| {
+    EFFECTIVE_MASS_RATIO: "effective_mass_ratio" in "-",
+    "Largest over smallest effective mass at a communication point; inf for an interface that is locked at some of them, 1 for one that is at all"
+    => |evidence| {
         let (low, high) = effective_masses(evidence)?
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mass| (low.min(mass), high.max(mass)));
         // What is locked from the first point to the last does not vary: equal, and not infinity over itself.
         Some(if low == high { 1.0 } else { high / low })
-    },
-};
+    };
 
-pub(super) const LIFT_OFF: Metric = Metric {
-    name: "lift_off_height_m",
-    unit: "m",
-    floor: None,
-    about: "Largest gap of a contact while the same contact is closed in the reference",
-    compute: |evidence| {
+    LIFT_OFF: "lift_off_height_m" in "m",
+    "Largest gap of a contact while the same contact is closed in the reference"
+    => |evidence| {
         let lifted = evidence.gaps.iter().flat_map(|&gap| {
             evidence.pairs(gap).filter(|(_, reference)| *reference <= CLOSED_IN_REFERENCE).map(|(own, _)| own)
         });
         lifted.reduce(f64::max).map(|height| height.max(0.0))
-    },
-};
+    };
 
-pub(super) const PENETRATION: Metric = Metric {
-    name: "penetration_m",
-    unit: "m",
-    floor: None,
-    about: "Deepest penetration of any contact at a communication point",
-    compute: |evidence| {
+    PENETRATION: "penetration_m" in "m",
+    "Deepest penetration of any contact at a communication point"
+    => |evidence| {
         let gaps = evidence.gaps.iter().flat_map(|&gap| evidence.run.column(gap));
         gaps.reduce(f64::min).map(|lowest| (-lowest).max(0.0))
-    },
-};
+    };
+}
 
 fn effective_masses<'a>(evidence: &'a Evidence<'_>) -> Option<impl Iterator<Item = f64> + 'a> {
     let column = evidence.effective_mass?;

@@ -5,46 +5,36 @@
 //! sampling. Only what the run lived to see counts: a run that ended early is compared up to its end.
 
 use super::contact_phase::{CHATTER, ContactInterval, ContactPhase, phases};
-use super::evidence::{Evidence, Metric};
+use super::evidence::{Evidence, metrics};
 
 /// Events further apart than this, s, are not the same event; ours.
 const SAME_EVENT: f64 = 0.1;
 
-pub(super) const TIME_SHIFT_MAX: Metric = Metric {
-    name: "event_time_shift_max_s",
-    unit: "s",
-    floor: None,
-    about: "Largest shift in time, early or late, of a contact that closes in both run and reference",
-    compute: |evidence| {
+metrics! {
+    TIME_SHIFT_MAX: "event_time_shift_max_s" in "s",
+    "Largest shift in time, early or late, of a contact that closes in both run and reference"
+    => |evidence| {
         let matched = contacts(evidence)?.flat_map(|contact| contact.matched());
         matched.map(|(run, reference)| (run - reference).abs()).reduce(f64::max)
-    },
-};
+    };
 
-pub(super) const MISSED: Metric = Metric {
-    name: "events_missed",
-    unit: "-",
-    floor: None,
-    about: "Contacts that close in the reference but not within 0.1 s in the run",
-    compute: |evidence| {
+    MISSED: "events_missed" in "-",
+    "Contacts that close in the reference but not within 0.1 s in the run"
+    => |evidence| {
         Some(
             contacts(evidence)?
                 .map(|contact| contact.reference_events().count() - contact.matched().len())
                 .sum::<usize>() as f64,
         )
-    },
-};
+    };
 
-pub(super) const WRONG_STATE: Metric = Metric {
-    name: "wrong_contact_state_s",
-    unit: "s",
-    floor: None,
-    about: "Total time during which some contact is open in the run and closed in the reference, or the reverse",
-    compute: |evidence| {
+    WRONG_STATE: "wrong_contact_state_s" in "s",
+    "Total time during which some contact is open in the run and closed in the reference, or the reverse"
+    => |evidence| {
         let end = evidence.run.end_time()?;
         Some(time_of_difference(&contacts(evidence)?.collect::<Vec<_>>(), end))
-    },
-};
+    };
+}
 
 /// Times, s, within [`SAME_EVENT`] of a contact that closes: where a touch-down shows in the force, early or late.
 pub(crate) fn touch_downs(contacts: &[Vec<ContactInterval>]) -> Vec<[f64; 2]> {

@@ -72,6 +72,24 @@ pub struct Metric {
     pub compute: fn(&Evidence<'_>) -> Option<f64>,
 }
 
+/// Declares metrics, one after the other: the constant, the name in data and the unit, what it must exceed to say more than that it is small
+/// (`above`, for errors of force and position), one line about it, and how it is computed.
+macro_rules! metrics {
+    (@floor) => { None };
+    (@floor $floor:path) => { Some($floor) };
+    ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
+        $(#[$doc])*
+        pub(super) const $constant: $crate::metrics::Metric = $crate::metrics::Metric {
+            name: $name,
+            unit: $unit,
+            floor: metrics!(@floor $($floor)?),
+            about: $about,
+            compute: $compute,
+        };
+    )+};
+}
+pub(super) use metrics;
+
 #[cfg(test)]
 impl<'a> Evidence<'a> {
     /// A run and its reference of which nothing else is known.

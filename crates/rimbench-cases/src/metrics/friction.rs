@@ -3,15 +3,13 @@
 
 use super::contact_phase::CHATTER;
 use super::event::matched;
-use super::evidence::{Evidence, Metric};
+use super::evidence::{Evidence, metrics};
 use super::friction_phase::{FrictionPhase, State};
 
-pub(super) const WRONG_STATE: Metric = Metric {
-    name: "wrong_friction_state_share",
-    unit: "-",
-    floor: None,
-    about: "Share of the time in which some contact does not do what it does in the reference: open, stick, slip one way or the other",
-    compute: |evidence| {
+metrics! {
+    WRONG_STATE: "wrong_friction_state_share" in "-",
+    "Share of the time in which some contact does not do what it does in the reference: open, stick, slip one way or the other"
+    => |evidence| {
         let (end, _) = span(evidence)?;
         let pairs: Vec<_> = evidence.run_friction.iter().zip(evidence.reference_friction).collect();
         let mut borders: Vec<f64> =
@@ -24,55 +22,39 @@ pub(super) const WRONG_STATE: Metric = Metric {
         let pieces = borders.windows(2).filter(|piece| piece[1] > piece[0]);
         let wrong = pieces.filter(|piece| differs(0.5 * (piece[0] + piece[1]))).map(|piece| piece[1] - piece[0]);
         Some(wrong.fold(0.0, |sum, piece| sum + piece) / end)
-    },
-};
+    };
 
-pub(super) const RELEASE_SHIFT_MAX: Metric = Metric {
-    name: "release_time_shift_max_s",
-    unit: "s",
-    floor: None,
-    about: "Largest shift in time, early or late, of a contact that sticks and starts to slide in both run and reference",
-    compute: |evidence| {
+    RELEASE_SHIFT_MAX: "release_time_shift_max_s" in "s",
+    "Largest shift in time, early or late, of a contact that sticks and starts to slide in both run and reference"
+    => |evidence| {
         releases(evidence)?
             .iter()
             .flat_map(|[run, reference]| matched(run, reference))
             .map(|(run, reference)| (run - reference).abs())
             .reduce(f64::max)
-    },
-};
+    };
 
-pub(super) const RELEASES_MISSED: Metric = Metric {
-    name: "releases_missed",
-    unit: "-",
-    floor: None,
-    about: "Contacts that stick and start to slide in the reference but not within 0.1 s in the run",
-    compute: |evidence| {
+    RELEASES_MISSED: "releases_missed" in "-",
+    "Contacts that stick and start to slide in the reference but not within 0.1 s in the run"
+    => |evidence| {
         let missed = |[run, reference]: &[Vec<f64>; 2]| reference.len() - matched(run, reference).count();
         Some(releases(evidence)?.iter().map(missed).sum::<usize>() as f64)
-    },
-};
+    };
 
-pub(super) const STICK_INTERVALS: Metric = Metric {
-    name: "stick_intervals",
-    unit: "-",
-    floor: None,
-    about: "Times for which a contact sticks in the run, that at the start among them; slips up to max(H, 5 ms) between them do not part them",
-    compute: |evidence| {
+    STICK_INTERVALS: "stick_intervals" in "-",
+    "Times for which a contact sticks in the run, that at the start among them; slips up to max(H, 5 ms) between them do not part them"
+    => |evidence| {
         let (_, chatter) = span(evidence)?;
         Some(evidence.run_friction.iter().map(|phases| sticks(phases, chatter).len()).sum::<usize>() as f64)
-    },
-};
+    };
 
-pub(super) const SLIP_REVERSALS: Metric = Metric {
-    name: "slip_reversals",
-    unit: "-",
-    floor: None,
-    about: "Changes of the direction in which a contact slides in the run, with or without a stick between; a lift-off begins anew",
-    compute: |evidence| {
+    SLIP_REVERSALS: "slip_reversals" in "-",
+    "Changes of the direction in which a contact slides in the run, with or without a stick between; a lift-off begins anew"
+    => |evidence| {
         span(evidence)?;
         Some(evidence.run_friction.iter().map(|phases| reversals(phases)).sum::<usize>() as f64)
-    },
-};
+    };
+}
 
 /// End of the run, and how long a slip may be that parts no sticks, s; none where the case has no friction or the run no interval.
 fn span(evidence: &Evidence<'_>) -> Option<(f64, f64)> {

@@ -1,6 +1,6 @@
 //! Impulses over windows of fixed length: what an impact leaves behind, however its force is spread in time.
 
-use super::evidence::{Evidence, Metric};
+use super::evidence::{Evidence, metrics};
 
 /// Length of the windows, s. *Ours*.
 const WINDOW: f64 = 20e-3;
@@ -10,16 +10,14 @@ pub(crate) fn impulse_column(force: &str) -> String {
     format!("{force}_impulse_n_s")
 }
 
-/// ```text
-/// e = max over windows [a, b] of |Σ λ_received Δt − ∫ λ_ref dt|        b: first communication point with b − a ≥ 20 ms
-/// ```
-/// The force that the mechanics receives is a mean over each macro step, so its impulse is exact.
-pub(super) const IMPULSE_ERROR: Metric = Metric {
-    name: "impulse_error_20ms_n_s",
-    unit: "N s",
-    floor: None,
-    about: "Largest difference, over windows of 20 ms, of the impulse that the mechanics received from the reference's",
-    compute: |evidence| {
+metrics! {
+    /// ```text
+    /// e = max over windows [a, b] of |Σ λ_received Δt − ∫ λ_ref dt|        b: first communication point with b − a ≥ 20 ms
+    /// ```
+    /// The force that the mechanics receives is a mean over each macro step, so its impulse is exact.
+    IMPULSE_ERROR: "impulse_error_20ms_n_s" in "N s",
+    "Largest difference, over windows of 20 ms, of the impulse that the mechanics received from the reference's"
+    => |evidence| {
         let columns = ["force_to_mechanics_n", "force_2_to_mechanics_n"];
         evidence
             .interface
@@ -27,8 +25,8 @@ pub(super) const IMPULSE_ERROR: Metric = Metric {
             .zip(columns)
             .filter_map(|(row, received)| error(evidence, row.force, received))
             .reduce(f64::max)
-    },
-};
+    };
+}
 
 fn error(evidence: &Evidence<'_>, force: usize, received: &str) -> Option<f64> {
     let received = evidence.run.index_of(received)?;

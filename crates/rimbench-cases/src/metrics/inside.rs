@@ -5,29 +5,23 @@
 //! goes astray.
 
 use super::accuracy::worst;
-use super::evidence::{Evidence, Inside, Metric};
+use super::evidence::{Evidence, Inside, metrics};
 
-pub(super) const FORCE_ERROR_INSIDE: Metric = Metric {
-    name: "force_error_inside_rms_n",
-    unit: "N",
-    floor: Some(super::FORCE_FLOOR),
-    about: "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's",
-    compute: |evidence| {
+metrics! {
+    FORCE_ERROR_INSIDE: "force_error_inside_rms_n" in "N" above super::FORCE_FLOOR,
+    "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's"
+    => |evidence| {
         let inside = evidence.inside?;
         worst(evidence, |row| rms(inside, name(evidence, row.force), 0))
-    },
-};
+    };
 
-pub(super) const POSITION_ERROR_INSIDE: Metric = Metric {
-    name: "position_error_inside_rms_m",
-    unit: "m",
-    floor: Some(super::POSITION_FLOOR),
-    about: "Root mean square over micro steps of the interface position that the actuator was given minus the reference's",
-    compute: |evidence| {
+    POSITION_ERROR_INSIDE: "position_error_inside_rms_m" in "m" above super::POSITION_FLOOR,
+    "Root mean square over micro steps of the interface position that the actuator was given minus the reference's"
+    => |evidence| {
         let inside = evidence.inside?;
         worst(evidence, |row| rms(inside, name(evidence, row.position), 1))
-    },
-};
+    };
+}
 
 fn name<'a>(evidence: &'a Evidence<'_>, column: usize) -> &'a str {
     &evidence.run.columns()[column]

@@ -1,16 +1,14 @@
 //! How far the macro steps of a run reached.
 
-use super::evidence::{Evidence, Metric};
+use super::evidence::{Evidence, metrics};
 use rimbench_statistics::rank_correlation;
 
-/// Spearman's ρ of what the run knew of its error and what the reference knows.
-pub(super) const DEFECT_RANK: Metric = Metric {
-    name: "model_defect_rank",
-    unit: "-",
-    floor: None,
-    about: "Rank correlation of the model's defect in each macro step with the force error at its end; with step control model-defect",
-    compute: |evidence| rank_correlation(&defects_and_errors(evidence)),
-};
+metrics! {
+    /// Spearman's ρ of what the run knew of its error and what the reference knows.
+    DEFECT_RANK: "model_defect_rank" in "-",
+    "Rank correlation of the model's defect in each macro step with the force error at its end; with step control model-defect"
+    => |evidence| rank_correlation(&defects_and_errors(evidence));
+}
 
 /// The defect of each macro step and the magnitude of the force error at its end, of several rows the largest.
 fn defects_and_errors(evidence: &Evidence<'_>) -> Vec<[f64; 2]> {
@@ -25,14 +23,12 @@ fn defects_and_errors(evidence: &Evidence<'_>) -> Vec<[f64; 2]> {
     pairs
 }
 
-/// `t_end / n`, n the macro steps that the solution is made of; repeated ones do not count.
-pub(super) const MEAN_MACRO_STEP: Metric = Metric {
-    name: "mean_macro_step_s",
-    unit: "s",
-    floor: None,
-    about: "Mean length of the macro steps; with step control what was found necessary, else H but for the phase",
-    compute: |evidence| {
+metrics! {
+    /// `t_end / n`, n the macro steps that the solution is made of; repeated ones do not count.
+    MEAN_MACRO_STEP: "mean_macro_step_s" in "s",
+    "Mean length of the macro steps; with step control what was found necessary, else H but for the phase"
+    => |evidence| {
         let steps = evidence.report.work.cosim.macro_steps;
         (steps > 0).then(|| evidence.report.ended_at_s / steps as f64)
-    },
-};
+    };
+}
