@@ -200,81 +200,25 @@ extern "C" fn fmi3SetDebugLogging(
     with(handle, |_| Ok(()))
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetFloat64(h: *mut Handle, refs: *const u32, n: usize, values: *mut f64, count: usize) -> i32 {
-    with(h, |handle| {
-        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
-        handle.instance.get_numbers(refs, values)
-    })
+/// Functions that hand over values of variables or take them, `$take` being `room` or `list`.
+macro_rules! of_values {
+    ($($name:ident($take:ident $pointer:ty) |$handle:ident, $refs:ident, $values:ident| $act:expr;)*) => {$(
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $name(h: *mut Handle, refs: *const u32, n: usize, values: $pointer, count: usize) -> i32 {
+            with(h, |$handle| {
+                // SAFETY: the standard has a master hand over `n` references and `count` values or room for them, for the length of this call.
+                let ($refs, $values) = unsafe { (list(refs, n)?, $take(values, count)?) };
+                $act
+            })
+        }
+    )*};
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetFloat64(
-    h: *mut Handle,
-    refs: *const u32,
-    n: usize,
-    values: *const f64,
-    count: usize,
-) -> i32 {
-    with(h, |handle| {
-        // SAFETY: the standard has a master hand over `n` references and `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
-        pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_number(*at, *value))
-    })
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetBoolean(
-    h: *mut Handle,
-    refs: *const u32,
-    n: usize,
-    values: *mut bool,
-    count: usize,
-) -> i32 {
-    with(h, |handle| {
-        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
-        handle.instance.get_booleans(refs, values)
-    })
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetInt32(h: *mut Handle, refs: *const u32, n: usize, values: *mut i32, count: usize) -> i32 {
-    with(h, |handle| {
-        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
-        handle.instance.get_integers(refs, values)
-    })
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetBoolean(
-    h: *mut Handle,
-    refs: *const u32,
-    n: usize,
-    values: *const u8,
-    count: usize,
-) -> i32 {
-    with(h, |handle| {
-        // As bytes: what a master hands over need be none of the two that a `bool` may have.
-        // SAFETY: the standard has a master hand over `n` references and `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
-        pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_boolean(*at, *value != 0))
-    })
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetString(
-    h: *mut Handle,
-    refs: *const u32,
-    n: usize,
-    values: *mut *const c_char,
-    count: usize,
-) -> i32 {
-    with(h, |handle| {
-        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
+of_values! {
+    fmi3GetFloat64(room *mut f64) |handle, refs, values| handle.instance.get_numbers(refs, values);
+    fmi3GetBoolean(room *mut bool) |handle, refs, values| handle.instance.get_booleans(refs, values);
+    fmi3GetInt32(room *mut i32) |handle, refs, values| handle.instance.get_integers(refs, values);
+    fmi3GetString(room *mut *const c_char) |handle, refs, values| {
         pairs(refs, values).map(drop)?;
         let texts = refs.iter().map(|at| Ok(CString::new(handle.instance.get_text(*at)?).unwrap_or_default()));
         handle.texts = texts.collect::<Result<_, String>>()?;
@@ -282,25 +226,20 @@ unsafe extern "C" fn fmi3GetString(
             value.write(text.as_ptr());
         });
         Ok(())
-    })
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetString(
-    h: *mut Handle,
-    refs: *const u32,
-    n: usize,
-    values: *const *const c_char,
-    count: usize,
-) -> i32 {
-    with(h, |handle| {
-        // SAFETY: the standard has a master hand over `n` references and `count` values, for the length of this call.
-        let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
+    };
+    fmi3SetFloat64(list *const f64) |handle, refs, values| {
+        pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_number(*at, *value))
+    };
+    // As bytes: what a master hands over need be none of the two that a `bool` may have.
+    fmi3SetBoolean(list *const u8) |handle, refs, values| {
+        pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_boolean(*at, *value != 0))
+    };
+    fmi3SetString(list *const *const c_char) |handle, refs, values| {
         pairs(refs, values)?.try_for_each(|(at, text)| {
             // SAFETY: each value is a text that ends in zero and outlives this call, as the standard has it, or null.
             handle.instance.set_text(*at, unsafe { words(*text, "a text") }?)
         })
-    })
+    };
 }
 
 /// Variables with their values, one each.
