@@ -8,12 +8,8 @@ use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
-use rimbench::error::Error;
-use rimbench::figures::render;
 use rimbench::harness::Provenance;
-use rimbench::perf::{
-    self, BENCHMARKS, History, PerStep, Program, Row, benchmark_by_name, draw_history, history_steps,
-};
+use rimbench::perf::{self, BENCHMARKS, History, PerStep, Program, Row, benchmark_by_name, history_steps};
 use rimbench::statistics::quantile;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -33,8 +29,6 @@ enum Command {
     Compare(Compare),
     /// Show a record: instructions, time, and time per macro and micro step
     Show(Show),
-    /// Draw the history with the steps found in it
-    Plot(Plot),
     /// List all steps of the history in words, each with the revisions that it lies between
     Steps(Steps),
     /// Measure one benchmark in this process
@@ -48,7 +42,6 @@ impl Perf {
             Command::Record(command) => command.run()?,
             Command::Compare(command) => return command.run(),
             Command::Show(command) => command.run()?,
-            Command::Plot(command) => command.run()?,
             Command::Steps(command) => command.run()?,
             Command::Sample(command) => command.run()?,
         }
@@ -157,29 +150,6 @@ fn steps_table(rows: &[&Row]) -> String {
         ]);
     }
     table.to_string()
-}
-
-/// Arguments of `perf plot`.
-#[derive(Debug, Args)]
-struct Plot {
-    /// The history; the figure stands beside it
-    #[arg(long, value_name = "FILE", default_value = HISTORY)]
-    history: PathBuf,
-}
-
-impl Plot {
-    fn run(self) -> anyhow::Result<()> {
-        let path = self.history;
-        let history = History::read(&path)?;
-        if history.rows.is_empty() {
-            return Err(
-                Error::file(path, "holds no record, so there is nothing to draw: `rimbench perf record`").into()
-            );
-        }
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let files = render::write(&draw_history(&history), path.parent().unwrap_or(Path::new(".")), &name)?;
-        print(&files.svg.display().to_string())
-    }
 }
 
 /// Arguments of `perf steps`.

@@ -530,7 +530,6 @@ fn force_and_mass() -> Figure {
     let mass = Axis::log10("effective mass (kg)").range(100.0, 1e4);
     let inset = Inset { x: (1.65, 1.76), y: (230.0, 340.0), place: [0.16, 0.52, 0.42, 0.36] };
     let zoom = Axis::linear("time t (s), touch-down").range(1.66, 1.78);
-    let touch_down = Guide::Vertical { x: 1.693, label: "touch-down".to_owned() };
     Figure::new(1180.0, 400.0)
         .columns(3)
         .panel(
@@ -538,7 +537,7 @@ fn force_and_mass() -> Figure {
                 .guide(Guide::Horizontal { y: 0.0, label: String::new() }),
         )
         .panel(panel("(b) effective mass at the interface", time(), mass, &masses).inset(inset))
-        .panel(panel("(c) force at touch-down", zoom, newtons(), &forces).guide(touch_down))
+        .panel(panel("(c) force at touch-down", zoom, newtons(), &forces))
 }
 
 fn convergence() -> Figure {

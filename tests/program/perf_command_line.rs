@@ -30,7 +30,7 @@ fn changed(history: &Path, to: &Path, count: usize, cell_of: impl Fn(usize, &str
 }
 
 #[test]
-fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
+fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_and_compared() {
     let folder = tempfile::tempdir().unwrap();
     let history = folder.path().join("history.csv");
     assert_has(&record(&history), &["note: /no/such/valgrind is not there"]);
@@ -46,8 +46,6 @@ fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
     assert_has(&shown, &["kernel/lcp-warm", "ns per micro"]);
     let shown = json(perf(&["show", "--format", "json", "--history"]).arg(&history));
     assert!(shown[0]["benchmark"] == "kernel/lcp-warm" && shown[0]["lcp_solves"].is_u64(), "{shown}");
-    perf(&["plot", "--history"]).arg(&history).assert().success();
-    assert!(folder.path().join("history.svg").exists() && folder.path().join("history.png").exists());
 }
 
 #[test]
@@ -100,18 +98,9 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
     let damaged = folder.path().join("damaged.csv");
     fs::write(&damaged, "record,benchmark\n1,2\n").unwrap();
     let damaged = damaged.to_str().unwrap();
-    // A header without records, beside a figure of better times.
-    let (empty, figure) = (folder.path().join("empty.csv"), folder.path().join("empty.svg"));
-    record(&empty);
-    let header = read(&empty).lines().next().unwrap().to_owned() + "\n";
-    fs::write(&empty, header).unwrap();
-    fs::write(&figure, "of better times").unwrap();
-    let empty = empty.to_str().unwrap();
     for (arguments, says) in [
         (vec!["compare", damaged, "latest"], "missing field"),
         (vec!["record", "--history", damaged], "missing field"),
-        (vec!["plot", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
-        (vec!["plot", "--history", empty], "holds no record, so there is nothing to draw"),
         (vec!["show", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
         (vec!["show", "nonsense"], "record = nonsense is not valid\nhelp: use latest, previous"),
         (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid\nhelp: use latest, previous"),
@@ -124,7 +113,6 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         assert_has(&refused(&mut perf(&arguments)), &[says]);
     }
     assert_eq!(fs::read_to_string(damaged).unwrap(), "record,benchmark\n1,2\n", "a damaged history is left alone");
-    assert_eq!(fs::read_to_string(figure).unwrap(), "of better times", "an empty history replaces no figure");
     perf(&["compare"]).assert().code(2);
     perf(&["compare", "latest"]).assert().code(2);
 }

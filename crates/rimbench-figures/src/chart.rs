@@ -10,8 +10,6 @@ use super::style::SeriesStyle;
 pub enum Scale {
     /// Equal differences.
     Linear,
-    /// Equal differences, ticks at whole numbers only: what is counted.
-    Count,
     /// Equal ratios; values ≤ 0 cannot be shown and break the line.
     Log10,
     /// Equal ratios on either side of zero, and linear within ± 10 to this power: where the sign matters.
@@ -42,11 +40,6 @@ impl Axis {
     /// A linear axis that shows everything.
     pub fn linear(label: impl Into<String>) -> Self {
         Axis { label: label.into(), scale: Scale::Linear, range: Range::Auto }
-    }
-
-    /// A linear axis for what is counted.
-    pub fn count(label: impl Into<String>) -> Self {
-        Axis { label: label.into(), scale: Scale::Count, range: Range::Auto }
     }
 
     /// A logarithmic axis that shows everything.
@@ -152,13 +145,6 @@ impl Series {
 /// A line that is not data.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Guide {
-    /// A dashed line at a value of x, with a label at its upper end.
-    Vertical {
-        /// Where.
-        x: f64,
-        /// What it marks; may be empty.
-        label: String,
-    },
     /// A dashed line at a value of y, with a label at its right end.
     Horizontal {
         /// Where.

@@ -16,11 +16,6 @@ pub const SHADE: Color = Color(0xDB, 0xDD, 0xDF);
 pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     let whole = frame.whole();
     match guide {
-        Guide::Vertical { x, .. } => {
-            if let Some(x) = across(frame, *x) {
-                drawing.line(vec![(x, whole.bottom), (x, whole.top)], LINE);
-            }
-        }
         Guide::Horizontal { y, .. } => {
             if let Some(y) = height(frame, *y) {
                 drawing.line(vec![(whole.left, y), (whole.right, y)], LINE);
@@ -44,17 +39,10 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     }
 }
 
-/// Writes what a guide means; this belongs in front of the data. Labels of upright lines stand in two rows by turns; `turn` is how many
-/// such lines came before.
-pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide, turn: usize) {
+/// Writes what a guide means; this belongs in front of the data.
+pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     let area = &frame.area;
     match guide {
-        Guide::Vertical { x, label } => {
-            let Some(x) = across(frame, *x) else { return };
-            let text = Text::new(label, (x + 6.0, area.top + 13.0 + 13.0 * (turn % 2) as f64), NOTE_SIZE);
-            let fits = x + 6.0 + text.width() <= area.right;
-            on_paper(drawing, if fits { text } else { Text { at: (x - 6.0, text.at.1), anchor: Anchor::End, ..text } });
-        }
         // The legend says what is shaded: in words only where they hide nothing.
         Guide::Below { y, label, .. } => {
             let Some(y) = height(frame, *y).filter(|y| y + NOTE_SIZE + 6.0 <= area.bottom) else { return };
@@ -92,10 +80,6 @@ pub fn note(drawing: &mut Drawing, frame: &Frame, note: &Note) {
         _ => Anchor::Middle,
     };
     on_paper(drawing, Text::new(&note.text, at, NOTE_SIZE).anchored(anchor).centred());
-}
-
-fn across(frame: &Frame, x: f64) -> Option<f64> {
-    frame.x.position(x).filter(|p| (frame.area.left..=frame.area.right).contains(p))
 }
 
 fn height(frame: &Frame, y: f64) -> Option<f64> {

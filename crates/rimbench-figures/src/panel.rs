@@ -89,10 +89,8 @@ impl<'a> Prepared<'a> {
         });
         data::draw_losses(drawing, &frame, &panel.losses);
         data::draw_tags(drawing, &frame, &panel.series);
-        let mut upright = 0;
         for guide in &panel.guides {
-            guides::label(drawing, &frame, guide, upright);
-            upright += usize::from(matches!(guide, Guide::Vertical { .. }));
+            guides::label(drawing, &frame, guide);
         }
         for note in &panel.notes {
             guides::note(drawing, &frame, note);

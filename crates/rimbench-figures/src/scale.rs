@@ -25,7 +25,7 @@ impl AxisMap {
     /// Finds the position of a value; none for NaN and for values a logarithmic axis cannot show.
     pub fn position(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
-            Scale::Linear | Scale::Count => (value - self.low) / (self.high - self.low),
+            Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Log10 if value <= 0.0 => return None,
             Scale::Log10 => (value / self.low).log10() / (self.high / self.low).log10(),
             Scale::SymLog(power) => {
@@ -41,7 +41,6 @@ impl AxisMap {
     pub fn ticks(&self, most: usize) -> Ticks {
         match self.scale {
             Scale::Linear => ticks::linear(self.low, self.high, most),
-            Scale::Count => ticks::whole(self.low, self.high, most),
             Scale::Log10 => ticks::logarithmic(self.low, self.high, most),
             Scale::SymLog(power) => ticks::symmetric(self.low, self.high, power, most),
         }

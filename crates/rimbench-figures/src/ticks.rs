@@ -22,16 +22,7 @@ pub struct Ticks {
 ///
 /// Values of 10⁵ and more, or below 10⁻³, share a factored-out power of ten, a multiple of three.
 pub fn linear(low: f64, high: f64, most: usize) -> Ticks {
-    apart(low, high, (high - low) / (most.max(2) as f64 - 0.5))
-}
-
-/// Chooses ticks as [`linear`] does, at whole numbers only.
-pub fn whole(low: f64, high: f64, most: usize) -> Ticks {
-    apart(low, high, ((high - low) / (most.max(2) as f64 - 0.5)).max(1.0))
-}
-
-/// Ticks with a round distance of `least_step` or more.
-fn apart(low: f64, high: f64, least_step: f64) -> Ticks {
+    let least_step = (high - low) / (most.max(2) as f64 - 0.5);
     let decade = 10f64.powf(least_step.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|s| *s >= least_step * (1.0 - 1e-9));
     let step = step.unwrap_or(10.0 * decade);
@@ -152,13 +143,6 @@ mod tests {
         assert_eq!(labels(&linear(-1.02, 1.1, 5)), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
         assert_eq!(labels(&linear(0.0, 2.5, 6)), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5"]);
         assert_eq!(labels(&linear(1.68, 1.72, 5)), ["1.68", "1.69", "1.70", "1.71", "1.72"]);
-    }
-
-    #[test]
-    fn what_is_counted_has_ticks_at_whole_numbers_only() {
-        assert_eq!(labels(&whole(0.5, 1.5, 20)), ["1"]);
-        assert_eq!(labels(&whole(0.5, 3.5, 20)), ["1", "2", "3"]);
-        assert_eq!(labels(&whole(0.5, 30.5, 7)), ["5", "10", "15", "20", "25", "30"]);
     }
 
     #[test]

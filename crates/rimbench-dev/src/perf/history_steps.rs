@@ -1,9 +1,11 @@
 //! All steps of a history in words: what changed, by how much, between which revisions.
 
 use super::history::{History, Row};
-use super::plot::TIME_FLOOR;
 use super::steps::steps;
 use std::collections::BTreeMap;
+
+/// Relative change of a time below which there is no step: code layout alone does as much.
+const TIME_FLOOR: f64 = 0.05;
 
 /// A change of level, and where.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +24,7 @@ pub struct HistoryStep {
     pub record: String,
 }
 
-/// Finds all steps of a history, oldest records first, as the plot has them: instructions of one target and compiler, times of one
+/// Finds all steps of a history, oldest records first: instructions of one target and compiler, times of one
 /// machine as well.
 pub fn history_steps<'a>(history: &'a History) -> Vec<HistoryStep> {
     let mut series: BTreeMap<[&'a str; 5], Vec<(&'a Row, f64)>> = BTreeMap::new();

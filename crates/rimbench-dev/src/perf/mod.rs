@@ -19,7 +19,6 @@
 //! | `decision`, `comparison`, `comparison_text` | what is a regression; what is told about it |
 //! | `per_step` | times of a record per macro and micro step |
 //! | `revision` | two git revisions, built side by side |
-//! | `plot` | the history as a figure |
 
 mod benchmark;
 pub mod callgrind;
@@ -30,7 +29,6 @@ mod history;
 mod history_steps;
 mod kernels;
 mod per_step;
-mod plot;
 mod record;
 mod revision;
 mod sample;
@@ -44,7 +42,6 @@ pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide
 pub use history::{COUNTERS, History, Row};
 pub use history_steps::{HistoryStep, history_steps};
 pub use per_step::PerStep;
-pub use plot::draw_history;
 pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_ratio, record};
 pub use revision::{Checkout, Repository};
 pub use sample::{Program, Sample, measure};
