@@ -33,8 +33,6 @@ pub enum Error {
     },
     /// Two things that each exist but do not go together.
     Incompatible(String),
-    /// Rows that must be independent are not.
-    Singular(String),
     /// No bad input at all: the program was asked to end what it was doing.
     Stopped,
     /// No bad input either: the reference took longer than a run may take.
@@ -60,7 +58,7 @@ impl fmt::Display for Error {
             Error::InvalidValue { key, found, expected } => {
                 write!(f, "{key} = {found} is not valid; valid: {expected}")
             }
-            Error::Incompatible(message) | Error::Singular(message) => f.write_str(message),
+            Error::Incompatible(message) => f.write_str(message),
             Error::Stopped => f.write_str("stopped"),
             Error::Overdue { limit_s } => write!(f, "the reference took longer than wall_limit_s = {limit_s} s"),
             Error::File { path, message } => write!(f, "{}: {message}", path.display()),

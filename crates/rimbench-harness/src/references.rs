@@ -42,7 +42,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
 /// Tells whether an error says that a set of parameters has no reference: it leaves its range, or its machine cannot be built. That is a
 /// finding about the machine, and no reason to end an experiment.
 pub(super) fn has_none(error: &Error) -> bool {
-    matches!(error, Error::Incompatible(_) | Error::Singular(_) | Error::InvalidValue { .. })
+    matches!(error, Error::Incompatible(_) | Error::InvalidValue { .. })
 }
 
 /// The solutions, the finest first because it takes longest.
