@@ -141,11 +141,8 @@ impl MechanicalModel for OnRope {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         self.gravity * q[1]
     }
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_m"])
-    }
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["force_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["rope"])
     }
 }
 

@@ -400,9 +400,6 @@ impl LinearModel {
     }
 }
 
-const GAPS: [&str; 6] = ["gap_1_m", "gap_2_m", "gap_3_m", "gap_4_m", "gap_5_m", "gap_6_m"];
-const FORCES: [&str; 6] = ["force_1_n", "force_2_n", "force_3_n", "force_4_n", "force_5_n", "force_6_n"];
-
 impl MechanicalModel for LinearModel {
     fn size(&self) -> ModelSize {
         ModelSize {
@@ -453,11 +450,8 @@ impl MechanicalModel for LinearModel {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()
     }
-    fn gap_names(&self) -> Vec<Name> {
-        names(&GAPS[..self.unilateral.offset.len()])
-    }
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&FORCES[..self.unilateral.offset.len()])
+    fn contact_names(&self) -> Vec<Name> {
+        (1..=self.unilateral.offset.len()).map(|contact| contact.to_string().into()).collect()
     }
 }
 

@@ -101,8 +101,7 @@ fn build(p: &Cradle, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         state_names: words(
             "ball_1_x_m ball_2_x_m ball_3_x_m ball_1_velocity_m_s ball_2_velocity_m_s ball_3_velocity_m_s",
         ),
-        gap_names: words("gap_1_2_m gap_2_3_m"),
-        contact_force_names: words("contact_force_1_2_n contact_force_2_3_n"),
+        contact_names: words("1_2 2_3"),
     })?;
     assembly.couple(model, p.carriage.actuator()?, &p.contacts)
 }

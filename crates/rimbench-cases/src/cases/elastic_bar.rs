@@ -84,8 +84,7 @@ fn build(p: &Bar, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         contacts: vec![LineContact { below: None, above: Some(0), distance: 0.0 }],
         driven: n,
         state_names: words("bottom_x_m bottom_velocity_m_s"),
-        gap_names: words("gap_floor_m"),
-        contact_force_names: words("contact_force_floor_n"),
+        contact_names: words("floor"),
     })?;
     assembly.couple(model, p.carriage.actuator()?, &p.contacts)
 }

@@ -115,8 +115,7 @@ impl Chain {
                 .collect(),
             driven: 0,
             state_names: words("platform_y_m lowest_bead_y_m platform_velocity_m_s lowest_bead_velocity_m_s"),
-            gap_names: words("gap_scale_m gap_lowest_link_m"),
-            contact_force_names: words("contact_force_scale_n contact_force_lowest_link_n"),
+            contact_names: words("scale lowest_link"),
         }
     }
 

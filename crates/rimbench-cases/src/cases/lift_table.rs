@@ -171,12 +171,8 @@ impl MechanicalModel for Table {
         names(&["box_y_m", "box_angle_rad"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_left_stop_m", "gap_right_stop_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_left_stop_n", "contact_force_right_stop_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["left_stop", "right_stop"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

@@ -4,6 +4,7 @@
 use super::event_driven::{DrivenMass, EventDriven, Stop};
 use super::prelude::*;
 use rimbench_core::interface_model::TOUCHING;
+use rimbench_core::name::names;
 use std::sync::{Mutex, PoisonError};
 
 parameters! {
@@ -70,24 +71,23 @@ fn entry<P: ParameterSet>(
         let mass = mass(p);
         check_start(&mass, start).map(|()| mass)
     };
-    let gaps: Vec<Name> = stops.iter().map(|stop| format!("gap_{stop}_m").into()).collect();
+    let gaps = stops.iter().map(|stop| format!("gap_{stop}_m").into()).collect();
     let shared = "carriage_position_m carriage_velocity_m_s effective_mass_kg";
     Case {
-        trace_columns: [carriage::trace_columns(shared), gaps.clone(), words("closed_contacts")].concat(),
+        trace_columns: [carriage::trace_columns(shared), gaps, words("closed_contacts")].concat(),
         interface_columns: carriage::interface(),
         reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(solution(checked(&P::read(parameters))?)))),
         constant_mechanics: true,
         drawing: drawn(move |p: &P| Some(drawing(p))),
         ..Case::new(name, about, times(duration, 5e-3, 5e-4, [1e-4, 2e-4]), move |p: &P, assembly| {
-            let forces = stops.iter().map(|stop| format!("contact_force_{stop}_n").into()).collect();
             let mass = checked(p)?;
-            let model = model(&mass, gaps.clone(), forces)?;
+            let model = model(&mass, names(stops))?;
             assembly.couple(model, SpringActuator::new(mass.actuator)?, &Contacts::read(assembly.parameters))
         })
     }
 }
 
-fn model(mass: &DrivenMass, gap_names: Vec<Name>, contact_force_names: Vec<Name>) -> Result<LineMasses> {
+fn model(mass: &DrivenMass, contact_names: Vec<Name>) -> Result<LineMasses> {
     let contact = |stop: &Stop| LineContact {
         below: (stop.side < 0.0).then_some(0),
         above: (stop.side > 0.0).then_some(0),
@@ -107,8 +107,7 @@ fn model(mass: &DrivenMass, gap_names: Vec<Name>, contact_force_names: Vec<Name>
         contacts: mass.stops.iter().map(contact).collect(),
         driven: 0,
         state_names: Vec::new(),
-        gap_names,
-        contact_force_names,
+        contact_names,
     })
 }
 

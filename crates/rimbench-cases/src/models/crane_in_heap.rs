@@ -250,12 +250,8 @@ impl MechanicalModel for CraneInHeap {
         names(&["theta_1_rad", "load_x_m", "load_y_m", "heap_height_m", "largest_displacement_m", "gap_lowest_m"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_rope_m", "gap_floor_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_rope_n", "contact_force_floor_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["rope", "floor"])
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -193,12 +193,8 @@ impl MechanicalModel for CraneWithRope {
         names(&["theta_1_rad", "load_x_m", "load_y_m"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_rope_m", "gap_ground_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_rope_n", "contact_force_ground_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["rope", "ground"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

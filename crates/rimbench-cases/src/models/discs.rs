@@ -375,12 +375,8 @@ impl MechanicalModel for Discs {
         names(&["blade_x_m", "disc_momentum_x_kg_m_s", "largest_displacement_m", "gap_lowest_m"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_blade_m", "gap_wall_m", "gap_pair_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["blade", "wall", "pair"])
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -152,25 +152,14 @@ impl MechanicalModel for Gripper {
         names(&["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
+    fn contact_names(&self) -> Vec<Name> {
         names(&[
-            "gap_left_lower_pad_m",
-            "gap_left_upper_pad_m",
-            "gap_right_lower_pad_m",
-            "gap_right_upper_pad_m",
-            "gap_left_corner_m",
-            "gap_right_corner_m",
-        ])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&[
-            "contact_force_left_lower_pad_n",
-            "contact_force_left_upper_pad_n",
-            "contact_force_right_lower_pad_n",
-            "contact_force_right_upper_pad_n",
-            "contact_force_left_corner_n",
-            "contact_force_right_corner_n",
+            "left_lower_pad",
+            "left_upper_pad",
+            "right_lower_pad",
+            "right_upper_pad",
+            "left_corner",
+            "right_corner",
         ])
     }
 

@@ -164,12 +164,8 @@ impl MechanicalModel for HalfCar {
         names(&["travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_front_wheel_m", "gap_rear_wheel_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_front_wheel_n", "contact_force_rear_wheel_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["front_wheel", "rear_wheel"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

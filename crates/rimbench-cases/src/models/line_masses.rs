@@ -85,10 +85,8 @@ pub struct LineDescription {
     pub driven: usize,
     /// Names of the positions of the first masses, then of their velocities.
     pub state_names: Vec<Name>,
-    /// Names of the gaps.
-    pub gap_names: Vec<Name>,
-    /// Names of the contact forces.
-    pub contact_force_names: Vec<Name>,
+    /// Names of the contacts, as [`MechanicalModel::contact_names`] has them.
+    pub contact_names: Vec<Name>,
 }
 
 /// The mechanics; velocities are those of the masses.
@@ -114,7 +112,8 @@ impl LineMasses {
         model.unilateral(&q, &v, &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
-                let name = model.line.gap_names.get(contact).map_or("a gap", |name| name);
+                let name =
+                    model.line.contact_names.get(contact).map_or("a gap".to_owned(), |name| format!("gap_{name}_m"));
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: {name} would start at {gap:.6} m; it must not be below 0"
                 )));
@@ -224,12 +223,8 @@ impl MechanicalModel for LineMasses {
         self.line.state_names.clone()
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        self.line.gap_names.clone()
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        self.line.contact_force_names.clone()
+    fn contact_names(&self) -> Vec<Name> {
+        self.line.contact_names.clone()
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

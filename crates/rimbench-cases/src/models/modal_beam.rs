@@ -213,12 +213,8 @@ impl MechanicalModel for ModalBeam {
         names(&["end_deflection_m"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_stop_1_m", "gap_stop_2_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_stop_1_n", "contact_force_stop_2_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["stop_1", "stop_2"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

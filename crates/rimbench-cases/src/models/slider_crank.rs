@@ -179,17 +179,8 @@ impl MechanicalModel for SliderCrank {
         ])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_upper_rear_m", "gap_upper_front_m", "gap_lower_rear_m", "gap_lower_front_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&[
-            "contact_force_upper_rear_n",
-            "contact_force_upper_front_n",
-            "contact_force_lower_rear_n",
-            "contact_force_lower_front_n",
-        ])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["upper_rear", "upper_front", "lower_rear", "lower_front"])
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -60,11 +60,7 @@ impl MechanicalModel for SlidingBlock {
         self.mass * self.gravity * q[1]
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_floor_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_floor_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["floor"])
     }
 }

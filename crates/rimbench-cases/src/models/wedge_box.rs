@@ -191,7 +191,8 @@ impl WedgeBox {
         self.unilateral(&self.start, &vec![0.0; size.velocities], &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
-                let name = self.gap_names().get(contact).cloned().unwrap_or("the gap of another wedge".into());
+                let names = self.contact_names();
+                let name = names.get(contact).map_or("the gap of another wedge".into(), |name| format!("gap_{name}_m"));
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: {name} would start at {gap:.6} m, inside the ground"
                 )));
@@ -206,21 +207,6 @@ impl WedgeBox {
     /// Row of the contact of a wedge.
     fn wedge_row(&self, wedge: usize) -> usize {
         if wedge < NAMED_WEDGES { wedge } else { wedge + 2 * self.geometry.discs.len() }
-    }
-
-    /// What names of columns call the contacts that have a name.
-    fn contacts(&self) -> Vec<String> {
-        let wedge = self.geometry.wedge_name;
-        let discs: &[&str] = match self.geometry.discs.len() {
-            0 => &[],
-            1 => &["disc"],
-            _ => &["left_disc", "right_disc"],
-        };
-        let wedges = [format!("right_{wedge}"), format!("left_{wedge}")];
-        wedges
-            .into_iter()
-            .chain(discs.iter().flat_map(|disc| [format!("{disc}_ledge"), format!("{disc}_floor")]))
-            .collect()
     }
 
     /// Tips of the wedges and pins of the discs, from the centre of the box.
@@ -421,12 +407,16 @@ impl MechanicalModel for WedgeBox {
         all
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        self.contacts().iter().map(|contact| format!("gap_{contact}_m").into()).collect()
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        self.contacts().iter().map(|contact| format!("contact_force_{contact}_n").into()).collect()
+    fn contact_names(&self) -> Vec<Name> {
+        let wedge = self.geometry.wedge_name;
+        let discs: &[&str] = match self.geometry.discs.len() {
+            0 => &[],
+            1 => &["disc"],
+            _ => &["left_disc", "right_disc"],
+        };
+        let wedges = [format!("right_{wedge}"), format!("left_{wedge}")].into_iter();
+        let at_discs = discs.iter().flat_map(|disc| [format!("{disc}_ledge"), format!("{disc}_floor")]);
+        wedges.chain(at_discs).map(Name::from).collect()
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

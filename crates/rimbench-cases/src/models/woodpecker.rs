@@ -182,12 +182,8 @@ impl MechanicalModel for Woodpecker {
         names(&["sleeve_y_m", "sleeve_angle_rad", "bird_angle_rad"])
     }
 
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_beak_m", "gap_lower_edge_m", "gap_upper_edge_m"])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["contact_force_beak_n", "contact_force_lower_edge_n", "contact_force_upper_edge_n"])
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["beak", "lower_edge", "upper_edge"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

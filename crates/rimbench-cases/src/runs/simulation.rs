@@ -70,8 +70,8 @@ impl PreparedRun<'_> {
 
     /// Names the contacts of the interface model, as in "right wedge"; none where they have no names.
     pub fn contact_names(&mut self) -> Vec<String> {
-        let gaps = self.system.sides.mechanics.capabilities().gap_names().iter();
-        gaps.map(|gap| gap.trim_start_matches("gap_").trim_end_matches("_m").replace('_', " ")).collect()
+        let names = self.system.sides.mechanics.capabilities().contact_names().iter();
+        names.map(|name| name.replace('_', " ")).collect()
     }
 
     /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate) against a reference,

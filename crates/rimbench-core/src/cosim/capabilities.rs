@@ -72,8 +72,8 @@ pub trait Capabilities {
         None
     }
 
-    /// Names the gaps of the contacts of the interface model, `gap_<contact>_m` each; none where they have no names.
-    fn gap_names(&mut self) -> &[Name] {
+    /// Names the contacts of the interface model, whose gaps are `gap_<contact>_m`; none where they have no names.
+    fn contact_names(&mut self) -> &[Name] {
         &[]
     }
 

@@ -129,14 +129,10 @@ pub trait MechanicalModel: Send {
         Vec::new()
     }
 
-    /// Names of the gaps of the first unilateral rows, for example `gap_left_wedge_m`. A model with a few contacts names them
-    /// all; one with many names the first, and shows the least gap of the others among its observables.
-    fn gap_names(&self) -> Vec<Name> {
-        Vec::new()
-    }
-
-    /// Names of the contact forces of the first unilateral rows, for example `contact_force_left_wedge_n`.
-    fn contact_force_names(&self) -> Vec<Name> {
+    /// Names the contacts of the first unilateral rows: of `left_wedge` the gap is `gap_left_wedge_m`, the force
+    /// `contact_force_left_wedge_n`. A model with a few contacts names them all; one with many names the first, and shows the least gap of
+    /// the others among its observables.
+    fn contact_names(&self) -> Vec<Name> {
         Vec::new()
     }
 

@@ -40,8 +40,9 @@ pub struct NonSmoothMechanics<M> {
     state_forces: Vec<f64>,
     ports: Ports,
     observables: Vec<Name>,
-    /// How many of them are the model's own, gaps, contact forces.
-    parts: [usize; 3],
+    /// How many of them are the model's own; gaps and forces of the contacts follow.
+    own_observables: usize,
+    contacts: Vec<Name>,
     /// `T`, `V` and that of contact springs at the start, J.
     start_energy: [f64; 3],
 }
@@ -58,7 +59,11 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         if !model.state_forces(&start.0, &start.1, &mut state_forces) {
             state_forces.clear();
         }
-        let parts = [model.observables(), model.gap_names(), model.contact_force_names()];
+        let (mut observables, contacts) = (model.observables(), model.contact_names());
+        let own_observables = observables.len();
+        observables.extend(contacts.iter().map(|contact| format!("gap_{contact}_m").into()));
+        observables.extend(contacts.iter().map(|contact| format!("contact_force_{contact}_n").into()));
+        observables.extend(CONTACT_OBSERVABLES.map(Name::from));
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(
                 size,
@@ -71,8 +76,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             acceleration_jumps: JumpFinder::of(&model),
             state_forces,
             ports,
-            parts: [parts[0].len(), parts[1].len(), parts[2].len()],
-            observables: parts.into_iter().flatten().chain(CONTACT_OBSERVABLES.map(Name::from)).collect(),
+            observables,
+            own_observables,
+            contacts,
             start_energy: [0.0; 3],
             model,
         };
@@ -106,7 +112,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             ));
         }
         self.stepper.add_friction(friction, self.model.tangential_rows(), solver)?;
-        self.observables.extend(friction_observables(&self.model.contact_force_names()));
+        self.observables.extend(friction_observables(&self.contacts));
         self.linearise();
         Ok(self)
     }
@@ -295,9 +301,9 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     }
 
     fn observe(&mut self, h: f64, row: &mut [f64]) {
-        let (own, row) = row.split_at_mut(self.parts[0]);
-        let (gaps, row) = row.split_at_mut(self.parts[1]);
-        let (forces, contact) = row.split_at_mut(self.parts[2]);
+        let (own, row) = row.split_at_mut(self.own_observables);
+        let (gaps, row) = row.split_at_mut(self.contacts.len());
+        let (forces, contact) = row.split_at_mut(self.contacts.len());
         let (contact, friction) = contact.split_at_mut(CONTACT_OBSERVABLES.len());
         self.model.observe(&self.stepper.q, &self.stepper.v, own);
         self.find_stiff_forces_here();
@@ -311,9 +317,8 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         Some(self.stepper.energy.ledger.interface)
     }
 
-    fn gap_names(&mut self) -> &[Name] {
-        let [own, gaps, _] = self.parts;
-        &self.observables[own..own + gaps]
+    fn contact_names(&mut self) -> &[Name] {
+        &self.contacts
     }
 
     fn contact_impulses(&mut self) -> Option<&[f64]> {

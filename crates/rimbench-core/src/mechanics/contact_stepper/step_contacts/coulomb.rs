@@ -151,19 +151,14 @@ impl CoulombStep {
 /// Begins the names of observables that are the state of a contact with friction: 0 open, 1 stick, 2 slip forwards, 3 slip backwards.
 pub const CONTACT_STATE: &str = "contact_state_";
 
-/// Names the additional observables of contacts with friction: from `contact_force_left_n` the friction force `friction_force_left_n` and the state
+/// Names the additional observables of contacts with friction: of `left` the friction force `friction_force_left_n` and the state
 /// `contact_state_left`, and how many contacts stick.
 ///
 /// The state is that of the solver in the last step; of a contact that is closed without an impulse, or redundant, that of its velocity, to
 /// the tolerance of the solver.
-pub(in crate::mechanics) fn friction_observables(force_names: &[Name]) -> Vec<Name> {
-    let contact = |name: &Name| {
-        let name = name.strip_prefix("contact_").unwrap_or(name);
-        let name = name.strip_prefix("force_").unwrap_or(name);
-        name.strip_suffix("_n").unwrap_or(name).to_owned()
-    };
-    let forces = force_names.iter().map(|name| format!("friction_force_{}_n", contact(name)));
-    let states = force_names.iter().map(|name| format!("{CONTACT_STATE}{}", contact(name)));
+pub(in crate::mechanics) fn friction_observables(contacts: &[Name]) -> Vec<Name> {
+    let forces = contacts.iter().map(|contact| format!("friction_force_{contact}_n"));
+    let states = contacts.iter().map(|contact| format!("{CONTACT_STATE}{contact}"));
     forces.chain(states).chain(["sticking_contacts".to_owned()]).map(Name::from).collect()
 }
 
