@@ -1,7 +1,8 @@
 //! The machines with contacts: closed forms and energy.
 
 use crate::support::*;
-use rimbench::models::{ContactList, CraneGeometry, CraneWithRope, Discs, DiscsGeometry, HalfCar, HalfCarGeometry};
+use rimbench::cases::{Car, HalfCar};
+use rimbench::models::{ContactList, CraneGeometry, CraneWithRope, Discs, DiscsGeometry};
 
 fn spec(case: &str, scheme: &str, macro_step: f64, set: &[(&str, f64)]) -> RunSpec {
     let mut spec = usual_spec(case, scheme, macro_step);
@@ -49,25 +50,13 @@ fn a_taut_rope_is_the_second_link_of_the_hydraulic_crane() {
     assert!(mechanics.velocity().iter().all(|v| v.abs() < 1e-13), "{:?}", mechanics.velocity());
 }
 
-pub fn car() -> HalfCarGeometry {
-    HalfCarGeometry {
-        body_mass: 500.0,
-        pitch_inertia: 600.0,
-        wheel_mass: 40.0,
-        axles: [1.2, 1.4],
-        strut_length: 0.5,
-        start_height: 0.0,
-        speed: 8.0,
-        road_height: 0.05,
-        wavelength: 0.8,
-        road_start: 1.0,
-        gravity: 9.81,
-    }
+pub fn car() -> Car {
+    defaults("half-car")
 }
 
 #[test]
 fn a_half_car_at_rest_stands_on_its_wheels_with_the_weight_shared_by_the_levers() {
-    let model = HalfCar::new(HalfCarGeometry { speed: 0.0, ..car() }).unwrap();
+    let model = HalfCar::new(Car { speed_m_s: 0.0, ..car() }).unwrap();
     let forces = model.equilibrium_forces();
     // 500 kg × 9.81 m/s² on 2.6 m.
     approx::assert_relative_eq!(forces[0], 4905.0 * 1.4 / 2.6, max_relative = 1e-14);

@@ -1,9 +1,9 @@
 //! The woodpecker toy and the slider–crank with play: against statics, against what is published, and their invariants.
 
 use crate::support::*;
+use rimbench::cases::Crank;
 use rimbench::cosim::StopFlag;
 use rimbench::mechanics::monolithic;
-use rimbench::models::SliderCrankGeometry;
 
 const G: f64 = 9.81;
 // The toy: masses of sleeve and bird, inertia of the bird, radii of pole and sleeve, half height of the sleeve, levers, and the spring.
@@ -123,21 +123,11 @@ fn contacts_that_rebound_along_the_normal_alone_must_take_energy_from_toy_and_cr
     }
 }
 
-pub fn mechanism() -> SliderCrankGeometry {
-    SliderCrankGeometry {
-        masses: [0.038, 0.038, 0.076],
-        inertias: [7.4e-5, 5.9e-4, 2.7e-6],
-        lengths: [0.153, 0.306],
-        slider: [0.05, 0.025],
-        clearance: 1e-3,
-        rates: [150.0, -75.0, 0.0],
-        gravity: G,
-    }
-}
-
 /// Angles and rates of crank and rod after `duration` from Lagrange's equations, by Runge and Kutta's rule of the fourth order.
 fn without_guide(duration: f64, steps: u32) -> [f64; 4] {
-    let SliderCrankGeometry { masses: [m1, m2, m3], inertias: [j1, j2, _], lengths: [l1, l2], .. } = mechanism();
+    let p: Crank = defaults("slider-crank");
+    let [m1, m2, m3] = [p.crank_mass_kg, p.rod_mass_kg, p.slider_mass_kg];
+    let ([j1, j2], [l1, l2]) = ([p.crank_inertia_kg_m2, p.rod_inertia_kg_m2], [p.crank_length_m, p.rod_length_m]);
     let rate = |x: [f64; 4]| {
         let k = (0.5 * m2 + m3) * l1 * l2;
         let (m11, m22) = (j1 + (0.25 * m1 + m2 + m3) * l1 * l1, j2 + (0.25 * m2 + m3) * l2 * l2);

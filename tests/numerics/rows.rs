@@ -1,11 +1,9 @@
 //! Rows of models are the first and second derivatives of their gaps, joints and lengths.
 
 use crate::contact_machines::{car, crane, row};
-use crate::friction_mechanisms::mechanism;
 use crate::support::*;
-use rimbench::models::{
-    ContactList, CraneWithRope, Discs, Gripper, GripperGeometry, HalfCar, SliderCrank, WedgeBox, WedgeBoxGeometry,
-};
+use rimbench::cases::{Gripper, HalfCar, SliderCrank};
+use rimbench::models::{ContactList, CraneWithRope, Discs, WedgeBox, WedgeBoxGeometry};
 
 /// Along `q + v t` no acceleration acts: rates of positions are `A v`, second derivatives `Ȧ v`; along surfaces `Ȧ v` is the rate of
 /// `A v`. `third` bounds the third derivatives there, 1/s³, and ten times it the fourth.
@@ -43,20 +41,11 @@ fn rows_are_the_derivatives_of_gaps_joints_and_lengths_and_of_velocities_along_s
     assert_derivatives("rope", &mut rope, &[0.6, 0.7, 0.1], &[0.3, -0.2, 0.15], 200.0);
     let mut car = HalfCar::new(car()).unwrap();
     assert_derivatives("car", &mut car, &[2.13, 0.6, 0.07, 0.02, 0.03], &[0.8, -0.1, 0.3, 0.2, 0.1], 200.0);
-    let gripper = GripperGeometry {
-        jaw_mass: 30.0,
-        box_mass: 50.0,
-        box_size: [0.3, 0.4],
-        pad_heights: [0.1, 0.3],
-        clearances: [0.02, 0.05],
-        actuator_length: 0.6,
-        gravity: 9.81,
-    };
-    let mut gripper = Gripper::new(gripper).unwrap();
+    let mut gripper = Gripper::new(defaults("gripper")).unwrap();
     assert_derivatives("gripper", &mut gripper, &[-0.2, 0.22, 0.01, 0.21, 0.1], &[0.2, -0.1, 0.3, 0.1, 0.4], 200.0);
     let mut discs = Discs::new(row(2, 0.005, 0.0), ContactList::Neighbours).unwrap();
     assert_derivatives("discs", &mut discs, &[0.01, 0.11, 0.12, 0.33, 0.1], &[0.3, 0.1, -0.2, 0.3, 0.4], 200.0);
-    let mut slider = SliderCrank::new(mechanism());
+    let mut slider = SliderCrank::new(defaults("slider-crank"));
     assert_derivatives("slider-crank", &mut slider, &[0.7, -0.31, 0.02], &[1.5, -0.6, 0.03], 5.0);
     let block = WedgeBoxGeometry {
         box_mass: 200.0,

@@ -1,7 +1,7 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code, unused_imports, unused_macros)]
 
-use rimbench::cases::{CoupledSystem, ExactSolution, Parameters, Value};
+use rimbench::cases::{CoupledSystem, ExactSolution, ParameterSet, Parameters, Value};
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::{ActiveSet, Solver};
 use rimbench::error::Result;
@@ -151,6 +151,11 @@ pub fn error_of_positions(spec: &RunSpec, trajectory: &Trajectory) -> f64 {
         sum += (own[1] - row[1]).powi(2) + (own[2] - row[2]).powi(2);
     }
     (sum / trajectory.len() as f64).sqrt()
+}
+
+/// The parameters of a case at their defaults, as the struct that declares them.
+pub fn defaults<P: ParameterSet>(case: &str) -> P {
+    P::read(&case_by_name(case).default_parameters())
 }
 
 /// Both sides of a case at its defaults.

@@ -2,10 +2,15 @@
 //! `docs/cases/gripper.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
 
 use super::prelude::*;
+use crate::models::rotation::rotation;
+use nalgebra::{Rotation2, Vector2};
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::names;
 
 parameters! {
     /// A box, two jaws and their cylinders.
-    struct Clamp from "ours" {
+    pub struct Clamp from "ours" {
         jaw_mass_kg: f64 = 30.0, Positive, "mass of each jaw with its piston";
         box_mass_kg: f64 = 50.0, Positive, "mass of the box";
         box_width_m: f64 = 0.3, Positive, "width of the box";
@@ -15,6 +20,7 @@ parameters! {
         left_clearance_m: f64 = 0.02, Finite, "distance of the left jaw from the box at the start";
         right_clearance_m: f64 = 0.05, Finite, "distance of the right jaw from the box at the start";
         actuator_length_m: f64 = 0.6, Positive, "length of both actuators at the start";
+        /// Both cylinders.
         cylinder: Cylinder {
             piston_area_m2 = 1e-3 from "ours";
             cylinder_length_m = 0.6 from "ours";
@@ -27,8 +33,10 @@ parameters! {
         close_start_s: f64 = 0.1, NotNegative, "start of closing";
         open_start_s: f64 = 1.5, NotNegative, "start of opening";
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spools move";
+        /// Their fluid.
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        /// The contact law.
         contacts: Contacts only { stabilisation; restitution = 0.0, "restitution e of pads and corners" from "ours" };
     }
 }
@@ -138,15 +146,6 @@ fn drawing(p: &Clamp) -> Drawing {
 
 fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let length = p.actuator_length_m;
-    let model = Gripper::new(GripperGeometry {
-        jaw_mass: p.jaw_mass_kg,
-        box_mass: p.box_mass_kg,
-        box_size: [p.box_width_m, p.box_height_m],
-        pad_heights: [p.lower_pad_m, p.upper_pad_m],
-        clearances: [p.left_clearance_m, p.right_clearance_m],
-        actuator_length: length,
-        gravity: p.gravity_m_s2,
-    })?;
     let ((closing, close), (opening, open)) = (named!(p.close_start_s), named!(p.open_start_s));
     let spool = hydraulics::spool(&[
         (closing, close, 0.5),
@@ -156,5 +155,147 @@ fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     ])?;
     let pressures = [p.start_pressure_pa; 2];
     let unit = || p.cylinder.starting_at(length, &p.oil, pressures, spool.clone());
-    assembly.couple(model, ActuatorGroup::new(vec![unit()?, unit()?], &NAMES), &p.contacts)
+    assembly.couple(Gripper::new(*p)?, ActuatorGroup::new(vec![unit()?, unit()?], &NAMES), &p.contacts)
+}
+
+/// Jaws and box. Coordinates: x of the pads of left and right jaw, box `(x, y, φ)`.
+///
+/// ```text
+/// pad p on a face with outward normal n(φ):   g = (p − c)·n − b/2
+/// A = [n_x (jaw), −n_x, −n_y, (p − c)·n_⊥]     Ȧv = 2φ̇ (ṗ − ċ)·n_⊥ − φ̇² (p − c)·n
+/// s₁ = x_left − anchor                          s₂ = anchor − x_right
+/// ```
+/// Four pad contacts and two corners on the floor hold a box with three freedoms between two jaws: six rows of rank four, and the
+/// jaws can only move together.
+/// # Source
+/// Ours.
+#[derive(Debug, Clone)]
+pub struct Gripper {
+    p: Clamp,
+    mass: [f64; 5],
+    /// x of the actuators' fixed ends.
+    anchors: [f64; 2],
+    rotation: Rotation2<f64>,
+}
+
+const VELOCITIES: usize = 5;
+const BOX: usize = 2;
+
+impl Gripper {
+    /// Places the box at x = 0 between the jaws, its lower side at y = 0.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] if a jaw would start inside the box or a pad beside its faces.
+    pub fn new(p: Clamp) -> Result<Self> {
+        let [width, height] = [p.box_width_m, p.box_height_m];
+        for (side, clearance) in [("left", p.left_clearance_m), ("right", p.right_clearance_m)] {
+            if clearance < 0.0 {
+                return Err(Error::Incompatible(format!(
+                    "impossible geometry: the {side} jaw would start {clearance:.6} m from the box, inside it"
+                )));
+            }
+        }
+        if let Some(pad) = [p.lower_pad_m, p.upper_pad_m].iter().find(|pad| !(0.0..=height).contains(*pad)) {
+            return Err(Error::Incompatible(format!(
+                "impossible geometry: a pad at {pad} m is beside the box, which reaches from 0 to {height} m"
+            )));
+        }
+        let inertia = p.box_mass_kg * (width * width + height * height) / 12.0;
+        let (left, right) = Self::start_of_jaws(&p);
+        Ok(Gripper {
+            mass: [p.jaw_mass_kg, p.jaw_mass_kg, p.box_mass_kg, p.box_mass_kg, inertia],
+            anchors: [left - p.actuator_length_m, right + p.actuator_length_m],
+            rotation: Rotation2::identity(),
+            p,
+        })
+    }
+
+    /// Outward normal of the face that a pad presses.
+    fn outward(&self, pad: usize) -> Vector2<f64> {
+        self.rotation * Vector2::new(if pad < 2 { -1.0 } else { 1.0 }, 0.0)
+    }
+
+    fn start_of_jaws(p: &Clamp) -> (f64, f64) {
+        let half = 0.5 * p.box_width_m;
+        (-half - p.left_clearance_m, half + p.right_clearance_m)
+    }
+}
+
+impl MechanicalModel for Gripper {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: VELOCITIES, bilateral: 0, unilateral: 6, interface: 2 }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let (left, right) = Self::start_of_jaws(&self.p);
+        (vec![left, right, 0.0, 0.5 * self.p.box_height_m, 0.0], vec![0.0; VELOCITIES])
+    }
+
+    fn prepare(&mut self, q: &[f64], _v: &[f64]) {
+        self.rotation = rotation(q[4]);
+    }
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            diagonal.copy_from_slice(&self.mass);
+        }
+    }
+
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        force.copy_from_slice(&[0.0, 0.0, 0.0, -self.p.box_mass_kg * self.p.gravity_m_s2, 0.0]);
+    }
+
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let [width, height] = [self.p.box_width_m, self.p.box_height_m];
+        let pad_heights = [self.p.lower_pad_m, self.p.upper_pad_m];
+        let spin = v[4];
+        for row in 0..4 {
+            let (jaw, pad) = (row / 2, row % 2);
+            let normal = self.outward(row);
+            let across = Vector2::new(-normal.y, normal.x);
+            let arm = Vector2::new(q[jaw], pad_heights[pad]) - Vector2::new(q[2], q[3]);
+            let rate: Vector2<f64> = Vector2::new(v[jaw], 0.0) - Vector2::new(v[2], v[3]);
+            let at = VELOCITIES * row;
+            rows.jacobian[at + jaw] = normal.x;
+            rows.jacobian[at + BOX..at + VELOCITIES].copy_from_slice(&[-normal.x, -normal.y, arm.dot(&across)]);
+            rows.position[row] = arm.dot(&normal) - 0.5 * width;
+            rows.convective[row] = 2.0 * spin * rate.dot(&across) - spin * spin * arm.dot(&normal);
+        }
+        for (row, side) in [(4, -0.5), (5, 0.5)] {
+            let arm = self.rotation * Vector2::new(side * width, -0.5 * height);
+            rows.set_planar_body(row, BOX, Vector2::new(0.0, 1.0), arm);
+            rows.position[row] = q[3] + arm.y;
+            rows.convective[row] = -spin * spin * arm.y;
+        }
+    }
+
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian[0] = 1.0;
+        rows.position[0] = q[0] - self.anchors[0];
+        rows.jacobian[VELOCITIES + 1] = -1.0;
+        rows.position[1] = self.anchors[1] - q[1];
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        self.p.gravity_m_s2 * self.p.box_mass_kg * q[3]
+    }
+
+    fn observables(&self) -> Vec<Name> {
+        names(&["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"])
+    }
+
+    fn contact_names(&self) -> Vec<Name> {
+        names(&[
+            "left_lower_pad",
+            "left_upper_pad",
+            "right_lower_pad",
+            "right_upper_pad",
+            "left_corner",
+            "right_corner",
+        ])
+    }
+
+    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
+        row.copy_from_slice(q);
+    }
 }

@@ -2,10 +2,13 @@
 //! `docs/cases/half-car.md`; numbers *ours*, gas and orifice of the size of a small car's.
 
 use super::prelude::*;
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::names;
 
 parameters! {
     /// A car, its struts and the road.
-    struct Car from "ours" {
+    pub struct Car from "ours" {
         body_mass_kg: f64 = 500.0, Positive, "mass of the body";
         pitch_inertia_kg_m2: f64 = 600.0, Positive, "inertia of the body about its centre of mass";
         wheel_mass_kg: f64 = 40.0, Positive, "mass of each wheel";
@@ -22,6 +25,7 @@ parameters! {
         road_start_m: f64 = 1.0, Finite, "start of the washboard ahead of the front wheel at the start";
         start_height_m: f64 = 0.0, Finite, "height of both wheels above the smooth road at the start";
         gravity_m_s2: f64 = 9.81, Positive, "gravity" from "standard";
+        /// The contact law.
         contacts: Contacts only { stabilisation; restitution = 0.0, "restitution e of the wheels" from "ours" };
     }
 }
@@ -127,19 +131,7 @@ fn drawing(p: &Car) -> Drawing {
 }
 
 fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    let model = HalfCar::new(HalfCarGeometry {
-        body_mass: p.body_mass_kg,
-        pitch_inertia: p.pitch_inertia_kg_m2,
-        wheel_mass: p.wheel_mass_kg,
-        axles: [p.front_axle_m, p.rear_axle_m],
-        strut_length: p.strut_length_m,
-        start_height: p.start_height_m,
-        speed: p.speed_m_s,
-        road_height: p.road_height_m,
-        wavelength: p.wavelength_m,
-        road_start: p.road_start_m,
-        gravity: p.gravity_m_s2,
-    })?;
+    let model = HalfCar::new(*p)?;
     let [front, rear] = model.equilibrium_forces().map(|start_force| {
         HydropneumaticStrut::new(StrutParameters {
             piston_area: p.piston_area_m2,
@@ -150,4 +142,145 @@ fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         })
     });
     assembly.couple(model, ActuatorGroup::new(vec![front?, rear?], &NAMES), &p.contacts)
+}
+
+/// Body and wheels. Coordinates: travel x, body height z and pitch θ (nose up), heights of front and rear wheel.
+///
+/// ```text
+/// s_f = z + a_f sin θ − z_f            s_r = z − a_r sin θ − z_r                lengths of the struts, the interface
+/// g_f = z_f − r(x + a_f)               g_r = z_r − r(x − a_r)                   A_f = [−r', 0, 0, 1, 0]
+/// r(x) = ½ h (1 − cos 2π(x − x₀)/ℓ) for x > x₀, else 0                          path of the centre of a rolling wheel
+/// ```
+/// The wheels are rigid and roll without friction or spin; gaps are vertical, so contact forces are vertical components. The road
+/// does not move: the car does, and what it climbs it loses in speed.
+/// # Source
+/// Ours.
+#[derive(Debug, Clone)]
+pub struct HalfCar {
+    p: Car,
+    mass: [f64; 5],
+    sin: f64,
+    cos: f64,
+}
+
+impl HalfCar {
+    /// Places the car level and in equilibrium on its struts, travelling.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] if a wheel would start inside the road.
+    pub fn new(p: Car) -> Result<Self> {
+        let [body, wheel] = [p.body_mass_kg, p.wheel_mass_kg];
+        let mass = [body + 2.0 * wheel, body, p.pitch_inertia_kg_m2, wheel, wheel];
+        let model = HalfCar { mass, sin: 0.0, cos: 1.0, p };
+        for (index, name) in ["front", "rear"].into_iter().enumerate() {
+            let gap = p.start_height_m - model.road(model.axle_x(0.0, index))[0];
+            if gap < 0.0 {
+                return Err(Error::Incompatible(format!(
+                    "impossible geometry: the {name} wheel would start at {gap:.6} m, inside the road"
+                )));
+            }
+        }
+        Ok(model)
+    }
+
+    /// Returns the forces of the struts that carry the body at rest, front and rear, N.
+    pub fn equilibrium_forces(&self) -> [f64; 2] {
+        let g = &self.p;
+        let [front, rear] = [g.front_axle_m, g.rear_axle_m];
+        let weight = g.body_mass_kg * g.gravity_m_s2 / (front + rear);
+        [weight * rear, weight * front]
+    }
+
+    /// x of an axle when the body has travelled `x`; the front axle starts at 0.
+    fn axle_x(&self, x: f64, axle: usize) -> f64 {
+        let [front, rear] = [self.p.front_axle_m, self.p.rear_axle_m];
+        if axle == 0 { x } else { x - front - rear }
+    }
+
+    /// `r, r', r''` of the road.
+    fn road(&self, x: f64) -> [f64; 3] {
+        let g = &self.p;
+        let along = x - g.road_start_m;
+        if along <= 0.0 {
+            return [0.0; 3];
+        }
+        let k = std::f64::consts::TAU / g.wavelength_m;
+        let (sin, cos) = libm::sincos(k * along);
+        let half = 0.5 * g.road_height_m;
+        [half * (1.0 - cos), half * k * sin, half * k * k * cos]
+    }
+}
+
+impl MechanicalModel for HalfCar {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: 5, bilateral: 0, unilateral: 2, interface: 2 }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let g = &self.p;
+        let wheel = g.start_height_m;
+        (vec![0.0, wheel + g.strut_length_m, 0.0, wheel, wheel], vec![g.speed_m_s, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    fn prepare(&mut self, q: &[f64], _v: &[f64]) {
+        (self.sin, self.cos) = libm::sincos(q[2]);
+    }
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            diagonal.copy_from_slice(&self.mass);
+        }
+    }
+
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        let g = self.p.gravity_m_s2;
+        force.copy_from_slice(&[0.0, -g * self.mass[1], 0.0, -g * self.mass[3], -g * self.mass[4]]);
+    }
+
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        for axle in 0..2 {
+            let [height, slope, curvature] = self.road(self.axle_x(q[0], axle));
+            rows.jacobian[5 * axle] = -slope;
+            rows.jacobian[5 * axle + 3 + axle] = 1.0;
+            rows.position[axle] = q[3 + axle] - height;
+            rows.convective[axle] = -curvature * v[0] * v[0];
+        }
+    }
+
+    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let [front, rear] = [self.p.front_axle_m, self.p.rear_axle_m];
+        for (axle, arm) in [front, -rear].into_iter().enumerate() {
+            rows.jacobian[5 * axle..5 * axle + 3].copy_from_slice(&[0.0, 1.0, arm * self.cos]);
+            rows.jacobian[5 * axle + 3 + axle] = -1.0;
+            rows.position[axle] = q[1] + arm * self.sin - q[3 + axle];
+            rows.convective[axle] = -arm * self.sin * v[2] * v[2];
+        }
+    }
+
+    /// Where the road begins to rise its curvature jumps.
+    fn switches(&self) -> usize {
+        2
+    }
+
+    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
+        for (axle, switch) in switches.iter_mut().enumerate() {
+            *switch = [self.axle_x(q[0], axle) - self.p.road_start_m, v[0]];
+        }
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        self.p.gravity_m_s2 * (self.mass[1] * q[1] + self.mass[3] * q[3] + self.mass[4] * q[4])
+    }
+
+    fn observables(&self) -> Vec<Name> {
+        names(&["travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"])
+    }
+
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["front_wheel", "rear_wheel"])
+    }
+
+    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
+        row.copy_from_slice(q);
+    }
 }

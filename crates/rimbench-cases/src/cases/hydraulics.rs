@@ -17,7 +17,7 @@ pub(super) fn trace_columns(own: &'static str, contacts: &'static str) -> Vec<Na
 
 parameters! {
     /// The fluid with its pump and tank.
-    pub(super) struct Oil from "Naya et al. 2011" {
+    pub struct Oil from "Naya et al. 2011" {
         discharge_coefficient: f64 = 0.67, Positive, "discharge coefficient c_d";
         fluid_density_kg_m3: f64 = 850.0, Positive, "fluid density ρ";
         supply_pressure_pa: f64 = 7.6e6, Positive, "pump pressure p_P";
@@ -28,7 +28,7 @@ parameters! {
 }
 parameters! {
     /// A cylinder and its valve, by default those of the wedge box.
-    pub(super) struct Cylinder from "as in the wedge box" {
+    pub struct Cylinder from "as in the wedge box" {
         piston_area_m2: f64 = 0.0065, Positive, "piston area A" from "Naya et al. 2011";
         cylinder_length_m: f64 = 2.0, Positive, "length l of both chambers together";
         viscous_friction_n_s_m: f64 = 1e4, NotNegative, "viscous friction c of the cylinder" study 3e3..3e4;

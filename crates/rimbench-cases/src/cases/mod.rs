@@ -47,10 +47,13 @@ pub use declaration::{changed, with_changes};
 pub use discs::wall_forces;
 pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape, offered_steps_ms};
 pub use falling_chain::Chain;
+pub use gripper::{Clamp, Gripper};
+pub use half_car::{Car, HalfCar};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use recorder::{AUDIT_COLUMNS, Recorder};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
+pub use slider_crank::{Crank, SliderCrank};
 pub use values::{Range, Setting, Value, unit_of, without_unit};
 pub use wedge_boxes::wedge_box_geometry;
 

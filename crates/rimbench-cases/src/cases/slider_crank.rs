@@ -3,10 +3,15 @@
 //! speed. Shown in `docs/cases/slider-crank.md`; crank, rod, slider and guide of Flores, Leine, Glocker 2010, motor *ours*.
 
 use super::prelude::*;
+use crate::models::rotation::rotation;
+use nalgebra::{Rotation2, Vector2};
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::names;
 
 parameters! {
     /// A slider-crank, its guide and its motor.
-    struct Crank from "Flores et al. 2010" {
+    pub struct Crank from "Flores et al. 2010" {
         crank_length_m: f64 = 0.153, Positive, "length l₁ of the crank";
         rod_length_m: f64 = 0.306, Positive, "length l₂ of the connecting rod";
         slider_half_length_m: f64 = 0.05, Positive, "half the length a of the slider";
@@ -24,12 +29,30 @@ parameters! {
         shaft_damping_n_s_m: f64 = 20.0, NotNegative, "damping c of the shaft" from "ours";
         motor_damping_n_s_m: f64 = 50.0, NotNegative, "force c_b of the motor per speed lost" from "ours";
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        /// The contact law.
         contacts: Contacts only {
             stabilisation;
             restitution = 0.4 from "Flores et al. 2010";
             friction = 0.01 in Positive from "Flores et al. 2010";
             tangential_restitution;
         };
+    }
+}
+
+impl Crank {
+    /// Of crank, rod and slider, kg; crank and rod have their centres of mass in the middle.
+    fn masses(&self) -> [f64; 3] {
+        [self.crank_mass_kg, self.rod_mass_kg, self.slider_mass_kg]
+    }
+
+    fn lengths(&self) -> [f64; 2] {
+        [self.crank_length_m, self.rod_length_m]
+    }
+
+    /// Angular velocities at the start, rad/s, with which the slider pin stays on the axis.
+    fn rates(&self) -> [f64; 3] {
+        let ([crank, rod], speed) = (self.lengths(), self.speed_rad_s);
+        [speed, -speed * crank / rod, 0.0]
     }
 }
 
@@ -106,22 +129,12 @@ fn drawing(p: &Crank) -> Drawing {
 }
 
 fn build(p: &Crank, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    let (lengths, speed) = ([p.crank_length_m, p.rod_length_m], p.speed_rad_s);
+    let lengths = p.lengths();
     if lengths[1] <= lengths[0] {
         let expected = format!("more than crank_length_m = {}: a shorter rod lets no crank turn", lengths[0]);
         return Err(Error::invalid("rod_length_m", lengths[1], expected));
     }
-    let mechanism = SliderCrank::new(SliderCrankGeometry {
-        masses: [p.crank_mass_kg, p.rod_mass_kg, p.slider_mass_kg],
-        inertias: [p.crank_inertia_kg_m2, p.rod_inertia_kg_m2, p.slider_inertia_kg_m2],
-        lengths,
-        slider: [p.slider_half_length_m, p.slider_half_height_m],
-        clearance: p.clearance_m,
-        // So that the slider pin stays on the axis.
-        rates: [speed, -speed * lengths[0] / lengths[1], 0.0],
-        gravity: p.gravity_m_s2,
-    });
-    let pin_speed = lengths[0] * speed;
+    let pin_speed = lengths[0] * p.speed_rad_s;
     let motor = SpringActuator::new(SpringActuatorParameters {
         stiffness: p.shaft_stiffness_n_m,
         damping: p.shaft_damping_n_s_m,
@@ -131,5 +144,172 @@ fn build(p: &Crank, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         start: [0.0, pin_speed],
         ..SpringActuatorParameters::default()
     })?;
-    assembly.couple(mechanism, motor, &p.contacts)
+    assembly.couple(SliderCrank::new(*p), motor, &p.contacts)
+}
+
+/// Crank, rod and slider. Coordinates: their angles θ₁, θ₂, θ₃ from the axis of the guide.
+///
+/// ```text
+/// corner at r in the slider:   p = l₁ e(θ₁) + l₂ e(θ₂) + R(θ₃) r,   e(θ) = (cos θ, sin θ)
+/// upper wall   g = b + c − p_y     n = (0, −1)   t = (−1, 0)
+/// lower wall   g = b + c + p_y     n = (0, 1)    t = (1, 0)
+///
+/// M₁₁ = J₁ + (m₁/4 + m₂ + m₃) l₁²     M₁₂ = (m₂/2 + m₃) l₁ l₂ cos(θ₁ − θ₂)     M₂₂ = J₂ + (m₂/4 + m₃) l₂²     M₃₃ = J₃
+/// s = l₁ θ₁, the way of the crank pin
+/// ```
+/// Where both corners of a side touch, their tangential rows are the same.
+/// # Source
+/// Flores, Leine, Glocker, *Modeling and analysis of planar rigid multibody systems with translational clearance joints based on the non-smooth
+/// dynamics approach* (2010).
+#[derive(Debug, Clone)]
+pub struct SliderCrank {
+    p: Crank,
+    /// e(θ₁), e(θ₂).
+    along: [Vector2<f64>; 2],
+    slider: Rotation2<f64>,
+}
+
+const VELOCITIES: usize = 3;
+/// Ends of the slider and walls of the corners, in units of a and b.
+const CORNERS: [[f64; 2]; 4] = [[-1.0, 1.0], [1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
+
+impl SliderCrank {
+    /// Stretches crank and rod along the guide, the slider in its middle.
+    pub fn new(p: Crank) -> Self {
+        SliderCrank { p, along: [Vector2::new(1.0, 0.0); 2], slider: Rotation2::identity() }
+    }
+
+    /// `(m₂/2 + m₃) l₁ l₂`, kg·m².
+    fn coupling(&self) -> f64 {
+        let g = &self.p;
+        (0.5 * g.rod_mass_kg + g.slider_mass_kg) * g.crank_length_m * g.rod_length_m
+    }
+
+    /// Weights that crank pin and slider pin carry along with l₁ and l₂, kg.
+    fn carried(&self) -> [f64; 2] {
+        let [crank, rod, slider] = self.p.masses();
+        [0.5 * crank + rod + slider, 0.5 * rod + slider]
+    }
+
+    /// Writes the rate of a corner's place along a fixed direction, and its convective term; returns the place.
+    fn corner(&self, v: &[f64], corner: usize, direction: Vector2<f64>, rows: &mut Rows) -> f64 {
+        let g = &self.p;
+        let [end, wall] = CORNERS[corner];
+        let arm = self.slider * Vector2::new(end * g.slider_half_length_m, wall * g.slider_half_height_m);
+        let arms = [g.crank_length_m * self.along[0], g.rod_length_m * self.along[1], arm];
+        let row = &mut rows.jacobian[VELOCITIES * corner..VELOCITIES * (corner + 1)];
+        rows.convective[corner] = 0.0;
+        for ((entry, arm), rate) in row.iter_mut().zip(&arms).zip(v) {
+            *entry = arm.perp(&direction);
+            rows.convective[corner] -= rate * rate * arm.dot(&direction);
+        }
+        arms.iter().map(|arm| arm.dot(&direction)).sum()
+    }
+}
+
+impl MechanicalModel for SliderCrank {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: VELOCITIES, bilateral: 0, unilateral: 4, interface: 1 }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        (vec![0.0; VELOCITIES], self.p.rates().to_vec())
+    }
+
+    fn prepare(&mut self, q: &[f64], _v: &[f64]) {
+        for (along, angle) in self.along.iter_mut().zip(q) {
+            let (sin, cos) = libm::sincos(*angle);
+            *along = Vector2::new(cos, sin);
+        }
+        self.slider = rotation(q[2]);
+    }
+
+    fn empty_mass_matrix(&self) -> MassMatrix {
+        MassMatrix::Dense(vec![0.0; VELOCITIES * VELOCITIES])
+    }
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Dense(dense) = mass {
+            let ([m1, m2, m3], [l1, l2]) = (self.p.masses(), self.p.lengths());
+            let [j1, j2, j3] = [self.p.crank_inertia_kg_m2, self.p.rod_inertia_kg_m2, self.p.slider_inertia_kg_m2];
+            let m12 = self.coupling() * self.along[0].dot(&self.along[1]);
+            dense.copy_from_slice(&[
+                j1 + (0.25 * m1 + m2 + m3) * l1 * l1,
+                m12,
+                0.0,
+                m12,
+                j2 + (0.25 * m2 + m3) * l2 * l2,
+                0.0,
+                0.0,
+                0.0,
+                j3,
+            ]);
+        }
+    }
+
+    fn forces(&self, _q: &[f64], v: &[f64], force: &mut [f64]) {
+        let g = &self.p;
+        let [crank, rod] = self.carried();
+        // sin(θ₁ − θ₂)
+        let turned = self.coupling() * self.along[1].perp(&self.along[0]);
+        force.copy_from_slice(&[
+            -crank * g.gravity_m_s2 * g.crank_length_m * self.along[0].x - turned * v[1] * v[1],
+            -rod * g.gravity_m_s2 * g.rod_length_m * self.along[1].x + turned * v[0] * v[0],
+            0.0,
+        ]);
+    }
+
+    fn unilateral(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
+        let half = self.p.slider_half_height_m + self.p.clearance_m;
+        for (corner, [_, wall]) in CORNERS.into_iter().enumerate() {
+            rows.position[corner] = half + self.corner(v, corner, Vector2::new(0.0, -wall), rows);
+        }
+    }
+
+    fn tangential_rows(&self) -> usize {
+        4
+    }
+
+    fn tangential(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
+        for (corner, [_, wall]) in CORNERS.into_iter().enumerate() {
+            self.corner(v, corner, Vector2::new(-wall, 0.0), rows);
+        }
+    }
+
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        let radius = self.p.crank_length_m;
+        rows.jacobian[0] = radius;
+        rows.position[0] = radius * q[0];
+    }
+
+    fn potential_energy(&self, _q: &[f64]) -> f64 {
+        let g = &self.p;
+        let weights = self.carried().into_iter().zip(g.lengths()).zip(&self.along);
+        weights.map(|((carried, length), along)| g.gravity_m_s2 * carried * length * along.y).sum()
+    }
+
+    fn observables(&self) -> Vec<Name> {
+        names(&[
+            "crank_angle_rad",
+            "rod_angle_rad",
+            "slider_angle_rad",
+            "crank_rate_rad_s",
+            "rod_rate_rad_s",
+            "slider_rate_rad_s",
+            "slider_x_m",
+            "slider_y_m",
+        ])
+    }
+
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["upper_rear", "upper_front", "lower_rear", "lower_front"])
+    }
+
+    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
+        row[..VELOCITIES].copy_from_slice(q);
+        row[VELOCITIES..2 * VELOCITIES].copy_from_slice(v);
+        let [l1, l2] = self.p.lengths();
+        let pin = l1 * self.along[0] + l2 * self.along[1];
+        row[2 * VELOCITIES..].copy_from_slice(&[pin.x, pin.y]);
+    }
 }

@@ -3,6 +3,9 @@
 //! lever *ours*.
 
 use super::prelude::*;
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::names;
 
 parameters! {
     /// The toy.
@@ -95,24 +98,163 @@ fn drawing(p: &Toy) -> Drawing {
 
 fn build(p: &Toy, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let lever = p.spring_lever_m;
-    let toy = Woodpecker::new(WoodpeckerGeometry {
-        masses: [p.sleeve_mass_kg, p.bird_mass_kg],
-        inertias: [p.sleeve_inertia_kg_m2, p.bird_inertia_kg_m2],
-        pole_radius: p.pole_radius_m,
-        sleeve_radius: p.sleeve_radius_m,
-        sleeve_half_height: p.sleeve_half_height_m,
-        spring_distance: p.spring_distance_m,
-        bird_distance: p.bird_distance_m,
-        beak_height: p.beak_height_m,
-        beak_length: p.beak_length_m,
-        lever,
-        bird_angle: p.bird_angle_rad,
-        velocities: [p.sleeve_velocity_m_s, p.bird_rate_rad_s],
-        gravity: p.gravity_m_s2,
-    })?;
     let spring = SpringActuator::new(SpringActuatorParameters {
         stiffness: p.spring_stiffness_nm_rad / (lever * lever),
         ..SpringActuatorParameters::default()
     })?;
-    assembly.couple(toy, spring, &p.contacts)
+    assembly.couple(Woodpecker::new(p)?, spring, &p.contacts)
+}
+
+/// The toy for small angles. Coordinates: height y of the sleeve, angles φ_M of the sleeve and φ_S of the bird.
+///
+/// ```text
+///     ⎡ m_M + m_S   m_S l_M            m_S l_G         ⎤        ⎡ −(m_M + m_S) g ⎤
+/// M = ⎢ m_S l_M     J_M + m_S l_M²     m_S l_M l_G     ⎥    f = ⎢ −m_S l_M g     ⎥     s = r (φ_S − φ_M)
+///     ⎣ m_S l_G     m_S l_M l_G        J_S + m_S l_G²  ⎦        ⎣ −m_S l_G g     ⎦
+///
+/// beak          g = l_M + l_G − l_S − r_O − h_S φ_S      t = [1, l_M, l_G − l_S]
+/// lower edge    g = r_M − r_O + h_M φ_M                  t = [1, r_M, 0]
+/// upper edge    g = r_M − r_O − h_M φ_M                  t = [1, r_M, 0]
+/// ```
+/// All matrices are constant. The lower and the upper edge cannot touch at once.
+/// # Source
+/// Equations: Glocker, *Dynamik von Starrkörpersystemen mit Reibung und Stößen* (1995); Leine, Glocker, van Campen, *Nonlinear dynamics of the
+/// woodpecker toy* (2001). There the spring is part of the mechanics.
+#[derive(Debug, Clone, Copy)]
+struct Woodpecker(Toy);
+
+impl Woodpecker {
+    /// Places the toy with the sleeve's lower edge on the pole.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] if the sleeve does not fit over the pole, or the beak would start inside it.
+    fn new(g: &Toy) -> Result<Self> {
+        let toy = Woodpecker(*g);
+        if g.sleeve_radius_m <= g.pole_radius_m {
+            return Err(Error::Incompatible(format!(
+                "impossible geometry: a sleeve of inner radius {} m does not go over a pole of {} m",
+                g.sleeve_radius_m, g.pole_radius_m
+            )));
+        }
+        let gap = toy.beak_distance() - g.beak_height_m * g.bird_angle_rad;
+        if gap < 0.0 {
+            return Err(Error::Incompatible(format!(
+                "impossible geometry: with an angle of {} rad the beak would start {gap:.6} m from the pole, inside it",
+                g.bird_angle_rad
+            )));
+        }
+        Ok(toy)
+    }
+
+    /// Distance of the beak from the pole where the bird is level, m.
+    fn beak_distance(&self) -> f64 {
+        let g = &self.0;
+        g.spring_distance_m + g.bird_distance_m - g.beak_length_m - g.pole_radius_m
+    }
+}
+
+const VELOCITIES: usize = 3;
+
+impl MechanicalModel for Woodpecker {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: VELOCITIES, bilateral: 0, unilateral: 3, interface: 1 }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let g = &self.0;
+        let edge = -(g.sleeve_radius_m - g.pole_radius_m) / g.sleeve_half_height_m;
+        (vec![0.0, edge, g.bird_angle_rad], vec![g.sleeve_velocity_m_s, 0.0, g.bird_rate_rad_s])
+    }
+
+    fn empty_mass_matrix(&self) -> MassMatrix {
+        MassMatrix::Dense(vec![0.0; VELOCITIES * VELOCITIES])
+    }
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Dense(dense) = mass {
+            let g = &self.0;
+            let ([sleeve, bird], [l_m, l_g]) =
+                ([g.sleeve_mass_kg, g.bird_mass_kg], [g.spring_distance_m, g.bird_distance_m]);
+            let between = bird * l_m * l_g;
+            dense.copy_from_slice(&[
+                sleeve + bird,
+                bird * l_m,
+                bird * l_g,
+                bird * l_m,
+                g.sleeve_inertia_kg_m2 + bird * l_m * l_m,
+                between,
+                bird * l_g,
+                between,
+                g.bird_inertia_kg_m2 + bird * l_g * l_g,
+            ]);
+        }
+    }
+
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        let g = &self.0;
+        let ([sleeve, bird], down) = ([g.sleeve_mass_kg, g.bird_mass_kg], -g.gravity_m_s2);
+        force.copy_from_slice(&[
+            down * (sleeve + bird),
+            down * bird * g.spring_distance_m,
+            down * bird * g.bird_distance_m,
+        ]);
+    }
+
+    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        let g = &self.0;
+        let play = g.sleeve_radius_m - g.pole_radius_m;
+        rows.jacobian.copy_from_slice(&[
+            0.0,
+            0.0,
+            -g.beak_height_m,
+            0.0,
+            g.sleeve_half_height_m,
+            0.0,
+            0.0,
+            -g.sleeve_half_height_m,
+            0.0,
+        ]);
+        let [beak, edge] = [g.beak_height_m * q[2], g.sleeve_half_height_m * q[1]];
+        rows.position.copy_from_slice(&[self.beak_distance() - beak, play + edge, play - edge]);
+    }
+
+    fn is_plastic(&self, contact: usize) -> bool {
+        contact != 0
+    }
+
+    fn tangential_rows(&self) -> usize {
+        3
+    }
+
+    fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {
+        let g = &self.0;
+        let edge = [1.0, g.sleeve_radius_m, 0.0];
+        rows.jacobian[..VELOCITIES].copy_from_slice(&[1.0, g.spring_distance_m, g.bird_distance_m - g.beak_length_m]);
+        rows.jacobian[VELOCITIES..2 * VELOCITIES].copy_from_slice(&edge);
+        rows.jacobian[2 * VELOCITIES..].copy_from_slice(&edge);
+    }
+
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        let lever = self.0.spring_lever_m;
+        rows.jacobian.copy_from_slice(&[0.0, -lever, lever]);
+        rows.position[0] = lever * (q[2] - q[1]);
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        let g = &self.0;
+        let [sleeve, bird] = [g.sleeve_mass_kg, g.bird_mass_kg];
+        g.gravity_m_s2 * ((sleeve + bird) * q[0] + bird * (g.spring_distance_m * q[1] + g.bird_distance_m * q[2]))
+    }
+
+    fn observables(&self) -> Vec<Name> {
+        names(&["sleeve_y_m", "sleeve_angle_rad", "bird_angle_rad"])
+    }
+
+    fn contact_names(&self) -> Vec<Name> {
+        names(&["beak", "lower_edge", "upper_edge"])
+    }
+
+    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
+        row.copy_from_slice(q);
+    }
 }
