@@ -169,7 +169,7 @@ impl Said<'_> {
             ));
         }
         if let Some(contacts) = &self.audited {
-            let known = metric("heaviness_max").is_some();
+            let known = metric("heaviness_max").is_some_and(|heaviness| !heaviness.is_nan());
             lines.push(row("model", &if known { self.created(contacts) } else { NOT_AUDITED.to_owned() }));
         }
         if let Some(latency) = run.latency {

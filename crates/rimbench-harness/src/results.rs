@@ -102,10 +102,21 @@ pub(super) fn record(
     }
 }
 
+/// The cells of a record's findings.
+fn cells(record: &Record) -> csv::StringRecord {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
+    reader.records().next().and_then(std::result::Result::ok).unwrap_or_default()
+}
+
+/// A finding of a record by name.
+pub(super) fn finding(record: &Record, name: &str) -> Option<String> {
+    let place = findings_header().iter().position(|known| *known == name)?;
+    cells(record).get(place).map(str::to_owned)
+}
+
 /// The findings of a record, those that are to be `kept`.
-fn findings(record: &str, kept: &[bool]) -> String {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.as_bytes());
-    let cells = reader.records().next().and_then(std::result::Result::ok).unwrap_or_default();
+fn findings(record: &Record, kept: &[bool]) -> String {
+    let cells = cells(record);
     let kept = cells.iter().zip(kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell);
     row(&kept.collect::<Vec<_>>())
 }
@@ -130,7 +141,7 @@ pub(super) fn write_tables(
         let limit = record.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
         *runs += &row(&plan_cells(run, &plan));
-        for cells in [&findings(&record.findings, &kept), &limit, &trace] {
+        for cells in [&findings(record, &kept), &limit, &trace] {
             runs.push(',');
             *runs += cells;
         }

@@ -2,7 +2,7 @@
 
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance;
-use super::results::{cost_findings, findings_header, trace_name};
+use super::results::{cost_findings, finding, findings_header, trace_name};
 use super::store::{Columns, Store, TraceMark};
 use rimbench_core::error::Result;
 use rimbench_results::checksums::sha256_of_file;
@@ -33,6 +33,11 @@ impl<'a> Stock<'a> {
     /// it was written with its record.
     pub(super) fn has(&self, run: &PlannedRun) -> bool {
         if !self.store.holds(&run.id, run.spec.wall_limit) {
+            return false;
+        }
+        // One that was stored before its audit was asked for is made again.
+        let audited = |record| finding(record, "heaviness_max").is_some_and(|cell| !cell.is_empty());
+        if run.spec.audit && !self.store.get(&run.id).is_some_and(audited) {
             return false;
         }
         let Some(every_s) = self.experiment.trace_of(&run.label) else { return true };

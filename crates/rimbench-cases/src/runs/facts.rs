@@ -124,7 +124,9 @@ impl RunSpec {
         for fact in self.facts() {
             match &fact.value {
                 // Runs without it are as old as they are.
-                None if ["split", "audit"].contains(&fact.name) => {}
+                None if fact.name == "split" => {}
+                // It changes what is known of the run, and not the run.
+                _ if fact.name == "audit" => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),
