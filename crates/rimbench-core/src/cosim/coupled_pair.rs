@@ -139,7 +139,7 @@ impl CoupledPair<'_> {
             y: self.state.y.as_ref().map(Vec::as_slice),
             received: &self.state.received,
             effective_mass,
-            jump: self.state.audit.as_ref().and_then(|audit| audit.last()),
+            jump: self.state.audit.as_ref().and_then(|audit| audit.so_far()),
             mechanics_step,
             sides: self.sides.lend(),
         });

@@ -72,8 +72,8 @@ pub(crate) struct ModelAudit {
     energy: ModelEnergy,
     /// Whether every macro step could be audited.
     known: bool,
-    /// Jump (J) and heaviness of the last macro step.
-    last: Option<[f64; 2]>,
+    /// Heaviness in the last macro step.
+    last: Option<f64>,
     /// Work sent and received up to its start, J.
     counted: [f64; 2],
     /// `p`, `P` and `P̂` of the macro step, N·s.
@@ -118,9 +118,9 @@ impl ModelAudit {
         (self.known && self.last.is_some()).then_some(self.energy)
     }
 
-    /// Returns jump (J) and heaviness of the last macro step.
-    pub(crate) fn last(&self) -> Option<[f64; 2]> {
-        self.last.filter(|_| self.known)
+    /// Returns what jumps have created so far (J), and the heaviness in the last macro step.
+    pub(crate) fn so_far(&self) -> Option<[f64; 2]> {
+        self.last.filter(|_| self.known).map(|heaviness| [self.energy.jump, heaviness])
     }
 
     /// Adds a step of the mechanics under the force `lambda` (N) with these contact impulses (N·s).
@@ -161,18 +161,14 @@ impl ModelAudit {
             return;
         };
         // ∫ λ dt, a · ∫ t λ dt
-        let delta = step.length / forces.rows().len() as f64;
-        self.impulse.fill(0.0);
-        let (a_i, mut sent_moment) = (&model.a[first..], 0.0);
-        for (j, lambda) in forces.rows().enumerate() {
-            let middle = j as f64 + 0.5;
-            for (sum, (force, a)) in self.impulse.iter_mut().zip(lambda.iter().zip(a_i)) {
-                *sum += force;
-                sent_moment += middle * force * a;
-            }
+        let count = forces.rows().len() as f64;
+        let (delta, mut sent_moment) = (step.length / count, 0.0);
+        for (i, (impulse, a)) in self.impulse.iter_mut().zip(&model.a[first..]).enumerate() {
+            // The force of micro step j is in n − j + 1 of the sums.
+            let [sum, sums] = forces.running_sums(i);
+            *impulse = delta * sum;
+            sent_moment += delta * delta * a * ((count + 0.5) * sum - sums);
         }
-        self.impulse.iter_mut().for_each(|sum| *sum *= delta);
-        sent_moment *= delta * delta;
         let columns = model.a.len();
         let h = |row: usize| &model.h[row * columns..(row + 1) * columns];
         let by_impulse = |row: usize| body_dot(&h(row)[first..], &self.impulse);
@@ -241,7 +237,7 @@ impl ModelAudit {
         self.energy.contacts += self.contact_work - in_model - jump;
         self.energy.unfrozen += unfrozen;
         self.energy.heaviness = self.energy.heaviness.max(heaviness);
-        (self.last, self.counted) = (Some([jump, heaviness]), [sent, received]);
+        (self.last, self.counted) = (Some(heaviness), [sent, received]);
         (self.moment, self.contact_work) = (0.0, 0.0);
         self.contacts.fill(0.0);
     }

@@ -39,6 +39,15 @@ impl OutputHistory {
         self.outputs.chunks_exact(self.width).take(self.count)
     }
 
+    /// Returns the sum `s_n` of one output over the n micro steps, and that of `s_1 … s_n`.
+    pub(crate) fn running_sums(&self, output: usize) -> [f64; 2] {
+        let add = |[sum, sums]: [f64; 2], y: &f64| [sum + y, sums + (sum + y)];
+        match self.width {
+            1 => self.outputs[..self.count].iter().fold([0.0; 2], add),
+            _ => self.rows().map(|row| &row[output]).fold([0.0; 2], add),
+        }
+    }
+
     /// Output in one micro step.
     pub(crate) fn at(&self, micro_step: usize) -> &[f64] {
         &self.outputs[micro_step * self.width..(micro_step + 1) * self.width]
