@@ -5,7 +5,7 @@ use rimbench_core::cosim::{CommunicationPoint, Port, Report, Subsystem, Trajecto
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 
-/// Columns of an audited run, behind those of its case: what the jump at a communication point created, and how much heavier the model was
+/// Columns of an audited run, behind those of its case: what jumps have created so far, and how much heavier the model was
 /// before.
 pub const AUDIT_COLUMNS: [&str; 2] = ["created_by_jump_j", "heaviness"];
 

@@ -18,6 +18,7 @@ keys! {
         width: f64 = WIDTH,
         height: f64 = HEIGHT,
         series: Vec<String> = key(Takes::Labels, Needed, "scheme rows, or `reference`; the first at the back"),
+        columns: Option<usize> = COLUMNS,
         band: Option<BandSpec> = BAND,
         panels: Vec<TracePanel> = panels(TracePanel::KEYS),
     }
@@ -58,7 +59,7 @@ impl TraceFigure {
         let behind = self.band.iter().flat_map(|band| &band.labels);
         let behind: Vec<ResultsTable> =
             behind.map(|label| read_table(&trace_path(folder, label)?)).collect::<Result<_>>()?;
-        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
         for spec in &self.panels {
             let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
             let mut panel = Panel::new(
@@ -70,15 +71,18 @@ impl TraceFigure {
                 let curves = behind.iter().map(|trace| trace.pairs("time_s", &spec.column));
                 panel = panel.band(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
             }
-            for (label, trace) in &traces {
+            // Only models that are audited have the columns of an audit.
+            let lacks = |(_, trace): &&(&String, ResultsTable)| trace.column(&spec.column).is_err();
+            let nobody_has = traces.iter().all(|series| lacks(&series));
+            let traces = || traces.iter().filter(|series| nobody_has || !lacks(series));
+            for (label, trace) in traces() {
                 let points = trace.pairs("time_s", &spec.column)?;
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
                 let entry = format!("{}{}", styles.shown_name(label), ending(folder, label)?);
                 panel =
                     panel.series(Series::new(entry, points, styles.of_label(label)).named(label.as_str()).mode(mode));
             }
-            let cut: Vec<String> = traces
-                .iter()
+            let cut: Vec<String> = traces()
                 .filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose())
                 .collect::<Result<_>>()?;
             for (line, text) in cut.into_iter().enumerate() {
