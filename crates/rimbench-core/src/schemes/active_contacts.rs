@@ -1,7 +1,7 @@
 //! Which of the closed contacts carry impulse at a communication point.
 
 use super::coulomb_contacts::CoulombContacts;
-use super::model_contacts::{ContactSolver, Signorini};
+use super::model_contacts::{ContactSolver, Posed, Signorini};
 use super::recorded_modes::RecordedModes;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -64,7 +64,8 @@ impl Problem {
                 *b += model.step_gap_velocity(contact);
             }
         }
-        solver.solve(&self.discretised, true, &self.free[..n], &mut self.impulses[..n])
+        let posed = Posed { model: &self.discretised, changed: true, b: &self.free[..n] };
+        solver.solve(posed, &mut self.impulses[..n])
     }
 }
 
@@ -123,7 +124,7 @@ impl ActiveContacts {
     pub(super) fn counters(&self) -> SolverCounters {
         match &self.solver {
             ActiveSolver::Signorini(solver) => solver.counters(),
-            ActiveSolver::Coulomb(contacts) => ContactSolver::counters(&**contacts),
+            ActiveSolver::Coulomb(contacts) => contacts.counters(),
         }
     }
 }

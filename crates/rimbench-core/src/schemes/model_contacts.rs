@@ -9,7 +9,7 @@
 
 mod solvers;
 
-pub(super) use solvers::{ContactSolver, Signorini};
+pub(super) use solvers::{ContactSolver, Posed, Signorini};
 
 use super::coulomb_contacts::CoulombContacts;
 use super::recorded_modes::RecordedModes;
@@ -140,7 +140,8 @@ impl<S: ContactSolver> Complementarity<S> {
         }
         self.pose(model, state, Solved::Velocity);
         let changed = std::mem::replace(&mut self.matrix_changed, false);
-        self.solver.solve(discretised, changed, &self.b[..n], &mut state.impulses[..n])?;
+        let posed = Posed { model: discretised, changed, b: &self.b[..n] };
+        self.solver.solve(posed, &mut state.impulses[..n])?;
         let w = &mut state.next[..rows];
         discretised.add_impulses(&state.impulses[..n], w);
         self.violation_left = 0.0;
@@ -212,7 +213,8 @@ impl<S: ContactSolver> Complementarity<S> {
         let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
         let Complementarity { rebounds, solver, matrix_changed, moving, .. } = self;
         let lasts = rebounds.look_ahead(step, impact, |b, impulses, velocities| {
-            solver.try_solve(discretised, std::mem::replace(matrix_changed, false), b, impulses)?;
+            let changed = std::mem::replace(matrix_changed, false);
+            solver.try_solve(Posed { model: discretised, changed, b }, impulses)?;
             moving[..n].copy_from_slice(b);
             discretised.add_impulses(impulses, &mut moving[..rows]);
             velocities.copy_from_slice(&moving[..n]);
@@ -220,7 +222,8 @@ impl<S: ContactSolver> Complementarity<S> {
         })?;
         if lasts {
             self.pose(model, state, Solved::Way);
-            self.solver.try_solve(discretised, false, &self.b[..n], &mut state.impulses[..n])?;
+            let posed = Posed { model: discretised, changed: false, b: &self.b[..n] };
+            self.solver.try_solve(posed, &mut state.impulses[..n])?;
             self.moving[..rows].copy_from_slice(&state.next[..rows]);
             discretised.add_impulses(&state.impulses[..n], &mut self.moving[..rows]);
         }
