@@ -54,15 +54,3 @@ fn the_account_closes_with_and_without_smoothing() {
         }
     }
 }
-
-#[test]
-fn where_there_is_no_oil_the_run_is_skipped_with_the_reason() {
-    for case in ["linear-oscillator", "half-car", "bouncing-ball"] {
-        let result = run(&usual_spec(case, "hydraulic-line", 1e-3));
-        let reason = result.report.outcome.reason().to_string();
-        assert!(matches!(result.report.outcome, Outcome::Skipped { .. }) && reason.contains("oil"), "{case}: {reason}");
-    }
-    let mut pressures = usual_spec("hydraulic-crane", "hydraulic-line", 1e-3);
-    pressures.parameters.set("coupling", "pressure-displacement").unwrap();
-    assert!(matches!(run(&pressures).report.outcome, Outcome::Skipped { .. }));
-}

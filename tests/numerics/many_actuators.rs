@@ -127,8 +127,6 @@ fn a_lift_table_rests_until_it_is_lowered_and_then_both_stops_carry_what_the_cyl
 
 #[test]
 fn a_split_is_refused_where_there_is_nothing_to_split() {
-    let outcome = run(&usual_spec("wedge-box", "rim-split", 5e-3)).report.outcome;
-    assert!(matches!(&outcome, Outcome::Skipped { reason } if reason.contains("use rim-nonsmooth-gap")), "{outcome:?}");
     let mut request = RunRequest::of("gripper", "rim-nonsmooth-gap");
     request.put("split", "law").unwrap();
     let refused = request.resolve(catalogue()).unwrap_err().to_string();

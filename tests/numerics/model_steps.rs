@@ -106,17 +106,3 @@ fn nothing_must_be_taken_back_or_exchanged_for_it_and_a_smaller_tolerance_must_t
         last = counters.macro_steps;
     }
 }
-
-#[test]
-fn a_scheme_that_does_not_move_its_model_must_be_skipped() {
-    let request = |scheme: &str| RunRequest {
-        step_control: Some(StepControlKind::ModelDefect),
-        step_tolerance: Some(1e-3),
-        macro_step_s: Some(5e-3),
-        ..RunRequest::of("wedge-box", scheme)
-    };
-    let skipped = run(&request("interface-jacobian").resolve(catalogue()).unwrap());
-    let reason = skipped.report.outcome.reason();
-    assert!(matches!(skipped.report.outcome, Outcome::Skipped { .. }), "{reason}");
-    assert!(reason.contains("interface-jacobian moves no model of the mechanics"), "{reason}");
-}

@@ -467,15 +467,6 @@ fn with_a_single_rate_and_semi_implicit_euler_all_couplings_are_the_monolithic_r
     }
 }
 
-#[test]
-fn a_reduced_interface_model_needs_a_force() {
-    let set = [("coupling", "displacement-displacement")];
-    let spec = spec("linear-oscillator", &set, "rim-smooth", "gauss-seidel", 1e-3);
-    let outcome = run(&spec).report.outcome;
-    assert_eq!(outcome.name(), "skipped");
-    assert!(outcome.reason().contains("force-displacement"), "{outcome}");
-}
-
 /// The nonlinear damper, steep without bound at rest, against a fine monolithic solution.
 #[test]
 fn the_nonlinear_quarter_car_converges() {
