@@ -234,9 +234,8 @@ fn grouped(replay: &Replay) -> impl Iterator<Item = (Row, Vec<Solve>)> {
     ends.filter_map(move |(from, end)| {
         let solves: Vec<Solve> = replay.solves.iter().filter(|s| (from..=end).contains(&s.n)).copied().collect();
         let largest = solves.iter().map(|solve| solve.n).max()?;
-        let mut row = named(replay);
-        put(&mut row, [("n_from", count(from)), ("n_to", count(largest)), ("problems", count(solves.len()))]);
-        Some((row, solves))
+        let sizes = [("n_from", count(from)), ("n_to", count(largest)), ("problems", count(solves.len()))];
+        Some((put(named(replay), sizes), solves))
     })
 }
 
@@ -253,19 +252,20 @@ fn count(count: usize) -> FactValue {
     FactValue::Count(count as u64)
 }
 
-fn put<const N: usize>(row: &mut Row, columns: [(&'static str, FactValue); N]) {
+fn put<const N: usize>(mut row: Row, columns: [(&'static str, FactValue); N]) -> Row {
     row.extend(columns.map(|(key, value)| (key.into(), value)));
+    row
 }
 
 /// What does not depend on the machine.
-fn work(mut row: Row, solves: &[Solve]) -> Row {
+fn work(row: Row, solves: &[Solve]) -> Row {
     let total = |of: fn(&Solve) -> u32| FactValue::Count(solves.iter().map(|solve| u64::from(of(solve))).sum());
     let most = solves.iter().map(|solve| solve.stats.pivots).max().unwrap_or(0);
     let solved = solves.iter().filter(|solve| solve.solved);
     let refused = solves.iter().filter(|solve| solve.refused).count();
     let worst = solved.clone().map(|solve| solve.stats.residual).fold(f64::NAN, f64::max);
     put(
-        &mut row,
+        row,
         [
             ("refused", count(refused)),
             ("failures", count(solves.len() - refused - solved.count())),
@@ -274,32 +274,27 @@ fn work(mut row: Row, solves: &[Solve]) -> Row {
             ("factorisations", total(|solve| solve.stats.factorisations)),
             ("worst_accepted_residual", FactValue::Number(worst)),
         ],
-    );
-    row
+    )
 }
 
 /// What does.
-fn time(mut row: Row, solves: &[Solve]) -> Row {
+fn time(row: Row, solves: &[Solve]) -> Row {
     let mut times: Vec<f64> = solves.iter().filter(|solve| solve.solved).map(|solve| solve.time_ns).collect();
-    for (name, percent) in [("median_ns", 50), ("p99_ns", 99), ("max_ns", 100)] {
-        row.push((name.into(), FactValue::Number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round())));
-    }
-    row
+    let mut rank = |percent| FactValue::Number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round());
+    put(row, [("median_ns", rank(50)), ("p99_ns", rank(99)), ("max_ns", rank(100))])
 }
 
 /// The same with friction, where a method may be one that has others behind it.
 fn frictional_work(row: Row, solves: &[Solve]) -> Row {
-    let mut row = work(row, solves);
-    put(&mut row, [("fallbacks", count(solves.iter().filter(|solve| solve.stats.fallback).count()))]);
-    row
+    put(work(row, solves), [("fallbacks", count(solves.iter().filter(|solve| solve.stats.fallback).count()))])
 }
 
 fn uniqueness(corpus: &Corpus<FrictionalProblem>) -> Row {
     let Uniqueness { listed, several, several_impulses, none, least_margin, beyond_painleve } = Uniqueness::of(corpus);
-    let mut row = vec![("problems".into(), count(corpus.len()))];
     put(
-        &mut row,
+        Vec::new(),
         [
+            ("problems", count(corpus.len())),
             ("listed", count(listed)),
             ("several_velocities", count(several)),
             ("several_impulses_only", count(several_impulses)),
@@ -307,17 +302,16 @@ fn uniqueness(corpus: &Corpus<FrictionalProblem>) -> Row {
             ("least_margin", FactValue::Number(least_margin)),
             ("margin_not_above_0", count(beyond_painleve)),
         ],
-    );
-    row
+    )
 }
 
 /// What a solver made of the problems of one large system, beside the first.
 fn large_row(corpus: &LargeCorpus, replay: &LargeReplay, first: &LargeReplay) -> Row {
     let tenth = |number: f64| FactValue::Number((10.0 * number).round() / 10.0);
-    let mut row: Row = vec![("case".into(), text_of(corpus.system.case))];
     put(
-        &mut row,
+        Vec::new(),
         [
+            ("case", text_of(corpus.system.case)),
             ("contacts", count(corpus.contacts())),
             ("solver", text_of(&replay.solver)),
             ("problems", count(corpus.len())),
@@ -328,8 +322,7 @@ fn large_row(corpus: &LargeCorpus, replay: &LargeReplay, first: &LargeReplay) ->
             ("median_us", tenth(1e-3 * replay.median_ns)),
             ("over_the_first", tenth(replay.median_ns / first.median_ns)),
         ],
-    );
-    row
+    )
 }
 
 /// Over all sizes.
@@ -345,9 +338,8 @@ fn put_ratios(rows: &mut [Row], replays: &[Replay]) {
     }
 }
 
-fn with_mean(mut row: Row, replay: &Replay) -> Row {
-    row.push(("mean_ns".into(), FactValue::Number((10.0 * replay.mean_ns).round() / 10.0)));
-    row
+fn with_mean(row: Row, replay: &Replay) -> Row {
+    put(row, [("mean_ns", FactValue::Number((10.0 * replay.mean_ns).round() / 10.0))])
 }
 
 /// The performance profile of the warm replays.
