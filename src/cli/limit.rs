@@ -14,6 +14,7 @@ use rimbench::harness::{
     Cache, Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, predicted_stability_limit,
     spectral_stability_limit, stability_limit,
 };
+use rimbench::runs::{RunRequest, interface_oscillation};
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -160,7 +161,12 @@ fn print_prediction(search: LimitSearch<'_>) -> anyhow::Result<()> {
         return Ok(());
     };
     let limit = match (predicted.last_stable, predicted.first_unstable) {
-        (Some(stable), Some(_)) => format!("stable up to {}", with_digits(stable, "s", 4)),
+        (Some(stable), Some(_)) => {
+            let request = RunRequest { macro_step_s: Some(stable), ..search.request.clone() };
+            let numbers = interface_oscillation(&request.resolve(search.catalogue)?)
+                .map(|[frequency, damping]| format!(" (Ω = Hω = {:.2}, ζ = {damping:.2})", stable * frequency));
+            format!("stable up to {}{}", with_digits(stable, "s", 4), numbers.unwrap_or_default())
+        }
         (Some(_), None) => "stable over the whole scan".to_owned(),
         (None, _) => "unstable from the smallest macro step on".to_owned(),
     };

@@ -111,6 +111,14 @@ pub fn predicted_growth(spec: &RunSpec) -> Result<Option<f64>> {
     Ok(found.map(|coupling| coupling.growth(recurrence, spec.macro_step, micro_steps)))
 }
 
+/// Returns natural frequency `ω = √(K/m)`, 1/s, and damping ratio `ζ = c/(2√(K m))` of the actuator on the mechanics at the start of a run,
+/// with the contacts that are closed there; none where the sides do not tell, or the interface is locked.
+pub fn interface_oscillation(spec: &RunSpec) -> Option<[f64; 2]> {
+    let LinearCoupling { mass, stiffness, damping, .. } = linearise(spec).ok()??;
+    let frequency = (stiffness / mass).sqrt();
+    (frequency > 0.0).then(|| [frequency, 0.5 * damping / (frequency * mass)])
+}
+
 fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
     const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
     if spec.actuator_integrator != ActuatorIntegrator::Euler {
