@@ -60,7 +60,7 @@ impl StateWork {
         // Right-hand sides: the interface columns, then a, then w.
         for column in 0..n_i + 2 {
             let of = |row: usize| match column.checked_sub(n_i) {
-                None => model.entry(row, first + column),
+                None => model.row(row)[first + column],
                 Some(0) => model.a[row],
                 Some(_) => model.w[row],
             };

@@ -175,9 +175,9 @@ impl CouplingScheme for ReducedInterface {
         let (u_position, u_velocity) = u.split_at_mut(n_i);
         for (i, w) in self.state.w[n..n + n_i].iter().enumerate() {
             // s⁺ = s + δ w_i⁺
-            self.state.position[i] += at.length * w;
-            u_position[i] = self.state.position[i];
-            u_velocity[i] = *w;
+            let s = self.state.position[i] + at.length * w;
+            self.state.position[i] = s;
+            (u_position[i], u_velocity[i]) = (s, *w);
         }
         Ok(())
     }

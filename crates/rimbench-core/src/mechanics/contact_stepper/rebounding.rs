@@ -71,9 +71,11 @@ impl Rebounding {
         (w, h): (f64, f64),
         solved: Solved,
     ) -> f64 {
-        if !self.any() {
-            return gap_term;
-        }
+        if self.any() { self.impact_term(law, contact, gap_term, (w, h), solved) } else { gap_term }
+    }
+
+    #[cold]
+    fn impact_term(&self, law: &ContactLaw, contact: usize, gap_term: f64, (w, h): (f64, f64), solved: Solved) -> f64 {
         self.rebounds.term(&self.impact_step(law, h), contact, gap_term, w, solved)
     }
 

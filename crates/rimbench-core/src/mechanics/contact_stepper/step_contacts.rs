@@ -31,6 +31,7 @@ pub(super) struct ContactTerms<'a> {
 
 impl ContactTerms<'_> {
     /// Returns `t_n` of a contact: the gap term, or the impact term of one that rebounds, m/s.
+    #[inline]
     pub(super) fn normal(&self, contact: usize) -> f64 {
         let ContactTerms { law, eq4, rebounding, h, solved } = *self;
         let gap_term = gap_velocity(eq4.gap[contact], h, h, law.stabilisation);
@@ -43,6 +44,7 @@ impl ContactTerms<'_> {
     }
 
     /// Returns `b` of one stacked row with its term t, `p_i` being `h λ_i`.
+    #[inline]
     pub(super) fn row(&self, row: usize, h_i: &[f64], p_i: &[f64], term: f64) -> f64 {
         let free = self.eq4.w[row] + self.h * self.eq4.a[row];
         free + body_dot(h_i, p_i) + term
@@ -64,14 +66,29 @@ impl DenseProblem {
 
     /// Writes `H` and `b`; tangential rows come after the normal ones.
     pub(super) fn pose(&mut self, terms: ContactTerms<'_>, p_i: &[f64]) {
-        let (rows, stacked, n) = (self.b.len(), terms.eq4.a.len(), terms.eq4.contacts());
+        // With one force and a few contacts the compiler knows the size, which halves the instructions.
+        match (self.b.len(), <[f64; 1]>::try_from(p_i)) {
+            (4, Ok(force)) => self.pose_few::<4>(terms, force),
+            (8, Ok(force)) => self.pose_few::<8>(terms, force),
+            (rows, _) => self.pose_rows(rows, terms, p_i),
+        }
+    }
+
+    #[inline(never)]
+    fn pose_few<const N: usize>(&mut self, terms: ContactTerms<'_>, force: [f64; 1]) {
+        self.pose_rows(N, terms, &force);
+    }
+
+    #[inline(always)]
+    fn pose_rows(&mut self, rows: usize, terms: ContactTerms<'_>, p_i: &[f64]) {
+        let (stacked, n) = (rows + p_i.len(), terms.eq4.contacts());
+        let (h, b) = (&mut self.h[..rows * rows], &mut self.b[..rows]);
+        let stacked_h = &terms.eq4.h[..rows * stacked];
         for row in 0..rows {
-            let (h_cc, h_ci) = terms.eq4.h[row * stacked..(row + 1) * stacked].split_at(rows);
+            let (h_cc, h_ci) = stacked_h[row * stacked..(row + 1) * stacked].split_at(rows);
             let term = if row < n { terms.normal(row) } else { terms.tangential(row) };
-            self.b[row] = terms.row(row, h_ci, p_i, term);
-            let out = &mut self.h[row * rows..(row + 1) * rows];
-            // A few entries are copied faster one by one than by a call.
-            if rows < 6 { out.iter_mut().zip(h_cc).for_each(|(out, h)| *out = *h) } else { out.copy_from_slice(h_cc) }
+            b[row] = terms.row(row, h_ci, p_i, term);
+            h[row * rows..(row + 1) * rows].copy_from_slice(h_cc);
         }
     }
 
