@@ -136,6 +136,11 @@ impl SparseFactor {
         if others {
             (0..self.d.len()).for_each(|k| self.list_entries(k));
         }
+        self.factorise_active(m, shift, dependent)
+    }
+
+    /// Factorises for the rows in A, apart from the test for them, which the compiler would inline with all of this.
+    fn factorise_active(&mut self, m: SymmetricRows<'_>, shift: f64, dependent: f64) -> usize {
         let Self { order, l, positions, counts, d, active, x, first, next, at } = self;
         let EliminationOrder { row_at, position_of, starts, .. } = &**order;
         let (positions, x) = (&positions[..], &mut x[..]);
