@@ -33,7 +33,7 @@
 //! |---|---|
 //! | [`problem`] | the contact problem: Delassus operator, cone, natural residual |
 //! | [`complementarity`] | problems without friction: solvers that start from the last active set, the check |
-//! | [`friction`] | problems with Coulomb friction in the plane, in the same way |
+//! | [`friction`] | problems with Coulomb friction in the plane: solvers that start from the last states |
 //! | [`contact_law`] | gap term, impact and compliance: the parts of `b` and of the diagonal of `H` that a contact law gives |
 //! | [`solver_entry`] | solvers by name, with the check and the fallback that belong to each |
 //! | [`affine_step`] | steps without a solve, as long as the active set stays |

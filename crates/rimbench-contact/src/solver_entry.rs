@@ -1,4 +1,4 @@
-//! What a list of solvers holds about each one.
+//! An entry of a list of solvers.
 
 use crate::complementarity::{ActiveSet, Checked, Lemke, Solver};
 use crate::friction::{ActiveStates, FrictionSolver, StateMethod};

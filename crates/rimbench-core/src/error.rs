@@ -1,6 +1,6 @@
 //! The two ways things go wrong that are not our bug: bad input ([`Error`]) and a run that fails ([`Failure`]).
 //!
-//! `Error` is written for the person who typed the input: what was found, where, what would be valid. It ends the
+//! `Error` is written for the person at the input: what was found, where, what would be valid. It ends the
 //! command with exit code 2. `Failure` is written for a table: a run that diverged or left the validity of a model is
 //! a result, kept with its reason. A panic is neither; it is a defect of rimbench.
 
@@ -97,7 +97,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure(Box<Cause>);
 
-/// What a [`Failure`] says.
+/// The cause of a [`Failure`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cause {
     /// A state outside the validity of a model: piston at the end of its stroke, pressure beyond the fluid law.
@@ -194,12 +194,12 @@ impl Failure {
         *self.0 == Cause::Stopped
     }
 
-    /// What it says.
+    /// Returns its cause.
     pub fn cause(&self) -> &Cause {
         &self.0
     }
 
-    /// What it says, to keep.
+    /// Returns its cause, to keep.
     pub fn into_cause(self) -> Cause {
         *self.0
     }
@@ -240,7 +240,7 @@ const REPEATED: usize = 80;
 /// Digits that a number may have before it is written with an exponent.
 const DIGITS: usize = 20;
 
-/// The beginning of a text that came from outside, with its numbers short and its line ends visible, for an error in one line.
+/// Returns the beginning of a text that came from outside, with its numbers short and its line ends visible, for an error in one line.
 pub fn shortened(text: &str) -> String {
     let text = with_short_numbers(text);
     let cut = match text.char_indices().nth(REPEATED) {

@@ -54,7 +54,7 @@ pub struct DiscretisedColumns<'a> {
 /// ```text
 /// w⁺ = w + δ a + δ H_·i λ + H_·u P            w = [w_u; w_i]
 /// ```
-/// Within a macro step everything but `w`, `λ` and `P` stays the same, so `δ a` and `δ H_·i` are multiplied out once. For
+/// Within a macro step everything but `w`, `λ` and `P` is constant, so `δ a` and `δ H_·i` are multiplied out once. For
 /// an interface of one row a micro step then is two multiples of a vector, and one more for each contact that carries
 /// impulse.
 #[derive(Debug, Clone, Default)]
@@ -260,7 +260,7 @@ impl DiscretisedModel {
     }
 }
 
-/// `target += factor · x`.
+/// Adds `factor · x` to `target`.
 #[inline]
 pub(super) fn add_multiple(target: &mut [f64], factor: f64, x: &[f64]) {
     for (target, x) in target.iter_mut().zip(x) {

@@ -1,4 +1,4 @@
-//! What differs between dense, sparse and frictional contact problems on a critical region.
+//! The differences between dense, sparse and frictional contact problems on a critical region.
 
 use super::discretised_model::DiscretisedModel;
 use super::{AffineStep, MicroState, NEGLIGIBLE, StepContactLaw};

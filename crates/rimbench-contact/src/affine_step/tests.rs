@@ -69,7 +69,7 @@ fn go(
     went.then_some(skipped)
 }
 
-/// What a micro step takes for rounding adds up in the gap, and the gap is what the next one looks at.
+/// Velocities that a micro step takes for rounding add up in the gap, which the next one looks at.
 #[test]
 fn a_drift_that_each_micro_step_takes_for_rounding_is_seen_once_gaps_have_added_it_up() {
     let (discretised, law, step) = row_of(CONTACTS);

@@ -15,7 +15,7 @@
 //! and the pivots are bounded.
 //!
 //! In a simulation the next problem has almost always the active set of the last one: then the answer is one
-//! factorisation of `H_AA` (with more than four members none if `H` is the same as before) and one look at `w`.
+//! factorisation of `H_AA` (with more than four members none if `H` has not changed) and one look at `w`.
 //!
 //! # Source
 //! Keller, *The general quadratic optimization problem*, Math. Programming 5 (1973); Cottle, Pang, Stone, *The Linear
@@ -34,7 +34,7 @@ use warm_start::WarmStart;
 pub(super) const DEPENDENT: f64 = 1e-11;
 /// A violation below this part of `‖b‖_∞` is no reason to pivot; the accepted residual is 1e-9.
 pub(super) const NEGLIGIBLE: f64 = 1e-13;
-/// Pivots on one factor before it is computed anew although `H` is the same.
+/// Pivots on one factor before it is computed anew although `H` has not changed.
 pub(super) const REFRESH: u32 = 64;
 /// A violation on an unblocked ray up to this part of `‖b‖_∞` is rounding, not a proof of infeasibility.
 pub(super) const RAY_NOISE: f64 = 1e-10;
@@ -94,8 +94,8 @@ impl ActiveSet {
         &self.set[..self.len]
     }
 
-    /// Computes the natural residual of an answer to a problem with the matrix of the one before: the same sums, once the matrix has been
-    /// read without its zeros.
+    /// Computes the natural residual of an answer to a problem with the matrix of the one before: by its non-zeros, once they have been
+    /// read.
     #[inline(always)]
     pub(super) fn residual_again(&self, lcp: Lcp<'_>, p: &[f64]) -> f64 {
         if self.seen && self.rows_read { residual_of_rows(lcp, &self.rows, p) } else { lcp.natural_residual(p) }
@@ -203,7 +203,7 @@ impl ActiveSet {
     }
 }
 
-/// Computes the natural residual of a problem whose matrix is the one that `rows` has read: the same sums without their zeros.
+/// Computes the natural residual of a problem whose matrix is the one that `rows` has read, by its non-zeros.
 #[inline]
 pub(super) fn residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, p: &[f64]) -> f64 {
     if !rows.holds() {

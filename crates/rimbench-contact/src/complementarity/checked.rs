@@ -36,7 +36,7 @@ impl SolverCounters {
         self.worst_residual = self.worst_residual.max(other.worst_residual);
     }
 
-    /// Returns the counts on top of `earlier` ones of the same solver; the worst residual is that of all.
+    /// Returns the counts on top of `earlier` ones of this solver; the worst residual is that of all.
     #[inline]
     pub fn since(&self, earlier: &SolverCounters) -> Self {
         SolverCounters {
@@ -95,7 +95,7 @@ impl<S: ProposeImpulses, F: Fallback<S>> Checked<S, F> {
         self.find(problem, false, impulses)
     }
 
-    /// [`solve`](Self::solve) with `H` and K to the last bit those of the problem before; only `b` may differ.
+    /// Solves as [`solve`](Self::solve), `H` and K to the last bit those of the problem before; only `b` may differ.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
@@ -210,7 +210,7 @@ mod tests {
     use crate::complementarity::{Lcp, active_set::residual_of_rows};
     use crate::linear_algebra::SparseRows;
 
-    /// Proposes the same number for every impulse, or nothing.
+    /// Proposes one number for all impulses, or nothing.
     #[derive(Clone)]
     struct Stubborn(Option<f64>);
 

@@ -58,12 +58,12 @@ impl<const INLINE: usize, const ROWS: usize> LemkeTableau<INLINE, ROWS> {
         }
     }
 
-    /// Right-hand side of a row.
+    /// Returns the right-hand side of a row.
     pub(crate) fn rhs(&self, r: usize) -> f64 {
         self.entries[r * self.width() + self.width() - 1]
     }
 
-    /// The variable `z_i` that is basic in a row, if it is one.
+    /// Returns the variable `z_i` that is basic in a row, if it is one.
     pub(crate) fn basic(&self, r: usize) -> Option<usize> {
         self.basis[r].checked_sub(self.n).filter(|&i| i < self.n)
     }

@@ -13,7 +13,7 @@
 //! | `r` | | [natural residual](ContactProblem::natural_residual) | |
 //!
 //! A solver only proposes impulses ([`ComplementaritySolver::attempt`]); whether they are a solution is decided by the natural
-//! residual, the same for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is
+//! residual, one for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is
 //! known by its [`SolverEntry`](crate::solver_entry::SolverEntry); those that a program may choose from stand in its catalogue.
 
 mod active_set;
@@ -44,7 +44,7 @@ pub type Lcp<'a> = ContactProblem<'a, DenseDelassus<'a>, Signorini>;
 /// One whose matrix has a fixed pattern.
 pub type SparseLcp<'a> = ContactProblem<'a, SymmetricRows<'a>, Signorini>;
 
-/// What a solver did.
+/// Work and outcome of one solve.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SolveStats {
     /// Changes of the active set (or simplex pivots, or iterations of an iterative solver).
@@ -70,7 +70,7 @@ pub trait ComplementaritySolver: DynClone + Send {
     /// If the lengths of `H`, `b` and `z` do not fit.
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved>;
 
-    /// [`attempt`](Self::attempt) of a problem whose `H` is to the last bit that of the call before; only `b` may differ.
+    /// Makes an [`attempt`](Self::attempt) at a problem whose `H` is to the last bit that of the call before; only `b` may differ.
     ///
     /// The problems of one macro step share their matrix, and with many contacts finding that out takes longer than the
     /// solution (`benches/solvers.rs`, against size).

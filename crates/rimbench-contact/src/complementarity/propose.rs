@@ -1,4 +1,4 @@
-//! What proposes impulses: the solver that is asked first, and its fallback.
+//! Proposals of impulses: the solver that is asked first, and its fallback.
 
 use super::{SolveStats, Unsolved};
 use crate::problem::{Cone, ContactProblem, DelassusOperator};

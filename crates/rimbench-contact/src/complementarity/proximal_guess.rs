@@ -55,7 +55,7 @@ impl ProximalGuess {
         }
     }
 
-    /// Goes over to matrices of another pattern of the same size.
+    /// Goes over to matrices of another pattern of equal size.
     pub(super) fn change_pattern(&mut self, pattern: &SymmetricPattern) {
         self.factor.change_pattern(pattern);
     }

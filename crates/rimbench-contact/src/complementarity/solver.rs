@@ -1,4 +1,4 @@
-//! What an entry of the list builds: the default solver under its own type, all others behind a trait object.
+//! The solver that an entry of the list builds: the default solver under its own type, all others behind a trait object.
 
 use super::active_set::residual_of_rows;
 use super::{ActiveSet, ComplementaritySolver, Lcp, ProposeImpulses, SolveStats, Unsolved};

@@ -1,6 +1,6 @@
 //! Keller's pivots for many contacts of which few are coupled: the method of [`ActiveSet`](super::ActiveSet) on a sparse factor.
 //!
-//! What differs from the dense one: the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
+//! Unlike the dense one, the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
 //! path in the elimination tree; several enter one after the other before velocities are computed anew; whatever would push with the wrong
 //! sign after a change of the matrix leaves at once, as long as it is not by far less than the worst; and every answer is measured here by
 //! the natural residual. An answer that is not good enough is looked for once more with the set factorised anew, then from the empty set.
@@ -606,7 +606,7 @@ mod tests {
             let mut dense = ActiveSet::new(n);
             let (mut b, mut pivots) = (vec![0.0; n], 0);
             for turn in 0..120 {
-                // The same matrix for some turns, as within a macro step.
+                // The matrix stays for some turns, as within a macro step.
                 let mut shape = rand_pcg::Pcg64::seed_from_u64(turn / 6);
                 let rows: Vec<Vec<f64>> = pairs
                     .iter()
@@ -649,7 +649,7 @@ mod tests {
                 }
                 pivots += stats.pivots;
             }
-            // An answer that a wrong pivot has led astray is found all the same, with more of them: 198, 777 and 1967 are needed.
+            // An answer that a wrong pivot has led astray is found nevertheless, with more of them: 198, 777 and 1967 are needed.
             assert!(pivots > 120 && pivots < most, "{n} contacts: {pivots} pivots");
             assert_eq!((sparse.counters().solves, sparse.counters().failures), (120, 0));
         }

@@ -1,4 +1,4 @@
-//! How contacts behave in one step: the gap law and the impact law, used alike by the mechanics and by the models made from it.
+//! Gap law and impact law of one step, used alike by the mechanics and by the models made from it.
 
 /// Returns the velocity by which a contact must at least open, or may at most close, in one step.
 ///
@@ -17,7 +17,7 @@ pub fn gap_velocity(gap: f64, h_open: f64, h_closed: f64, stabilisation: f64) ->
     if gap > 0.0 { gap / h_open } else { stabilisation * gap / h_closed }
 }
 
-/// The gap law with both times fixed, for use in many steps of the same length: products instead of divisions.
+/// The gap law with both times fixed, for use in many steps of equal length: products instead of divisions.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GapRates {
     /// `1/h_open`, 1/s.
@@ -32,7 +32,7 @@ impl GapRates {
         GapRates { open: 1.0 / h_open, closed: stabilisation / h_closed }
     }
 
-    /// Returns the same as [`gap_velocity`] to round-off, m/s.
+    /// Returns [`gap_velocity`] to round-off, m/s.
     #[inline]
     pub fn velocity(&self, gap: f64) -> f64 {
         gap * if gap > 0.0 { self.open } else { self.closed }

@@ -2,7 +2,7 @@
 
 use super::gap::{GapRates, is_hit, landing_velocity, rounding_velocity};
 
-/// How contacts rebound in a step.
+/// The impact law over a step.
 #[derive(Debug, Clone, Copy)]
 pub struct ImpactStep {
     /// Restitution e along the normal.
@@ -26,7 +26,7 @@ pub struct ImpactRows<'a> {
     pub gap: &'a [f64],
     /// Velocities `[w_n; w_t]`, m/s.
     pub w: &'a [f64],
-    /// What becomes of them in the step without contact forces, m/s.
+    /// Their velocities after the step without contact forces, m/s.
     pub free: &'a [f64],
 }
 
@@ -187,7 +187,7 @@ impl Rebounds {
         Ok(dropped)
     }
 
-    /// What stands in a row of the trial, m/s, in the order of `w`.
+    /// The terms in the rows of the trial, m/s, in the order of `w`.
     fn term_of_row(&self, step: &ImpactStep, rows: ImpactRows<'_>, row: usize) -> f64 {
         let contacts = rows.gap.len();
         match row.checked_sub(contacts) {
@@ -196,7 +196,7 @@ impl Rebounds {
         }
     }
 
-    /// What stands in the row of a contact, m/s, of which the gap law says `gap_term`, and which moves with `w`.
+    /// Returns the term in the normal row of a contact, m/s, of which the gap law says `gap_term`, and which moves with `w`.
     #[inline]
     pub fn term(&self, step: &ImpactStep, contact: usize, gap_term: f64, w: f64, solved: Solved) -> f64 {
         match solved {
@@ -206,7 +206,7 @@ impl Rebounds {
         }
     }
 
-    /// What stands in the tangential row of a contact that slides with `w`, m/s.
+    /// Returns the term in the tangential row of a contact that slides with `w`, m/s.
     #[inline]
     pub fn term_along(&self, step: &ImpactStep, contact: usize, w: f64) -> f64 {
         if self.rebounds(contact) { step.along * w } else { 0.0 }

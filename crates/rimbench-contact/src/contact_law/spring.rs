@@ -27,26 +27,26 @@ pub struct ContactSpring {
 }
 
 impl ContactSpring {
-    /// The gap term as rates over a step `h` (s).
+    /// Returns the gap term as rates over a step `h` (s).
     #[inline]
     pub fn gap_rates(self, h: f64) -> GapRates {
         GapRates { open: 1.0 / h, closed: self.stiffness / (h * self.stiffness + self.damping) }
     }
 
-    /// What a step `step` adds to the diagonal of `H_uu` where the law is that of a step `h`, `1/(step (h k + c))`, 1/kg.
+    /// Returns what a step `step` adds to the diagonal of `H_uu` where the law is that of a step `h`, `1/(step (h k + c))`, 1/kg.
     #[inline]
     pub fn diagonal(self, step: f64, h: f64) -> f64 {
         1.0 / (step * (h * self.stiffness + self.damping))
     }
 
-    /// Energy stored at a gap, `½ k min(g, 0)²`, J.
+    /// Returns the energy stored at a gap, `½ k min(g, 0)²`, J.
     #[inline]
     pub fn energy(self, gap: f64) -> f64 {
         0.5 * self.stiffness * gap.min(0.0) * gap.min(0.0)
     }
 
-    /// What the damper takes in a step `h` from `gap` with velocity `w` at its end, J: the work of what is not the spring's of the
-    /// `impulse`; where nothing presses, what the spring still held and gives up on its own.
+    /// Returns the energy that the damper takes in a step `h` from `gap` with velocity `w` at its end, J: the work of the `impulse` less the
+    /// spring's; where nothing presses, the energy that the spring still held.
     #[inline]
     pub fn loss(self, impulse: f64, gap: f64, w: f64, h: f64) -> f64 {
         let after = gap + h * w;

@@ -1,4 +1,4 @@
-//! What a contact with friction does.
+//! The state of a contact with friction.
 
 /// So near the border of the cone, in parts of it, an impulse is on it.
 const BORDER: f64 = 1e-12;

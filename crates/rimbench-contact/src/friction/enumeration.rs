@@ -10,7 +10,7 @@ pub const ENUMERATION_LIMIT: usize = 5;
 /// One of the solutions of a problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrictionSolution {
-    /// What each contact does.
+    /// State of each contact.
     pub states: Vec<ContactState>,
     /// `[P_n; P_t]`, N·s.
     pub impulses: Vec<f64>,
@@ -18,8 +18,8 @@ pub struct FrictionSolution {
 
 /// Tries every combination of states: finds a solution whenever there is one.
 ///
-/// Open before stick before slip, the first contact fastest: of several solutions the first within the tolerance is taken, so that a caller
-/// gets the same.
+/// Open before stick before slip, the first contact fastest: of several solutions the first within the tolerance is
+/// taken, always that one.
 #[derive(Debug, Clone)]
 pub struct Enumeration {
     system: StateSystem,

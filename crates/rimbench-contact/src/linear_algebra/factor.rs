@@ -10,8 +10,8 @@ use super::dot::dot;
 /// remove k:  L₃₃ D₃ L₃₃ᵀ + d_k l_k l_kᵀ                           a positive rank-one change of what follows k
 /// ```
 /// `d` is the Schur complement of `M_AA`: zero if row `j` depends on the rows in `A`. Nothing is accepted by this
-/// type on its own: [`Factor::border`] returns `d` and the caller decides whether to [`Factor::push`] it. The same
-/// as a Cholesky factor with Givens rotations, but without square roots, which would be half of the work at n = 4.
+/// type on its own: [`Factor::border`] returns `d` and the caller decides whether to [`Factor::push`] it. It is
+/// a Cholesky factor with Givens rotations, but without square roots, which would be half of the work at n = 4.
 ///
 /// A dense `M_AA` faer would factorise faster, 1.8 times at 16 indices and 3.6 times at 128 (`benches/solvers.rs`). But many
 /// independent contacts need many bodies, and then few pairs of contacts share one: in the corpus at most 3 in 10 entries
@@ -60,7 +60,7 @@ impl Factor {
         let (y, d_inverse) = (&mut self.y[..len], &self.d_inverse[..len]);
         let mut d = column[j];
         // In a pile row j is coupled to few of the others, and y begins with zeros. A multiple of eight, so that the partial sums
-        // of the products stay the same.
+        // of the products do not change.
         let first = if len < 8 { 0 } else { set[..len].iter().take_while(|&&i| column[i] == 0.0).count() / 8 * 8 };
         y[..first].fill(0.0);
         row[..first].fill(0.0);

@@ -95,7 +95,7 @@ impl SparseFactor {
         self.active[self.order.position_of[row] as usize]
     }
 
-    /// Copies another factor, without allocating if it is of the same order.
+    /// Copies another factor, without allocating if it is of equal order.
     pub fn copy_from(&mut self, other: &Self) {
         if !Arc::ptr_eq(&self.order, &other.order) {
             self.clone_from(other);
@@ -360,7 +360,7 @@ impl SparseFactor {
         self.solve_backward(p);
     }
 
-    /// Place of a row in the order of elimination.
+    /// Returns the place of a row in the order of elimination.
     #[inline]
     pub fn position(&self, row: usize) -> usize {
         self.order.position_of[row] as usize
@@ -382,7 +382,7 @@ impl SparseFactor {
         }
     }
 
-    /// [Solves](Self::solve) among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs
+    /// Solves among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs
     /// of `b` are read and replaced, and it costs no more than they do.
     pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
         for &row in rows {
@@ -449,7 +449,7 @@ mod tests {
         }
     }
 
-    /// The same, and that the factor is that of its set, with `shift` on the diagonal.
+    /// Checks the lists, and that the factor is that of its set, with `shift` on the diagonal.
     fn check(m: SymmetricRows<'_>, shift: f64, factor: &mut SparseFactor) {
         check_lists(factor);
         let set: Vec<usize> = (0..m.size()).filter(|&i| factor.contains(i)).collect();
@@ -476,7 +476,7 @@ mod tests {
             let kept = factor.factorise(m, 0.0, 1e-9, |_| true);
             assert!(kept > width * width && (width == 2 || kept < m.size()), "{kept} of {}", m.size());
             check(m, 0.0, &mut factor);
-            // Once more for the same set, and for another one.
+            // Once more for this set, and for another one.
             let same: Vec<bool> = (0..m.size()).map(|i| factor.contains(i)).collect();
             assert_eq!(factor.factorise(m, 0.0, 1e-9, |i| same[i]), kept);
             check(m, 0.0, &mut factor);

@@ -12,7 +12,7 @@ pub struct SymmetricPattern {
     starts: Vec<usize>,
     columns: Vec<u32>,
     diagonal: Vec<usize>,
-    /// Found when it is asked for, once for all who have the pattern.
+    /// Found at the first request, once for all that share the pattern.
     order: OnceLock<Arc<EliminationOrder>>,
 }
 
@@ -109,7 +109,7 @@ impl<'a> SymmetricRows<'a> {
         columns.iter().zip(entries).map(|(&column, &entry)| (column as usize, entry))
     }
 
-    /// `target += factor · row`.
+    /// Adds `factor · row` to `target`.
     #[inline]
     pub fn add_row(&self, row: usize, factor: f64, target: &mut [f64]) {
         for (column, entry) in self.row(row) {

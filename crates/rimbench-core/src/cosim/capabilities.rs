@@ -1,4 +1,4 @@
-//! What a subsystem can do besides stepping, all of it in one place.
+//! The capabilities of a subsystem besides stepping, all in one place.
 
 use super::energy_account::EnergyAccount;
 use super::input_polynomials::InputPolynomials;

@@ -88,7 +88,7 @@ impl CommunicationGrid {
     /// Returns the macro step that starts at `t_k`.
     pub fn step(&self, index: usize) -> MacroStep {
         let start = self.time(index);
-        // Full steps all get the same length to the bit; only the first and the last may be shorter.
+        // Full steps are equally long to the bit; only the first and the last may be shorter.
         let full = index + 1 < self.count && (index > 0 || self.phase == 1.0);
         let length = if full { self.macro_step } else { self.time(index + 1) - start };
         MacroStep { index, start, length }

@@ -1,15 +1,15 @@
-//! What can be seen of a run from outside.
+//! The view of a run from outside.
 
 use super::side::PerSide;
 use super::subsystem::Sides;
 
-/// What an observer sees at a communication point.
+/// The view of an observer at a communication point.
 pub struct CommunicationPoint<'a> {
     /// `t_k`, s.
     pub time: f64,
     /// Outputs of each side; those of the actuator are its own, at this instant.
     pub y: PerSide<&'a [f64]>,
-    /// What the mechanics received over the macro step that ends here (at `t_0`: what it would be held at).
+    /// The forces that the mechanics received over the macro step that ends here (at `t_0`: those it would be held at).
     pub received: &'a [f64],
     /// Effective mass that the scheme had in the macro step that ends here, kg: it belongs to the communication point before, and
     /// is known only now. That of the last communication point stands in the [`Report`](super::Report).

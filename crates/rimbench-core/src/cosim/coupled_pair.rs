@@ -40,7 +40,7 @@ impl CoupledPair<'_> {
         }
     }
 
-    /// A communication point: outputs of both sides, then each sample to the scheme.
+    /// Exchanges at a communication point: outputs of both sides, then each sample to the scheme.
     pub(crate) fn exchange(&mut self, step: MacroStep) -> Result<(), Failure> {
         self.state.time = step.start;
         self.evaluate_outputs()?;
@@ -74,7 +74,7 @@ impl CoupledPair<'_> {
         Ok(())
     }
 
-    /// Asks the sides for what the scheme needs besides outputs; who has offered it must have it at every communication point.
+    /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
         let mechanics_step = self.mechanics_step(step);
         let PairState { attachments, u, .. } = &mut *self.state;
@@ -114,7 +114,7 @@ impl CoupledPair<'_> {
         Ok(())
     }
 
-    /// The outputs of one side at the end of the macro step reach the scheme before the other side steps.
+    /// Sends the outputs of one side at the end of the macro step to the scheme before the other side steps.
     pub(crate) fn send_fresh_sample(
         &mut self,
         from: Side,
@@ -145,7 +145,7 @@ impl CoupledPair<'_> {
         });
     }
 
-    /// All work of this pair.
+    /// Returns all work of this pair.
     pub(crate) fn work(&mut self) -> Work {
         let scheme = self.scheme.report().counters;
         Work { cosim: self.state.counters, sides: PerSide::from_fn(|side| self.sides[side].counters()), scheme }
@@ -156,8 +156,8 @@ impl CoupledPair<'_> {
         InterfaceWork { sent_j: self.state.work_sent.sent(), received_j }
     }
 
-    /// What the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of the sides unless a rule
-    /// wants to know.
+    /// Returns what the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of the sides unless
+    /// a rule wants to know.
     #[inline]
     pub(crate) fn estimate(&mut self, by: Option<ErrorEstimator>, end: f64) -> Result<ErrorEstimate, Failure> {
         match by {

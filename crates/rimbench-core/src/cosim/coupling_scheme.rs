@@ -9,7 +9,7 @@ use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::complementarity::SolverCounters;
 
-/// What one side sends at a communication point.
+/// The sample that one side sends at a communication point.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample<'a> {
     /// When it was taken, s.
@@ -20,7 +20,7 @@ pub struct Sample<'a> {
     pub model: Option<&'a ReducedInterfaceModel>,
     /// How the actuator's outputs move, if the scheme needs it and this is the actuator's sample of the communication point.
     pub rates: Option<&'a OutputRates>,
-    /// What lines in the place of the actuator's oil do to the mechanics over the macro step that starts here, if the scheme needs
+    /// The action of lines in the place of the actuator's oil on the mechanics over the macro step that starts here, if the scheme needs
     /// it and this is the actuator's sample of the communication point.
     pub line_forces: Option<&'a LineForces>,
     /// The macro step that starts here.
@@ -76,7 +76,7 @@ pub struct InterfaceCorrelation {
     pub largest: f64,
 }
 
-/// What a scheme says about itself.
+/// The report of a scheme.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SchemeReport {
     /// Effective mass with the model received last, kg; `+inf` for a locked interface. Where contacts are free to open, it is that
@@ -108,7 +108,7 @@ pub struct ModelEnd<'a> {
     pub w: &'a [f64],
 }
 
-/// What is the other side doing meanwhile? Answers with an input for each micro step.
+/// A picture of the other side between communication points: an input for each micro step.
 ///
 /// At each communication point the loop calls [`receive`](Self::receive) for the mechanics, then for the actuator; then
 /// [`input`](Self::input) once per micro step of each side. In the Gauss–Seidel sequence that starts with the mechanics,
@@ -171,6 +171,6 @@ pub trait CouplingScheme: Send {
         SchemeReport::default()
     }
 
-    /// A copy in the present state, or nothing if the scheme cannot be copied.
+    /// Returns a copy in the present state, or nothing if the scheme cannot be copied.
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>>;
 }

@@ -29,7 +29,7 @@ pub struct EnergyAccount {
     pub valve: f64,
     /// Carried out by the fluid that went to the tank.
     pub tank: f64,
-    /// What the subsystem's own discretisation created (above 0) or lost (below 0). Vanishes with the subsystem's step.
+    /// Energy that the subsystem's own discretisation created (above 0) or lost (below 0). Vanishes with the subsystem's step.
     pub integration: f64,
     /// Lost in friction of contacts.
     pub friction: f64,
@@ -62,7 +62,7 @@ pub struct EnergyAudit {
     pub accounts: PerSide<Option<EnergyAccount>>,
     /// Work across the interface.
     pub work: InterfaceWork,
-    /// What the scheme's interface model created of the interface residual, where that is asked for and known.
+    /// The part that the scheme's interface model created of the interface residual, where that is asked for and known.
     pub model: Option<ModelEnergy>,
 }
 

@@ -1,4 +1,4 @@
-//! What goes with the samples of a communication point besides outputs, for schemes that need it.
+//! Data that go with the samples of a communication point besides outputs, for schemes that need it.
 
 use super::output_rates::OutputRates;
 use super::ports::Ports;
@@ -14,7 +14,7 @@ pub struct ExchangeData {
     pub interface_model: Option<ReducedInterfaceModel>,
     /// How the actuator's outputs move.
     pub output_rates: Option<OutputRates>,
-    /// What lines in the place of the actuator's oil do to the mechanics.
+    /// The action of lines in the place of the actuator's oil on the mechanics.
     pub line_forces: Option<LineForces>,
 }
 

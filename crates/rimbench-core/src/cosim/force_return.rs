@@ -1,4 +1,4 @@
-//! Who goes first in a macro step, and what the mechanics then receives.
+//! The order of the sides in a macro step, and the force that the mechanics then receives.
 
 use super::side::Side;
 use crate::error::{Error, Result};
@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// The order of the two sides within a macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sequence {
-    /// Both sides step from the same exchange, in parallel as far as the data go.
+    /// Both sides step from one exchange, in parallel as far as the data go.
     Jacobi,
     /// `first` steps, its result is passed on, then the other side steps.
     GaussSeidel {
@@ -41,14 +41,14 @@ impl FromStr for Sequence {
     }
 }
 
-/// What the mechanics receives from the actuator for one macro step.
+/// The force that the mechanics receives from the actuator for one macro step.
 ///
 /// ```text
 /// held     F(t_k), or the scheme's own extrapolation of it
 /// end      F(t_{k+1})
 /// mean     (1/H) Σ δ F_j                      the exact impulse
 /// profile  (n_m/H) Σ δ F_j over each of the mechanics' n_m sub-steps: the impulse, and when it acted
-/// pieces   the same over each piece of a sub-step that the mechanics splits at events
+/// pieces   the mean over each piece of a sub-step that the mechanics splits at events
 /// ```
 /// All but `held` need an actuator that went first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

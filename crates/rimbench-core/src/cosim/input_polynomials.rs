@@ -28,7 +28,7 @@ impl InputPolynomials {
         self.given
     }
 
-    /// The coefficients given since the last call; none if the inputs are to be held.
+    /// Takes the coefficients given since the last call; none if the inputs are to be held.
     #[inline]
     pub fn take(&mut self) -> Option<&[Cubic]> {
         std::mem::take(&mut self.given).then_some(&self.rows[..])

@@ -7,7 +7,7 @@ use crate::name::by_name;
 /// ```text
 /// semi-implicit  v⁺ from M, f, A at q;  q⁺ = q + h v⁺;  gap law                                  order 1
 /// midpoint       v⁺ from M, f, A at q + ½hv;  q⁺ = q + ½h (v + v⁺);  gap law                     order 2 between impacts
-/// event-split    the same with resting contacts at velocity level, split where a gap closes      order 2 through impacts
+/// event-split    midpoint, resting contacts at velocity level, split where a gap closes          order 2 through impacts
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MechanicsIntegrator {
@@ -47,7 +47,7 @@ pub enum SecondOrder {
 }
 
 impl MechanicsIntegrator {
-    /// What this asks of the mechanics; nothing where it steps as it always did.
+    /// Returns what this asks of the mechanics; nothing where it steps as it always did.
     pub fn second_order(self) -> Option<SecondOrder> {
         match self {
             MechanicsIntegrator::SemiImplicit => None,

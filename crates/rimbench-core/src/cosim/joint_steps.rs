@@ -1,4 +1,4 @@
-//! A mechanics that takes its steps together with the actuator, both cut at the same events, or under the course of its force.
+//! A mechanics that takes its steps together with the actuator, both cut at common events, or under the course of its force.
 
 use super::output_history::ForceCourse;
 use super::output_rates::OutputRates;
@@ -7,7 +7,7 @@ use crate::error::Failure;
 /// Is told length (s), force and mean motion of each piece of a joint step.
 pub type Sent<'a> = dyn FnMut(f64, &[f64], &[f64]) + 'a;
 
-/// What a joint step asks of the actuator.
+/// Requests of a joint step to the actuator.
 pub trait JointActuator {
     /// Writes its outputs at time `t` (s) with the motion `u`, and how they move.
     ///
@@ -22,7 +22,7 @@ pub trait JointActuator {
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure>;
 }
 
-/// What a mechanics of the second order offers besides steps under a force that is held.
+/// Steps that a mechanics of the second order offers besides those under a force that is held.
 pub trait JointSteps {
     /// Advances both sides from `time` by `h` (s): each piece is taken by both, with the force that belongs to its own motion.
     ///

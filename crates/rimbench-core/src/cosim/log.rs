@@ -1,4 +1,4 @@
-//! What is noted of a run along the way, and put together at its end.
+//! The records of a run, put together at its end.
 
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
@@ -60,7 +60,7 @@ impl Log {
         self.stopwatch.resume();
     }
 
-    /// The report of the whole run, which took `work` and ended like this.
+    /// Returns the report of the whole run, which took `work` and ended like this.
     pub(crate) fn report(self, pair: &mut CoupledPair<'_>, work: Work, ended: Result<End, Failure>) -> Report {
         let at_s = pair.state.time;
         let outcome = match (pair.state.diverged.take(), ended) {

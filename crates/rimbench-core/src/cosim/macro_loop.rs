@@ -52,7 +52,7 @@ pub(crate) fn cover(
     log.report(&mut pair, work, ended)
 }
 
-/// The algorithm: exchange, then let both sides cover the macro step in the way that `advance` says.
+/// Runs the algorithm: exchange, then let both sides cover the macro step in the way that `advance` says.
 ///
 /// `pair` is the run, or what stands for it where steps are taken again; `lend` gives it as the exchange knows it.
 pub(crate) fn macro_steps<P>(
@@ -89,7 +89,7 @@ pub(crate) fn macro_steps<P>(
     }
 }
 
-/// The last communication point; `step` would follow it, and `effective_mass` is that of the macro step before.
+/// Exchanges at the last communication point; `step` would follow it, and `effective_mass` is that of the macro step before.
 pub(crate) fn finish(
     pair: &mut CoupledPair<'_>,
     log: &mut Log,

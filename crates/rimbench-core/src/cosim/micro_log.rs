@@ -1,4 +1,4 @@
-//! What the actuator put out and was given in each micro step.
+//! Outputs and inputs of the actuator in each micro step.
 
 use super::coupling_scheme::MicroStep;
 use super::setup::Setup;

@@ -79,7 +79,7 @@ pub use transmission_lines::{LineForces, TransmissionLines};
 pub use work::{CosimCounters, Work};
 pub use work_meter::counts_interface_work;
 
-// For the ceilings, which stand on the same exchange and the same steps.
+// For the ceilings, which share exchange and steps.
 pub(crate) use coupled_pair::CoupledPair;
 pub(crate) use exchange_data::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 pub(crate) use lent_actuator::LentActuator;

@@ -242,7 +242,7 @@ impl ModelAudit {
         self.contacts.fill(0.0);
     }
 
-    /// Returns how much heavier the model is with the contacts that carried impulse; nothing to find where they are the same.
+    /// Returns how much heavier the model is with the contacts that carried impulse; nothing to find where those of the mechanics are these.
     fn heaviness(&mut self, model: &ReducedInterfaceModel) -> f64 {
         let (first, n_i) = (model.interface_start(), model.interface());
         let closed = |impulses: &[f64], contact: usize| impulses[contact] != 0.0;

@@ -39,7 +39,7 @@ impl DefectMeter {
         }
     }
 
-    /// Room for how the forces move, to be filled before [`measure`](Self::measure).
+    /// Lends room for how the forces move, to be filled before [`measure`](Self::measure).
     pub(crate) fn rates(&mut self) -> &mut OutputRates {
         &mut self.rates
     }

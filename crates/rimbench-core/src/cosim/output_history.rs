@@ -48,12 +48,12 @@ impl OutputHistory {
         }
     }
 
-    /// Output in one micro step.
+    /// Returns the output in one micro step.
     pub(crate) fn at(&self, micro_step: usize) -> &[f64] {
         &self.outputs[micro_step * self.width..(micro_step + 1) * self.width]
     }
 
-    /// Mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a border
+    /// Returns the mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a border
     /// count with the share that lies inside.
     pub fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
         mean.fill(0.0);
@@ -70,7 +70,7 @@ impl OutputHistory {
 }
 
 impl OutputHistory {
-    /// The course of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its mean is `mean`.
+    /// Returns the course of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its mean is `mean`.
     pub(crate) fn course<'a>(&'a self, index: usize, parts: usize, mean: &'a [f64]) -> ForceCourse<'a> {
         let border = |index: usize| (index * self.count) as f64 / parts as f64;
         ForceCourse { transmission: self, from: border(index), to: border(index + 1), mean }

@@ -28,7 +28,7 @@ impl OutputRates {
         }
     }
 
-    /// Takes over those of another subsystem of the same size.
+    /// Copies the rates of another subsystem of equal size.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.rate.copy_from_slice(&other.rate);
         self.feedthrough.copy_from_slice(&other.feedthrough);

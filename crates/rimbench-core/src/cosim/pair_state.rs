@@ -1,4 +1,4 @@
-//! What a run remembers besides the states of the sides and of the scheme.
+//! The state of a run besides those of the sides and of the scheme.
 
 use super::communication_grid::division;
 use super::exchange_data::ExchangeData;
@@ -18,7 +18,7 @@ use super::work_meter::WorkMeter;
 /// Inputs, outputs, and what is counted along the way. A copy of it with copies of sides and scheme is a copy of the run.
 #[derive(Debug, Clone)]
 pub(crate) struct PairState {
-    /// The side that does not depend on the other at the same instant.
+    /// The side that does not depend on the other at the instant itself.
     pub(crate) without_feedthrough: Side,
     /// Whether a side integrates polynomials and is told the course of its inputs.
     pub(crate) takes_polynomial: PerSide<bool>,
@@ -39,7 +39,7 @@ pub(crate) struct PairState {
     pub(crate) time: f64,
     pub(crate) counters: CosimCounters,
     pub(crate) diverged: Option<Outcome>,
-    /// What the actuator did in each micro step, where it is recorded.
+    /// The micro steps of the actuator, where it is recorded.
     pub(crate) inside: Option<Trajectory>,
     /// The account of the scheme's interface model, where it is kept.
     pub(crate) audit: Option<Box<ModelAudit>>,

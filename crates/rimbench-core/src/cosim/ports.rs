@@ -4,7 +4,7 @@ use super::side::PerSide;
 use crate::error::{Error, Result};
 use crate::name::Name;
 
-/// What a coupling variable measures.
+/// The quantity of a coupling variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Position along the interface, m.
@@ -34,7 +34,7 @@ impl Quantity {
 pub struct Port {
     /// Name with unit, as it appears in data.
     pub name: Name,
-    /// What it measures.
+    /// Its quantity.
     pub quantity: Quantity,
 }
 

@@ -1,4 +1,4 @@
-//! What the macro loop reports of a run.
+//! The report of the macro loop on a run.
 
 use super::coupling_scheme::SchemeReport;
 use super::energy_account::EnergyAudit;
@@ -6,7 +6,7 @@ use super::outcome::Outcome;
 use super::trajectory::Trajectory;
 use super::work::Work;
 
-/// What the loop reports of a run.
+/// The report of the loop on a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// How it ended. A run that diverges is followed to its end, or to the point where it cannot go on.
@@ -28,7 +28,7 @@ pub struct Report {
     pub model_defect: Vec<[f64; 2]>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
     pub latencies_s: Vec<f64>,
-    /// What the actuator did in each micro step: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
+    /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
     /// unless asked for, and where steps are taken again or both sides step together.
     pub inside: Option<Trajectory>,
 }

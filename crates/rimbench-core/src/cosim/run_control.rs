@@ -1,4 +1,4 @@
-//! What may end a run from outside, and how long its macro steps take: the only place where the loop looks at a clock, which
+//! Limits that end a run from outside, and how long its macro steps take: the only place where the loop looks at a clock, which
 //! it is given.
 
 use crate::error::{Cause, Failure};
@@ -45,7 +45,7 @@ pub struct Timer {
 /// How a run is watched over. By default it is not stopped, and it has no clock.
 #[derive(Debug, Clone, Copy)]
 pub struct RunControl<'a> {
-    /// Who may end it.
+    /// The means to end it.
     pub stop: StopFlag<'a>,
     /// The clock, if it may know one.
     pub timer: Option<Timer>,
@@ -83,7 +83,7 @@ impl Stopwatch {
         Stopwatch { timer, started: now, lap: now, so_far: Duration::ZERO, latencies }
     }
 
-    /// Whether the wall limit has passed.
+    /// Tells whether the wall limit has passed.
     #[inline]
     pub(crate) fn expired(&self) -> bool {
         let limit = |timer: &Timer| Some((timer.now, timer.wall_limit?));
@@ -96,13 +96,13 @@ impl Stopwatch {
         self.timer.filter(|timer| timer.latencies).map(|timer| timer.now)
     }
 
-    /// A macro step begins, where the one before ended: what the loop does in between belongs to it, and a clock is not free.
+    /// Begins a macro step where the one before ended: what the loop does in between belongs to it, and a clock is not free.
     #[inline]
     pub(crate) fn begin(&mut self) {
         self.so_far = Duration::ZERO;
     }
 
-    /// Something that is no part of the macro step follows.
+    /// Stops the clock for something that is no part of the macro step.
     #[inline]
     pub(crate) fn pause(&mut self) {
         if let Some(now) = self.measuring() {
@@ -112,7 +112,7 @@ impl Stopwatch {
         }
     }
 
-    /// The macro step goes on.
+    /// Starts the clock again: the macro step goes on.
     #[inline]
     pub(crate) fn resume(&mut self) {
         if let Some(now) = self.measuring() {
@@ -120,7 +120,7 @@ impl Stopwatch {
         }
     }
 
-    /// The macro step is done.
+    /// Ends the macro step.
     #[inline]
     pub(crate) fn end(&mut self) {
         if self.measuring().is_some() {

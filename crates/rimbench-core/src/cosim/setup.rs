@@ -22,9 +22,9 @@ pub struct Setup {
     /// How the actuator steps; the subsystem must have been told as well (see
     /// [`Capabilities::use_second_order`](super::Capabilities::use_second_order)).
     pub actuator_integrator: ActuatorIntegrator,
-    /// Who goes first.
+    /// The order of the sides.
     pub sequence: Sequence,
-    /// What the mechanics receives.
+    /// The force that the mechanics receives.
     pub force_return: ForceReturn,
     /// Beyond these the run counts as diverged.
     pub bounds: Bounds,

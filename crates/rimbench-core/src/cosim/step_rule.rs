@@ -1,8 +1,8 @@
-//! What the length of the macro steps is to keep to, and by what it is found.
+//! The tolerance of macro steps, and the rule by which their length is found.
 
 use crate::error::{Error, Result};
 
-/// What a controlled macro step is to keep to.
+/// The tolerance of controlled macro steps, and their rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepRule {
     /// Error allowed per macro step, a pure number: by the energy residual relative to the largest mean power that has crossed the
@@ -11,7 +11,7 @@ pub struct StepRule {
     pub tolerance: f64,
     /// Shortest macro step, s. One this short is taken whatever its error; only the last one may be shorter.
     pub shortest: f64,
-    /// What is made into a step, and how; step doubling does not look at it.
+    /// The estimate that is made into a step, and how; step doubling does not look at it.
     pub controller: ErrorEstimator,
 }
 

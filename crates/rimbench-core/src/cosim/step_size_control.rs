@@ -22,13 +22,13 @@ pub(crate) struct MacroInterval {
 }
 
 impl MacroInterval {
-    /// What would follow: where its last communication point is shown.
+    /// Returns the step that would follow: where its last communication point is shown.
     pub(crate) fn after(&self) -> MacroStep {
         MacroStep { index: self.step.index + 1, start: self.end, length: self.step.length }
     }
 }
 
-/// What the rule that sets the macro steps looks at besides the work across the interface.
+/// An estimate that the rule of the macro steps looks at besides the work across the interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ErrorEstimate {
     None,
@@ -79,13 +79,13 @@ pub(crate) struct StepSizeControl {
 }
 
 impl StepSizeControl {
-    /// By what the next macro step is found, if not by the grid.
+    /// Returns by what the next macro step is found, if not by the grid.
     #[inline]
     pub(crate) fn controller(&self) -> Option<ErrorEstimator> {
         self.rule.map(|rule| rule.controller)
     }
 
-    /// The macro steps of `grid`, or with a rule those that keep to it.
+    /// Makes the macro steps of `grid`, or with a rule those that keep to it.
     pub(crate) fn new(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
         StepSizeControl {
             grid,
@@ -98,7 +98,7 @@ impl StepSizeControl {
         }
     }
 
-    /// The first macro step.
+    /// Returns the first macro step.
     pub(crate) fn first(&self) -> MacroInterval {
         self.of_grid(0)
     }
@@ -107,7 +107,7 @@ impl StepSizeControl {
         MacroInterval { step: self.grid.step(index), end: self.grid.time(index + 1) }
     }
 
-    /// The macro step after `done`, given the work across the interface until its end and what the rule wants to know besides; none
+    /// Returns the macro step after `done`, given the work across the interface until its end and what the rule wants to know besides; none
     /// after the last.
     #[inline]
     pub(crate) fn after(
@@ -147,7 +147,7 @@ impl StepSizeControl {
     /// Length by the defect of the last macro step, which was `done` (s) long.
     ///
     /// A step that was cut short for a closing says nothing about how long one may be, and is not remembered, unless its defect was too
-    /// large all the same.
+    /// large nevertheless.
     #[cold]
     fn length_by_defect(&mut self, rule: StepRule, order: u32, done: f64, defect: ModelDefect) -> f64 {
         let error = within_decades(defect.relative / rule.tolerance);
@@ -193,7 +193,7 @@ fn published_error(tolerance: f64, length: f64, powers: BondPowers) -> f64 {
     residual.abs() / (tolerance + tolerance * energy.abs())
 }
 
-/// The macro step of `length` (s) from `start`, or what is left until the `duration`; none if nothing is left.
+/// Returns the macro step of `length` (s) from `start`, or what is left until the `duration`; none if nothing is left.
 ///
 /// The times of a controlled run are sums: no integer knows them beforehand. What is left after a step is never a sliver of
 /// round-off.

@@ -31,7 +31,7 @@ impl SubsystemCounters {
         self.solver.add(&other.solver);
     }
 
-    /// Returns the counts on top of `earlier` ones of the same subsystem.
+    /// Returns the counts on top of `earlier` ones of this subsystem.
     pub fn since(&self, earlier: &SubsystemCounters) -> Self {
         SubsystemCounters {
             micro_steps: self.micro_steps - earlier.micro_steps,
@@ -69,10 +69,10 @@ pub trait Subsystem: Send {
     /// Returns what the subsystem can do besides stepping: itself, or the capabilities of the subsystem that it wraps.
     fn capabilities(&mut self) -> &mut dyn Capabilities;
 
-    /// Exact work counters.
+    /// Returns exact work counters.
     fn counters(&self) -> SubsystemCounters;
 
-    /// A copy in the present state, counters included, or nothing if the subsystem cannot be copied.
+    /// Returns a copy in the present state, counters included, or nothing if the subsystem cannot be copied.
     fn try_clone(&self) -> Option<Box<dyn Subsystem>>;
 }
 

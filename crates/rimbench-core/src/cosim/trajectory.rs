@@ -1,4 +1,4 @@
-//! What a run leaves behind: one row per communication point.
+//! The trajectory of a run: one row per communication point.
 
 /// Named columns over time; the first column is the time in seconds.
 #[derive(Debug, Clone, PartialEq)]

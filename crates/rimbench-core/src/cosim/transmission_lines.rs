@@ -3,7 +3,7 @@
 use super::communication_grid::MacroStep;
 use super::output_history::OutputHistory;
 
-/// What the lines do to the mechanics over a macro step, known when it begins: the force of row i is
+/// The action of the lines on the mechanics over a macro step, known when it begins: the force of row i is
 ///
 /// ```text
 /// λ_i(t) = C_i(t) − Z_i w_i(t)       C_i in N, one value per micro step;  Z_i in N·s/m
@@ -58,7 +58,7 @@ impl LineForces {
         self.course.mean_over(index, parts, mean);
     }
 
-    /// Takes over the values of others of the same size; allocates only what was never there.
+    /// Copies the values of others of equal size; allocates only what was never there.
     pub(crate) fn copy_from(&mut self, other: &LineForces) {
         self.smoothing = other.smoothing;
         self.impedance.clone_from(&other.impedance);

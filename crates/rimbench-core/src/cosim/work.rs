@@ -37,7 +37,7 @@ impl Work {
         self.scheme.add(&other.scheme);
     }
 
-    /// Says what came on top of `earlier`, the work of the same lineage of copies.
+    /// Returns the work done since `earlier`, the work of these copies then.
     pub fn since(&self, earlier: &Work) -> Work {
         Work {
             cosim: CosimCounters {
@@ -50,7 +50,7 @@ impl Work {
         }
     }
 
-    /// Counts the same work as that of macro steps which led nowhere.
+    /// Counts this work as that of macro steps which led nowhere.
     pub fn discarded(mut self) -> Work {
         self.cosim.repeated_macro_steps += self.cosim.macro_steps;
         self.cosim.macro_steps = 0;

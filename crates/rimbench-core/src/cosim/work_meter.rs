@@ -11,7 +11,7 @@ pub fn counts_interface_work(sides: Sides<'_>) -> bool {
 /// Counts what the actuator sends.
 #[derive(Debug, Clone)]
 pub(crate) struct WorkMeter {
-    /// Pairs (force output, velocity input) of the actuator that belong to the same interface row.
+    /// Pairs (force output, velocity input) of the actuator that belong to one interface row.
     ports: Vec<(usize, usize)>,
     sent: f64,
 }
@@ -38,13 +38,13 @@ impl WorkMeter {
         self.sent += 0.5 * length * self.power(outputs, inputs);
     }
 
-    /// `Σ F · w` over the interface rows, W.
+    /// Returns `Σ F · w` over the interface rows, W.
     #[inline]
     pub(crate) fn power(&self, forces: &[f64], motion: &[f64]) -> f64 {
         self.ports.iter().map(|&(force, velocity)| forces[force] * motion[velocity]).sum()
     }
 
-    /// Work sent so far, J.
+    /// Returns the work sent so far, J.
     #[inline]
     pub(crate) fn sent(&self) -> Option<f64> {
         (!self.ports.is_empty()).then_some(self.sent)

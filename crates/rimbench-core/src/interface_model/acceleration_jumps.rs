@@ -7,7 +7,7 @@
 /// Δa_x = (Ȧ_x v)⁺ − (Ȧ_x v)⁻     at q + (t_j − t_k) v, on both sides of the kink
 /// ```
 /// Gaps and rows are continuous there: a plane becomes an arc, or an arc a plane, and the gap's second derivative jumps with the curvature
-/// under the same velocity. Both numbers are those of a motion with constant velocity, and off by `O((t_j − t_k)²)` and `O(t_j − t_k)`: the
+/// under one velocity. Both numbers are those of a motion with constant velocity, and off by `O((t_j − t_k)²)` and `O(t_j − t_k)`: the
 /// velocity of the model by `O(H²)`, as it is without a kink.
 /// # Shapes and units
 /// Times since `t_k`, s; jumps `[n; t; i]` like [`a`](super::ReducedInterfaceModel::a), m/s².

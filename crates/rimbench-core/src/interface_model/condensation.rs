@@ -122,15 +122,15 @@ pub fn condense_in_modes(
     let (n_u, n_i, n_c) = (model.interface_start(), model.interface(), closed.len());
     match redundancy {
         _ if model.has_friction() => condense_frictional(model, modes, closed, out),
-        Redundancy::Drop if out.work.factor.is_some() && n_c > 2 => condense_meeting(model, closed, 0.0, out),
+        Redundancy::Drop if out.work.factor.is_some() && n_c > 2 => condense_by_pattern(model, closed, 0.0, out),
         Redundancy::Regularised { epsilon } if out.work.factor.is_some() => {
-            condense_meeting(model, closed, 0.0, out);
+            condense_by_pattern(model, closed, 0.0, out);
             let (rank, trace) = (out.rank, closed.iter().map(|&contact| model.entry(contact, contact)).sum::<f64>());
-            condense_meeting(model, closed, epsilon * trace / n_c.max(1) as f64, out);
+            condense_by_pattern(model, closed, epsilon * trace / n_c.max(1) as f64, out);
             out.rank = rank;
         }
         Redundancy::PseudoInverse if out.work.factor.is_some() && n_c > PSEUDO_INVERSE_LIMIT => {
-            condense_meeting(model, closed, 0.0, out)
+            condense_by_pattern(model, closed, 0.0, out)
         }
         Redundancy::Drop if n_i == 1 && n_c <= 2 => project_scalar(model, closed, out),
         Redundancy::PseudoInverse if (1..=PSEUDO_INVERSE_LIMIT).contains(&n_c) => {
@@ -177,8 +177,8 @@ fn condense_frictional(
     *rank = work.condense(model, modes, closed, [h, a, w]);
 }
 
-/// Condenses contacts of a model by pattern. Contacts are left out that depend on those before them in the factor's order.
-fn condense_meeting(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, out: &mut Condensation) {
+/// Condenses contacts of a model whose `H_uu` has a pattern. Contacts are left out that depend on those before them in the factor's order.
+fn condense_by_pattern(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, out: &mut Condensation) {
     let (n_u, n_i) = (model.contacts(), model.interface());
     let Work { factor: Some(factor), column, closed: marks, .. } = &mut out.work else { return };
     let Some(rows) = model.contact_rows() else { return };
@@ -297,7 +297,7 @@ fn eliminate(n_c: usize, n_i: usize, work: &mut Work) -> usize {
     n_c
 }
 
-/// What is left of the interface rows is `[Ĥ_ii â_i ŵ_i]`.
+/// The interface rows are then `[Ĥ_ii â_i ŵ_i]`.
 fn read_interface(n_c: usize, out: &mut Condensation) {
     let n_i = out.a.len();
     let columns = n_c + n_i + 2;

@@ -1,4 +1,4 @@
-//! What contacts with friction do: the modes that a model is condensed in.
+//! The modes of contacts with friction in which a model is condensed.
 
 use rimbench_contact::friction::ContactState;
 

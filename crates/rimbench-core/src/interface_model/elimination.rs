@@ -25,8 +25,8 @@ use std::sync::Arc;
 ///
 /// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row has few of
 /// the bodies in its support, so that other blocks are skipped; one or two bodies are a single block, unrolled, three times
-/// as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. The text is the same
-/// for all.
+/// as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. One text
+/// serves all.
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors
@@ -191,7 +191,7 @@ impl Elimination {
         }
     }
 
-    /// Recovers the bilateral impulses `P_b` (N·s) of the same step.
+    /// Recovers the bilateral impulses `P_b` (N·s) of that step.
     pub fn bilateral_impulses(&mut self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
         if let Some(jointed) = &mut self.jointed {
             return jointed.bilateral_impulses(h, impulses, p_b);

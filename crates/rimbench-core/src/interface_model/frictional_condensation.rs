@@ -39,7 +39,7 @@ impl StateWork {
 
     /// Writes `Ĥ_ii`, `â_i`, `ŵ_i` with the contacts `closed` in these modes; returns the rank of `K`.
     ///
-    /// A contact that the mechanics' last step found open, and is to be closed all the same, slides as it moves.
+    /// A contact that the mechanics' last step found open, and is to be closed nevertheless, slides as it moves.
     pub(super) fn condense(
         &mut self,
         model: &ReducedInterfaceModel,

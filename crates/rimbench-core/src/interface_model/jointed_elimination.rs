@@ -19,7 +19,7 @@ const ENTRIES_PER_MEETING: usize = 4;
 /// H_xz = A_z g_x                                  x, z ∈ {u, t, i}
 /// ```
 /// No `g_x` is kept: after a step all impulses together take one more solve. Two contacts are coupled that share a velocity or reach
-/// the same group. Where that leaves few of many, a group of any size costs what it has; where all contacts reach one group, `H_uu` is
+/// one group. Where that leaves few of many, a group of any size costs what it has; where all contacts reach one group, `H_uu` is
 /// full, and n_u solves are what it takes.
 #[derive(Debug, Clone)]
 pub(super) struct JointedElimination {

@@ -48,18 +48,18 @@ impl Groups {
         Some(Groups { of_velocity, count })
     }
 
-    /// How many there are.
+    /// Returns how many there are.
     pub(super) fn count(&self) -> usize {
         self.count
     }
 
-    /// The group of a velocity, if a joint involves it.
+    /// Returns the group of a velocity, if a joint involves it.
     #[inline]
     pub(super) fn of_velocity(&self, velocity: usize) -> Option<usize> {
         self.of_velocity[velocity].map(|group| group as usize)
     }
 
-    /// Where rows are coupled: by a group, or by a velocity that no joint involves.
+    /// Returns where rows are coupled: by a group, or by a velocity that no joint involves.
     pub(super) fn position_of(&self, velocity: usize) -> usize {
         self.of_velocity(velocity).unwrap_or(self.count + velocity)
     }

@@ -134,7 +134,7 @@ impl MassMatrix {
         }
     }
 
-    /// Adds `factor` times another matrix of the same size, which must be diagonal if this one is.
+    /// Adds `factor` times another matrix of equal size, which must be diagonal if this one is.
     pub fn add(&mut self, factor: f64, other: &MassMatrix) {
         match (self, other) {
             (MassMatrix::Diagonal(sum), MassMatrix::Diagonal(other))

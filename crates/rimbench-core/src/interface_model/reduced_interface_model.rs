@@ -39,7 +39,7 @@ pub struct ReducedInterfaceModel {
     pub h: Vec<f64>,
     /// Free accelerations `[a_u; a_i]`.
     pub a: Vec<f64>,
-    /// What of `a` depends on the state, by the mechanics' own springs and dampers; empty where that is not asked for, or not known.
+    /// The part of `a` that depends on the state, by the mechanics' own springs and dampers; empty where that is not asked for, or not known.
     pub state_bias: Vec<f64>,
     /// Velocities `[w_u; w_i]`, consistent with the bilateral constraints.
     pub w: Vec<f64>,
@@ -70,7 +70,7 @@ pub struct ReducedInterfaceModel {
     /// State of each contact in the mechanics' last step: open, or, at its bound, stick or slip; empty without friction.
     pub states: Vec<ContactState>,
     /// States from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
-    /// contact that is closed without an impulse. Of several solutions a solver that starts here reaches the same; empty without friction.
+    /// contact that is closed without an impulse. Of several solutions a solver that starts here reaches that one; empty without friction.
     pub solved_states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
@@ -262,14 +262,14 @@ impl ReducedInterfaceModel {
         self.listing += 1;
     }
 
-    /// Replaces the pattern of `H_uu` by one of the same size; the entries of `h` are then invalid until they are written.
+    /// Replaces the pattern of `H_uu` by one of equal size; the entries of `h` are then invalid until they are written.
     pub(crate) fn set_delassus_pattern(&mut self, pattern: Arc<SymmetricPattern>) {
         debug_assert_eq!(pattern.size(), self.contacts);
         self.h.resize(pattern.entries() + (self.contacts + self.interface) * self.interface, 0.0);
         self.delassus_pattern = Some(pattern);
     }
 
-    /// Copies another model of the same size without allocating, unless its pattern differs.
+    /// Copies another model of equal size without allocating, unless its pattern differs.
     pub fn copy_from(&mut self, other: &Self) {
         if let Some(pattern) = &other.delassus_pattern
             && self.delassus_pattern.as_ref().is_none_or(|own| !Arc::ptr_eq(own, pattern))

@@ -1,4 +1,4 @@
-//! What becomes of dependent contacts, as an option.
+//! The treatment of dependent contacts, as an option.
 
 use crate::error::{Error, Result};
 use std::fmt;
@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// Relative compliance of `regularised` where no number is given.
 const USUAL_COMPLIANCE: f64 = 1e-8;
 
-/// What to do when the contacts that become bilateral are dependent (`H_cc` singular).
+/// Treatment of the case that the contacts that become bilateral are dependent (`H_cc` singular).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Redundancy {
     /// Keep a largest independent subset, found by pivoted Cholesky; the dependent rows drop out.

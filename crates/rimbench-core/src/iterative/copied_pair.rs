@@ -40,7 +40,7 @@ impl<'a> CopiedPair<'a> {
         })
     }
 
-    /// A copy in the present state, for steps that may be taken back.
+    /// Returns a copy in the present state, for steps that may be taken back.
     ///
     /// # Errors
     /// [`Cause::NotCopied`].
@@ -59,7 +59,7 @@ impl<'a> CopiedPair<'a> {
         })
     }
 
-    /// The pair as the loop knows it.
+    /// Lends the pair as the loop knows it.
     pub(super) fn lend(&mut self) -> CoupledPair<'_> {
         CoupledPair {
             setup: self.setup,
@@ -70,7 +70,7 @@ impl<'a> CopiedPair<'a> {
         }
     }
 
-    /// All work so far, that on copies thrown away included.
+    /// Returns all work so far, that on copies thrown away included.
     pub(super) fn work(&mut self) -> Work {
         let mut work = self.lend().work();
         work.add(&self.discarded);

@@ -26,14 +26,14 @@ pub enum IterativeDriver {
 /// Step doubling: each macro step is tried whole and in halves before it counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepDoubling {
-    /// What the steps are to keep to.
+    /// The tolerance of the steps.
     pub rule: StepRule,
     /// Order p of the scheme in H: the error falls as `H^(p+1)`.
     pub order: u32,
 }
 
 impl IterativeDriver {
-    /// The steps that the sides take: together the mechanics takes every micro step.
+    /// Returns the steps that the sides take: together the mechanics takes every micro step.
     pub(crate) fn setup(self, setup: &Setup) -> Setup {
         let mechanics_steps = match self {
             IterativeDriver::Monolithic | IterativeDriver::Waveform(_) => MechanicsSteps::AsActuator,

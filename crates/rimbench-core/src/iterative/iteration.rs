@@ -14,7 +14,7 @@ use nalgebra::DVector;
 /// done when |G(x) − x| ≤ tolerance · size, variable by variable
 /// ```
 /// The size of a variable is its largest magnitude so far, at least [`Quantity::negligible`](crate::cosim::Quantity::negligible).
-/// What is guessed is what the side that goes first is given: its inputs; in the Jacobi sequence those of both sides. The
+/// The guess is of the inputs of the side that goes first; in the Jacobi sequence those of both sides. The
 /// first guess is the value at `t_k`. A guess with which a step fails is drawn back half way to the last one that went well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Iteration {

@@ -20,7 +20,7 @@ pub(super) struct Relaxation {
 }
 
 impl Relaxation {
-    /// The next guess after `x` had the residual `r`.
+    /// Returns the next guess after `x` had the residual `r`.
     pub(super) fn next(&mut self, x: DVector<f64>, r: DVector<f64>) -> DVector<f64> {
         let next = match &self.last {
             Some((x_before, r_before)) => {
@@ -36,7 +36,7 @@ impl Relaxation {
         next
     }
 
-    /// The last guess that led somewhere.
+    /// Returns the last guess that led somewhere.
     pub(super) fn last_guess(&self) -> Option<&DVector<f64>> {
         self.last.as_ref().map(|(x, _)| x)
     }

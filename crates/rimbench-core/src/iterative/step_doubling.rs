@@ -37,7 +37,7 @@ impl IterativeDriver {
         if cover.result.as_ref().is_err_and(Failure::is_stop) { Err(Cause::Stopped.into()) } else { Ok(cover) }
     }
 
-    /// The algorithm with step doubling. Two steps of H/2 count, and both their communication points are shown; one step
+    /// Runs the algorithm with step doubling. Two steps of H/2 count, and both their communication points are shown; one step
     /// of H is only there to be compared with.
     ///
     /// ```text
@@ -107,7 +107,7 @@ impl IterativeDriver {
 }
 
 impl CopiedPair<'_> {
-    /// Largest difference of the outputs of two pairs at the same time, in units of their sizes.
+    /// Largest difference of the outputs of two pairs at one time, in units of their sizes.
     fn distance(&self, other: &Self) -> Result<f64, Failure> {
         let (mut own, mut other) = (self.try_clone()?, other.try_clone()?);
         for pair in [&mut own, &mut other] {

@@ -1,11 +1,11 @@
-//! What a case author writes about a mechanical system.
+//! The trait by which a case describes a mechanical system.
 
 use super::stiff_forces::StiffForces;
 use crate::error::Failure;
 use crate::interface_model::{MassMatrix, Rows};
 use crate::name::Name;
 
-/// Numbers of velocities and rows. They stay the same throughout a run.
+/// Numbers of velocities and rows. They are constant throughout a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModelSize {
     /// Generalised velocities n.
@@ -27,21 +27,21 @@ pub trait MechanicalModel: Send {
     /// Numbers of velocities and rows.
     fn size(&self) -> ModelSize;
 
-    /// Start position and velocity.
+    /// Returns start position and velocity.
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>);
 
     /// Takes note of a new state.
     fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
 
-    /// An empty mass matrix of the right kind.
+    /// Returns an empty mass matrix of the right kind.
     fn empty_mass_matrix(&self) -> MassMatrix {
         MassMatrix::Diagonal(vec![1.0; self.size().velocities])
     }
 
-    /// `M(q)`.
+    /// Writes `M(q)`.
     fn mass_matrix(&self, q: &[f64], mass: &mut MassMatrix);
 
-    /// `f_a − c`: applied forces minus Coriolis and centrifugal terms.
+    /// Writes `f_a − c`: applied forces minus Coriolis and centrifugal terms.
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
 
     /// Writes the part of [`forces`](Self::forces) that depends on the state: springs and dampers, not gravity. False: it is not known.
@@ -49,7 +49,7 @@ pub trait MechanicalModel: Send {
         false
     }
 
-    /// `A_b`, `Ȧ_b v` and joint errors.
+    /// Writes `A_b`, `Ȧ_b v` and joint errors.
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     /// Columns of the velocities that each bilateral row can involve, as those of [unilateral rows](Self::unilateral_columns). With many
@@ -59,12 +59,12 @@ pub trait MechanicalModel: Send {
         None
     }
 
-    /// `A_u`, `Ȧ_u v` and gaps.
+    /// Writes `A_u`, `Ȧ_u v` and gaps.
     fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     /// Columns of the velocities that each unilateral row can involve, in the order of the slots that [`Rows::set`] is given, where a row
     /// involves few of many; none where all rows may involve all. With many contacts and a diagonal mass, and
-    /// joints that say the same or none, only those entries are then kept: [`unilateral`](Self::unilateral) must write by [`Rows::set`].
+    /// joints that say so too or none, only those entries are then kept: [`unilateral`](Self::unilateral) must write by [`Rows::set`].
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
         None
     }
@@ -86,13 +86,13 @@ pub trait MechanicalModel: Send {
         Ok(false)
     }
 
-    /// Number of tangential rows: one per unilateral row, or none if the model has no friction to offer.
+    /// Returns the number of tangential rows: one per unilateral row, or none if the model has no friction to offer.
     fn tangential_rows(&self) -> usize {
         0
     }
 
-    /// `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned clockwise. There are no positions to write. Asked
-    /// only of models that have tangential rows, and only where there is friction.
+    /// Writes `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned clockwise, without positions.
+    /// Called only for models that have tangential rows, and only with friction.
     fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     /// Tells whether a contact is plastic, whatever the restitution of the others.
@@ -100,11 +100,11 @@ pub trait MechanicalModel: Send {
         false
     }
 
-    /// `A_i`, `Ȧ_i v` and interface coordinates.
+    /// Writes `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 
-    /// Number of switches: quantities at whose change of sign geometry or forces have a kink, such as the place where a corner turns
-    /// into a ramp. None unless the model has some.
+    /// Returns the number of switches: quantities at whose change of sign geometry or forces have a kink, such as the place where a corner
+    /// turns into a ramp.
     fn switches(&self) -> usize {
         0
     }
@@ -112,7 +112,7 @@ pub trait MechanicalModel: Send {
     /// Writes value and rate of each switch.
     fn switch_values(&self, _q: &[f64], _v: &[f64], _switches: &mut [[f64; 2]]) {}
 
-    /// Room for the stiffness and damping of forces that a step of the second order is to take implicitly; none where all forces are
+    /// Returns room for the stiffness and damping of forces that a step of the second order is to take implicitly; none where all forces are
     /// taken as they are. A model whose fastest oscillation is of no interest, but sets the step, has some.
     fn empty_stiff_forces(&self) -> Option<StiffForces> {
         None
@@ -121,10 +121,10 @@ pub trait MechanicalModel: Send {
     /// Writes them.
     fn stiff_forces(&self, _q: &[f64], _v: &[f64], _forces: &mut StiffForces) {}
 
-    /// Potential energy, J.
+    /// Returns the potential energy, J.
     fn potential_energy(&self, q: &[f64]) -> f64;
 
-    /// Names, with units, of what [`observe`](Self::observe) writes.
+    /// Names, with units, what [`observe`](Self::observe) writes.
     fn observables(&self) -> Vec<Name> {
         Vec::new()
     }

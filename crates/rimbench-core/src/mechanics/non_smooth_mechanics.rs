@@ -34,9 +34,9 @@ pub struct NonSmoothMechanics<M> {
     pub(super) stepper: ContactStepper,
     /// Where steps are of the second order.
     second_order: Option<Box<SecondOrderSteps>>,
-    /// Where the geometry has acceleration_jumps.
+    /// Where the geometry has switches: finds the jumps of the free acceleration.
     acceleration_jumps: Option<Box<JumpFinder>>,
-    /// Room for the forces that depend on the state; empty where they are not known.
+    /// Forces that depend on the state, N; empty where they are not known.
     state_forces: Vec<f64>,
     ports: Ports,
     observables: Vec<Name>,
@@ -188,7 +188,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.stepper.choose_implicit(h);
     }
 
-    /// What is stiff where the system stands.
+    /// Finds the stiff forces at the present state.
     fn find_stiff_forces_here(&mut self) {
         let ContactStepper { q, v, implicit, .. } = &mut self.stepper;
         if let Some(part) = implicit {

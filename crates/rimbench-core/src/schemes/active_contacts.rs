@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// A level block of 1 kg on two corners, pushed with less than both hold and more than one: their tangential rows are the same, and the
+    /// A level block of 1 kg on two corners, pushed with less than both hold and more than one: their tangential rows are equal, and the
     /// solver loads one of them up to its border. Neither has slid.
     #[test]
     fn a_contact_at_the_border_of_its_cone_that_does_not_move_must_stick() {

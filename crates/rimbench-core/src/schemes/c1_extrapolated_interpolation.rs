@@ -36,7 +36,7 @@ pub(super) fn entry() -> SchemeEntry {
 
 #[derive(Clone)]
 struct ExtrapolatedInterpolation {
-    /// What each side sends.
+    /// The samples that each side sends.
     sent: PerSide<Signal>,
 }
 
@@ -103,7 +103,7 @@ impl Signal {
                 variable.y[1] = variable.y[0];
             }
         }
-        // With the mechanics first, a second sample may come for the same macro step: it moves the end, not the start.
+        // With the mechanics first, a second sample may come for a macro step: it moves the end, not the start.
         let new_step = sample.step.index != self.step;
         self.step = sample.step.index;
         let (length, end) = (sample.step.length, sample.step.start + sample.step.length);

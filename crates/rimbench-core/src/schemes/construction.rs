@@ -1,4 +1,4 @@
-//! What a scheme is built from: everything it will need, so that it makes its buffers once.
+//! The parts of a scheme: everything it will need, so that it makes its buffers once.
 
 use super::contact_detection::ContactDetection;
 use super::model_options::ModelOptions;
@@ -6,7 +6,7 @@ use crate::cosim::{LineForces, OutputRates, PerSide, Ports};
 use crate::error::{Cause, Error, Failure, Result};
 use crate::interface_model::ReducedInterfaceModel;
 
-/// What a scheme is built from.
+/// The parts of a scheme.
 #[derive(Debug, Clone, Copy)]
 pub struct Construction<'a> {
     /// The coupling variables.
@@ -22,7 +22,7 @@ pub struct Construction<'a> {
 pub struct ModelConstruction<'a> {
     /// One with nothing in it: its size and its contact law.
     pub empty: &'a ReducedInterfaceModel,
-    /// What is to be made of it.
+    /// Options.
     pub options: &'a ModelOptions,
     /// How contacts are detected: what was asked for, or the scheme's default; none where the scheme detects none.
     pub detection: Option<ContactDetection>,
@@ -44,17 +44,17 @@ impl<'a> Construction<'a> {
     }
 }
 
-/// The model of a sample, for a scheme that is sent one at every communication point.
+/// Returns the model of a sample, for a scheme that is sent one at every communication point.
 pub(super) fn sent(model: Option<&ReducedInterfaceModel>) -> Result<&ReducedInterfaceModel, Failure> {
     model.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no interface model was sent" }))
 }
 
-/// The directional derivatives of a sample, for a scheme that is sent them at every communication point.
+/// Returns the directional derivatives of a sample, for a scheme that is sent them at every communication point.
 pub(super) fn sent_rates(rates: Option<&OutputRates>) -> Result<&OutputRates, Failure> {
     rates.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent" }))
 }
 
-/// What the lines of a sample do, for a scheme that is sent it at every communication point.
+/// Returns what the lines of a sample do, for a scheme that is sent it at every communication point.
 pub(super) fn sent_lines(lines: Option<&LineForces>) -> Result<&LineForces, Failure> {
     lines.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no line forces were sent" }))
 }

@@ -17,7 +17,7 @@ use std::str::FromStr;
 /// `docs/method/contact-detection.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum ContactDetection {
-    /// What the mechanics' own last step found closed. Nothing to choose.
+    /// The contacts that the mechanics' own last step found closed. Nothing to choose.
     #[default]
     Active,
     /// All contacts, with the law of the mechanics' own next step.
@@ -29,7 +29,7 @@ pub enum ContactDetection {
     },
 }
 
-/// What a scheme that detects contacts does about it.
+/// The rule of a scheme that detects contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectionRule {
     /// Used unless another is asked for.

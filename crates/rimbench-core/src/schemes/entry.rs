@@ -1,4 +1,4 @@
-//! What a list of schemes holds about each one.
+//! An entry of a list of schemes.
 
 use super::construction::{Construction, ModelConstruction};
 use super::contact_detection::{ContactDetection, DetectionRule};
@@ -25,7 +25,7 @@ pub enum Family {
 /// The one number by which a scheme can be tuned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gain {
-    /// What it does.
+    /// Its working, in one sentence.
     pub about: Name,
     /// Used unless another is asked for.
     pub default: f64,
@@ -51,11 +51,11 @@ pub struct SchemeEntry {
     pub samples: usize,
     /// Sequence used unless another is asked for.
     pub sequence: Sequence,
-    /// What both sides must offer; a run between others is skipped with the reason. What is exchanged besides outputs follows.
+    /// Requirements on both sides; a run between others is skipped with the reason. The data exchanged besides outputs follow.
     pub needs: Vec<Requirement>,
     /// How contacts are detected, if that is left open.
     pub contact_detection: Option<DetectionRule>,
-    /// What can be tuned, if anything.
+    /// Its parameter, if it has one.
     pub gain: Option<Gain>,
     /// Whether its frozen model has all contacts under the mechanics' own contact law, so that it is the mechanics itself where that
     /// does not change within a macro step.
@@ -192,7 +192,7 @@ impl SchemeEntry {
         self.check_sequence(sequence)?;
         force_return.check(sequence)?;
         self.check_force_return(force_return)?;
-        // With the force of the start held it makes no difference who goes first, unless a macro step is taken again.
+        // With the force of the start held it makes no difference which side goes first, unless a macro step is taken again.
         let as_one = force_return == ForceReturn::Held && sequence == actuator_first && self.real_time();
         Ok((if as_one { Sequence::Jacobi } else { sequence }, force_return))
     }
@@ -229,7 +229,7 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// The contact detection to use: the one asked for, else the default; none where the scheme detects no contacts.
+    /// Returns the contact detection to use: the one asked for, else the default; none where the scheme detects no contacts.
     ///
     /// # Errors
     /// [`Error::Incompatible`] where one is asked for that the scheme does not have.

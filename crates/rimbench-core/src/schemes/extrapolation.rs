@@ -15,7 +15,7 @@ use crate::error::Failure;
 #[derive(Clone)]
 pub(super) struct Extrapolation {
     degree: usize,
-    /// What each side sends.
+    /// The samples that each side sends.
     sent: PerSide<(History, InputPolynomial)>,
 }
 

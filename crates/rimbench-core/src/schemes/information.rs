@@ -1,14 +1,14 @@
-//! What a scheme must know of the other side: the class in which it competes.
+//! The knowledge that a scheme needs of the other side: the class in which it competes.
 
 use super::entry::SchemeEntry;
 use super::requirement::Requirement;
 use crate::iterative::IterativeDriver;
 use crate::name::by_name;
 
-/// What a scheme must know, from little to all. Who knows more has an easier task, so that only schemes of one class are compared.
+/// The knowledge that a scheme needs, from little to all. More of it makes the task easier, so that only schemes of one class are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InformationClass {
-    /// What is exchanged at communication points: outputs, and nothing of how they come about.
+    /// The data of communication points: outputs, and nothing of how they come about.
     Samples,
     /// Also how outputs of the actuator follow its inputs: directional derivatives.
     Derivatives,
@@ -33,7 +33,7 @@ impl InformationClass {
         ("whole", InformationClass::Whole),
     ];
 
-    /// The class of a scheme, as its entry has it. Control of the macro step takes steps again, whatever the scheme: that is for the
+    /// Returns the class of a scheme, as its entry has it. Control of the macro step takes steps again, whatever the scheme: that is for the
     /// caller to add.
     pub fn of(scheme: &SchemeEntry) -> Self {
         let of_need = |need: &Requirement| match need {

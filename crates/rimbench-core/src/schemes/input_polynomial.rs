@@ -60,7 +60,7 @@ pub(super) fn shifted([c0, c1, c2, c3]: Cubic, by: f64) -> Cubic {
     [c0 + by * (c1 + by * (c2 + by * c3)), c1 + by * (2.0 * c2 + 3.0 * by * c3), c2 + 3.0 * by * c3, c3]
 }
 
-/// The motion that meets position and velocity at both ends of a macro step: a cubic for the position, and its slope for the
+/// Returns the motion that meets position and velocity at both ends of a macro step: a cubic for the position, and its slope for the
 /// velocity, so that the two never contradict each other.
 ///
 /// ```text

@@ -7,7 +7,7 @@ use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, co
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::complementarity::{Checked, Lcp};
 
-/// What counts as nothing beside a resting contact's own free acceleration: a gap, m, or a velocity, m/s (ours).
+/// The bound of rounding beside a resting contact's own free acceleration: a gap, m, or a velocity, m/s (ours).
 const ROUND_OFF: f64 = 1e-9;
 
 /// Finds the acceleration of the interface right after `t_k` from the reduced model, with the contacts that rest.
@@ -101,22 +101,22 @@ impl InterfaceAcceleration {
         }
     }
 
-    /// Ĥ, row-major, 1/kg.
+    /// Returns Ĥ, row-major, 1/kg.
     pub(super) fn mobility(&self) -> &[f64] {
         &self.condensation.h
     }
 
-    /// H_ii of the model without its contacts, row-major.
+    /// Returns H_ii of the model without its contacts, row-major, 1/kg.
     pub(super) fn free_mobility(&self, row: usize, column: usize) -> f64 {
         self.model.entry(self.model.contacts() + row, self.model.contacts() + column)
     }
 
-    /// Whether other contacts carry force than at the communication point before: what was remembered of before is of no use then.
+    /// Tells whether other contacts carry force than at the communication point before: what was remembered of before is of no use then.
     pub(super) fn contacts_changed(&self) -> bool {
         self.strongly_active != self.strongly_active_before
     }
 
-    /// What a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is locked.
+    /// Returns what a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is locked.
     pub(super) fn report(&self) -> SchemeReport {
         SchemeReport {
             effective_mass: Some(self.condensation.effective_mass),
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::schemes::ModelOptions;
 
-    /// A mass of 2 kg over a floor: the contact row and the interface row are the same direction. Weight 20 N.
+    /// A mass of 2 kg over a floor: the contact row and the interface row have one direction. Weight 20 N.
     fn falling(gap: f64, w: f64) -> ReducedInterfaceModel {
         let mut model = ReducedInterfaceModel::zeros(1, 1);
         model.h.fill(0.5);

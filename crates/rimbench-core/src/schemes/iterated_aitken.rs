@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-8;
 /// Iterations after which a run fails. Those that converge need about three where nothing touches.
 const MOST_ITERATIONS: u32 = 50;
 
-/// A straight line through the last two samples, of which the newer is a guess of what is to come.
+/// Describes the scheme: a straight line through the last two samples, of which the newer is a guess of what is to come.
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,

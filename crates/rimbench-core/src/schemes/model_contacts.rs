@@ -49,7 +49,7 @@ impl ModelState {
     }
 }
 
-/// Eq. 4 and the contact law, which stay the same over micro steps.
+/// Eq. 4 and the contact law, which are constant over micro steps.
 #[derive(Clone, Copy)]
 pub(super) struct FrozenModel<'a> {
     pub(super) discretised: &'a DiscretisedModel,
@@ -237,7 +237,7 @@ impl<S: ContactSolver> Complementarity<S> {
     }
 }
 
-/// How contacts rebound in a micro step.
+/// Returns the impact law of a micro step.
 fn impact_step(FrozenModel { law, received, .. }: FrozenModel<'_>, tolerance: f64) -> ImpactStep {
     let StepContactLaw { rates, gap_step, restitution, closing_time } = *law;
     ImpactStep {
@@ -250,7 +250,7 @@ fn impact_step(FrozenModel { law, received, .. }: FrozenModel<'_>, tolerance: f6
     }
 }
 
-/// How the impulses of the model's contacts are found.
+/// The contact problem of the model, one variant for each cone and form of `H_uu`.
 #[derive(Clone)]
 pub(super) enum ModelContacts {
     /// Bilateral contacts are eliminated beforehand, the others left out.

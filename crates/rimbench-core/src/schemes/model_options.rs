@@ -8,7 +8,7 @@ use crate::name::by_name;
 use rimbench_contact::solver_entry::SolverEntry;
 use std::sync::Arc;
 
-/// What happens to the matrices of a reduced interface model within a macro step.
+/// The motion of the matrices of a reduced interface model within a macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ModelMotion {
     /// `H` and `a` stay as they were at `t_k`.
@@ -43,7 +43,7 @@ pub struct ModelOptions {
     pub motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
     pub detection: Option<ContactDetection>,
-    /// What the model of one of several actuators contains of the others.
+    /// The part of the others in the model of one of several actuators.
     pub split: Split,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,

@@ -3,7 +3,7 @@
 //! ```text
 //! λ_j = y_actuator(x_j, w_j)        mechanics: j → j+1 with λ_j;     actuator: j → j+1 with (s, w)_{j+1}
 //! ```
-//! What a sweep over H tends to and cannot pass: the rule of the [reference](crate::cosim), at the run's own micro step.
+//! The limit of a sweep over H: the rule of the [reference](crate::cosim), at the run's own micro step.
 //! Communication points only say where rows are written; sequence, force return and `mechanics_steps` mean nothing here.
 //!
 //! **Not real-time**: one solver owns both sides, which is what co-simulation is there to avoid. **Needs** nothing.

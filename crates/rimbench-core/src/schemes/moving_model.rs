@@ -57,7 +57,7 @@ impl MovingModel {
 
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
-        // Other contacts of the same rows have no difference.
+        // Rows that now stand for other contacts have no rate.
         let same = self.received.same_contacts(model)
             && self.received.at_bound == model.at_bound
             && self.received.states == model.states;

@@ -63,7 +63,7 @@ fn gain() -> Gain {
 
 #[derive(Clone)]
 struct Nepce {
-    /// What each side sends.
+    /// The samples that each side sends.
     sent: PerSide<Channel>,
     /// Input that goes with a sample.
     fresh: Vec<f64>,

@@ -4,7 +4,7 @@ use crate::cosim::OutputRates;
 
 /// Integrals of all outputs of one side, trapezoidal in its state, exact in its input.
 ///
-/// What a side with direct feedthrough puts out at the start of a micro step still has the input of the micro step before, half a
+/// The output of a side with direct feedthrough at the start of a micro step still has the input of the micro step before, half a
 /// micro step late: an error of first order in δ, which would pass for an error of the coupling. Where `D` is known it is taken out:
 ///
 /// ```text
@@ -50,7 +50,7 @@ impl OutputIntegral {
         self.seen_at = time;
     }
 
-    /// A micro step of `length` (s) begins, with mean input `u`.
+    /// Begins a micro step of `length` (s), with mean input `u`.
     #[inline]
     pub(super) fn give(&mut self, length: f64, u: &[f64]) {
         for i in 0..self.value.len() {

@@ -1,4 +1,4 @@
-//! What a scheme asks of the subsystems, and whether they have it to offer.
+//! Requirements of a scheme on the subsystems, and whether they are met.
 
 use crate::cosim::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES, OutputRates, Port, Quantity, Sides, Subsystem};
 use crate::error::{Cause, Failure};
@@ -7,7 +7,7 @@ use crate::interface_model::ReducedInterfaceModel;
 /// Something a scheme cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Requirement {
-    /// Forces to the mechanics, and the positions and velocities of the same interface back.
+    /// Forces to the mechanics, and the positions and velocities of that interface back.
     ForceDisplacement,
     /// A reduced interface model of the mechanics.
     InterfaceModel,

@@ -32,7 +32,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry { splits: true, build: std::sync::Arc::new(build), ..entry }
 }
 
-/// What one actuator moves, as it moves it.
+/// The model that one actuator moves.
 #[derive(Clone)]
 struct Spoke {
     model: ReducedInterface,
@@ -40,7 +40,7 @@ struct Spoke {
     factor: f64,
     /// Positions and velocities of all rows in its model.
     seen: Vec<f64>,
-    /// What the state of each actuator adds to its force in this model, N; by the laws only.
+    /// The change of the force of each actuator by its state in this model, N; by the laws only.
     drift: Vec<f64>,
 }
 

@@ -1,8 +1,8 @@
-//! What each of several actuators assumes of the others, as an option.
+//! The assumption of each of several actuators about the others, as an option.
 
 use crate::name::by_name;
 
-/// What the model of one actuator contains of the others, and how heavy it is.
+/// The part of the others in the model of one actuator, and its mass.
 ///
 /// ```text
 /// mean    G = mean forces over the last macro step            blind   G = 0

@@ -7,7 +7,7 @@ use crate::cosim::{Cubic, OutputRates};
 /// ```text
 /// λ̃(τ) = λ_k + τ (r + D u̇) + ½ τ² (R u̇ + D ü)        u̇ = (w, a),  ü = (a, 0)
 /// ```
-/// What is missing is the part of r̈ that comes from inner states: order 2, with a small constant.
+/// It lacks the part of r̈ that comes from inner states: order 2, with a small constant.
 pub(super) fn taylor_force(lambda: &[f64], rates: &OutputRates, [w, a]: [&[f64]; 2], rows: &mut [Cubic]) {
     let m = w.len();
     for (i, row) in rows.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! `transmission-line`: a short elastic line between the sides, whose travel time is the macro step.
 //!
-//! What one end of the line feels now, the other end sent one travel time ago. With a travel time of H everything that crosses
+//! One end of the line feels now the wave that the other end sent one travel time ago. With a travel time of H everything that crosses
 //! the interface within a macro step is known when it begins: nothing is extrapolated, and the line itself creates no energy.
 //!
 //! ```text
@@ -115,7 +115,7 @@ impl TransmissionLine {
         TransmissionLine { gain, lines: vec![Line::default(); rows], begun: f64::NAN, step: 0 }
     }
 
-    /// What was sent over the last macro step arrives; `y` is the motion of the mechanics now.
+    /// The wave sent over the last macro step arrives; `y` is the motion of the mechanics now.
     fn arrive(&mut self, y: &[f64], elapsed: f64) {
         let m = self.lines.len();
         for (i, line) in self.lines.iter_mut().enumerate() {

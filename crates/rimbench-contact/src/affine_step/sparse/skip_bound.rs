@@ -13,7 +13,7 @@
 //! active   P ≥ p + λ₀ p_λ − D |p_λ| + min(0, σ p_r)                                          must be ≥ 0
 //!          |w + t| ≤ |s_1| + K |s_2 − s_1|   while it is penetrated                          must be rounding
 //! ```
-//! with s = `w + t`, which changes by the same amount in each micro step of a penetrated active contact, as `σ` shrinks by `1 − γδ/h`.
+//! with s = `w + t`, which changes by a constant amount in each micro step of a penetrated active contact, as `σ` shrinks by `1 − γδ/h`.
 //! Contacts for which the bounds do not suffice are looked at in every micro step. The others get velocity and gap once one is needed.
 
 use super::super::{ACCEPTED, AS_LEFT, ActiveSetFactor, AffineStep, StepContactLaw};

@@ -3,7 +3,7 @@
 use super::{ActiveSet, DEPENDENT, NEGLIGIBLE};
 use crate::complementarity::Lcp;
 
-/// What the last active set says about a problem.
+/// Outcome of a start from the last active set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum WarmStart {
     /// `b ≥ 0`: no contact pushes.
@@ -19,7 +19,7 @@ impl ActiveSet {
     ///
     /// `H_AA` is factorised anew each time: for four members that takes less than finding out whether `H` is the matrix
     /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are those
-    /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
+    /// of [`Factor`](crate::linear_algebra::Factor) in its order, so that the digits are its own.
     #[inline(always)]
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, p: &mut [f64]) -> WarmStart {
         let (h, b) = (lcp.h(), lcp.b);

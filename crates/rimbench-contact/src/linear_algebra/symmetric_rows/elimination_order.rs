@@ -66,7 +66,7 @@ impl EliminationOrder {
         EliminationOrder { row_at, position_of, starts, positions, row_starts, row_columns }
     }
 
-    /// The columns before `k` that have an entry in its row of L.
+    /// Returns the columns before `k` that have an entry in its row of L.
     pub(in super::super) fn columns_of(&self, k: usize) -> &[u32] {
         &self.row_columns[self.row_starts[k]..self.row_starts[k + 1]]
     }

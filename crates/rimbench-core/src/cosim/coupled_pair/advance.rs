@@ -160,12 +160,12 @@ impl CoupledPair<'_> {
         Ok(())
     }
 
-    /// The mechanics' own step in a macro step, s.
+    /// Returns the mechanics' own step in a macro step, s.
     pub(crate) fn mechanics_step(&self, step: MacroStep) -> f64 {
         step.length / self.setup.own_mechanics_steps(step) as f64
     }
 
-    /// The actuator's own step in a macro step, s.
+    /// Returns the actuator's own step in a macro step, s.
     pub(crate) fn actuator_micro_step(&self, step: MacroStep) -> f64 {
         step.length / self.setup.actuator_steps(step) as f64
     }

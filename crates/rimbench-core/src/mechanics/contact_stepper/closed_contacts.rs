@@ -1,4 +1,4 @@
-//! Which contacts were closed at the end of the last step.
+//! The contacts that were closed at the end of the last step.
 
 use super::ContactStepper;
 use super::step_contacts::StepContacts;

@@ -1,9 +1,9 @@
-//! How contacts behave.
+//! The contact law of the mechanics.
 
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::contact_law::ContactSpring;
 
-/// How contacts behave.
+/// The contact law of the mechanics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLaw {
     /// Fraction γ ∈ [0, 1] of a penetration (or joint error) removed per step.

@@ -1,4 +1,4 @@
-//! Mechanics of the second order: the midpoint rule, and the same from event to event.
+//! Mechanics of the second order: the midpoint rule, over whole steps and from event to event.
 
 mod excitation;
 mod rest_and_impact;
@@ -20,7 +20,7 @@ use sub_step::{PieceStart, SubStepContacts};
 /// one of 0.95 has no more than this many within a step.
 const MOST_SPLITS: u32 = 64;
 
-/// What a mechanics of the second order remembers, and room to work.
+/// The memory of a mechanics of the second order, and room to work.
 #[derive(Debug, Clone)]
 pub(super) struct SecondOrderSteps {
     rule: SecondOrder,

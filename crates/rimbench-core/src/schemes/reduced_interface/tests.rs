@@ -92,7 +92,7 @@ fn the_next_closing_must_not_be_foreseen_by_the_impact_of_another_contact() {
     }
 }
 
-/// What touches up to rounding, and is not pressed, closes nothing.
+/// A contact that touches up to rounding, and is not pressed, is none that closes.
 #[test]
 fn a_contact_that_touches_and_carries_nothing_is_not_about_to_close() {
     let mut model = ReducedInterfaceModel::zeros(1, 1);

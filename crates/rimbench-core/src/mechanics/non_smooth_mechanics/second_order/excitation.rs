@@ -1,8 +1,8 @@
-//! What pushes the mechanics in a step, and what that comes to in a piece of it.
+//! The excitation of the mechanics in a step, and its share in a piece of it.
 
 use crate::cosim::{ForceCourse, JointActuator, OutputRates, Sent};
 
-/// What pushes the mechanics in a step.
+/// The excitation of the mechanics in a step.
 pub(in crate::mechanics) enum Excitation<'a, 'b> {
     /// Interface forces (N) that are held.
     Force(&'a [f64]),
@@ -25,7 +25,7 @@ pub(in crate::mechanics) enum Excitation<'a, 'b> {
 }
 
 impl Excitation<'_, '_> {
-    /// Whether the force of a piece depends on where it ends.
+    /// Tells whether the force of a piece depends on where it ends.
     pub(super) fn varies(&self) -> bool {
         matches!(self, Excitation::Prescribed { .. })
     }
@@ -40,7 +40,7 @@ pub(super) struct InterfaceTrajectory {
     pub(super) mean: Vec<f64>,
     /// The actuator's outputs in its middle, with the motion of its start.
     pub(super) middle_force: Vec<f64>,
-    /// What acts, N, and the largest that has acted so far.
+    /// The forces that act, N, and the largest that has acted so far.
     pub(super) force: Vec<f64>,
     /// Its first moment about the middle of the piece, N·s², and whether it is known.
     pub(super) moment: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What a piece of a step shows of its contacts: which rest, which close, and what comes of those that collide.
+//! The contacts in a piece of a step: those that rest, those that close, and the impacts of those that collide.
 
 use super::SecondOrderSteps;
 use super::excitation::Excitation;
@@ -17,7 +17,7 @@ const CONFIDENCE: f64 = 2.0;
 const MOST_CORRECTIONS: u32 = 3;
 const CLOSE: f64 = 1e-6;
 
-/// What ends a piece before the step does.
+/// The event that ends a piece before the step does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Event {
     Closing(usize),
@@ -46,7 +46,7 @@ impl SecondOrderSteps {
         [gap, w.max(gap / self.length)]
     }
 
-    /// Whether a contact is closed, does not rest, and closes further.
+    /// Tells whether a contact is closed, does not rest, and closes further.
     pub(super) fn collides_at_once(&self) -> bool {
         (0..self.resting.len()).any(|contact| {
             let [gap, w] = self.tolerances(contact);
@@ -75,7 +75,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 break;
             }
             self.restore(steps);
-            // At its very start there is none. Under a force that is held the time has passed all the same; of a course all acts.
+            // At its very start there is none. Under a force that is held the time has passed nevertheless; of a course all acts.
             if time <= 1e-9 * steps.length {
                 return Ok(found.map(|(_, event)| (if drive.varies() { 0.0 } else { time }, event)));
             }
