@@ -24,10 +24,10 @@ type Sequence = Vec<(Vec<f64>, Vec<f64>)>;
 /// The longest part in which the same contacts push.
 fn steady(sequence: &Sequence) -> Option<Sequence> {
     let mut solver = ActiveSet::new(4);
-    let mut pushing = |(m, q): &(Vec<f64>, Vec<f64>)| {
-        let mut z = vec![0.0; q.len()];
-        solver.attempt(Lcp::new(m, q), &mut z).expect("the problem has a solution");
-        z.iter().map(|z| *z > 0.0).collect::<Vec<_>>()
+    let mut pushing = |(h, b): &(Vec<f64>, Vec<f64>)| {
+        let mut impulses = vec![0.0; b.len()];
+        solver.attempt(Lcp::new(h, b), &mut impulses).expect("the problem has a solution");
+        impulses.iter().map(|p| *p > 0.0).collect::<Vec<_>>()
     };
     let sets: Vec<_> = sequence.iter().map(&mut pushing).collect();
     let mut end = 0;
@@ -48,8 +48,8 @@ fn wedge_box(of: &str) -> Vec<Sequence> {
         .stretches
         .into_iter();
     let of_four = stretches
-        .filter(|stretch| stretch.source.ends_with(of) && stretch.problems.iter().all(|problem| problem.q.len() == 4));
-    of_four.map(|stretch| stretch.problems.into_iter().map(|p| (p.m.to_vec(), p.q)).collect()).collect()
+        .filter(|stretch| stretch.source.ends_with(of) && stretch.problems.iter().all(|problem| problem.b.len() == 4));
+    of_four.map(|stretch| stretch.problems.into_iter().map(|p| (p.h.to_vec(), p.b)).collect()).collect()
 }
 
 /// Contacts between neighbours in a row of bodies: the matrix is the same all the time.
@@ -58,15 +58,15 @@ fn row(n: usize) -> Sequence {
     pushed((0..n * n).map(|k| coupling(k / n, k % n)).collect(), n, |i, turn| (0.3 * i as f64 + turn).sin() - 0.5)
 }
 
-/// A rigid board on n points: `M_ij = 1/m + x_i x_j / I`; its weight acts at a point that moves.
+/// A rigid board on n points: `H_ij = 1/m + x_i x_j / I`; its weight acts at a point that moves.
 fn board(n: usize) -> Sequence {
     let x = |i: usize| if n == 1 { 0.0 } else { 2.0 * i as f64 / (n - 1) as f64 - 1.0 };
-    let m = (0..n * n).map(|k| 1.0 + 3.0 * x(k / n) * x(k % n)).collect();
-    pushed(m, n, |i, turn| -1.0 - 3.0 * 0.9 * turn.sin() * x(i))
+    let h = (0..n * n).map(|k| 1.0 + 3.0 * x(k / n) * x(k % n)).collect();
+    pushed(h, n, |i, turn| -1.0 - 3.0 * 0.9 * turn.sin() * x(i))
 }
 
-fn pushed(m: Vec<f64>, n: usize, q: impl Fn(usize, f64) -> f64) -> Sequence {
-    (0..16).map(|step| (m.clone(), (0..n).map(|i| q(i, 0.02 * f64::from(step))).collect())).collect()
+fn pushed(h: Vec<f64>, n: usize, b: impl Fn(usize, f64) -> f64) -> Sequence {
+    (0..16).map(|step| (h.clone(), (0..n).map(|i| b(i, 0.02 * f64::from(step))).collect())).collect()
 }
 
 /// Times each solver on all problems of the sequences, one after the other.
@@ -78,16 +78,16 @@ fn compare(c: &mut Criterion, title: &str, sequences: &[Sequence], names: &[&str
     group.throughput(Throughput::Elements(problems.len() as u64));
     for name in names {
         let mut solver = everything.solver(name).expect("a solver of the list").checked(n);
-        let mut z = vec![0.0; n];
-        for (m, q) in &problems {
-            solver.solve(Lcp::new(m, q), &mut z).expect("the problem has a solution");
-            assert!(Lcp::new(m, q).natural_residual(&z) <= solver.tolerance(), "{name}");
+        let mut impulses = vec![0.0; n];
+        for (h, b) in &problems {
+            solver.solve(Lcp::new(h, b), &mut impulses).expect("the problem has a solution");
+            assert!(Lcp::new(h, b).natural_residual(&impulses) <= solver.tolerance(), "{name}");
         }
         group.bench_function(*name, |bencher| {
             bencher.iter(|| {
-                for (m, q) in &problems {
-                    assert!(solver.solve(black_box(Lcp::new(m, q)), &mut z).is_ok(), "solved before");
-                    black_box(&z);
+                for (h, b) in &problems {
+                    assert!(solver.solve(black_box(Lcp::new(h, b)), &mut impulses).is_ok(), "solved before");
+                    black_box(&impulses);
                 }
             });
         });

@@ -37,11 +37,11 @@ fn scratch(name: &str) -> PathBuf {
 fn the_committed_corpus_holds_hundreds_of_different_problems_in_little_space() {
     let corpus = committed();
     assert!(corpus.len() >= 500, "{}", corpus.len());
-    assert!(corpus.problems().all(|problem| !problem.q.is_empty()), "a problem without contact needs no solver");
+    assert!(corpus.problems().all(|problem| !problem.b.is_empty()), "a problem without contact needs no solver");
     let bytes = corpus.to_bytes().unwrap();
     assert!(bytes.len() < 2 << 20, "{} bytes", bytes.len());
     let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-    let different: HashSet<_> = corpus.problems().map(|problem| (bits(&problem.m), bits(&problem.q))).collect();
+    let different: HashSet<_> = corpus.problems().map(|problem| (bits(&problem.h), bits(&problem.b))).collect();
     assert!(different.len() >= 500, "{} different ones", different.len());
     let sources: HashSet<&str> = corpus.stretches.iter().map(|stretch| stretch.source.as_str()).collect();
     assert!(sources.len() >= 20, "{sources:?}");
@@ -71,7 +71,7 @@ fn the_interior_point_solves_the_whole_corpus() {
     let entry = solver_by_name("clarabel");
     let mut solver = (entry.build)(corpus.largest());
     let mut z = vec![0.0; corpus.largest()];
-    let mut solved = |problem: &ContactProblem| match solver.solve(problem.lcp(), &mut z[..problem.q.len()]) {
+    let mut solved = |problem: &ContactProblem| match solver.solve(problem.lcp(), &mut z[..problem.b.len()]) {
         Ok(stats) => stats.residual <= entry.tolerance,
         Err(_) => false,
     };
@@ -85,7 +85,7 @@ fn redundant_contacts_are_in_the_corpus() {
         singular.min() < 1e-12 * singular.max()
     };
     let corpus = committed();
-    let count = corpus.problems().filter(|problem| redundant(&problem.m, problem.q.len())).count();
+    let count = corpus.problems().filter(|problem| redundant(&problem.h, problem.b.len())).count();
     assert!(4 * count > corpus.len(), "{count} of {}", corpus.len());
 }
 
@@ -245,7 +245,7 @@ fn the_comparison_is_written_with_work_apart_from_time() {
 
 /// One problem: two contacts, of which the first cannot be moved by any impulse.
 fn with_zero_diagonal() -> Corpus {
-    let problem = ContactProblem { m: vec![0.0, 0.0, 0.0, 2.0].into(), q: vec![0.5, -1.0] };
+    let problem = ContactProblem { h: vec![0.0, 0.0, 0.0, 2.0].into(), b: vec![0.5, -1.0] };
     Corpus { stretches: vec![Stretch { source: "made up".to_owned(), first: 0, problems: vec![problem] }] }
 }
 
@@ -328,7 +328,7 @@ fn the_pivoting_solvers_solve_the_problems_of_others() {
             let mut solver = (entry.build)(corpus.largest());
             for stretch in &corpus.stretches {
                 for problem in &stretch.problems {
-                    let mut z = vec![0.0; problem.q.len()];
+                    let mut z = vec![0.0; problem.b.len()];
                     solver.reset();
                     let solved = solver.solve(problem.lcp(), &mut z);
                     let solved = solved.is_ok_and(|stats| stats.residual <= entry.tolerance);

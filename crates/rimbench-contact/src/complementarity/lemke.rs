@@ -1,7 +1,7 @@
 //! Lemke's complementary pivoting with the lexicographic rule: slow, and hard to defeat.
 //!
-//! An artificial impulse `z₀` that pushes all contacts apart makes `w − M z − e z₀ = q` solvable at once; then always
-//! the complement of the variable that just left enters, until `z₀` leaves:
+//! An artificial impulse `z₀` that pushes all contacts apart makes `w − M z − e z₀ = q` solvable at once, in the letters of the method:
+//! `M = H`, `q = b`, `z = P`. Then always the complement of the variable that just left enters, until `z₀` leaves:
 //!
 //! ```text
 //! tableau   [ I  −M  −e | q ]        n rows, 2n + 2 columns
@@ -63,24 +63,24 @@ impl Lemke {
             self.scale[i] = if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
         }
         let scale = &self.scale;
-        let q_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((scale[i] * lcp.b[i]).abs()));
+        let b_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((scale[i] * lcp.b[i]).abs()));
         self.tableau.start(n, |i, row| {
             for (j, entry) in row.iter_mut().enumerate() {
                 *entry = -scale[i] * lcp.h()[i * n + j] * scale[j];
             }
-            scale[i] * lcp.b[i] / q_max
+            scale[i] * lcp.b[i] / b_max
         });
-        q_max
+        b_max
     }
 
     /// Writes the impulses of the final basis: from the tableau, or solved afresh from `M` and `q` if that is better.
-    fn write(&mut self, lcp: Lcp<'_>, q_max: f64, z: &mut [f64]) {
+    fn write(&mut self, lcp: Lcp<'_>, b_max: f64, impulses: &mut [f64]) {
         let n = lcp.size();
         self.factor.clear(n);
         let mut len = 0;
         for r in 0..n {
             let Some(i) = self.tableau.basic(r) else { continue };
-            z[i] = self.scale[i] * q_max * self.tableau.rhs(r);
+            impulses[i] = self.scale[i] * b_max * self.tableau.rhs(r);
             let d = self.factor.border(lcp.h(), &self.members[..len], i);
             if d > PIVOT * lcp.h()[i * n + i] {
                 self.factor.push(d);
@@ -100,22 +100,22 @@ impl Lemke {
         for (x, &i) in fresh.iter().zip(set) {
             afresh[i] = x.max(0.0);
         }
-        if lcp.natural_residual(afresh) < lcp.natural_residual(z) {
-            z.copy_from_slice(afresh);
+        if lcp.natural_residual(afresh) < lcp.natural_residual(impulses) {
+            impulses.copy_from_slice(afresh);
         }
     }
 }
 
 impl ComplementaritySolver for Lemke {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        z.fill(0.0);
+    fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        impulses.fill(0.0);
         if lcp.is_solved_by_zero()? {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        let q_max = self.start(lcp);
+        let b_max = self.start(lcp);
         let pivots = self.tableau.run()?;
-        self.write(lcp, q_max, z);
+        self.write(lcp, b_max, impulses);
         Ok(SolveStats { pivots, factorisations: 1, ..SolveStats::default() })
     }
 

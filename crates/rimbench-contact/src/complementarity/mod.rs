@@ -62,13 +62,13 @@ pub struct SolveStats {
 /// Per problem: [`solve`](Self::solve), or [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`]. Every solver
 /// answers `P = 0` when `b ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
 pub trait ComplementaritySolver: DynClone + Send {
-    /// Writes a proposal for P to `z`; the residual in the returned stats is meaningless.
+    /// Writes a proposal for P to `impulses`; the residual in the returned stats is meaningless.
     ///
     /// # Errors
-    /// If the algorithm ended without an answer; `z` then holds something finite or is to be ignored.
+    /// If the algorithm ended without an answer; `impulses` then hold something finite or are to be ignored.
     /// # Panics
-    /// If the lengths of `H`, `b` and `z` do not fit.
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved>;
+    /// If the lengths of `H`, `b` and `impulses` do not fit.
+    fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved>;
 
     /// Makes an [`attempt`](Self::attempt) at a problem whose `H` is to the last bit that of the call before; only `b` may differ.
     ///
@@ -77,18 +77,18 @@ pub trait ComplementaritySolver: DynClone + Send {
     ///
     /// # Errors
     /// As [`attempt`](Self::attempt).
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.attempt(lcp, z)
+    fn attempt_again(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.attempt(lcp, impulses)
     }
 
-    /// Writes a solution P to `z` and reports its natural residual, recomputed here and not by the solver.
+    /// Writes a solution P to `impulses` and reports its natural residual, recomputed here and not by the solver.
     ///
     /// # Errors
     /// If the algorithm ended without an answer, or with one that is not finite. Whether a finite residual is small
     /// enough is for the caller to say; [`Checked`] does.
-    fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        let mut stats = self.attempt(lcp, z)?;
-        stats.residual = lcp.natural_residual(z);
+    fn solve(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        let mut stats = self.attempt(lcp, impulses)?;
+        stats.residual = lcp.natural_residual(impulses);
         if stats.residual.is_finite() { Ok(stats) } else { Err(Unsolved::NonFinite) }
     }
 

@@ -40,18 +40,18 @@ impl Solver {
 
 impl ComplementaritySolver for Solver {
     #[inline(always)]
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
-            Solver::ActiveSet(solver) => solver.attempt(lcp, z),
-            Solver::Other { solver, .. } => solver.attempt(lcp, z),
+            Solver::ActiveSet(solver) => solver.attempt(lcp, impulses),
+            Solver::Other { solver, .. } => solver.attempt(lcp, impulses),
         }
     }
 
     #[inline(always)]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn attempt_again(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
-            Solver::ActiveSet(solver) => solver.attempt_again(lcp, z),
-            Solver::Other { solver, .. } => solver.attempt_again(lcp, z),
+            Solver::ActiveSet(solver) => solver.attempt_again(lcp, impulses),
+            Solver::Other { solver, .. } => solver.attempt_again(lcp, impulses),
         }
     }
 

@@ -39,19 +39,19 @@ pub trait Posed: Clone {
     }
 }
 
-/// One problem `w = M z + q`, `0 ≤ w ⟂ z ≥ 0`, as a solver was given it.
+/// One problem `w = H P + b`, `0 ≤ w ⟂ P ≥ 0`, as a solver was given it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactProblem {
     /// `n×n`, row-major, 1/kg; shared with the problem before where it is the same.
-    pub m: Arc<[f64]>,
+    pub h: Arc<[f64]>,
     /// Length `n`, m/s.
-    pub q: Vec<f64>,
+    pub b: Vec<f64>,
 }
 
 impl ContactProblem {
     /// The problem as solvers take it.
     pub fn lcp(&self) -> Lcp<'_> {
-        Lcp::new(&self.m, &self.q)
+        Lcp::new(&self.h, &self.b)
     }
 }
 
@@ -59,16 +59,16 @@ impl Posed for ContactProblem {
     const MAGIC: &'static [u8; 8] = b"RIMLCP1\n";
     const UNKNOWNS: usize = 1;
 
-    fn of(m: Arc<[f64]>, q: Vec<f64>, _friction: Vec<f64>) -> Self {
-        ContactProblem { m, q }
+    fn of(h: Arc<[f64]>, b: Vec<f64>, _friction: Vec<f64>) -> Self {
+        ContactProblem { h, b }
     }
 
     fn matrix(&self) -> &Arc<[f64]> {
-        &self.m
+        &self.h
     }
 
     fn right(&self) -> &[f64] {
-        &self.q
+        &self.b
     }
 
     fn friction(&self) -> &[f64] {

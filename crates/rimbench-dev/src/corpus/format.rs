@@ -97,16 +97,16 @@ pub(super) fn same_bits(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Bytes that a matrix takes.
-pub(super) fn matrix_bytes(m: &[f64], n: usize) -> usize {
+pub(super) fn matrix_bytes(h: &[f64], n: usize) -> usize {
     let mut bytes = Vec::new();
-    put_matrix(m, n, &mut bytes);
+    put_matrix(h, n, &mut bytes);
     bytes.len()
 }
 
-fn put_matrix(m: &[f64], n: usize, bytes: &mut Vec<u8>) {
-    let symmetric = (0..n).all(|i| (0..i).all(|j| m[i * n + j].to_bits() == m[j * n + i].to_bits()));
+fn put_matrix(h: &[f64], n: usize, bytes: &mut Vec<u8>) {
+    let symmetric = (0..n).all(|i| (0..i).all(|j| h[i * n + j].to_bits() == h[j * n + i].to_bits()));
     bytes.push(if symmetric { TRIANGLE } else { FULL });
-    let entries: Vec<f64> = if symmetric { triangle(n).map(|(i, j)| m[i * n + j]).collect() } else { m.to_vec() };
+    let entries: Vec<f64> = if symmetric { triangle(n).map(|(i, j)| h[i * n + j]).collect() } else { h.to_vec() };
     for chunk in entries.chunks(8) {
         bytes.push(chunk.iter().enumerate().fold(0, |bits, (k, entry)| bits | u8::from(entry.to_bits() != 0) << k));
     }
@@ -174,11 +174,11 @@ impl<'a> Reader<'a> {
             SAME => before.filter(|before| before.unknowns() == n).map(|before| Arc::clone(before.matrix())),
             TRIANGLE => {
                 let entries = self.entries(n * (n + 1) / 2)?;
-                let mut m = vec![0.0; n * n];
+                let mut h = vec![0.0; n * n];
                 for ((i, j), entry) in triangle(n).zip(entries) {
-                    (m[i * n + j], m[j * n + i]) = (entry, entry);
+                    (h[i * n + j], h[j * n + i]) = (entry, entry);
                 }
-                Some(m.into())
+                Some(h.into())
             }
             FULL => self.entries(n * n).map(Into::into),
             _ => None,
@@ -201,7 +201,7 @@ mod tests {
     }
 
     fn corpus() -> Corpus {
-        let problem = |m: &[f64], q: &[f64]| ContactProblem { m: m.into(), q: q.to_vec() };
+        let problem = |h: &[f64], b: &[f64]| ContactProblem { h: h.into(), b: b.to_vec() };
         let chain = [2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0];
         let first = vec![problem(&chain, &[-1.0, 0.5, 3e-300]), problem(&chain, &[0.0; 3]), problem(&[0.0], &[-0.0])];
         let rounded = vec![problem(&[1.0, -0.0, 0.0, 1.0], &[f64::MIN_POSITIVE, -1.0]), problem(&[], &[])];

@@ -190,10 +190,10 @@ fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: 
     let tapes: Tapes<ContactProblem, Vec<bool>> = Tapes::default();
     let run = |note: fn(&mut Tape<ContactProblem, Vec<bool>>, Lcp<'_>, &[f64])| {
         let tapes = tapes.clone();
-        let (solver, _) = recording(move |solver, lcp, z| tapes.of(solver, |tape| note(tape, lcp, z)));
+        let (solver, _) = recording(move |solver, lcp, impulses| tapes.of(solver, |tape| note(tape, lcp, impulses)));
         completes(&with_solver(spec, &solver))
     };
-    if !run(|tape, lcp, z| tape.mark(problem_of(lcp), z.iter().map(|z| *z > 0.0).collect()))? {
+    if !run(|tape, lcp, impulses| tape.mark(problem_of(lcp), impulses.iter().map(|p| *p > 0.0).collect()))? {
         return Ok(Vec::new());
     }
     tapes.rewind(budget);
@@ -202,7 +202,7 @@ fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: 
 }
 
 fn problem_of(lcp: Lcp<'_>) -> ContactProblem {
-    ContactProblem { m: lcp.h().into(), q: lcp.b.to_vec() }
+    ContactProblem { h: lcp.h().into(), b: lcp.b.to_vec() }
 }
 
 /// The same with friction, where a change is one of states.

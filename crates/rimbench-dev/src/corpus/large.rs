@@ -61,10 +61,10 @@ const REPETITIONS: usize = 11;
 /// One problem of a [`LargeCorpus`].
 #[derive(Debug, Clone, PartialEq)]
 struct LargeProblem {
-    /// Entries of `M` where the pattern says, 1/kg.
+    /// Entries of `H` where the pattern says, 1/kg.
     entries: Vec<f64>,
     /// m/s.
-    q: Vec<f64>,
+    b: Vec<f64>,
 }
 
 /// Stretches of consecutive problems that the mechanics of one system poses.
@@ -136,25 +136,25 @@ impl LargeProblem {
     /// The problem of the mechanics' next step under this force (N), if there is one.
     ///
     /// ```text
-    /// q = w + h a + H_ui h λ + gap term
+    /// b = w + h a + H_ui h λ + gap term
     /// ```
     fn of(model: &ReducedInterfaceModel, force: f64) -> Option<Self> {
         let (rows, pushed, h) = (model.contact_rows()?, model.interface_column(0)?, model.mechanics_step);
-        let q = |contact: usize| {
+        let b = |contact: usize| {
             model.w[contact] + h * (model.a[contact] + pushed[contact] * force) + model.step_gap_velocity(contact)
         };
-        let q: Vec<f64> = (0..model.contacts()).map(q).collect();
-        q.iter().any(|q| *q < 0.0).then(|| LargeProblem { entries: rows.entries.to_vec(), q })
+        let b: Vec<f64> = (0..model.contacts()).map(b).collect();
+        b.iter().any(|b| *b < 0.0).then(|| LargeProblem { entries: rows.entries.to_vec(), b })
     }
 
     fn dense(&self, pattern: &SymmetricPattern) -> Vec<f64> {
-        let n = self.q.len();
-        let mut m = vec![0.0; n * n];
+        let n = self.b.len();
+        let mut h = vec![0.0; n * n];
         let rows = SymmetricRows { pattern, entries: &self.entries };
         for i in 0..n {
-            rows.row(i).for_each(|(j, entry)| m[i * n + j] = entry);
+            rows.row(i).for_each(|(j, entry)| h[i * n + j] = entry);
         }
-        m
+        h
     }
 }
 
@@ -212,11 +212,17 @@ enum Running {
 
 impl Running {
     /// Solves one problem; returns pivots, or iterations, of an answer.
-    fn solve(&mut self, rows: SymmetricRows<'_>, dense: &[f64], q: &[f64], z: &mut [f64]) -> Result<u32, Unsolved> {
+    fn solve(
+        &mut self,
+        rows: SymmetricRows<'_>,
+        dense: &[f64],
+        b: &[f64],
+        impulses: &mut [f64],
+    ) -> Result<u32, Unsolved> {
         let stats = match self {
-            Running::Sparse(solver) => solver.solve(SparseLcp::by_pattern(rows, q), z)?,
-            Running::SparseClarabel(solver) => solver.attempt_rows(rows, q, z)?,
-            Running::Dense(solver) => solver.attempt(Lcp::new(dense, q), z)?,
+            Running::Sparse(solver) => solver.solve(SparseLcp::by_pattern(rows, b), impulses)?,
+            Running::SparseClarabel(solver) => solver.attempt_rows(rows, b, impulses)?,
+            Running::Dense(solver) => solver.attempt(Lcp::new(dense, b), impulses)?,
         };
         Ok(stats.pivots)
     }
@@ -268,7 +274,7 @@ pub fn replay_large(
     }
     let (started, mut replay, mut times) = (Instant::now(), nothing, Vec::new());
     let fresh = contestant.start(&corpus.pattern);
-    let mut z = vec![0.0; corpus.contacts()];
+    let mut impulses = vec![0.0; corpus.contacts()];
     for stretch in &corpus.stretches {
         // Whole matrices are made outside the clock, and only for those who want them.
         let wants = matches!(contestant, Contestant::Dense(_));
@@ -284,14 +290,14 @@ pub fn replay_large(
                 }
                 let rows = SymmetricRows { pattern: &corpus.pattern, entries: &problem.entries };
                 let clock = Instant::now();
-                let found = running.solve(rows, dense, &problem.q, &mut z);
+                let found = running.solve(rows, dense, &problem.b, &mut impulses);
                 let time = clock.elapsed().as_nanos() as f64;
                 if spent == 0 {
                     replay.given += 1;
                     // The longest is also that of an answer that was none.
                     replay.longest_ns = replay.longest_ns.max(time);
                     let whole = if wants { dense.clone() } else { problem.dense(&corpus.pattern) };
-                    let residual = Lcp::new(&whole, &problem.q).natural_residual(&z);
+                    let residual = Lcp::new(&whole, &problem.b).natural_residual(&impulses);
                     let Ok(pivots) = found else { continue };
                     replay.pivots += u64::from(pivots);
                     if residual > contestant.tolerance() {

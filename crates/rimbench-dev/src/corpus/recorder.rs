@@ -72,9 +72,9 @@ impl<S: ComplementaritySolver + Clone + 'static, F> ComplementaritySolver for Re
 where
     F: FnMut(usize, Lcp<'_>, &[f64]) + Send + 'static,
 {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        let result = self.solver.attempt(lcp, z);
-        self.observer.lock().unwrap_or_else(PoisonError::into_inner)(self.number, lcp, z);
+    fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        let result = self.solver.attempt(lcp, impulses);
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner)(self.number, lcp, impulses);
         result
     }
 
@@ -112,12 +112,13 @@ mod tests {
     fn every_problem_is_reported_with_its_solver() {
         let seen = Arc::new(Mutex::new(Vec::new()));
         let log = Arc::clone(&seen);
-        let (entry, built) = recording(move |solver, lcp, z| log.lock().unwrap().push((solver, lcp.b[0], z[0])));
+        let (entry, built) =
+            recording(move |solver, lcp, impulses| log.lock().unwrap().push((solver, lcp.b[0], impulses[0])));
         let (mut first, mut second) = (entry.checked(1), entry.checked(1));
-        let mut z = [0.0];
-        second.solve(Lcp::new(&[2.0], &[-1.0]), &mut z).unwrap();
-        first.solve(Lcp::new(&[2.0], &[-2.0]), &mut z).unwrap();
-        assert_eq!((z, built.count()), ([1.0], 2));
+        let mut impulses = [0.0];
+        second.solve(Lcp::new(&[2.0], &[-1.0]), &mut impulses).unwrap();
+        first.solve(Lcp::new(&[2.0], &[-2.0]), &mut impulses).unwrap();
+        assert_eq!((impulses, built.count()), ([1.0], 2));
         assert_eq!(*seen.lock().unwrap(), [(1, -1.0, 0.5), (0, -2.0, 1.0)]);
     }
 }

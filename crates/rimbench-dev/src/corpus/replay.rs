@@ -84,7 +84,7 @@ trait Bare<P> {
     fn reset(&mut self);
 
     /// Writes impulses, and says how good they are.
-    fn solve(&mut self, problem: &P, z: &mut [f64]) -> Result<SolveStats, Unsolved>;
+    fn solve(&mut self, problem: &P, impulses: &mut [f64]) -> Result<SolveStats, Unsolved>;
 }
 
 impl Bare<ContactProblem> for Solver {
@@ -92,8 +92,8 @@ impl Bare<ContactProblem> for Solver {
         ComplementaritySolver::reset(self);
     }
 
-    fn solve(&mut self, problem: &ContactProblem, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        ComplementaritySolver::solve(self, black_box(problem.lcp()), z)
+    fn solve(&mut self, problem: &ContactProblem, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        ComplementaritySolver::solve(self, black_box(problem.lcp()), impulses)
     }
 }
 
@@ -102,8 +102,8 @@ impl Bare<FrictionalProblem> for BareFriction {
         self.forget();
     }
 
-    fn solve(&mut self, problem: &FrictionalProblem, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.attempt(black_box(problem.problem()), z)
+    fn solve(&mut self, problem: &FrictionalProblem, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.attempt(black_box(problem.problem()), impulses)
     }
 }
 
@@ -132,7 +132,7 @@ fn replay_or_panic<P: Posed, B: Bare<P>>(
     start: Start,
     mut bare: B,
 ) -> Replay {
-    let mut z = vec![0.0; corpus.problems().map(P::unknowns).max().unwrap_or(0)];
+    let mut impulses = vec![0.0; corpus.problems().map(P::unknowns).max().unwrap_or(0)];
     let clock_ns = clock_ns();
     let solves = Vec::with_capacity(corpus.len());
     let mut replay = Replay { solver: name.clone(), start, solves, mean_ns: f64::NAN, panic: None };
@@ -140,19 +140,19 @@ fn replay_or_panic<P: Posed, B: Bare<P>>(
     for stretch in &corpus.stretches {
         let first = replay.solves.len();
         let began = Instant::now();
-        pass(stretch, &mut bare, start, &mut z, |n, result, _| replay.solves.push(judge(n, result, tolerance)));
+        pass(stretch, &mut bare, start, &mut impulses, |n, result, _| replay.solves.push(judge(n, result, tolerance)));
         let repetitions =
             (ENOUGH.as_secs_f64() / began.elapsed().as_secs_f64()).clamp(1.0, REPETITIONS as f64) as usize;
         let mut times = vec![Vec::with_capacity(repetitions); stretch.problems.len()];
         let mut whole = Vec::with_capacity(repetitions);
         for _ in 0..repetitions {
             let mut column = times.iter_mut();
-            pass(stretch, &mut bare, start, &mut z, |_, _, elapsed| {
+            pass(stretch, &mut bare, start, &mut impulses, |_, _, elapsed| {
                 if let Some(times) = column.next() {
                     times.push(elapsed.as_nanos() as f64 - clock_ns);
                 }
             });
-            whole.push(untimed_pass_ns(stretch, &mut bare, start, &mut z));
+            whole.push(untimed_pass_ns(stretch, &mut bare, start, &mut impulses));
         }
         for (solve, times) in replay.solves[first..].iter_mut().zip(&mut times) {
             solve.time_ns = median_of(std::mem::take(times)).max(0.0);
@@ -169,7 +169,7 @@ fn pass<P: Posed>(
     stretch: &Stretch<P>,
     solver: &mut impl Bare<P>,
     start: Start,
-    z: &mut [f64],
+    impulses: &mut [f64],
     mut done: impl FnMut(usize, Result<SolveStats, Unsolved>, Duration),
 ) {
     solver.reset();
@@ -178,21 +178,26 @@ fn pass<P: Posed>(
             solver.reset();
         }
         let began = Instant::now();
-        let result = solver.solve(problem, &mut z[..problem.unknowns()]);
+        let result = solver.solve(problem, &mut impulses[..problem.unknowns()]);
         let elapsed = began.elapsed();
         done(problem.contacts(), result, elapsed);
     }
 }
 
 /// One pass over a stretch, with a clock around the whole.
-fn untimed_pass_ns<P: Posed>(stretch: &Stretch<P>, solver: &mut impl Bare<P>, start: Start, z: &mut [f64]) -> f64 {
+fn untimed_pass_ns<P: Posed>(
+    stretch: &Stretch<P>,
+    solver: &mut impl Bare<P>,
+    start: Start,
+    impulses: &mut [f64],
+) -> f64 {
     solver.reset();
     let began = Instant::now();
     for problem in &stretch.problems {
         if start == Start::Cold {
             solver.reset();
         }
-        black_box(solver.solve(problem, &mut z[..problem.unknowns()])).ok();
+        black_box(solver.solve(problem, &mut impulses[..problem.unknowns()])).ok();
     }
     began.elapsed().as_nanos() as f64
 }

@@ -15,7 +15,7 @@ pub(super) struct Mark {
     pub(super) n: usize,
     /// The set of contacts with an impulse is another than in the problem before.
     pub(super) changed: bool,
-    /// `q ≥ 0`: solved by no impulse.
+    /// `b ≥ 0`: solved by no impulse.
     pub(super) trivial: bool,
     /// The matrix is that of the problem before.
     pub(super) same_matrix: bool,

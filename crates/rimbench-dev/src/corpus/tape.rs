@@ -86,12 +86,12 @@ mod tests {
         let mut tape: Tape<ContactProblem, ()> =
             Tape { chosen: vec![3..8, 9..11], kept: vec![Vec::new(); 2], ..Tape::default() };
         for position in 0..12 {
-            let (m, q) = ([1.0], [f64::from(position)]);
+            let (h, b) = ([1.0], [f64::from(position)]);
             let contacts = usize::from(![3, 4, 6, 9, 10].contains(&position));
-            tape.keep(|| ContactProblem { m: m[..contacts].into(), q: q[..contacts].to_vec() });
+            tape.keep(|| ContactProblem { h: h[..contacts].into(), b: b[..contacts].to_vec() });
         }
         let stretches = tape.stretches("ball");
-        let q: Vec<f64> = stretches[0].problems.iter().map(|problem| problem.q[0]).collect();
-        assert_eq!((stretches.len(), stretches[0].first, q), (1, 5, vec![5.0, 7.0]));
+        let b: Vec<f64> = stretches[0].problems.iter().map(|problem| problem.b[0]).collect();
+        assert_eq!((stretches.len(), stretches[0].first, b), (1, 5, vec![5.0, 7.0]));
     }
 }

@@ -1,16 +1,16 @@
 //! The problem as a quadratic program for a general interior-point solver: the outside opinion.
 //!
 //! ```text
-//! min ½ zᵀ M z + qᵀ z   subject to   z ≥ 0           optimality: w = M z + q ≥ 0, zᵀ w = 0
+//! min ½ Pᵀ H P + bᵀ P   subject to   P ≥ 0           optimality: w = H P + b ≥ 0, Pᵀ w = 0
 //! ```
 //! What comes back is used as it is, apart from cutting impulses below zero to zero. Nothing is polished: an interior point
-//! leaves `z_i w_i ≈ μ > 0` everywhere, so a contact that is degenerate (`z_i = w_i = 0` in every solution) is only found to
+//! leaves `P_i w_i ≈ μ > 0` everywhere, so a contact that is degenerate (`P_i = w_i = 0` in every solution) is only found to
 //! the square root of the gap:
 //!
 //! ```text
-//! gap = zᵀ w          min(M_ii z_i, w_i)² ≤ M_ii z_i w_i          natural residual r ≤ √(max M_ii · gap) / ‖q‖_∞
+//! gap = Pᵀ w          min(H_ii P_i, w_i)² ≤ H_ii P_i w_i          natural residual r ≤ √(max H_ii · gap) / ‖b‖_∞
 //! ```
-//! Hence the program is written in variables that give it a unit diagonal, with `‖q‖_∞ / √(max M_ii)` as unit, in which this
+//! Hence the program is written in variables that give it a unit diagonal, with `‖b‖_∞ / √(max H_ii)` as unit, in which this
 //! reads `r ≤ √gap`, and the gap asked for is the square of the accepted residual, 1e-14. A residual of 1e-9, which pivoting
 //! solvers are held to, would take a gap below the rounding of the objective. The linear systems are refined until that no
 //! longer helps: Clarabel stops at 1e-12 by itself, no better than the feasibility asked for, and goes back and forth where
@@ -63,19 +63,19 @@ fn has_answer(status: SolverStatus) -> bool {
 /// Where the entries of the upper triangle stand, by columns: starts of the columns, rows of the entries.
 type Structure = (Vec<usize>, Vec<usize>);
 
-/// `1/√M_ii` (1 where there is none) from the diagonal, and `‖q‖_∞ / √(max M_ii)`: the units in which the root of the gap bounds
+/// `1/√H_ii` (1 where there is none) from the diagonal, and `‖b‖_∞ / √(max H_ii)`: the units in which the root of the gap bounds
 /// the residual.
-fn scaling(diagonal: impl Iterator<Item = f64>, q: &[f64]) -> (Vec<f64>, f64) {
+fn scaling(diagonal: impl Iterator<Item = f64>, b: &[f64]) -> (Vec<f64>, f64) {
     let inverse_root = |m_ii: f64| if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
     let scale: Vec<f64> = diagonal.map(inverse_root).collect();
-    let q_max = q.iter().fold(f64::MIN_POSITIVE, |max, q| max.max(q.abs()));
-    let unit = q_max * scale.iter().copied().fold(f64::INFINITY, f64::min);
+    let b_max = b.iter().fold(f64::MIN_POSITIVE, |max, b| max.max(b.abs()));
+    let unit = b_max * scale.iter().copied().fold(f64::INFINITY, f64::min);
     (scale, unit)
 }
 
 /// Interior-point solver. See the module for the program and its accuracy.
 ///
-/// Guaranteed for symmetric positive semidefinite `M` if some impulses open every contact. Allocates at every problem.
+/// Guaranteed for symmetric positive semidefinite `H` if some impulses open every contact. Allocates at every problem.
 #[derive(Default)]
 pub struct Clarabel {
     /// For problems of the last size, and where entries that are zero are left out of the last structure.
@@ -95,12 +95,12 @@ impl Clarabel {
         n: usize,
         structure: Option<Structure>,
         values: Vec<f64>,
-        q: &[f64],
+        b: &[f64],
     ) -> Option<&mut DefaultSolver<f64>> {
         match self.kept.take_if(|(kept, of, _)| *kept == n && *of == structure) {
             Some((_, structure, mut solver)) => {
                 solver.update_P(&values).ok()?;
-                solver.update_q(&q.to_vec()).ok()?;
+                solver.update_q(&b.to_vec()).ok()?;
                 Some(&mut self.kept.insert((n, structure, solver)).2)
             }
             None => {
@@ -110,7 +110,7 @@ impl Clarabel {
                 let p = CscMatrix::new(n, n, starts, rows, values);
                 let minus_identity = CscMatrix::new(n, n, (0..=n).collect(), (0..n).collect(), vec![-1.0; n]);
                 let cones = [NonnegativeConeT(n)];
-                let solver = DefaultSolver::new(&p, q, &minus_identity, &vec![0.0; n], &cones, settings()).ok()?;
+                let solver = DefaultSolver::new(&p, b, &minus_identity, &vec![0.0; n], &cones, settings()).ok()?;
                 Some(&mut self.kept.insert((n, structure, solver)).2)
             }
         }
@@ -121,19 +121,19 @@ impl Clarabel {
         &mut self,
         (structure, values): (Option<Structure>, Vec<f64>),
         (scale, unit): (&[f64], f64),
-        q: &[f64],
-        z: &mut [f64],
+        b: &[f64],
+        impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
         let unsolved = || Unsolved::NotFound { residual: f64::INFINITY };
-        let q: Vec<f64> = scale.iter().zip(q).map(|(s, q)| s * q / unit).collect();
-        let solver = self.with_data(q.len(), structure, values, &q).ok_or_else(unsolved)?;
+        let b: Vec<f64> = scale.iter().zip(b).map(|(s, b)| s * b / unit).collect();
+        let solver = self.with_data(b.len(), structure, values, &b).ok_or_else(unsolved)?;
         solver.solve();
         let stats = SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() };
         if !has_answer(solver.solution.status) {
             return Err(unsolved());
         }
-        for ((z, s), x) in z.iter_mut().zip(scale).zip(&solver.solution.x) {
-            *z = (s * unit * x).max(0.0);
+        for ((p, s), x) in impulses.iter_mut().zip(scale).zip(&solver.solution.x) {
+            *p = (s * unit * x).max(0.0);
         }
         Ok(stats)
     }
@@ -143,24 +143,29 @@ impl Clarabel {
     ///
     /// # Errors
     /// If the algorithm ended without an answer, or the problem is not finite.
-    pub fn attempt_rows(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        z.fill(0.0);
-        if q.iter().chain(m.entries).any(|x| !x.is_finite()) {
+    pub fn attempt_rows(
+        &mut self,
+        h: SymmetricRows<'_>,
+        b: &[f64],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        impulses.fill(0.0);
+        if b.iter().chain(h.entries).any(|x| !x.is_finite()) {
             return Err(Unsolved::NonFinite);
         }
-        if q.iter().all(|q| *q >= 0.0) {
+        if b.iter().all(|b| *b >= 0.0) {
             return Ok(SolveStats::default());
         }
-        let (scale, unit) = scaling((0..m.size()).map(|i| m.diagonal(i)), q);
+        let (scale, unit) = scaling((0..h.size()).map(|i| h.diagonal(i)), b);
         let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
-        for j in 0..m.size() {
-            for (i, entry) in m.row(j).filter(|(i, _)| *i <= j) {
+        for j in 0..h.size() {
+            for (i, entry) in h.row(j).filter(|(i, _)| *i <= j) {
                 rows.push(i);
                 values.push(scale[i] * entry * scale[j]);
             }
             starts.push(rows.len());
         }
-        self.solve_program((Some((starts, rows)), values), (&scale, unit), q, z)
+        self.solve_program((Some((starts, rows)), values), (&scale, unit), b, impulses)
     }
 }
 
@@ -172,9 +177,9 @@ impl Clone for Clarabel {
 }
 
 impl ComplementaritySolver for Clarabel {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
-        z.fill(0.0);
+        impulses.fill(0.0);
         if lcp.is_solved_by_zero()? {
             return Ok(SolveStats::default());
         }
@@ -183,7 +188,7 @@ impl ComplementaritySolver for Clarabel {
         // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
         let values = values.map(|(i, j)| scale[i] * lcp.h()[j * n + i] * scale[j]).collect();
-        self.solve_program((None, values), (&scale, unit), lcp.b, z)
+        self.solve_program((None, values), (&scale, unit), lcp.b, impulses)
     }
 }
 
@@ -194,15 +199,15 @@ mod tests {
     /// Two bodies apart; the second contact is degenerate if nothing moves it (`q_2 = 0`).
     #[test]
     fn a_degenerate_contact_is_found_to_the_root_of_the_gap_and_any_other_to_the_gap() {
-        let m = [4.0, 0.0, 0.0, 0.25];
+        let h = [4.0, 0.0, 0.0, 0.25];
         for gap in [1e-8, 1e-10, 1e-12, GAP] {
-            let residual = |q: [f64; 2]| {
-                let (mut solver, lcp, mut z) = (Clarabel::new(), Lcp::new(&m, &q), [0.0; 2]);
-                solver.attempt(lcp, &mut z).unwrap();
+            let residual = |b: [f64; 2]| {
+                let (mut solver, lcp, mut impulses) = (Clarabel::new(), Lcp::new(&h, &b), [0.0; 2]);
+                solver.attempt(lcp, &mut impulses).unwrap();
                 let asked = DefaultSettings { tol_gap_abs: gap, ..settings() };
                 solver.kept.as_mut().unwrap().2.update_settings(asked).unwrap();
-                solver.attempt(lcp, &mut z).unwrap();
-                lcp.natural_residual(&z)
+                solver.attempt(lcp, &mut impulses).unwrap();
+                lcp.natural_residual(&impulses)
             };
             let (degenerate, strict) = (residual([-1.0, 0.0]), residual([-1.0, 1.0]));
             assert!(degenerate <= gap.sqrt() && degenerate > 0.01 * gap.sqrt(), "{gap}: {degenerate}");

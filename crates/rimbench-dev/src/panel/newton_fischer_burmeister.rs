@@ -1,15 +1,15 @@
 //! Semismooth Newton method on the Fischer–Burmeister function, globalised by a line search.
 //!
-//! The problem is scaled to unit diagonal and unit `q` and written as a system of equations,
+//! The problem is scaled to unit diagonal and unit `b` and written as a system of equations,
 //!
 //! ```text
 //! Φ_i(x) = φ(x_i, w_i) = 0            φ(a, b) = a + b − √(a² + b²),  zero iff a ≥ 0, b ≥ 0, a b = 0
 //! J = D_a + D_b M                     D_a = 1 − x/√(x² + w²),  D_b = 1 − w/√(x² + w²);  1 − 1/√2 where x = w = 0
 //! J d = −Φ                            steps t = 1, ½, ¼ … until Ψ = ½‖Φ‖² decreases;  d = −Jᵀ Φ where Newton's is no descent
 //! ```
-//! For positive semidefinite `M` every stationary point of Ψ is a solution, and near a solution with regular `M_AA` the
+//! For positive semidefinite `H` every stationary point of Ψ is a solution, and near a solution with regular `H_AA` the
 //! convergence is quadratic. With redundant contacts `J` becomes singular at the solution and the convergence, if there is
-//! any, slow: a failure this harness counts. Contacts without inertia (`M_ii = 0`) are taken with weight one.
+//! any, slow: a failure this harness counts. Contacts without inertia (`H_ii = 0`) are taken with weight one.
 //!
 //! # Source
 //! De Luca, Facchinei, Kanzow, *A semismooth equation approach to the solution of nonlinear complementarity problems*,
@@ -30,7 +30,7 @@ const ITERATIONS: u32 = 200;
 
 /// Newton's method on the Fischer–Burmeister function. See the module.
 ///
-/// Guaranteed for symmetric positive definite `M`; for semidefinite `M` only where the solution is unique and
+/// Guaranteed for symmetric positive definite `H`; for semidefinite `H` only where the solution is unique and
 /// nondegenerate. Starts from the impulses of the last problem. Free of allocation up to `capacity`.
 #[derive(Debug, Clone)]
 pub struct NewtonFischerBurmeister {
@@ -39,8 +39,8 @@ pub struct NewtonFischerBurmeister {
     last: Buffer<f64, 8>,
     scale: Buffer<f64, 8>,
     /// Scaled matrix and right-hand side.
-    m: Buffer<f64, 64>,
-    q: Buffer<f64, 8>,
+    h: Buffer<f64, 64>,
+    b: Buffer<f64, 8>,
     x: Buffer<f64, 8>,
     w: Buffer<f64, 8>,
     phi: Buffer<f64, 8>,
@@ -61,8 +61,8 @@ impl NewtonFischerBurmeister {
             capacity: capacity.max(8),
             last: vector(),
             scale: vector(),
-            m: matrix(),
-            q: vector(),
+            h: matrix(),
+            b: vector(),
             x: vector(),
             w: vector(),
             phi: vector(),
@@ -80,7 +80,7 @@ impl NewtonFischerBurmeister {
         let vectors = [
             &mut self.last,
             &mut self.scale,
-            &mut self.q,
+            &mut self.b,
             &mut self.x,
             &mut self.w,
             &mut self.phi,
@@ -89,27 +89,27 @@ impl NewtonFischerBurmeister {
             &mut self.trial,
         ];
         vectors.into_iter().for_each(|vector| vector.grow(n));
-        [&mut self.m, &mut self.jacobian].into_iter().for_each(|matrix| matrix.grow(n * n));
+        [&mut self.h, &mut self.jacobian].into_iter().for_each(|matrix| matrix.grow(n * n));
         self.lu.grow(n);
         self.reset();
     }
 
-    /// Scales the problem and returns the factor taken out of `q`.
+    /// Scales the problem and returns the factor taken out of `b`.
     fn start(&mut self, lcp: Lcp<'_>) -> f64 {
         let n = self.n;
         for i in 0..n {
             let m_ii = lcp.h()[i * n + i];
             self.scale[i] = if m_ii > 0.0 { m_ii.sqrt().recip() } else { 1.0 };
         }
-        let q_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((self.scale[i] * lcp.b[i]).abs()));
+        let b_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((self.scale[i] * lcp.b[i]).abs()));
         for i in 0..n {
-            self.q[i] = self.scale[i] * lcp.b[i] / q_max;
+            self.b[i] = self.scale[i] * lcp.b[i] / b_max;
             for j in 0..n {
-                self.m[i * n + j] = self.scale[i] * lcp.h()[i * n + j] * self.scale[j];
+                self.h[i * n + j] = self.scale[i] * lcp.h()[i * n + j] * self.scale[j];
             }
-            self.x[i] = self.last[i] / (self.scale[i] * q_max);
+            self.x[i] = self.last[i] / (self.scale[i] * b_max);
         }
-        q_max
+        b_max
     }
 
     /// Fills `w` and `phi` at a point; returns `‖Φ‖²`.
@@ -118,7 +118,7 @@ impl NewtonFischerBurmeister {
         let x = if at_trial { &self.trial[..n] } else { &self.x[..n] };
         let mut sum = 0.0;
         for i in 0..n {
-            let w = dot(&self.m[i * n..(i + 1) * n], x) + self.q[i];
+            let w = dot(&self.h[i * n..(i + 1) * n], x) + self.b[i];
             self.w[i] = w;
             self.phi[i] = fischer_burmeister(x[i], w);
             sum += self.phi[i] * self.phi[i];
@@ -141,7 +141,7 @@ impl NewtonFischerBurmeister {
             let kink = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
             let (d_a, d_b) = if norm > 0.0 { (1.0 - x / norm, 1.0 - w / norm) } else { (kink, kink) };
             for j in 0..n {
-                self.jacobian[i * n + j] = d_b * self.m[i * n + j];
+                self.jacobian[i * n + j] = d_b * self.h[i * n + j];
             }
             self.jacobian[i * n + i] += d_a;
             for j in 0..n {
@@ -190,9 +190,9 @@ fn fischer_burmeister(a: f64, b: f64) -> f64 {
 }
 
 impl ComplementaritySolver for NewtonFischerBurmeister {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
-        z.fill(0.0);
+        impulses.fill(0.0);
         if lcp.is_solved_by_zero()? {
             return Ok(SolveStats::default());
         }
@@ -200,7 +200,7 @@ impl ComplementaritySolver for NewtonFischerBurmeister {
         if n != self.n {
             self.resize(n);
         }
-        let q_max = self.start(lcp);
+        let b_max = self.start(lcp);
         let mut merit = self.evaluate(false);
         let mut stats = SolveStats::default();
         while self.residual() > ENOUGH && stats.pivots < ITERATIONS {
@@ -211,11 +211,11 @@ impl ComplementaritySolver for NewtonFischerBurmeister {
                 break;
             }
         }
-        for (z, (x, scale)) in z.iter_mut().zip(self.x.iter().zip(&self.scale[..])) {
-            *z = (scale * q_max * x).max(0.0);
+        for (p, (x, scale)) in impulses.iter_mut().zip(self.x.iter().zip(&self.scale[..])) {
+            *p = (scale * b_max * x).max(0.0);
         }
-        if z.iter().all(|z| z.is_finite()) {
-            self.last[..n].copy_from_slice(z);
+        if impulses.iter().all(|p| p.is_finite()) {
+            self.last[..n].copy_from_slice(impulses);
         } else {
             self.reset();
         }

@@ -62,7 +62,7 @@ pub const LEMKE: Benchmark = Benchmark {
     prepare: || lcp(&SolverEntry::lemke(), 10_000, false),
 };
 
-/// Lemke and the active set agree on it; `w` is unique where `z` is not.
+/// Lemke and the active set agree on it; `w` is unique where `P` is not.
 const ANSWER_LCP: f64 = 0.056_893_34;
 
 /// Four contacts with friction from the states of the last solution.
@@ -186,21 +186,21 @@ fn hydraulics_step() -> Result<Repetition> {
 fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
     let model = start_model(&mut system()?)?;
     let n = model.contacts();
-    let m: Vec<f64> = (0..n * n).map(|index| model.entry(index / n, index % n)).collect();
+    let h: Vec<f64> = (0..n * n).map(|index| model.entry(index / n, index % n)).collect();
     let mut checked: Checked = solver.checked(n);
-    let (mut q, mut z) = (vec![0.0; n], vec![0.0; n]);
+    let (mut b, mut impulses) = (vec![0.0; n], vec![0.0; n]);
     Ok(Box::new(move || {
         let before = checked.counters();
         checked.reset();
         for problem in 0..problems {
             let scale = 1.0 + f64::from(problem % 8) / 64.0;
-            q.iter_mut().zip(VELOCITIES).for_each(|(q, v)| *q = scale * v);
+            b.iter_mut().zip(VELOCITIES).for_each(|(b, v)| *b = scale * v);
             if !warm {
                 checked.reset();
             }
-            checked.solve(Lcp::new(black_box(&m), &q), &mut z).map_err(broken)?;
+            checked.solve(Lcp::new(black_box(&h), &b), &mut impulses).map_err(broken)?;
         }
-        let w = |row: usize| q[row] + (0..n).map(|k| m[row * n + k] * z[k]).sum::<f64>();
+        let w = |row: usize| b[row] + (0..n).map(|k| h[row * n + k] * impulses[k]).sum::<f64>();
         let after = checked.counters();
         let lcp = SolverCounters {
             solves: after.solves - before.solves,
