@@ -30,13 +30,13 @@ pub struct ImpactRows<'a> {
     pub free: &'a [f64],
 }
 
-/// For what the contacts of a step with rebounds are solved.
+/// The velocity that the contacts of a step with rebounds are solved for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solved {
-    /// The velocity at the end.
+    /// `w⁺` at the end.
     Velocity,
-    /// The velocity by which positions change.
-    Way,
+    /// The one by which positions change.
+    Displacement,
 }
 
 /// The contacts that rebound in a step.
@@ -202,7 +202,7 @@ impl Rebounds {
         match solved {
             _ if !self.is_hit(contact) => gap_term,
             Solved::Velocity => self.of(contact, step.restitution) * w,
-            Solved::Way => landing_velocity(self.of(contact, step.restitution), gap_term, w),
+            Solved::Displacement => landing_velocity(self.of(contact, step.restitution), gap_term, w),
         }
     }
 

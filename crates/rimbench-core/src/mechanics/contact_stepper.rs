@@ -44,7 +44,8 @@ pub(super) struct ContactStepper {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     v_next: Vec<f64>,
-    /// v′ of `q⁺ = q + h v′` where a contact rebounds, of `q⁺ = q + ½h (v + v′)` where the force varies within a midpoint step.
+    /// Velocity v′ by which positions change: `q⁺ = q + h v′` where a contact rebounds, `q⁺ = q + ½h (v + v′)` where the force varies within a
+    /// midpoint step.
     pub(super) v_displacement: Vec<f64>,
     pub(super) eq3: Linearisation,
     elimination: Elimination,
@@ -63,6 +64,7 @@ pub(super) struct ContactStepper {
     p_b: Vec<f64>,
     /// Length of the last step, s; infinite before the first, so that forces then are zero.
     last_step: f64,
+    /// For observables: the closed contacts, and Eq. 4 with these bilateral.
     closed: Vec<usize>,
     condensation: Condensation,
     pub(super) energy: EnergyBalance,
@@ -181,7 +183,7 @@ impl ContactStepper {
         let ContactStepper { rebounding, law, eq4, impulses, contacts, .. } = self;
         let terms = ContactTerms { law, eq4, rebounding, h, solved: Solved::Velocity };
         if rebounding.any() {
-            contacts.solve(ContactTerms { solved: Solved::Way, ..terms }, impulses)?;
+            contacts.solve(ContactTerms { solved: Solved::Displacement, ..terms }, impulses)?;
             self.elimination.velocity_after(h, impulses, &mut self.v_displacement);
         }
         contacts.solve(terms, impulses)?;

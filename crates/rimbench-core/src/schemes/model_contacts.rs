@@ -26,7 +26,7 @@ use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, ro
 pub(super) struct ModelState {
     /// `[w_u; w_i]`.
     pub(super) w: Vec<f64>,
-    /// Velocities at the end of the micro step; after it those at its start.
+    /// `w⁺` in a micro step; between micro steps `w` at the start of the last one.
     pub(super) next: Vec<f64>,
     pub(super) gap: Vec<f64>,
     /// `P_u` of the last micro step.
@@ -70,9 +70,9 @@ pub(super) struct Complementarity<S: ContactSolver> {
     /// Constraint violation left in the micro step last solved, m/s.
     violation_left: f64,
     b: Vec<f64>,
-    /// Contacts that rebound, and the velocities by which positions change in a micro step in which one does.
     rebounds: Rebounds,
-    moving: Vec<f64>,
+    /// The velocities by which positions change in a micro step in which a contact rebounds.
+    w_displacement: Vec<f64>,
 }
 
 impl<S: ContactSolver> Complementarity<S> {
@@ -87,12 +87,12 @@ impl<S: ContactSolver> Complementarity<S> {
             violation_left: 0.0,
             b: vec![0.0; rows],
             rebounds: if rebounds { Rebounds::new(contacts, rows) } else { Rebounds::default() },
-            moving: vec![0.0; if rebounds { rows + empty.interface() } else { 0 }],
+            w_displacement: vec![0.0; if rebounds { rows + empty.interface() } else { 0 }],
         }
     }
 
-    /// Prepares for another model, or another motion of it, after micro steps under `law`.
-    fn change_matrix(&mut self, law: &StepContactLaw, state: &mut ModelState) {
+    /// Leaves the critical region, as `H` or `a` may change after micro steps under `law`; velocities and gaps are then those of all contacts.
+    fn leave_region(&mut self, law: &StepContactLaw, state: &mut ModelState) {
         self.matrix_changed = true;
         if let Some(affine) = &mut self.affine {
             affine.leave_region(law, &mut state.w, &mut state.gap);
@@ -150,15 +150,15 @@ impl<S: ContactSolver> Complementarity<S> {
             let slack = |(w, gap): (&f64, &f64)| w + law.rates.velocity(*gap);
             self.violation_left = -w[..m].iter().zip(&state.gap).map(slack).fold(0.0, f64::min);
         }
-        let mut moving = &*w;
+        let mut w_displacement = &*w;
         if self.rebounds.any() {
             // The interface moves on by its velocity after the step.
-            for (position, (moving, w)) in state.position.iter_mut().zip(self.moving[n..].iter().zip(&w[n..])) {
-                *position += discretised.length() * (moving - w);
+            for (position, (moved, w)) in state.position.iter_mut().zip(self.w_displacement[n..].iter().zip(&w[n..])) {
+                *position += discretised.length() * (moved - w);
             }
-            moving = &self.moving;
+            w_displacement = &self.w_displacement;
         }
-        for (gap, w) in state.gap.iter_mut().zip(&moving[..m]) {
+        for (gap, w) in state.gap.iter_mut().zip(&w_displacement[..m]) {
             *gap += law.gap_step * w;
         }
         Ok(())
@@ -211,21 +211,21 @@ impl<S: ContactSolver> Complementarity<S> {
     ) -> Result<(), Failure> {
         let (discretised, n) = (model.discretised, model.discretised.contacts());
         let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
-        let Complementarity { rebounds, solver, matrix_changed, moving, .. } = self;
+        let Complementarity { rebounds, solver, matrix_changed, w_displacement, .. } = self;
         let lasts = rebounds.look_ahead(step, impact, |b, impulses, velocities| {
             let changed = std::mem::replace(matrix_changed, false);
             solver.try_solve(Posed { model: discretised, changed, b }, impulses)?;
-            moving[..n].copy_from_slice(b);
-            discretised.add_impulses(impulses, &mut moving[..rows]);
-            velocities.copy_from_slice(&moving[..n]);
+            w_displacement[..n].copy_from_slice(b);
+            discretised.add_impulses(impulses, &mut w_displacement[..rows]);
+            velocities.copy_from_slice(&w_displacement[..n]);
             Ok::<(), Failure>(())
         })?;
         if lasts {
-            self.pose(model, state, Solved::Way);
+            self.pose(model, state, Solved::Displacement);
             let posed = Posed { model: discretised, changed: false, b: &self.b[..n] };
             self.solver.try_solve(posed, &mut state.impulses[..n])?;
-            self.moving[..rows].copy_from_slice(&state.next[..rows]);
-            discretised.add_impulses(&state.impulses[..n], &mut self.moving[..rows]);
+            self.w_displacement[..rows].copy_from_slice(&state.next[..rows]);
+            discretised.add_impulses(&state.impulses[..n], &mut self.w_displacement[..rows]);
         }
         Ok(())
     }
@@ -285,9 +285,9 @@ impl ModelContacts {
         each!(self, contacts => contacts.solver.rows(set), &[])
     }
 
-    /// Prepares for another `H` or `a`, after micro steps under `law`.
-    pub(super) fn change_matrix(&mut self, law: &StepContactLaw, state: &mut ModelState) {
-        each!(self, contacts => contacts.change_matrix(law, state), ());
+    /// Leaves the critical region, as `H` or `a` may change after micro steps under `law`; velocities and gaps are then those of all contacts.
+    pub(super) fn leave_region(&mut self, law: &StepContactLaw, state: &mut ModelState) {
+        each!(self, contacts => contacts.leave_region(law, state), ());
     }
 
     /// Takes a micro step under the force `lambda` (N) without a contact problem: there is none, or its active set stays. Velocities at its

@@ -38,7 +38,7 @@ use rimbench_contact::affine_step::{DiscretisedModel, StepContactLaw};
 /// A coupling scheme made from a reduced interface model.
 #[derive(Clone)]
 pub(super) struct ReducedInterface {
-    /// The contacts of the model.
+    /// The contacts of the model, detected at the communication point.
     set: ContactSet,
     /// Eq. 4 as received, and as it stands in this micro step.
     model: MovingModel,
@@ -91,7 +91,7 @@ impl ReducedInterface {
 
     /// Discretises Eq. 4 over one micro step: `δ a`, `δ H_·i`, `H_·u`; the compliance of contacts goes to the diagonal of `H_uu`.
     fn discretise(&mut self) -> Result<(), Failure> {
-        self.contacts.change_matrix(&self.law, &mut self.state);
+        self.contacts.leave_region(&self.law, &mut self.state);
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
         if bilateral {
             let (model, modes) = (&self.model.current, self.modes.get());
@@ -140,7 +140,7 @@ impl CouplingScheme for ReducedInterface {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         if from == Side::Mechanics {
             let model = sent(sample.model)?;
-            // The last micro step of the macro step that ends here.
+            // Impulses are still those of the last micro step of the macro step that ends here.
             self.mass.record(self.set.contacts(), &self.state.impulses[..self.discretised.contacts()]);
             self.set.detect(model);
             self.modes.start_from(model);

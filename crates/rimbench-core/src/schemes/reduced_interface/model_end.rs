@@ -13,8 +13,8 @@ impl ReducedInterface {
             return None;
         }
         if !matches!(contacts, ModelContacts::Bilateral) {
-            // The micro steps of a critical region may not have been written down yet.
-            contacts.change_matrix(law, state);
+            // Velocities of many contacts are out of date within a critical region.
+            contacts.leave_region(law, state);
             let rows = contacts.rows(set.contacts());
             return Some(ModelEnd { rows, w: &state.w[..rows.len()] });
         }
