@@ -8,7 +8,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::{FigureKey, figure_keys};
 use rimbench::fmi::import::case_file_schema;
-use rimbench::metrics::{METRICS, is_of_audit, is_of_friction, is_of_split};
+use rimbench::metrics::{METRICS, is_of_audit, is_of_column, is_of_friction, is_of_split};
 use serde_json::Value;
 
 /// Arguments of `list`.
@@ -97,6 +97,7 @@ impl List {
                         name if is_of_friction(name) => "contacts have friction",
                         name if is_of_split(name) => "each actuator has a model",
                         name if is_of_audit(name) => "the model is audited",
+                        name if is_of_column(name) => "the case records it",
                         _ => "",
                     };
                     entry.push(("where", of.to_owned()));

@@ -15,7 +15,7 @@ use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark};
-use rimbench_cases::metrics::{is_of_audit, is_of_split};
+use rimbench_cases::metrics::{is_of_audit, is_of_column, is_of_split};
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
@@ -29,6 +29,9 @@ fn has(planned: &[PlannedRun], name: &str) -> bool {
     match name {
         name if name == "split" || is_of_split(name) => planned.iter().any(|run| run.spec.scheme.splits),
         name if name == "audit" || is_of_audit(name) => planned.iter().any(|run| run.spec.audit),
+        name if is_of_column(name) => {
+            planned.iter().any(|run| run.spec.case.trace_columns.iter().any(|own| own == name))
+        }
         _ => true,
     }
 }

@@ -18,6 +18,8 @@ pub struct CoupledSystem {
     pub sides: PerSide<Box<dyn Subsystem>>,
     /// Each row of the trace holds the values of the communication point before (a quirk of a published driver).
     pub late_rows: bool,
+    /// Its runs end where they are no longer finite, and not beyond a multiple of the reference.
+    pub unbounded: bool,
     /// Columns that neither side knows alone.
     pub derived: Vec<DerivedColumn>,
 }
@@ -30,7 +32,7 @@ impl CoupledSystem {
 
     /// Does the same with boxes.
     pub fn of(sides: PerSide<Box<dyn Subsystem>>) -> Self {
-        CoupledSystem { sides, late_rows: false, derived: Vec::new() }
+        CoupledSystem { sides, late_rows: false, unbounded: false, derived: Vec::new() }
     }
 }
 

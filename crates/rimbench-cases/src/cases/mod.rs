@@ -25,6 +25,7 @@ mod lift_table;
 mod memory;
 mod outside;
 mod parameters;
+mod random_body;
 mod recorder;
 mod reference_method;
 mod rocking_block;
@@ -92,6 +93,7 @@ pub fn standard_cases() -> Vec<Case> {
         discs::packed_box(),
         falling_chain::entry(),
         cranes::heap(),
+        random_body::entry(),
         stops::bouncing_ball(),
         elastic_bar::entry(),
         stops::impact_oscillator(),

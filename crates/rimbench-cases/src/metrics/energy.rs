@@ -38,6 +38,10 @@ metrics! {
     "Change of kinetic, potential and elastic energy of both sides"
     => |evidence| evidence.report.audit.total(|account| account.stored);
 
+    GROWTH: "energy_growth" in "-",
+    "Most energy of the whole system, less what was supplied, over that of its start and what was turned over"
+    => |evidence| Some(evidence.run.column(evidence.run.index_of("energy_growth")?).fold(0.0, f64::max));
+
     PUMP_WORK: "pump_work_j" in "J",
     "Energy of the fluid that came from the pump"
     => |evidence| evidence.report.audit.accounts.actuator.map(|account| account.pump);

@@ -66,6 +66,7 @@ pub const METRICS: &[Metric] = &[
     energy::RESIDUAL_IN_IMPACTS,
     energy::INTERFACE_DRIFT,
     energy::STORED_CHANGE,
+    energy::GROWTH,
     energy::PUMP_WORK,
     energy::VALVE_DISSIPATION,
     energy::TANK_OUTFLOW,
@@ -110,6 +111,11 @@ pub fn is_of_friction(name: &str) -> bool {
 /// Tells whether a metric, by name, says something only of schemes with a model for each actuator. Tables of runs without one lack it.
 pub fn is_of_split(name: &str) -> bool {
     [interface::LAMBDA.name, interface::CORRELATION.name].contains(&name)
+}
+
+/// Tells whether a metric, by name, is the largest value of a column that few cases record. Tables of others lack it.
+pub fn is_of_column(name: &str) -> bool {
+    name == energy::GROWTH.name
 }
 
 /// The metrics of audited runs.

@@ -7,7 +7,8 @@ use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{
-    Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_audit, is_of_friction, is_of_split,
+    Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_audit, is_of_column, is_of_friction,
+    is_of_split,
 };
 use rimbench_core::cosim::{Jump, Outcome, Trajectory, Work};
 use rimbench_core::error::{Error, Failure, Result};
@@ -61,7 +62,7 @@ impl EvaluatedRun {
         let all = METRICS.iter().zip(self.metrics.iter().copied());
         all.filter(move |(metric, value)| match metric.name {
             name if is_of_friction(name) => friction,
-            name => value.is_some() || !(is_of_split(name) || is_of_audit(name)),
+            name => value.is_some() || !(is_of_split(name) || is_of_audit(name) || is_of_column(name)),
         })
     }
 

@@ -171,7 +171,7 @@ impl Reference {
     }
 
     /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling
-    /// variable.
+    /// variable, if the case's runs are to be bounded.
     ///
     /// # Errors
     /// Those of building the case.
@@ -185,8 +185,10 @@ impl Reference {
             let outputs = system.sides[side].ports().outputs.iter();
             outputs
                 .map(|port| match self.trajectory.index_of(&port.name) {
-                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(port.quantity.negligible()),
-                    None => f64::INFINITY,
+                    Some(column) if !system.unbounded => {
+                        DIVERGENCE_FACTOR * self.largest[column].max(port.quantity.negligible())
+                    }
+                    _ => f64::INFINITY,
                 })
                 .collect()
         })

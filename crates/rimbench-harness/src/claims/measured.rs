@@ -118,7 +118,7 @@ impl<'a> Values<'a> {
                 // What a run that did not complete has is no point on the way to H = 0.
                 _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
                 _ if claim.statistic == Statistic::Order && floor.is_some_and(|floor| number <= floor) => f64::NAN,
-                _ => number,
+                _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
             let tolerance = tolerance.map(|column| table.number(row, column));
             values.tolerance[row] = tolerance.filter(|value| value.is_finite()).unwrap_or(0.0);
@@ -186,7 +186,8 @@ impl Claim {
             Some(ALL) => format!(", all {key}s"),
             Some(value) => format!(", {key} {value}"),
         });
-        format!("{statistic} {} of {}{relative}{equal}{step}{}", self.metric, self.scheme, problem.concat())
+        let above = self.above.map(|above| format!(" > {above}")).unwrap_or_default();
+        format!("{statistic} {}{above} of {}{relative}{equal}{step}{}", self.metric, self.scheme, problem.concat())
     }
 
     /// Why a run can be left out.

@@ -34,6 +34,8 @@ pub struct Claim {
     pub(crate) macro_step_s: Option<f64>,
     /// A metric by name, or `completed` or `diverged` (1 or 0), or `diverged_at_s`.
     pub(crate) metric: String,
+    /// Counts runs: the value is 1 where the metric is above this, else 0.
+    pub(crate) above: Option<f64>,
     /// What to make of several runs.
     #[serde(default)]
     pub(crate) statistic: Statistic,
