@@ -182,7 +182,7 @@ async function browse() {
     await page.waitForFunction(drawn, { timeout: 120e3 }, name);
     await rest();
     const words = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent));
-    if (words.some((text) => !text || text.split(" ").length > 8)) fail(`${name}: the verdicts are \`${words.join("`, `")}\``);
+    if (words.some((text) => !text || text.split(/\s/).length > 8)) fail(`${name}: the verdicts are \`${words.join("`, `")}\``);
     if (folder) await page.screenshot({ path: path.join(folder, `case-${name}.png`) });
   }
   // The gallery shows every case, and leads to it.

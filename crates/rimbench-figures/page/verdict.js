@@ -22,9 +22,9 @@ const verdict = (() => {
   const extent = (values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
   const peak = (run, name) => (run[`peak ${name}`] ??= run.columns[name].reduce((most, v) => Math.max(most, Math.abs(v)), 0));
   const digits = (value, n = 2) => String(Number(value.toPrecision(n))).replace("-", "−");
-  const millimetres = (metres) => (metres < 0.1 ? `${digits(1000 * metres)} mm` : `${digits(metres)} m`);
-  const milliseconds = (ms) => (ms < 0.1 ? `${digits(1000 * ms, 3)} µs` : `${digits(ms, 3)} ms`);
-  const seconds = (t) => (t < 1 ? milliseconds(1000 * t) : `${t.toFixed(2)} s`);
+  const millimetres = (metres) => (metres < 0.1 ? `${digits(1000 * metres)}\u00a0mm` : `${digits(metres)}\u00a0m`);
+  const milliseconds = (ms) => (ms < 0.1 ? `${digits(1000 * ms, 3)}\u00a0µs` : `${digits(ms, 3)}\u00a0ms`);
+  const seconds = (t) => (t < 1 ? milliseconds(1000 * t) : `${t.toFixed(2)}\u00a0s`);
   const judge = (run, reference, of) => {
     if (run.verdict) return run.verdict;
     const facts = run.facts, force = of.force.column;
@@ -40,7 +40,7 @@ const verdict = (() => {
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
     const parts = failed
       ? [moved, of_force].filter(Boolean).concat(moved || of_force ? [] : [facts.get("outcome").replaceAll("-", " ")])
-      : [moved || stays, of_force || `error ${digits(error)} %`].filter(Boolean);
+      : [moved || stays, of_force || `error ${digits(error)}\u00a0%`].filter(Boolean);
     return (run.verdict = { none: false, failed, when, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
   };
   return { row, at, end, extent, peak, digits, milliseconds, seconds, judge };

@@ -308,7 +308,9 @@ impl Drawing {
             let with = |content: String| Text { content, ..text.clone() };
             let longer = lines.last().map(|line| with(format!("{} {word}", line.content)));
             match (longer, lines.last_mut()) {
-                (Some(longer), Some(line)) if longer.width() <= self.width - 2.0 * BESIDE => *line = longer,
+                (Some(longer), Some(line)) if crate::font::WIDER * longer.width() <= self.width - 2.0 * BESIDE => {
+                    *line = longer
+                }
                 _ => lines.push(with(word.to_owned())),
             }
         }

@@ -24,6 +24,9 @@ pub const CAP_HEIGHT: f64 = 2048.0 / 2816.0;
 /// Ascender minus descender in em: what plotters calls the size of this font is this much larger than its em.
 pub const LINE_HEIGHT: f64 = (2728.0 + 680.0) / 2816.0;
 
+/// How much wider another typeface may be in which a viewer shows the text of an SVG.
+pub const WIDER: f64 = 1.1;
+
 /// Makes the typeface known to plotters; only the first call does anything.
 fn register() {
     static REGISTERED: Once = Once::new();

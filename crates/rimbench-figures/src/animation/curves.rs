@@ -84,8 +84,7 @@ impl Animation {
                 y + 4.0,
                 escaped(words),
             );
-            // Some other typeface may be wider than ours.
-            x += 22.0 + 1.1 * crate::font::width(words, 11.0, crate::drawing::Weight::Regular) + 14.0;
+            x += 22.0 + crate::font::WIDER * crate::font::width(words, 11.0, crate::drawing::Weight::Regular) + 14.0;
             x
         };
         let line = |x: f64, color: Color| {
