@@ -157,7 +157,7 @@ pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> SeriesStyle {
 }
 
 /// What a figure calls a label: its scheme and its variants in words. What a label begins with stands for its scheme where no label that
-/// begins otherwise has the same one, as in `gap/profile`.
+/// begins otherwise has the same one, as in `gap/profile`; else it is a variant too.
 pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
     let scheme = |label: &str| {
         let row = runs.of_label(label).rows().first().copied()?;
@@ -168,7 +168,7 @@ pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
         (Some((first, variant)), Some(own)) if first != own => {
             let same = |other: &&str| begins(other) != first && scheme(other) == Some(own);
             let is_shared = runs.labels(&[]).iter().any(same);
-            styles.shown_name(&if is_shared { label.to_owned() } else { format!("{own}/{variant}") })
+            styles.shown_name(&format!("{own}/{}", if is_shared { label } else { variant }))
         }
         _ => styles.shown_name(label),
     }
