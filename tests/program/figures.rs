@@ -626,10 +626,10 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     let texts = |name: &str, id: &str| texts_in(&place.path().join(format!("{name}/figures/{id}.svg")));
     let few = texts("mine/few", "mine-few-error");
     let says = |words: &str| few.keys().any(|text| text.starts_with(words));
-    assert!(says("diverged") && says("row-0, margin 1 µm"), "{few:?}");
+    assert!(says("diverged") && says("smooth model, row-0, margin 1 µm"), "{few:?}");
     // Of many schemes rows, with the cases' own macro steps; a map by case has the largest stable one.
     let many = texts("mine/many", "mine-many-error");
-    assert!(many.contains_key("row-19, margin 1 µm") && many.contains_key("(b) box"), "{many:?}");
+    assert!(many.contains_key("smooth model, row-19, margin 1 µm") && many.contains_key("(b) box"), "{many:?}");
     // Row 0 diverges at the largest step of both, its limits are 2 µs and 2 ms; those of some others are beyond the steps tried.
     let map = texts("mine/many", "mine-many-stability");
     assert!(["2 µs", "all tried", "none"].iter().all(|limit| map.contains_key(*limit)), "{map:?}");
