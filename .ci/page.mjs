@@ -69,7 +69,7 @@ async function bounds() {
   const page = await browser.newPage();
   await page.setViewport({ width: 1440, height: 900 });
   await page.goto(`file://${path.resolve(subject)}`);
-  await page.waitForFunction(() => document.body.dataset.runs === "ready" && document.body.dataset.figures === "ready");
+  await page.waitForFunction(() => document.body.dataset.runs && document.body.dataset.figures === "ready");
   const { height, stops, unnamed } = await page.evaluate(() => {
     const reachable = [...document.querySelectorAll("a[href],button,input,select,textarea,summary,[tabindex]")];
     const pictures = [...document.querySelectorAll("svg[role=img]")];
