@@ -2,7 +2,8 @@
 //! `docs/cases/random-body.md`; numbers *ours*.
 
 use super::prelude::*;
-use rimbench_core::cosim::{Capabilities, Port, Ports, Quantity, Subsystem, SubsystemCounters, subsystem_methods};
+use crate::models::force_ports;
+use rimbench_core::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -243,15 +244,7 @@ impl Passive {
 
     /// Builds the actuator without deflection.
     fn new(parameters: PassiveParameters) -> Self {
-        let ports = Ports {
-            inputs: vec![
-                Port::new("interface_position_m", Quantity::Position),
-                Port::new("interface_velocity_m_s", Quantity::Velocity),
-            ],
-            outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
-            direct_feedthrough: true,
-        };
-        let counters = SubsystemCounters::default();
+        let (ports, counters) = (force_ports(), SubsystemCounters::default());
         Passive { parameters, deflection: 0.0, time: 0.0, supplied: 0.0, turned_over: 0.0, ports, counters }
     }
 

@@ -36,6 +36,7 @@ pub use ledge::{Ledge, SurfaceContact};
 pub use line_masses::{LineContact, LineDescription, LineMass, LineMasses, LineSpring};
 pub use pressure_coupling::{PressureDrivenMechanics, PressureOutput};
 pub use published_driver::{OwnPosition, PublishedClock, StaleFeedthrough};
+pub(crate) use spring_actuator::force_ports;
 pub use spring_actuator::{BaseMotion, SpringActuator, SpringActuatorParameters};
 pub use two_masses::{CouplingElement, MassRole, MassSide, WalledMass};
 pub use washboard::Washboard;

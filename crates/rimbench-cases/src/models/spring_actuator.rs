@@ -77,6 +77,18 @@ pub struct SpringActuator {
     counters: SubsystemCounters,
 }
 
+/// Returns the ports of an actuator that answers position and velocity of the interface with a force at once.
+pub(crate) fn force_ports() -> Ports {
+    Ports {
+        inputs: vec![
+            Port::new("interface_position_m", Quantity::Position),
+            Port::new("interface_velocity_m_s", Quantity::Velocity),
+        ],
+        outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
+        direct_feedthrough: true,
+    }
+}
+
 impl SpringActuator {
     /// The names of the observables.
     pub const OBSERVABLES: [Name; 2] = [Name::Borrowed("carriage_position_m"), Name::Borrowed("carriage_velocity_m_s")];
@@ -100,14 +112,7 @@ impl SpringActuator {
             p.start,
             OscillatorIntegrator::Exact,
         );
-        let ports = Ports {
-            inputs: vec![
-                Port::new("interface_position_m", Quantity::Position),
-                Port::new("interface_velocity_m_s", Quantity::Velocity),
-            ],
-            outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
-            direct_feedthrough: true,
-        };
+        let ports = force_ports();
         let inputs = InputPolynomials::new(ports.inputs.len());
         Ok(SpringActuator { parameters, carriage, time: 0.0, inputs, ports, counters: SubsystemCounters::default() })
     }
