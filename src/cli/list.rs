@@ -8,7 +8,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::{FigureKey, figure_keys};
 use rimbench::fmi::import::case_file_schema;
-use rimbench::metrics::{METRICS, is_of_audit, is_of_column, is_of_friction, is_of_split};
+use rimbench::metrics::{METRICS, Only};
 use serde_json::Value;
 
 /// Arguments of `list`.
@@ -93,12 +93,12 @@ impl List {
                 .map(|metric| {
                     let mut entry = named(metric.name, metric.about);
                     entry.push(("unit", metric.unit.to_owned()));
-                    let of = match metric.name {
-                        name if is_of_friction(name) => "contacts have friction",
-                        name if is_of_split(name) => "each actuator has a model",
-                        name if is_of_audit(name) => "the model is audited",
-                        name if is_of_column(name) => "the case records it",
-                        _ => "",
+                    let of = match metric.only {
+                        Some(Only::Friction) => "contacts have friction",
+                        Some(Only::Split) => "each actuator has a model",
+                        Some(Only::Audit) => "the model is audited",
+                        Some(Only::Column) => "the case records it",
+                        None => "",
                     };
                     entry.push(("where", of.to_owned()));
                     entry

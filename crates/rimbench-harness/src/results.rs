@@ -15,7 +15,7 @@ use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark};
-use rimbench_cases::metrics::{is_of_audit, is_of_column, is_of_split};
+use rimbench_cases::metrics::{Only, only_of};
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
@@ -26,13 +26,16 @@ use std::path::Path;
 
 /// Tells whether the tables of a plan have a column: those of a split or of an audit only if it has such a run.
 fn has(planned: &[PlannedRun], name: &str) -> bool {
-    match name {
-        name if name == "split" || is_of_split(name) => planned.iter().any(|run| run.spec.scheme.splits),
-        name if name == "audit" || is_of_audit(name) => planned.iter().any(|run| run.spec.audit),
-        name if is_of_column(name) => {
-            planned.iter().any(|run| run.spec.case.trace_columns.iter().any(|own| own == name))
-        }
-        _ => true,
+    let only = match name {
+        "split" => Some(Only::Split),
+        "audit" => Some(Only::Audit),
+        name => only_of(name),
+    };
+    match only {
+        Some(Only::Split) => planned.iter().any(|run| run.spec.scheme.splits),
+        Some(Only::Audit) => planned.iter().any(|run| run.spec.audit),
+        Some(Only::Column) => planned.iter().any(|run| run.spec.case.trace_columns.iter().any(|own| own == name)),
+        Some(Only::Friction) | None => true,
     }
 }
 

@@ -38,7 +38,7 @@ metrics! {
     "Change of kinetic, potential and elastic energy of both sides"
     => |evidence| evidence.report.audit.total(|account| account.stored);
 
-    GROWTH: "energy_growth" in "-",
+    GROWTH: "energy_growth" in "-" of Column,
     "Most energy of the whole system, less what was supplied, over that of its start and what was turned over"
     => |evidence| Some(evidence.run.column(evidence.run.index_of("energy_growth")?).fold(0.0, f64::max));
 

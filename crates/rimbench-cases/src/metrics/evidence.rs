@@ -64,6 +64,8 @@ pub struct Metric {
     pub name: &'static str,
     /// Unit; `-` for a pure number.
     pub unit: &'static str,
+    /// The runs that it says something of; none where these are all.
+    pub only: Option<Only>,
     /// What it must exceed to say more than that it is small; none for what is no error of force or position.
     pub floor: Option<Floor>,
     /// One line.
@@ -72,16 +74,33 @@ pub struct Metric {
     pub compute: fn(&Evidence<'_>) -> Option<f64>,
 }
 
-/// Declares metrics, one after the other: the constant, the name in data and the unit, what it must exceed to say more than that it is small
-/// (`above`, for errors of force and position), one line about it, and how it is computed.
+/// The runs that a metric says something of, where these are not all. Tables without such runs lack it, but for friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Only {
+    /// Of cases whose contacts have friction.
+    Friction,
+    /// Of schemes with a model for each actuator.
+    Split,
+    /// With an account of what the model created.
+    Audit,
+    /// Of cases that record the column of which it is the largest value.
+    Column,
+}
+
+/// Declares metrics, one after the other: the constant, the name in data and the unit, the runs that it is for (`of`, where these are not
+/// all), what it must exceed to say more than that it is small (`above`, for errors of force and position), one line about it, and how it is
+/// computed.
 macro_rules! metrics {
     (@floor) => { None };
     (@floor $floor:path) => { Some($floor) };
-    ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
+    (@only) => { None };
+    (@only $only:ident) => { Some($crate::metrics::Only::$only) };
+    ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(of $only:ident)? $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
         $(#[$doc])*
         pub(super) const $constant: $crate::metrics::Metric = $crate::metrics::Metric {
             name: $name,
             unit: $unit,
+            only: metrics!(@only $($only)?),
             floor: metrics!(@floor $($floor)?),
             about: $about,
             compute: $compute,

@@ -7,7 +7,7 @@ use super::evidence::{Evidence, metrics};
 use super::friction_phase::{FrictionPhase, State};
 
 metrics! {
-    WRONG_STATE: "wrong_friction_state_share" in "-",
+    WRONG_STATE: "wrong_friction_state_share" in "-" of Friction,
     "Share of the time in which some contact does not do what it does in the reference: open, stick, slip one way or the other"
     => |evidence| {
         let (end, _) = span(evidence)?;
@@ -24,7 +24,7 @@ metrics! {
         Some(wrong.fold(0.0, |sum, piece| sum + piece) / end)
     };
 
-    RELEASE_SHIFT_MAX: "release_time_shift_max_s" in "s",
+    RELEASE_SHIFT_MAX: "release_time_shift_max_s" in "s" of Friction,
     "Largest shift in time, early or late, of a contact that sticks and starts to slide in both run and reference"
     => |evidence| {
         releases(evidence)?
@@ -34,21 +34,21 @@ metrics! {
             .reduce(f64::max)
     };
 
-    RELEASES_MISSED: "releases_missed" in "-",
+    RELEASES_MISSED: "releases_missed" in "-" of Friction,
     "Contacts that stick and start to slide in the reference but not within 0.1 s in the run"
     => |evidence| {
         let missed = |[run, reference]: &[Vec<f64>; 2]| reference.len() - matched(run, reference).count();
         Some(releases(evidence)?.iter().map(missed).sum::<usize>() as f64)
     };
 
-    STICK_INTERVALS: "stick_intervals" in "-",
+    STICK_INTERVALS: "stick_intervals" in "-" of Friction,
     "Times for which a contact sticks in the run, that at the start among them; slips up to max(H, 5 ms) between them do not part them"
     => |evidence| {
         let (_, chatter) = span(evidence)?;
         Some(evidence.run_friction.iter().map(|phases| sticks(phases, chatter).len()).sum::<usize>() as f64)
     };
 
-    SLIP_REVERSALS: "slip_reversals" in "-",
+    SLIP_REVERSALS: "slip_reversals" in "-" of Friction,
     "Changes of the direction in which a contact slides in the run, with or without a stick between; a lift-off begins anew"
     => |evidence| {
         span(evidence)?;

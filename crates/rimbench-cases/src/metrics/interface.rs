@@ -3,11 +3,11 @@
 use super::evidence::metrics;
 
 metrics! {
-    LAMBDA: "interface_lambda" in "-",
+    LAMBDA: "interface_lambda" in "-" of Split,
     "Largest eigenvalue λ of the interface's correlations over the run: 1 for actuators that do not feel each other, N for N on one point"
     => |evidence| Some(evidence.report.scheme.interface?.lambda);
 
-    CORRELATION: "interface_correlation" in "-",
+    CORRELATION: "interface_correlation" in "-" of Split,
     "Largest correlation |H_ij|/√(H_ii H_jj) of two rows of the interface over the run"
     => |evidence| Some(evidence.report.scheme.interface?.largest);
 }

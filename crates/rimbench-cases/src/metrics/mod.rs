@@ -21,7 +21,7 @@ mod tests;
 
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub(crate) use event::touch_downs;
-pub use evidence::{Evidence, Inside, InterfaceRow, Metric};
+pub use evidence::{Evidence, Inside, InterfaceRow, Metric, Only};
 pub(crate) use friction_phase::is_state;
 pub use friction_phase::{FrictionPhase, friction_phases};
 pub(crate) use impulse::impulse_column;
@@ -94,41 +94,7 @@ pub fn floor_of(name: &str) -> Option<Floor> {
     METRICS.iter().find(|metric| metric.name == name)?.floor
 }
 
-/// The metrics of cases whose contacts have friction in every run. Of other cases their cells are empty.
-const OF_FRICTION: [&str; 5] = [
-    friction::WRONG_STATE.name,
-    friction::RELEASE_SHIFT_MAX.name,
-    friction::RELEASES_MISSED.name,
-    friction::STICK_INTERVALS.name,
-    friction::SLIP_REVERSALS.name,
-];
-
-/// Tells whether a metric, by name, says something of cases with friction only.
-pub fn is_of_friction(name: &str) -> bool {
-    OF_FRICTION.contains(&name)
-}
-
-/// Tells whether a metric, by name, says something only of schemes with a model for each actuator. Tables of runs without one lack it.
-pub fn is_of_split(name: &str) -> bool {
-    [interface::LAMBDA.name, interface::CORRELATION.name].contains(&name)
-}
-
-/// Tells whether a metric, by name, is the largest value of a column that few cases record. Tables of others lack it.
-pub fn is_of_column(name: &str) -> bool {
-    name == energy::GROWTH.name
-}
-
-/// The metrics of audited runs.
-const OF_AUDIT: [&str; 6] = [
-    model_energy::BY_JUMP.name,
-    model_energy::BY_FIRST_MOMENT.name,
-    model_energy::BY_CONTACTS.name,
-    model_energy::UNFROZEN.name,
-    model_energy::LARGEST_JUMP.name,
-    model_energy::HEAVINESS.name,
-];
-
-/// Tells whether a metric, by name, says something of audited runs only. Tables without such runs lack it.
-pub fn is_of_audit(name: &str) -> bool {
-    OF_AUDIT.contains(&name)
+/// Finds the runs that a metric, by name, says something of; none where these are all, or it is no metric.
+pub fn only_of(name: &str) -> Option<Only> {
+    METRICS.iter().find(|metric| metric.name == name)?.only
 }

@@ -6,10 +6,7 @@ use super::reference::{Reference, friction_of, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
-use crate::metrics::{
-    Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_audit, is_of_column, is_of_friction,
-    is_of_split,
-};
+use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
 use rimbench_core::cosim::{Jump, Outcome, Trajectory, Work};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
@@ -60,9 +57,9 @@ impl EvaluatedRun {
     pub fn metrics_of(&self, case: &Case) -> impl Iterator<Item = (&'static Metric, Option<f64>)> + '_ {
         let friction = case.records_friction();
         let all = METRICS.iter().zip(self.metrics.iter().copied());
-        all.filter(move |(metric, value)| match metric.name {
-            name if is_of_friction(name) => friction,
-            name => value.is_some() || !(is_of_split(name) || is_of_audit(name) || is_of_column(name)),
+        all.filter(move |(metric, value)| match metric.only {
+            Some(Only::Friction) => friction,
+            only => value.is_some() || only.is_none(),
         })
     }
 
