@@ -54,17 +54,3 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
     let last = printed.lines().last().unwrap();
     assert!(last.contains(" claims reproduce") && last.contains("report.html"), "{last}");
 }
-
-#[test]
-fn each_figure_names_an_experiment_and_its_files() {
-    let root = root();
-    let figures = rimbench::figures::FigureList::read(&root.join("paper/figures.toml")).unwrap();
-    assert!(figures.figures.len() >= 4);
-    for figure in &figures.figures {
-        let experiment = root.join("experiments").join(format!("{}.toml", figure.experiment));
-        assert!(experiment.is_file(), "{}: no {}", figure.id, experiment.display());
-        let results = root.join("results").join(&figure.experiment);
-        assert!(results.join("figures").join(format!("{}.svg", figure.id)).is_file(), "{} is not committed", figure.id);
-        assert!(!figure.title.is_empty());
-    }
-}

@@ -3,7 +3,7 @@
 //! These types only describe; [`Figure::draw`] turns them into a [`Drawing`](super::drawing::Drawing).
 
 use super::drawing::Color;
-use super::style::SeriesStyle;
+use super::line_style::LineStyle;
 
 /// Whether equal distances are equal differences or equal ratios.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +86,7 @@ pub struct Series {
     /// Points (x, y). NaN breaks the line; y = +∞ is drawn in a band above the axis.
     pub points: Vec<(f64, f64)>,
     /// Colour, dash, width and marker.
-    pub style: SeriesStyle,
+    pub style: LineStyle,
     /// Line, markers, both, or steps.
     pub mode: Mode,
     /// What it is called in the data behind the picture, where that is not its label: the row of a scheme without remarks on it.
@@ -101,33 +101,9 @@ pub struct Series {
 
 impl Series {
     /// A series drawn as a line.
-    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: SeriesStyle) -> Self {
+    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: LineStyle) -> Self {
         let (name, bars, notes, tags) = Default::default();
         Series { label: label.into(), points, style, mode: Mode::Line, name, bars, notes, tags }
-    }
-
-    /// Names it in the data behind the picture.
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
-    }
-
-    /// Adds thin bars: abscissa, from, to.
-    pub fn bars(mut self, bars: Vec<(f64, [f64; 2])>) -> Self {
-        self.bars = bars;
-        self
-    }
-
-    /// Says what else is known of each point.
-    pub fn notes(mut self, notes: Vec<String>) -> Self {
-        self.notes = notes;
-        self
-    }
-
-    /// Says what is written beside each point where there is room.
-    pub fn tags(mut self, tags: Vec<String>) -> Self {
-        self.tags = tags;
-        self
     }
 
     /// What it is called in the data behind the picture.
@@ -145,13 +121,8 @@ impl Series {
 /// A line that is not data.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Guide {
-    /// A dashed line at a value of y, with a label at its right end.
-    Horizontal {
-        /// Where.
-        y: f64,
-        /// What it marks; may be empty.
-        label: String,
-    },
+    /// A dashed line at a value of y.
+    Horizontal(f64),
     /// The area from the lower end of the axis up to a value of y, shaded, with a dashed line along its upper edge: where values say
     /// nothing. It does not widen the axis.
     Below {
@@ -195,16 +166,6 @@ pub struct Losses {
     pub color: Color,
 }
 
-/// A remark inside a panel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Note {
-    /// One line of text.
-    pub text: String,
-    /// Position as fractions of the panel's width and height from its lower left corner; it also sets the alignment:
-    /// a note in the right third ends there, one in the left third starts there.
-    pub at: (f64, f64),
-}
-
 /// A magnified part of a panel, drawn inside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inset {
@@ -233,8 +194,8 @@ pub struct Panel {
     pub guides: Vec<Guide>,
     /// Areas behind the data.
     pub bands: Vec<Band>,
-    /// Remarks.
-    pub notes: Vec<Note>,
+    /// Remarks, one line of text each, upwards from the lower left corner.
+    pub notes: Vec<String>,
     /// A magnified part.
     pub inset: Option<Inset>,
 }
@@ -274,24 +235,6 @@ impl Panel {
     /// Adds a reference line or slope.
     pub fn guide(mut self, guide: Guide) -> Self {
         self.guides.push(guide);
-        self
-    }
-
-    /// Adds an area behind the data.
-    pub fn band(mut self, band: Band) -> Self {
-        self.bands.push(band);
-        self
-    }
-
-    /// Adds a remark; see [`Note::at`].
-    pub fn note(mut self, text: impl Into<String>, at: (f64, f64)) -> Self {
-        self.notes.push(Note { text: text.into(), at });
-        self
-    }
-
-    /// Adds a magnified part.
-    pub fn inset(mut self, inset: Inset) -> Self {
-        self.inset = Some(inset);
         self
     }
 }

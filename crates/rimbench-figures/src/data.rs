@@ -3,8 +3,8 @@
 use super::chart::{Losses, Mode, Series};
 use super::clip::{self, Rect};
 use super::drawing::{Anchor, Color, Datum, Drawing, Point, SeriesData, Stroke, Text, Weight};
+use super::line_style::LineStyle;
 use super::scale::AxisMap;
-use super::style::SeriesStyle;
 use super::{font, marker};
 
 /// Least height of the band for infinite values and lost runs above an axis, px.
@@ -204,7 +204,7 @@ fn draw_inside(
     }
     let runs = frame.runs(&series.points);
     if series.mode != Mode::Markers {
-        let stroke = Stroke { color: style.color, width: style.width, dash: style.dash };
+        let stroke = style.stroke();
         for run in &runs {
             let path = thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() });
             let points: Vec<Point> = path.iter().map(|vertex| vertex.at).collect();
@@ -236,7 +236,7 @@ fn signs_along(
     drawing: &mut Drawing,
     frame: &Frame,
     points: &[Point],
-    style: &SeriesStyle,
+    style: &LineStyle,
     (index, count): (usize, usize),
 ) {
     let every = (STEP_SIGNS * count as f64).clamp(60.0, 120.0);
@@ -400,8 +400,7 @@ mod tests {
     fn words_beside_points_keep_clear_of_signs_lines_and_each_other() {
         let tags = |text: &str| vec![text.to_owned(); 3];
         let points = vec![(2.0, 3.0), (5.0, 10.0), (8.0, 50.0)];
-        let series =
-            |text: &str| Series::new(text, points.clone(), style_in_list(0)).mode(Mode::LineMarkers).tags(tags(text));
+        let series = |text: &str| Series { tags: tags(text), ..Series::new(text, points.clone(), style_in_list(0)) };
         let mut drawing = Drawing::new(100.0, 200.0);
         // The second lies on the first: there is room for a few words of it, never on those of the first.
         draw_tags(&mut drawing, &frame(), &[series("20"), series("30")]);

@@ -39,9 +39,9 @@ impl Color {
         Color(part(self.0, other.0), part(self.1, other.1), part(self.2, other.2))
     }
 
-    /// Relative luminance in [0, 1], to choose a legible colour on top of this one.
-    pub fn luminance(self) -> f64 {
-        (0.299 * f64::from(self.0) + 0.587 * f64::from(self.1) + 0.114 * f64::from(self.2)) / 255.0
+    /// Writes it as style sheets have it.
+    pub fn hex(self) -> String {
+        format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 }
 

@@ -5,8 +5,9 @@ use super::chart::{Figure, LegendPlace, Panel};
 use super::clip::Rect;
 use super::drawing::Drawing;
 use super::legend::Legend;
+use super::line_style::LineStyle;
 use super::panel::Prepared;
-use super::style::{SeriesStyle, told_apart};
+use super::style::told_apart;
 use rimbench_core::error::{Error, Result};
 
 const MARGIN: f64 = 8.0;
@@ -51,7 +52,7 @@ impl Figure {
             self.panels.iter().flat_map(|panel| &panel.series).map(|series| series.data_name().to_owned()).collect();
         let labels: Vec<&str> = names.iter().map(String::as_str).collect();
         let series = || self.panels.iter().flat_map(|panel| &panel.series);
-        let mut styles: Vec<SeriesStyle> = series().map(|series| series.style).collect();
+        let mut styles: Vec<LineStyle> = series().map(|series| series.style).collect();
         told_apart(&labels, &mut styles);
         let mut next = styles.into_iter();
         for series in figure.panels.iter_mut().flat_map(|panel| &mut panel.series) {

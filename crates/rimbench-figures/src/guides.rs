@@ -1,6 +1,6 @@
 //! Draws what is not data into a panel: reference lines, slope triangles, remarks.
 
-use super::chart::{Guide, Note};
+use super::chart::Guide;
 use super::clip::{self, Rect};
 use super::data::Frame;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -16,7 +16,7 @@ pub const SHADE: Color = Color(0xDB, 0xDD, 0xDF);
 pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     let whole = frame.whole();
     match guide {
-        Guide::Horizontal { y, .. } => {
+        Guide::Horizontal(y) => {
             if let Some(y) = height(frame, *y) {
                 drawing.line(vec![(whole.left, y), (whole.right, y)], LINE);
             }
@@ -52,12 +52,7 @@ pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
                 drawing.text(text.colored(Color::SOFT_INK));
             }
         }
-        Guide::Horizontal { y, label } => {
-            let Some(y) = height(frame, *y) else { return };
-            let above = y - 5.0 - NOTE_SIZE >= area.top;
-            let baseline = if above { y - 5.0 } else { y + 5.0 + 0.73 * NOTE_SIZE };
-            on_paper(drawing, Text::new(label, (area.right - 5.0, baseline), NOTE_SIZE).anchored(Anchor::End));
-        }
+        Guide::Horizontal(_) => {}
         Guide::Slope { order, from, to_x } => {
             let Some([left, right, base, tip]) = slope(frame, *order, *from, *to_x) else { return };
             let (outwards, anchor) = if right > left { (5.0, Anchor::Start) } else { (-5.0, Anchor::End) };
@@ -70,16 +65,12 @@ pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     }
 }
 
-/// Draws one remark on a patch of paper.
-pub fn note(drawing: &mut Drawing, frame: &Frame, note: &Note) {
+/// Draws a remark on a patch of paper, as that of its number from below.
+pub fn note(drawing: &mut Drawing, frame: &Frame, number: usize, note: &str) {
     let area = &frame.area;
-    let at = (area.left + note.at.0 * area.width(), area.bottom - note.at.1 * area.height());
-    let anchor = match note.at.0 {
-        x if x < 1.0 / 3.0 => Anchor::Start,
-        x if x > 2.0 / 3.0 => Anchor::End,
-        _ => Anchor::Middle,
-    };
-    on_paper(drawing, Text::new(&note.text, at, NOTE_SIZE).anchored(anchor).centred());
+    let up = 0.04 + 0.06 * number as f64;
+    let at = (area.left + 0.03 * area.width(), area.bottom - up * area.height());
+    on_paper(drawing, Text::new(note, at, NOTE_SIZE).centred());
 }
 
 fn height(frame: &Frame, y: f64) -> Option<f64> {

@@ -3,8 +3,8 @@
 use super::chart::{Guide, Mode, Panel, Series};
 use super::clip::Rect;
 use super::data::MARKER;
-use super::drawing::{Color, Drawing, Stroke, Text, Weight};
-use super::style::SeriesStyle;
+use super::drawing::{Color, Drawing, Text, Weight};
+use super::line_style::LineStyle;
 use super::{filled_band, font, guides, marker};
 
 /// Size of the entries, px.
@@ -17,7 +17,7 @@ const BETWEEN: f64 = 15.0;
 
 /// What stands before an entry.
 enum Sample {
-    Series { name: String, style: SeriesStyle, line: bool, sign: bool },
+    Series { name: String, style: LineStyle, line: bool, sign: bool },
     Infinite,
     Lost { all: bool },
     Band { color: Color },
@@ -181,8 +181,7 @@ fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: 
     let end = match sample {
         Sample::Series { style, line, sign, .. } => {
             if *line {
-                let stroke = Stroke { color: style.color, width: style.width, dash: style.dash };
-                drawing.line(vec![(left, y), (left + SAMPLE, y)], stroke);
+                drawing.line(vec![(left, y), (left + SAMPLE, y)], style.stroke());
             }
             if *sign {
                 marker::draw(drawing, style.marker, (left + 0.5 * SAMPLE, y), MARKER, style.color);

@@ -1,10 +1,15 @@
 //! Colour, dash and marker of each scheme, the same in every figure.
 
+use super::drawing::{Color, DashPattern, Stroke};
+
+/// Width of a line, px.
+const WIDTH: f64 = 1.35;
+
 /// Colour, dash and marker of one series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineStyle {
-    /// Red, green, blue.
-    pub color: [u8; 3],
+    /// Colour of line and marker.
+    pub color: Color,
     /// Dash pattern of the line.
     pub dash: Dash,
     /// Sign at the data points.
@@ -102,7 +107,7 @@ pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
 ];
 
 /// Dark enough for white paper and none of the colours of the built-in schemes.
-const SPARE_COLORS: [[u8; 3]; 7] = [
+pub(super) const SPARE_COLORS: [[u8; 3]; 7] = [
     [0x88, 0x22, 0x55],
     [0x33, 0x22, 0x88],
     [0x99, 0x8A, 0x22],
@@ -117,8 +122,13 @@ const SPARE_MARKERS: [Marker; 6] =
 
 impl LineStyle {
     /// Puts a style together.
-    pub const fn new(color: [u8; 3], dash: Dash, marker: Marker) -> Self {
-        LineStyle { color, dash, marker }
+    pub const fn new([red, green, blue]: [u8; 3], dash: Dash, marker: Marker) -> Self {
+        LineStyle { color: Color(red, green, blue), dash, marker }
+    }
+
+    /// Returns how its line is drawn.
+    pub fn stroke(&self) -> Stroke {
+        Stroke { color: self.color, width: WIDTH, dash: self.dash.pattern() }
     }
 
     /// Returns the style of a built-in scheme; for another name a spare one, chosen by its letters, so that it is the same on every machine.
@@ -147,6 +157,20 @@ impl LineStyle {
     }
 }
 
+impl Dash {
+    fn pattern(self) -> DashPattern {
+        match self {
+            Dash::Solid => &[],
+            Dash::Long => &[10.0, 2.4],
+            Dash::Dashed => &[5.5, 2.4],
+            Dash::Short => &[3.2, 2.0],
+            Dash::Dotted => &[1.4, 1.8],
+            Dash::DashDot => &[6.4, 2.0, 1.4, 2.0],
+            Dash::DashDotDot => &[6.4, 2.0, 1.4, 2.0, 1.4, 2.0],
+        }
+    }
+}
+
 fn pick<T: Copy>(list: &[T], code: u64) -> T {
     list[(code % list.len() as u64) as usize]
 }
@@ -168,8 +192,15 @@ mod tests {
                 assert!((one.dash, one.marker) != (two.dash, two.marker), "{scheme} and {other} in grey");
                 assert_ne!(one.color, two.color, "{scheme} and {other}");
             }
-            assert!(!SPARE_COLORS.contains(&one.color), "{scheme}");
+            assert!(!SPARE_COLORS.contains(&[one.color.0, one.color.1, one.color.2]), "{scheme}");
         }
+    }
+
+    #[test]
+    fn every_dash_has_a_pattern_of_its_own() {
+        use Dash::{DashDot, DashDotDot, Dashed, Dotted, Long, Short, Solid};
+        let patterns = [Solid, Long, Dashed, Short, Dotted, DashDot, DashDotDot].map(Dash::pattern);
+        assert!((0..patterns.len()).all(|i| (0..i).all(|j| patterns[i] != patterns[j])));
     }
 
     #[test]

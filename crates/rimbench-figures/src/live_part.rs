@@ -48,7 +48,7 @@ fn colors() -> Value {
     let styles = Styles::standard();
     let of = |name: &str| {
         let color = styles.of_label(name).color;
-        json!([color, on_dark_paper(color)].map(|Color(red, green, blue)| format!("#{red:02x}{green:02x}{blue:02x}")))
+        json!([color, on_dark_paper(color)].map(Color::hex))
     };
     Value::Object(
         standard_schemes().iter().map(|scheme| (scheme.name.to_string(), of(&scheme.name))).collect::<Map<_, _>>(),

@@ -244,11 +244,7 @@ impl Sources {
             }
             let row = rows.iter().copied().find(|&row| claims.text(row, ids) == id);
             let row = row.ok_or_else(|| Error::unknown("claim", id, rows.iter().map(|&row| claims.text(row, ids))))?;
-            return match keys.get("stat").unwrap_or("measured") {
-                "verdict" => Ok(claims.text(row, verdict).replace('-', " ")),
-                column @ ("measured" | "low" | "high") => keys.with_unit(claims.number(row, claims.column(column)?)),
-                other => Err(Error::unknown("stat", other, ["measured", "low", "high", "verdict"])),
-            };
+            return keys.with_unit(claims.number(row, claims.column("measured")?));
         }
         let steps = keys.steps()?;
         let [step] = steps[..] else { return Err(Error::invalid("at", steps.len(), "one macro step")) };
@@ -263,7 +259,7 @@ impl Sources {
             (Cell::Text(text), _) => Ok(text),
             (Cell::Number(own), None) => keys.with_unit(own),
             (Cell::Number(own), Some(Cell::Number(other))) => keys.with_unit(own / other),
-            (_, Some(Cell::Text(_))) => Err(Error::invalid("stat", "a count", "a quartile, for a ratio")),
+            (_, Some(Cell::Text(_))) => Err(Error::invalid("stat", "a count", "a median, for a ratio")),
         }
     }
 
@@ -381,19 +377,13 @@ fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
     let metric = keys.get("metric").unwrap_or(SUMMARY_METRICS[0]);
     let place = SUMMARY_METRICS.iter().position(|name| *name == metric);
     let place = place.ok_or_else(|| Error::unknown("metric", metric, SUMMARY_METRICS))?;
-    let [low, middle, high] = row.quartiles[place];
     Ok(match keys.get("stat").unwrap_or("median") {
-        "median" => Cell::Number(middle),
-        "q1" => Cell::Number(low),
-        "q3" => Cell::Number(high),
+        "median" => Cell::Number(row.quartiles[place][1]),
         "completed" => Cell::Text(row.completed.to_string()),
         "runs" => Cell::Text(row.runs.to_string()),
         "worst" => Cell::Number(row.worst.unwrap_or(f64::NAN)),
         "share" => Cell::Number(row.completed as f64 / row.runs as f64),
-        other => {
-            let known = ["median", "q1", "q3", "worst", "completed", "runs", "share"];
-            return Err(Error::unknown("stat", other, known));
-        }
+        other => return Err(Error::unknown("stat", other, ["median", "completed", "runs", "worst", "share"])),
     })
 }
 

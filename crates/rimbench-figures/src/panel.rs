@@ -92,8 +92,8 @@ impl<'a> Prepared<'a> {
         for guide in &panel.guides {
             guides::label(drawing, &frame, guide);
         }
-        for note in &panel.notes {
-            guides::note(drawing, &frame, note);
+        for (number, note) in panel.notes.iter().enumerate() {
+            guides::note(drawing, &frame, number, note);
         }
         if let Some(inset) = &panel.inset {
             inset::draw(drawing, &frame, panel, inset);

@@ -3,32 +3,10 @@
 //! A variant of a scheme (another force return, say) keeps the colour and changes dash and marker. A user's scheme gets a free style, chosen
 //! by the letters of its name.
 
-use super::drawing::{Color, DashPattern};
+use super::drawing::Color;
 use super::line_style::{Dash, LineStyle, Marker, SCHEMES};
 use rimbench_core::name::Name;
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
-
-/// Width of a line, px.
-const WIDTH: f64 = 1.35;
-
-/// How one series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeriesStyle {
-    /// Colour of line and marker.
-    pub color: Color,
-    /// Dash pattern of the line.
-    pub dash: DashPattern,
-    /// Width of the line, px.
-    pub width: f64,
-    /// Sign at the data points.
-    pub marker: Marker,
-}
-
-impl From<LineStyle> for SeriesStyle {
-    fn from(LineStyle { color: [red, green, blue], dash, marker }: LineStyle) -> Self {
-        SeriesStyle { color: legible(Color(red, green, blue)), dash: pattern(dash), width: WIDTH, marker }
-    }
-}
 
 /// Contrast that a line needs against the paper, as accessibility guidelines have it for graphics.
 const CONTRAST: f64 = 3.0;
@@ -54,18 +32,6 @@ fn contrast(Color(red, green, blue): Color) -> f64 {
         if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
     };
     1.05 / (0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue) + 0.05)
-}
-
-fn pattern(dash: Dash) -> DashPattern {
-    match dash {
-        Dash::Solid => &[],
-        Dash::Long => &[10.0, 2.4],
-        Dash::Dashed => &[5.5, 2.4],
-        Dash::Short => &[3.2, 2.0],
-        Dash::Dotted => &[1.4, 1.8],
-        Dash::DashDot => &[6.4, 2.0, 1.4, 2.0],
-        Dash::DashDotDot => &[6.4, 2.0, 1.4, 2.0, 1.4, 2.0],
-    }
 }
 
 /// The reference, which is no scheme.
@@ -113,24 +79,24 @@ impl Styles {
     /// Finds the style of a scheme, of `reference`, or of any other name.
     ///
     /// A variant may follow the scheme's name after `/`, `+`, `:`, `(` or a space, as in `rim-nonsmooth/profile`.
-    pub fn of_label(&self, label: &str) -> SeriesStyle {
+    pub fn of_label(&self, label: &str) -> LineStyle {
         let label = label.trim();
         let (name, variant) = match label.find(ENDS) {
             Some(end) if end > 0 => (&label[..end], label[end..].trim_matches(|c| ENDS.contains(&c) || c == ')')),
             _ => (label, ""),
         };
-        self.of_variant(name, variant).into()
+        self.of_variant(name, variant)
     }
 
     /// Finds the style of a row of an experiment, whose label may begin with another name than its scheme's, as in `gap/profile` of
     /// `rim-nonsmooth-gap`: the scheme's colour all the same.
-    pub fn of_row(&self, label: &str, scheme: &str) -> SeriesStyle {
+    pub fn of_row(&self, label: &str, scheme: &str) -> LineStyle {
         let (name, variant) = label.split_once('/').unwrap_or((label, label));
         let known = |name: &str| self.schemes.iter().any(|entry| entry.name == name);
         if known(label.split(ENDS).next().unwrap_or_default()) || name == REFERENCE.0 || !known(scheme) {
             return self.of_label(label);
         }
-        self.of_variant(scheme, variant).into()
+        self.of_variant(scheme, variant)
     }
 
     /// The style of a scheme's variant: the scheme's colour with another dash and marker. Its own force return, and an empty
@@ -201,7 +167,7 @@ fn margin(variant: &str) -> Option<(&str, &'static str)> {
 
 /// Changes signs, then dashes, of series that would look the same: of one colour no two labels of a figure share a sign while there are
 /// others, and none share dash and sign.
-pub fn told_apart(labels: &[&str], styles: &mut [SeriesStyle]) {
+pub fn told_apart(labels: &[&str], styles: &mut [LineStyle]) {
     const MARKERS: [Marker; 11] = [
         Marker::OpenCircle,
         Marker::OpenSquare,
@@ -218,7 +184,7 @@ pub fn told_apart(labels: &[&str], styles: &mut [SeriesStyle]) {
     const DASHES: [Dash; 7] =
         [Dash::Solid, Dash::Long, Dash::Dashed, Dash::Short, Dash::Dotted, Dash::DashDot, Dash::DashDotDot];
     for index in 0..styles.len() {
-        let others: Vec<SeriesStyle> = styles[..index]
+        let others: Vec<LineStyle> = styles[..index]
             .iter()
             .zip(labels)
             .filter(|(style, label)| **label != labels[index] && style.color == styles[index].color)
@@ -227,7 +193,7 @@ pub fn told_apart(labels: &[&str], styles: &mut [SeriesStyle]) {
         // Of one colour, first of all another sign; with all signs taken, another dash.
         let has_sign = |marker: Marker| others.iter().any(|other| other.marker == marker);
         let has_both =
-            |style: &SeriesStyle| others.iter().any(|other| (other.dash, other.marker) == (style.dash, style.marker));
+            |style: &LineStyle| others.iter().any(|other| (other.dash, other.marker) == (style.dash, style.marker));
         let own = styles[index];
         if !has_sign(own.marker) {
             continue;
@@ -235,9 +201,8 @@ pub fn told_apart(labels: &[&str], styles: &mut [SeriesStyle]) {
         if let Some(marker) = MARKERS.into_iter().find(|marker| !has_sign(*marker)) {
             styles[index].marker = marker;
         } else if has_both(&own) {
-            let choices = DASHES.iter().flat_map(|dash| MARKERS.map(|marker| (pattern(*dash), marker)));
-            let free = choices.map(|(dash, marker)| SeriesStyle { dash, marker, ..own });
-            styles[index] = free.into_iter().find(|style| !has_both(style)).unwrap_or(own);
+            let mut free = DASHES.iter().flat_map(|&dash| MARKERS.map(|marker| LineStyle { dash, marker, ..own }));
+            styles[index] = free.find(|style| !has_both(style)).unwrap_or(own);
         }
     }
     // A label has one look, however often it is drawn.
@@ -250,7 +215,7 @@ pub fn told_apart(labels: &[&str], styles: &mut [SeriesStyle]) {
 
 /// A style for the entry at `index` of a list that only grows, and whose names are no schemes: neighbours differ in colour,
 /// dash and marker, and no two of the first 55 agree in both dash and marker.
-pub fn style_in_list(index: usize) -> SeriesStyle {
+pub fn style_in_list(index: usize) -> LineStyle {
     const COLORS: [[u8; 3]; 8] = [
         [0x00, 0x72, 0xB2],
         [0xD5, 0x5E, 0x00],
@@ -276,19 +241,14 @@ pub fn style_in_list(index: usize) -> SeriesStyle {
         Marker::Pentagon,
     ];
     let (dash, marker) = (DASHES[index % DASHES.len()], MARKERS[index % MARKERS.len()]);
-    LineStyle::new(COLORS[index % COLORS.len()], dash, marker).into()
+    let style = LineStyle::new(COLORS[index % COLORS.len()], dash, marker);
+    LineStyle { color: legible(style.color), ..style }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::line_style::SPARE_COLORS;
     use super::*;
-
-    #[test]
-    fn every_dash_has_a_pattern_of_its_own() {
-        use Dash::{DashDot, DashDotDot, Dashed, Dotted, Long, Short, Solid};
-        let patterns = [Solid, Long, Dashed, Short, Dotted, DashDot, DashDotDot].map(pattern);
-        assert!((0..patterns.len()).all(|i| (0..i).all(|j| patterns[i] != patterns[j])));
-    }
 
     #[test]
     fn the_styles_of_a_list_differ_without_colour() {
@@ -299,11 +259,10 @@ mod tests {
 
     #[test]
     fn every_colour_stands_out_from_the_paper_and_dark_ones_are_left_as_they_are() {
-        for (scheme, _, LineStyle { color: [red, green, blue], .. }) in SCHEMES {
-            let own = Color(red, green, blue);
-            assert!(contrast(legible(own)) >= CONTRAST, "{scheme}");
-            assert_eq!(legible(own), own, "{scheme} is darkened");
+        for (scheme, _, LineStyle { color, .. }) in SCHEMES {
+            assert!(contrast(color) >= CONTRAST, "{scheme}");
         }
+        assert!(SPARE_COLORS.iter().all(|&[red, green, blue]| contrast(Color(red, green, blue)) >= CONTRAST));
         let pale = Color(0xE6, 0x9F, 0x00);
         assert!(
             contrast(pale) < CONTRAST
@@ -354,7 +313,7 @@ mod tests {
         assert!(least_distance(Color(0xD5, 0x5E, 0x00), Color(0xB0, 0x8A, 0x00)) < 3.0);
         for (index, (scheme, _, one)) in SCHEMES.into_iter().enumerate() {
             for (other, _, two) in SCHEMES.into_iter().take(index) {
-                let apart = least_distance(SeriesStyle::from(one).color, SeriesStyle::from(two).color);
+                let apart = least_distance(one.color, two.color);
                 assert!(apart > 6.5, "{scheme} and {other} are {apart:.1} apart");
             }
         }
@@ -421,9 +380,9 @@ mod tests {
         let mut mine = standard_schemes().swap_remove(0);
         mine.name = "my-scheme".into();
         let styles = Styles::of([&mine]);
-        assert_eq!(styles.of_label("my-scheme"), LineStyle::of_name("my-scheme").into());
+        assert_eq!(styles.of_label("my-scheme"), LineStyle::of_name("my-scheme"));
         // So has a name without an entry.
-        assert_eq!(styles.of_label("another-scheme"), LineStyle::of_name("another-scheme").into());
+        assert_eq!(styles.of_label("another-scheme"), LineStyle::of_name("another-scheme"));
         assert_ne!(styles.of_label("another-scheme"), styles.of_label("my-scheme"));
         assert_eq!(styles.of_label("reference").color, Color(0, 0, 0));
     }

@@ -104,10 +104,10 @@ impl Writer {
         match &look {
             Look::Path { fill, stroke } => {
                 self.text.push_str("<path");
-                let fill = fill.map_or_else(|| "none".to_owned(), hex);
+                let fill = fill.map_or_else(|| "none".to_owned(), Color::hex);
                 let _ = write!(self.text, " fill=\"{fill}\"");
                 if let Some(stroke) = stroke {
-                    let _ = write!(self.text, " stroke=\"{}\"", hex(stroke.color));
+                    let _ = write!(self.text, " stroke=\"{}\"", stroke.color.hex());
                     let _ = write!(self.text, " stroke-width=\"{}\"", hundredths(stroke.width));
                     if !stroke.dash.is_empty() {
                         let dash: Vec<String> = stroke.dash.iter().map(|&length| hundredths(length)).collect();
@@ -117,7 +117,7 @@ impl Writer {
                 self.text.push_str(" d=\"");
             }
             Look::Text { size, color, weight, anchor } => {
-                let _ = write!(self.text, "<g font-size=\"{}\" fill=\"{}\"", hundredths(*size), hex(*color));
+                let _ = write!(self.text, "<g font-size=\"{}\" fill=\"{}\"", hundredths(*size), color.hex());
                 if *weight == Weight::Bold {
                     self.text.push_str(" font-weight=\"600\"");
                 }
@@ -176,10 +176,6 @@ impl Writer {
             false => writeln!(self.text, "<text x=\"{x}\" y=\"{y}\">{content}</text>"),
         };
     }
-}
-
-fn hex(Color(red, green, blue): Color) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// A length in hundredths, without what can be left out.

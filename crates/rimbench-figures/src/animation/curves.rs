@@ -1,6 +1,6 @@
 //! The force over time below the drawings, and the key of everything.
 
-use super::palette::{Page, Palette, hex};
+use super::palette::{Page, Palette};
 use super::path::{line, thin_line};
 use super::timing::State;
 use super::{Animation, MARGIN, WIDTH};
@@ -23,7 +23,7 @@ impl Animation {
         let [low, high] = self.force_n;
         let across = |t: f64| left + (t - from) / (to - from) * (right - left);
         let up = |force: f64| top + CHART - (force - low) / (high - low) * CHART;
-        let (ink, soft) = (hex(palette.ink), hex(palette.soft));
+        let (ink, soft) = (palette.ink.hex(), palette.soft.hex());
         let _ = write!(
             body,
             "<clipPath id=\"chart\"><rect x=\"{left}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{CHART}\"/></clipPath>\n\
@@ -38,7 +38,7 @@ impl Animation {
                 let label = signed(format!("{:.0}", force / 1000.0));
                 format!(
                     "<path stroke=\"{}\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" text-anchor=\"end\" fill=\"{soft}\">{label}</text>\n",
-                    hex(palette.ledge),
+                    palette.ledge.hex(),
                     left - 5.0,
                     y + 4.0
                 )
@@ -60,7 +60,7 @@ impl Animation {
             let shown = curve.points.iter().filter(|(t, force)| (from..=to).contains(t) && force.is_finite());
             let points: Vec<(f64, f64)> =
                 shown.map(|&(t, force)| (across(t), up(force).clamp(top - 50.0, top + CHART + 50.0))).collect();
-            let _ = writeln!(body, "<path stroke=\"{}\" d=\"{}\"/>", hex(color), line(&thin_line(&points)));
+            let _ = writeln!(body, "<path stroke=\"{}\" d=\"{}\"/>", color.hex(), line(&thin_line(&points)));
         }
         body.push_str("</g>\n");
         let instants: Vec<f64> = self.schemes.first().map_or_else(Vec::new, |scheme| {
@@ -74,7 +74,7 @@ impl Animation {
 
     /// What the curves and the arrows are, and what the strip leaves out.
     pub(super) fn key(&self, y: f64, page: Page, palette: &Palette, body: &mut String) {
-        let soft = hex(palette.soft);
+        let soft = palette.soft.hex();
         let mut x = MARGIN;
         let mut entry = |sample: String, words: &str| {
             let _ = writeln!(
@@ -88,7 +88,7 @@ impl Animation {
             x
         };
         let line = |x: f64, color: Color| {
-            format!("<path stroke=\"{}\" stroke-width=\"1.6\" d=\"M{x:.1} {y:.1}h16\"/>", hex(color))
+            format!("<path stroke=\"{}\" stroke-width=\"1.6\" d=\"M{x:.1} {y:.1}h16\"/>", color.hex())
         };
         let mut at = MARGIN;
         if self.curves.iter().any(|curve| curve.color.is_none()) {
@@ -100,7 +100,7 @@ impl Animation {
         if self.of.shapes.iter().any(|shape| matches!(shape, Shape::Arrow { .. })) {
             let arrow = format!(
                 "<path fill=\"{}\" d=\"M{:.1} {:.1}v-9h-2.5l4-7l4 7h-2.5v9z\"/>",
-                hex(palette.force),
+                palette.force.hex(),
                 at + 6.5,
                 y + 7.0
             );

@@ -23,7 +23,6 @@ use super::case_picture::Motion;
 use super::drawing::Color;
 use super::vector::escaped;
 use curves::{CHART, KEY};
-use palette::hex;
 use rimbench_cases::cases::Drawing as CaseDrawing;
 use rimbench_core::error::Result;
 use scene::Stage;
@@ -101,7 +100,7 @@ impl Animation {
              font-family=\"sans-serif\" font-size=\"12\" stroke-linejoin=\"round\">\n<title>{}</title>\n<style>{style}</style>\n\
              <rect width=\"{WIDTH}\" height=\"{height:.0}\" rx=\"6\" fill=\"{}\"/>\n{body}</svg>\n",
             escaped(&self.title),
-            hex(palette.paper),
+            palette.paper.hex(),
         ))
     }
 }

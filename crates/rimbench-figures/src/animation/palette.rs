@@ -62,7 +62,3 @@ impl Page {
         }
     }
 }
-
-pub(super) fn hex(Color(red, green, blue): Color) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
-}

@@ -1,6 +1,6 @@
 //! The case with one scheme, and the reference as a thin outline: each shape in a group that moves as its frame does.
 
-use super::palette::{Page, Palette, hex};
+use super::palette::{Page, Palette};
 use super::path::{line, polygon};
 use super::timing::State;
 use super::{Animation, Moving};
@@ -97,14 +97,14 @@ impl Animation {
     ) -> Result<()> {
         let Stage { left, top, cell, drawing, scale, page, index } = *stage;
         let color = page.of(scheme.color);
-        let (ink, soft) = (hex(palette.ink), hex(palette.soft));
+        let (ink, soft) = (palette.ink.hex(), palette.soft.hex());
         let _ = write!(
             body,
             "<text x=\"{left}\" y=\"16\" font-size=\"13\" font-weight=\"600\" fill=\"{0}\">{1}</text>\n\
              <text x=\"{2}\" y=\"16\" font-size=\"13\" font-weight=\"600\" text-anchor=\"end\" fill=\"{0}\">{3}</text>\n\
              <clipPath id=\"view{index}\"><rect width=\"{cell:.1}\" height=\"{drawing:.1}\"/></clipPath>\n\
              <g transform=\"translate({left},{top})\"><g clip-path=\"url(#view{index})\" stroke=\"{ink}\" stroke-width=\"1\">\n",
-            hex(color),
+            color.hex(),
             escaped(&scheme.label),
             left + cell,
             escaped(&scheme.verdict),
@@ -121,7 +121,7 @@ impl Animation {
             body,
             "</g></g><rect width=\"{cell:.1}\" height=\"{drawing:.1}\" fill=\"none\" stroke=\"{}\"/>\n\
              <text x=\"6\" y=\"{1:.1}\" font-size=\"11\" fill=\"{soft}\">thin outline: reference</text>",
-            hex(palette.ledge),
+            palette.ledge.hex(),
             drawing - 6.0,
         );
         if self.enlarged > 1.0 {
@@ -146,7 +146,7 @@ impl Animation {
                 Fill::Metal => palette.metal,
                 Fill::Ground => palette.ground,
             });
-            color.map_or(String::new(), |color| format!(" fill=\"{}\"", hex(color)))
+            color.map_or(String::new(), |color| format!(" fill=\"{}\"", color.hex()))
         };
         let own = |points: &[Point]| points.iter().map(|([x, y], _)| (x * scale, -y * scale)).collect::<Vec<_>>();
         for (number, shape) in self.of.shapes.iter().enumerate() {
@@ -194,8 +194,8 @@ impl Animation {
                 let _ = writeln!(
                     body,
                     "<g {moving}><path transform=\"rotate({turn:.1})\" fill=\"{}\" stroke=\"{}\" stroke-width=\".8\" d=\"M-4 0V-72H-12L0-100L12-72H4V0z\"/></g>",
-                    hex(palette.force),
-                    hex(palette.paper),
+                    palette.force.hex(),
+                    palette.paper.hex(),
                 );
                 continue;
             }

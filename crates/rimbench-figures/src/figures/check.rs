@@ -31,8 +31,7 @@ pub fn labels(figure: &Table) -> Vec<String> {
     let lists = ["labels", "series", "schemes"].into_iter().filter_map(|key| figure.get(key));
     let panels = figure.get("panels").and_then(Value::as_array).into_iter().flatten();
     let bands = |table: &'_ Table| table.get("band").and_then(|band| band.get("labels")).cloned();
-    let of_bands: Vec<Value> =
-        bands(figure).into_iter().chain(panels.clone().filter_map(Value::as_table).filter_map(bands)).collect();
+    let of_bands: Vec<Value> = panels.clone().filter_map(Value::as_table).filter_map(bands).collect();
     let lists = lists.chain(panels.filter_map(|panel| panel.get("labels"))).chain(&of_bands);
     let texts = lists.filter_map(Value::as_array).flatten().filter_map(Value::as_str);
     texts.filter(|label| *label != "reference").map(str::to_owned).collect()
@@ -94,7 +93,6 @@ fn fits(takes: Takes, value: &Value) -> bool {
         Takes::Pixels => number(value).is_some_and(|px| (PIXELS[0]..=PIXELS[1]).contains(&px)),
         Takes::Columns => value.as_integer().is_some_and(|count| (1..=12).contains(&count)),
         Takes::Positive => number(value).is_some_and(|number| number > 0.0),
-        Takes::AboveOne => number(value).is_some_and(|number| number > 1.0),
         Takes::Numbers => numbers(value).is_some_and(|numbers| !numbers.is_empty()),
         Takes::Flag => value.is_bool(),
         Takes::Interval => numbers(value).is_some_and(|ends| matches!(ends[..], [low, high] if low < high)),

@@ -60,8 +60,6 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
         let column = table.column(metric).ok();
         column.is_some_and(|column| (0..table.len()).any(|row| table.number(row, column).is_finite()))
     });
-    let judge = metric.map_or("macro_step_s", |(metric, _)| metric);
-    let wrong = if judge == METRICS[0].0 { 0.1 } else { 1e300 };
     // Where the runs can be lost, or where there is nothing else to see.
     let (across, title, caption) = match problems.len() {
         1 => ("macro-step", "What became of the runs", "What became of the runs, for each scheme and macro step."),
@@ -74,8 +72,8 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
     list += &head("stability", "stability-map", caption);
     let _ = write!(
         list,
-        "source = \"runs.csv, columns label, macro_step_s, outcome\"\ntitle = \"{title}\"\nmetric = \"{judge}\"\n\
-         wrong_above = {wrong:e}\nlabels = {named}\n[[figure.panels]]\nacross = \"{across}\"\n"
+        "source = \"runs.csv, columns label, macro_step_s, outcome\"\ntitle = \"{title}\"\n\
+         labels = {named}\n[[figure.panels]]\nacross = \"{across}\"\n"
     );
     if let Some((metric, words)) = metric {
         let shown = &problems[..problems.len().min(MOST_PANELS)];

@@ -1,9 +1,9 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, name, over_phases, read_runs, style};
+use super::statistics::{Bars, ONLY, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
 use crate::chart::Axis;
-use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
+use crate::dots::{Dot, DotPanel, DotPlot, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
@@ -67,7 +67,7 @@ impl DotsFigure {
             let of_label = |label: &&str| -> Result<Vec<Dot>> {
                 let rows = runs.of_label(label);
                 let step_of = |row: usize| runs.macro_step_ms(row);
-                let points = over_phases(&rows, step_of, &spec.metric, Part::Absolute, self.bars)?;
+                let points = over_phases(&rows, step_of, &spec.metric, f64::abs, self.bars)?;
                 let tried = |step: f64| rows.select(|row| step_of(row) == step).share_completed().is_some();
                 let dot = |index: usize| {
                     let step = steps.get(index).copied();
@@ -79,10 +79,10 @@ impl DotsFigure {
             dots.push(labels.iter().map(of_label).collect::<Result<_>>()?);
         }
         let order = ranked(&dots, labels.len());
-        let (unit, factor) = unit_of(&steps[0]);
+        let (unit, factor) = unit_of(&parts[0]);
         let sign = |index: usize| match alike {
             true => {
-                let step = (steps[0][index] * factor * 1e6).round() / 1e6;
+                let step = rounded(steps[0][index] * factor);
                 Sign { value: step, short: format!("{step}"), label: format!("H = {step} {unit}") }
             }
             false => Sign {
@@ -92,11 +92,6 @@ impl DotsFigure {
             },
         };
         let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
-        let row = |&index: &usize| DotRow {
-            label: name(&all, labels[index], styles),
-            name: labels[index].to_owned(),
-            color: style(&all, labels[index], styles).color,
-        };
         let marks = |spec: &DotsPanel, runs: &Runs<'_>| -> Result<Vec<Vec<f64>>> {
             let column = table.column(&spec.metric)?;
             let of_row = |&row: &usize| {
@@ -123,7 +118,7 @@ impl DotsFigure {
             columns: self.columns.unwrap_or(self.panels.len()),
             quantity,
             signs: (0..most).map(sign).collect(),
-            rows: order.iter().map(row).collect(),
+            rows: order.iter().map(|&index| row(&all, labels[index], styles)).collect(),
             panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect::<Result<_>>()?,
         }
         .draw_if_it_fits()?;
@@ -159,11 +154,6 @@ fn of_point(point: &OverPhases) -> Dot {
     Dot { value: point.median, range, lost: Some(point.lost) }
 }
 
-/// Steps of microseconds say so.
-fn unit_of(steps_ms: &[f64]) -> (&'static str, f64) {
-    if steps_ms.iter().all(|step| *step < 0.1) { ("µs", 1e3) } else { ("ms", 1.0) }
-}
-
 /// Rows by their mean rank over all panels and signs, the least value first; what is lost is last, and of equals the first stays first.
 fn ranked(dots: &[Vec<Vec<Dot>>], rows: usize) -> Vec<usize> {
     let mut total = vec![0.0; rows];
@@ -194,11 +184,5 @@ mod tests {
         let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
         assert_eq!(ranked(&[panel], 3), [2, 1, 0]);
         assert_eq!(ranked(&[], 2), [0, 1]);
-    }
-
-    #[test]
-    fn steps_of_microseconds_say_so() {
-        assert_eq!(unit_of(&[0.002, 0.005]).0, "µs");
-        assert_eq!(unit_of(&[0.002, 1.0]).0, "ms");
     }
 }

@@ -38,8 +38,6 @@ pub enum Takes {
     Columns,
     /// A finite number above zero.
     Positive,
-    /// A finite number above one.
-    AboveOne,
     /// Finite numbers, at least one.
     Numbers,
     /// `true` or `false`.
@@ -86,7 +84,6 @@ impl Takes {
             Takes::Pixels => format!("a number of px from {} to {}", PIXELS[0], PIXELS[1]),
             Takes::Columns => "a whole number from 1 to 12".to_owned(),
             Takes::Positive => "a finite number above 0".to_owned(),
-            Takes::AboveOne => "a finite number above 1".to_owned(),
             Takes::Numbers => "a list of finite numbers, at least one".to_owned(),
             Takes::Flag => "true | false".to_owned(),
             Takes::Interval => "[low, high], finite, low < high".to_owned(),
@@ -162,12 +159,6 @@ pub const NOTE: Key = key(Takes::Text, Then("none"), "what the picture itself sa
 pub const COLUMNS: Key = key(Takes::Columns, Then("all panels in one row"), "panels per row");
 /// Key of figures and panels.
 pub const LABELS: Key = key(Takes::Labels, Then("all there are"), "scheme rows shown");
-/// Key of panels.
-pub const PART: Key = key(
-    Takes::Choice(&["signed", "absolute", "positive", "negative"]),
-    Usual("\"signed\""),
-    "which values of a signed metric; the label should say so",
-);
 /// Key of panels.
 pub const METRIC: Key = key(Takes::Text, Needed, "a column of runs.csv, or `fraction_stable`");
 /// Key of panels.

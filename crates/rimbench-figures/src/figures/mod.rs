@@ -3,7 +3,6 @@
 //! To add one of a known kind: add an entry to the file. To add a kind: write a file with a function from its
 //! description and the experiment's folder to a [`Drawing`], a variant of [`FigureKind`], and its keys in `keys`.
 
-mod band_spec;
 mod check;
 mod cost;
 mod default_figures;

@@ -2,7 +2,7 @@
 //! phase.
 
 use super::keys::*;
-use super::statistics::{Bars, FRACTION_STABLE, ONLY, Only, OverPhases, Part, over_phases, read_runs, refuse_several};
+use super::statistics::{Bars, FRACTION_STABLE, OverPhases, over_phases, read_runs, refuse_several};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel};
 use crate::drawing::Drawing;
@@ -10,6 +10,7 @@ use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_statistics::Runs;
+use std::convert::identity;
 use std::path::Path;
 
 keys! {
@@ -33,8 +34,6 @@ keys! {
             AUTOMATIC,
             "vertical axis; logarithmic, so above 0, but for `fraction_stable`"
         ),
-        only: Only = ONLY,
-        part: Part = PART,
         labels: Vec<String> = LABELS,
         macro_step_s: Option<f64> =
             key(Takes::Positive, Then("the only one there is"), "macro step of the runs shown, s"),
@@ -60,13 +59,12 @@ impl ParameterFigure {
     /// [`Error::File`] for a column or parameter that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let table = read_runs(folder)?;
-        let all = Runs::of(&table)?;
+        let runs = Runs::of(&table)?;
         let values = self.values(&table, folder)?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
             let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.within(spec.range));
-            let runs = spec.only.of(&all)?;
             let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
             let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
             for (label, rows) in self.series(&runs, &values, &spec.labels) {
@@ -79,12 +77,12 @@ impl ParameterFigure {
                         for (_, rows) in rows.by(|row| values[row]) {
                             refuse_several(&rows, "case and set", problem)?;
                         }
-                        over_phases(&rows, |row| values[row], &spec.metric, spec.part, Bars::Range)?
+                        over_phases(&rows, |row| values[row], &spec.metric, identity, Bars::Range)?
                     }
                     // What has no value of the parameter is a level across.
                     false => {
                         refuse_several(&rows, "case and set", problem)?;
-                        let level = over_phases(&rows, |_| 0.0, &spec.metric, spec.part, Bars::Range)?;
+                        let level = over_phases(&rows, |_| 0.0, &spec.metric, identity, Bars::Range)?;
                         let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
                         abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
                     }

@@ -3,7 +3,7 @@
 use super::cost::Cost;
 use super::keys::*;
 use super::statistics::read_runs;
-use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::chart::Axis;
 use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -21,14 +21,13 @@ keys! {
     /// macro steps.
     pub struct ProfileFigure {
         width: f64 = WIDTH,
-        height: f64 = HEIGHT,
         also: Vec<String> =
             key(Takes::Experiments, Usual("[]"), "further experiments whose problems count as well"),
         labels: Vec<String> = key(Takes::Labels, Then("those in every experiment"), "scheme rows shown"),
-        at: Option<Vec<f64>> = key(
+        at: Vec<f64> = key(
             Takes::Numbers,
-            Then("the whole profiles as lines"),
-            "ratios, or budgets, at which the share is shown: a row per scheme, ranked, in place of lines"
+            Needed,
+            "ratios, or budgets, at which the share is shown: a row per scheme, ranked"
         ),
         panels: Vec<ProfilePanel> = panels(ProfilePanel::KEYS),
     }
@@ -38,12 +37,10 @@ keys! {
     struct ProfilePanel {
         title: String = TITLE,
         label: String = key(Takes::Text, Usual("\"ratio to the best\""), "heading of the horizontal axis"),
-        most: f64 =
-            key(Takes::AboveOne, Usual("100"), "largest ratio shown; with `budget` the largest budget"),
-        budget: Option<f64> = key(
-            Takes::Positive,
-            Then("a performance profile"),
-            "least budget shown: makes it a data profile, the share solved within a cost per simulated second"
+        budget: bool = key(
+            Takes::Flag,
+            Usual("false"),
+            "a data profile instead of a performance profile: the share solved within a cost per simulated second"
         ),
         without_exact: bool = WITHOUT_EXACT,
         cost: Option<String> = key(
@@ -84,7 +81,6 @@ impl ProfileFigure {
         if labels.is_empty() {
             return Err(Error::file(folder.join("runs.csv"), "has no label that all experiments of the profile share"));
         }
-        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         let mut ranked = Vec::new();
         for spec in &self.panels {
             let mut costs = Costs::default();
@@ -92,37 +88,17 @@ impl ProfileFigure {
                 spec.collect(folder, runs, &labels, &mut costs)?;
             }
             let rows: Vec<Vec<f64>> = labels.iter().map(|label| costs.row(label)).collect();
-            let x = Axis::log10(&spec.label).range(spec.budget.unwrap_or(1.0), spec.most);
-            let mut panel = Panel::new(&spec.title, x, Axis::linear("share of problems").range(-0.02, 1.02));
             let profiles: Vec<Vec<(f64, f64)>> = match spec.budget {
-                Some(least) => rows.iter().map(|costs| from_budget(least, &data_profile(costs))).collect(),
-                None => performance_ratios(&rows).iter().map(|ratios| performance_profile(ratios)).collect(),
+                true => rows.iter().map(|costs| data_profile(costs)).collect(),
+                false => performance_ratios(&rows).iter().map(|ratios| performance_profile(ratios)).collect(),
             };
-            if let Some(at) = &self.at {
-                ranked.push((spec, profiles.iter().map(|profile| shares(profile, at)).collect::<Vec<_>>()));
-                continue;
-            }
-            for (label, mut corners) in labels.iter().zip(profiles) {
-                corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
-                let series = Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps);
-                panel = panel.series(series.named(*label));
-            }
-            figure = figure.panel(panel);
+            ranked.push((spec, profiles.iter().map(|profile| shares(profile, &self.at)).collect::<Vec<_>>()));
         }
-        match &self.at {
-            Some(at) => self.rows(at, &labels, ranked, styles).draw_if_it_fits(),
-            None => figure.draw_if_it_fits(),
-        }
+        self.rows(&labels, ranked, styles).draw_if_it_fits()
     }
 
-    /// The same in rows, the largest mean share on top.
-    fn rows(
-        &self,
-        at: &[f64],
-        labels: &[&str],
-        panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>,
-        styles: &Styles,
-    ) -> DotPlot {
+    /// The shares in rows, the largest mean share on top.
+    fn rows(&self, labels: &[&str], panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>, styles: &Styles) -> DotPlot {
         let total = |row: usize| panels.iter().map(|(_, shares)| shares[row].iter().sum::<f64>()).sum::<f64>();
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| total(b).total_cmp(&total(a)));
@@ -136,7 +112,7 @@ impl ProfileFigure {
         };
         let first = self.panels.first().map_or("", |spec| spec.label.as_str());
         let within = |value: &f64| {
-            if self.panels.iter().any(|spec| spec.budget.is_some()) {
+            if self.panels.iter().any(|spec| spec.budget) {
                 format!("within {value} {first}")
             } else if *value == 1.0 {
                 "is the best (τ = 1)".to_owned()
@@ -148,7 +124,8 @@ impl ProfileFigure {
             width: self.width,
             columns: self.panels.len(),
             quantity: first.to_owned(),
-            signs: at
+            signs: self
+                .at
                 .iter()
                 .map(|value| Sign { value: *value, short: format!("{value}"), label: within(value) })
                 .collect(),
@@ -172,13 +149,6 @@ fn shares(corners: &[(f64, f64)], at: &[f64]) -> Vec<f64> {
     at.iter().map(|at| share(*at)).collect()
 }
 
-/// The corners of a data profile from the least budget shown.
-fn from_budget(least: f64, corners: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let within = corners.partition_point(|(cost, _)| *cost <= least);
-    let start = within.checked_sub(1).map_or(0.0, |last| corners[last].1);
-    std::iter::once((least, start)).chain(corners[within..].iter().copied()).collect()
-}
-
 impl ProfilePanel {
     /// Adds the problems of one experiment.
     fn collect(&self, folder: &Path, all: &Runs<'_>, labels: &[&str], into: &mut Costs) -> Result<()> {
@@ -193,7 +163,7 @@ impl ProfilePanel {
             None => None,
         };
         // A budget is per simulated second: problems last from milliseconds to ten seconds.
-        let per = |row: usize| self.budget.map_or(1.0, |_| table.number(row, facts[2]));
+        let per = |row: usize| if self.budget { table.number(row, facts[2]) } else { 1.0 };
         let metric = self.metric.as_deref().map(|name| table.column(name)).transpose()?;
         let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
         let good =

@@ -1,8 +1,7 @@
 //! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest usable step on top.
 
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, Part, name, over_phases, read_runs, style};
-use crate::dots::DotRow;
+use super::statistics::{Bars, ONLY, Only, over_phases, read_runs, rounded, row, unit_of};
 use crate::drawing::Drawing;
 use crate::matrix::{Cell, Column, Matrix, MatrixPanel};
 use crate::style::Styles;
@@ -13,19 +12,15 @@ use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::path::Path;
 
+/// What says whether a stable run is right, up to where, and what is said beyond. Results that lack it are not judged.
+const JUDGE: &str = "force_error_rms_of_peak";
+const WRONG_ABOVE: f64 = 0.1;
+const WRONG: &str = "all complete, but the median error is above a tenth of the peak";
+
 keys! {
     /// Options of a stability map.
     pub struct StabilityFigure {
         width: f64 = WIDTH,
-        metric: String = key(
-            Takes::Text,
-            Usual("\"force_error_rms_of_peak\""),
-            "what says whether a stable run is right"
-        ),
-        wrong_above: f64 =
-            key(Takes::Positive, Usual("0.1"), "runs whose median metric is above this are wrong"),
-        wrong_label: String =
-            key(Takes::Text, Usual("\"all complete, but the median error is above a tenth of the peak\""), "what wrong means, in words"),
         labels: Vec<String> = LABELS,
         panels: Vec<StabilityPanel> = panels(StabilityPanel::KEYS),
     }
@@ -87,13 +82,8 @@ impl StabilityFigure {
         for panel in &mut panels {
             panel.cells = order.iter().map(|&row| panel.cells[row].clone()).collect();
         }
-        let row = |&index: &usize| DotRow {
-            label: name(&all[0], labels[index], styles),
-            name: labels[index].to_owned(),
-            color: style(&all[0], labels[index], styles).color,
-        };
-        let rows = order.iter().map(row).collect();
-        Matrix { width: self.width, wrong: self.wrong_label.clone(), rows, panels }.draw_if_it_fits()
+        let rows = order.iter().map(|&index| row(&all[0], labels[index], styles)).collect();
+        Matrix { width: self.width, wrong: WRONG.to_owned(), rows, panels }.draw_if_it_fits()
     }
 
     /// What became of the runs of one label at one macro step.
@@ -102,19 +92,17 @@ impl StabilityFigure {
         Ok(match here.share_completed() {
             None => Cell::NotRun,
             Some(share) if share < 1.0 => Cell::Lost(1.0 - share),
-            Some(_) => {
-                let errors = over_phases(&here, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
-                match errors.first().is_some_and(|error| error.median > self.wrong_above) {
-                    true => Cell::Wrong,
-                    false => Cell::Right,
-                }
-            }
+            Some(_) if here.table().column(JUDGE).is_err() => Cell::Right,
+            Some(_) => match over_phases(&here, |_| step, JUDGE, f64::abs, Bars::Range)?.first() {
+                Some(error) if error.median > WRONG_ABOVE => Cell::Wrong,
+                _ => Cell::Right,
+            },
         })
     }
 
     fn by_step(&self, runs: &Runs<'_>, labels: &[&str]) -> Result<Ranked> {
         let steps = steps_of(runs);
-        let unit = if steps.last().is_some_and(|longest| *longest < 0.1) { "µs" } else { "ms" };
+        let (unit, factor) = unit_of(runs);
         let row = |label: &&str| -> Result<(Vec<Cell>, f64)> {
             let own = runs.of_label(label);
             let cells = steps.iter().map(|&step| self.cell(&own, step)).collect::<Result<Vec<_>>>()?;
@@ -130,8 +118,7 @@ impl StabilityFigure {
             Ok((cells, usable / count + 0.01 * kept))
         };
         let rows = labels.iter().map(row).collect::<Result<_>>()?;
-        let factor = if unit == "µs" { 1e3 } else { 1.0 };
-        let column = |step: &f64| Column { label: rounded(step * factor), value: *step };
+        let column = |step: &f64| Column { label: rounded(step * factor).to_string(), value: *step };
         Ok((steps.iter().map(column).collect(), format!("macro step H ({unit})"), rows))
     }
 
@@ -163,7 +150,7 @@ impl StabilityFigure {
             0.0 => "none".to_owned(),
             value if value.is_infinite() => "all tried".to_owned(),
             value if value < 0.1 => format!("{} µs", rounded(value * 1e3)),
-            value => rounded(value),
+            value => rounded(value).to_string(),
         };
         let row = |limits: &Vec<(f64, f64)>| {
             let count = |value: &f64| Cell::Count(limits.iter().filter(|limit| limit.0 == *value).count());
@@ -179,8 +166,4 @@ impl StabilityFigure {
 /// The macro steps of some runs, ms, ascending.
 fn steps_of(runs: &Runs<'_>) -> Vec<f64> {
     runs.by(|row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect()
-}
-
-fn rounded(value: f64) -> String {
-    format!("{}", (value * 1e6).round() / 1e6)
 }

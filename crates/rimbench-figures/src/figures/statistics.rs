@@ -1,7 +1,9 @@
 //! What figures take from the table of runs: a part of it, and a metric over the phases.
 
 use super::keys::*;
-use crate::style::{SeriesStyle, Styles};
+use crate::dots::DotRow;
+use crate::line_style::LineStyle;
+use crate::style::Styles;
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
@@ -12,33 +14,6 @@ use std::path::Path;
 
 /// Name that stands for the share of phases that completed, where a figure asks for a metric.
 pub const FRACTION_STABLE: &str = "fraction_stable";
-
-/// Which values of a signed metric are shown, so that a logarithmic axis can hold them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Part {
-    /// All, as they are.
-    #[default]
-    Signed,
-    /// Magnitudes.
-    Absolute,
-    /// Those above zero.
-    Positive,
-    /// Those below zero, as magnitudes.
-    Negative,
-}
-
-impl Part {
-    /// The value as it is shown, if it is.
-    pub fn of(self, value: f64) -> Option<f64> {
-        match self {
-            Part::Signed => Some(value),
-            Part::Absolute => Some(value.abs()),
-            Part::Positive => (value > 0.0).then_some(value),
-            Part::Negative => (value < 0.0).then_some(-value),
-        }
-    }
-}
 
 keys! {
     /// One case of an experiment with several, for a figure or a panel of it.
@@ -150,7 +125,7 @@ pub fn floor(runs: &Runs<'_>, metric: &str) -> Option<f64> {
 }
 
 /// How a label is drawn: in the colour of its scheme, whatever it begins with.
-pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> SeriesStyle {
+pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> LineStyle {
     let row = runs.of_label(label).rows().first().copied();
     let scheme = row.zip(runs.table().column("scheme").ok()).map(|(row, column)| runs.table().text(row, column));
     scheme.map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
@@ -174,13 +149,30 @@ pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
     }
 }
 
-/// A metric, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did
+/// The row of a label in a ranked picture.
+pub fn row(runs: &Runs<'_>, label: &str, styles: &Styles) -> DotRow {
+    let color = style(runs, label, styles).color;
+    DotRow { label: name(runs, label, styles), name: label.to_owned(), color }
+}
+
+/// The unit in which macro steps of some runs are shown, and what milliseconds are multiplied by: steps of microseconds say so.
+pub fn unit_of(runs: &Runs<'_>) -> (&'static str, f64) {
+    let longest = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).fold(0.0, f64::max);
+    if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) }
+}
+
+/// A macro step as it was written, without the round-off of another unit.
+pub fn rounded(step: f64) -> f64 {
+    (step * 1e6).round() / 1e6
+}
+
+/// A metric as it is shown, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did
 /// not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
 pub fn over_phases(
     runs: &Runs<'_>,
     x: impl Fn(usize) -> f64,
     metric: &str,
-    part: Part,
+    shown: fn(f64) -> f64,
     bars: Bars,
 ) -> Result<Vec<OverPhases>> {
     if metric == FRACTION_STABLE {
@@ -192,8 +184,8 @@ pub fn over_phases(
     }
     let column = runs.table().column(metric)?;
     let value = |row: usize| {
-        let value = part.of(runs.table().number(row, column));
-        value.filter(|value| value.is_finite()).unwrap_or(f64::NAN)
+        let value = shown(runs.table().number(row, column));
+        if value.is_finite() { value } else { f64::NAN }
     };
     let points = runs.over(x, value).into_iter().map(|point| {
         let median = point.pool.median().unwrap_or(f64::NAN);
@@ -206,18 +198,4 @@ pub fn over_phases(
         OverPhases { x: point.x, median, least, most, lost: point.lost }
     });
     Ok(points.collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_part_of_a_signed_metric_fits_a_logarithmic_axis() {
-        let of = |part: Part| [-2.0, 3.0].map(|value| part.of(value));
-        assert_eq!(of(Part::Signed), [Some(-2.0), Some(3.0)]);
-        assert_eq!(of(Part::Absolute), [Some(2.0), Some(3.0)]);
-        assert_eq!(of(Part::Positive), [None, Some(3.0)]);
-        assert_eq!(of(Part::Negative), [Some(2.0), None]);
-    }
 }

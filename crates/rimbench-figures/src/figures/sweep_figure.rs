@@ -1,15 +1,17 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
-use super::band_spec::{BAND, BandSpec};
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, name, over_phases, read_runs, style};
+use super::statistics::{Bars, ONLY, Only, OverPhases, floor, name, over_phases, read_runs, style, unit_of};
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
-use crate::drawing::Drawing;
-use crate::style::{SeriesStyle, Styles};
+use crate::drawing::{Color, Drawing};
+use crate::line_style::LineStyle;
+use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::Result;
 use rimbench_statistics::{Runs, order_of_medians};
+use std::collections::BTreeMap;
+use std::convert::identity;
 use std::path::Path;
 
 /// A curve that rises less with H has no order that is worth a number.
@@ -27,23 +29,27 @@ keys! {
 }
 
 keys! {
+    /// The area that some scheme rows cover, from the least to the largest value.
+    struct BandSpec {
+        labels: Vec<String> =
+            key(Takes::Labels, Needed, "scheme rows; those lost at a point are left out there"),
+        label: String = key(Takes::Text, Needed, "what the legend says"),
+    }
+}
+
+keys! {
     struct SweepPanel {
         title: String = TITLE,
         metric: String = METRIC,
         label: String = METRIC_LABEL,
         range: Option<[f64; 2]> = RANGE,
         only: Only = ONLY,
-        part: Part = PART,
         labels: Vec<String> = LABELS,
-        band: Option<BandSpec> = BAND,
-        without_exact: bool = WITHOUT_EXACT,
-        bars: Bars = key(
-            Takes::Choice(&["range", "bootstrap"]),
-            Usual("\"range\""),
-            "from least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs)"
+        band: Option<BandSpec> = key(
+            Takes::Table(BandSpec::KEYS),
+            Then("none"),
+            "an area from the least to the largest of some scheme rows"
         ),
-        macro_steps_ms: Option<[f64; 2]> =
-            key(Takes::PositiveInterval, AUTOMATIC, "horizontal axis, ms; nothing beyond is drawn"),
         symlog: Option<[f64; 2]> = key(
             Takes::PositiveInterval,
             Then("a logarithmic axis"),
@@ -74,27 +80,22 @@ impl SweepFigure {
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
             let runs = spec.only.one_of(&all)?;
-            let runs = if spec.without_exact { runs.without_exact()? } else { runs };
-            let longest = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).fold(0.0, f64::max);
-            // Steps of microseconds say so.
-            let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
+            let (unit, factor) = unit_of(&runs);
             let x_axis = Axis::log10(format!("macro step H ({unit})"));
-            let x_axis = x_axis.within(spec.macro_steps_ms.map(|interval| interval.map(|step| step * factor)));
             let y_axis = match spec.symlog {
                 Some([least, most]) => Axis::symlog(&spec.label, least).range(-most, most),
                 None => Axis::log10(&spec.label).within(spec.range),
             };
             let mut panel = Panel::new(&spec.title, x_axis, y_axis);
             if spec.symlog.is_some() {
-                panel = panel.guide(Guide::Horizontal { y: 0.0, label: String::new() });
+                panel = panel.guide(Guide::Horizontal(0.0));
             }
             if let Some(band) = &spec.band {
-                let mut band = spec.filled(band, &runs, styles)?;
-                band.points.iter_mut().for_each(|(step, _)| *step *= factor);
-                panel = panel.band(band);
+                let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label)?, factor)));
+                panel.bands.push(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
             }
             for label in runs.labels(&spec.labels) {
-                let points = spec.points(&runs, label, spec.bars)?;
+                let points = spec.points(&runs, label)?;
                 let has_order = self.panels.len() == 1 && spec.symlog.is_none();
                 let order = if has_order { spec.order(&runs.of_label(label))? } else { None };
                 let levels_off = spec.levels_off(&points);
@@ -112,8 +113,7 @@ impl SweepFigure {
                     }
                     None => shown,
                 };
-                let points: Vec<OverPhases> =
-                    points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect();
+                let points = scaled(points, factor);
                 panel = with_range(panel, &points, label, &entry, style(&runs, label, styles));
             }
             let floor = match &spec.floor {
@@ -137,26 +137,9 @@ impl SweepFigure {
 }
 
 impl SweepPanel {
-    /// The medians of one label over the macro steps shown.
-    fn points(&self, runs: &Runs<'_>, label: &str, bars: Bars) -> Result<Vec<OverPhases>> {
-        let shown = self.shown(&runs.of_label(label));
-        over_phases(&shown, |row| runs.macro_step_ms(row), &self.metric, self.part, bars)
-    }
-
-    /// The runs at the macro steps shown.
-    fn shown<'t>(&self, runs: &Runs<'t>) -> Runs<'t> {
-        let [from, to] = self.macro_steps_ms.unwrap_or([0.0, f64::INFINITY]);
-        runs.select(|row| (from..=to).contains(&runs.macro_step_ms(row)))
-    }
-
-    /// The area from the least to the largest median of some labels.
-    fn filled(&self, band: &BandSpec, runs: &Runs<'_>, styles: &Styles) -> Result<Band> {
-        let mut curves = Vec::new();
-        for label in &band.labels {
-            let points = self.points(runs, label, Bars::Range)?;
-            curves.push(points.into_iter().map(|point| (point.x, point.median)).collect::<Vec<_>>());
-        }
-        Ok(band.filled(&curves, styles))
+    /// The medians of one label over the macro steps.
+    fn points(&self, runs: &Runs<'_>, label: &str) -> Result<Vec<OverPhases>> {
+        over_phases(&runs.of_label(label), |row| runs.macro_step_ms(row), &self.metric, identity, Bars::Range)
     }
 
     /// About where the vertical axis begins.
@@ -182,12 +165,11 @@ impl SweepPanel {
         let floor = floor_of(&self.metric);
         let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
         let mut pairs = Vec::new();
-        for &row in self.shown(runs).completed().rows() {
-            let (step, error) = (runs.macro_step_ms(row), self.part.of(runs.table().number(row, column)));
+        for &row in runs.completed().rows() {
+            let (step, error) = (runs.macro_step_ms(row), runs.table().number(row, column));
             let floor = floor.map(|floor| runs.floor(row, &self.metric, floor)).transpose()?;
-            let known =
-                error.filter(|error| error.is_finite() && floor.is_none_or(|floor| floor.is_nan() || *error > floor));
-            pairs.extend(known.filter(|_| (low..=high).contains(&step)).map(|error| (step, error)));
+            let is_known = error.is_finite() && floor.is_none_or(|floor| floor.is_nan() || error > floor);
+            pairs.extend((is_known && (low..=high).contains(&step)).then_some((step, error)));
         }
         Ok(order_of_medians(pairs))
     }
@@ -199,15 +181,30 @@ impl SweepPanel {
     }
 }
 
+/// The points with macro steps in another unit.
+fn scaled(points: Vec<OverPhases>, factor: f64) -> Vec<OverPhases> {
+    points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect()
+}
+
+impl BandSpec {
+    /// Fills the area between the least and the largest of the curves at each macro step that one of them has; one that is lost there
+    /// is left out, and where all are the band breaks. Its colour is that of the first row.
+    fn filled(&self, curves: &[Vec<OverPhases>], styles: &Styles) -> Band {
+        // Macro steps are above zero: their bits are in order.
+        let mut edges: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
+        for point in curves.iter().flatten() {
+            let edge = edges.entry(point.x.to_bits()).or_insert([f64::NAN; 2]);
+            *edge = [edge[0].min(point.median), edge[1].max(point.median)];
+        }
+        let points = edges.into_iter().map(|(x, edge)| (f64::from_bits(x), edge)).collect();
+        let color = self.labels.first().map_or(Color::SOFT_INK, |label| styles.of_label(label).color);
+        Band { label: self.label.clone(), points, color }
+    }
+}
+
 /// Adds the medians as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were
 /// lost. `name` is the row of the scheme, `entry` what the legend says of it.
-pub(super) fn with_range(
-    mut panel: Panel,
-    points: &[OverPhases],
-    name: &str,
-    entry: &str,
-    style: SeriesStyle,
-) -> Panel {
+pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], name: &str, entry: &str, style: LineStyle) -> Panel {
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
     let lost = points.iter().filter(|point| point.lost > 0.0).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
     if !lost.is_empty() {
@@ -218,8 +215,8 @@ pub(super) fn with_range(
         0.0 => String::new(),
         lost => format!("{:.0} % of the runs diverged", 100.0 * lost),
     };
-    let series = Series::new(entry, medians, style).mode(Mode::LineMarkers).named(name).bars(bars.collect());
-    panel.series(series.notes(points.iter().map(note).collect()))
+    let (name, bars, notes) = (name.to_owned(), bars.collect(), points.iter().map(note).collect());
+    panel.series(Series { mode: Mode::LineMarkers, name, bars, notes, ..Series::new(entry, medians, style) })
 }
 
 #[cfg(test)]
@@ -235,6 +232,15 @@ mod tests {
 
     fn panel(more: &str) -> SweepPanel {
         toml::from_str(&format!("title = \"\"\nmetric = \"error\"\nlabel = \"\"\n{more}")).unwrap()
+    }
+
+    #[test]
+    fn a_band_is_as_wide_as_its_curves_and_breaks_where_all_are_lost() {
+        let spec = BandSpec { labels: vec!["rim-smooth".to_owned()], label: "margins".to_owned() };
+        let band = spec.filled(&[points(&[1.0, f64::NAN, 2.0]), points(&[3.0, f64::NAN])], &Styles::standard());
+        let [first, second, third] = band.points.try_into().unwrap();
+        assert_eq!((first, third), ((0.5, [1.0, 3.0]), (2.0, [2.0, 2.0])));
+        assert!(second.0 == 1.0 && second.1.iter().all(|edge| edge.is_nan()));
     }
 
     #[test]

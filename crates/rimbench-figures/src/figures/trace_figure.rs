@@ -1,6 +1,5 @@
 //! Columns of traces over time, one panel per column or zoom.
 
-use super::band_spec::{BAND, BandSpec};
 use super::keys::*;
 use super::statistics::read_runs;
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
@@ -19,7 +18,6 @@ keys! {
         height: f64 = HEIGHT,
         series: Vec<String> = key(Takes::Labels, Needed, "scheme rows, or `reference`; the first at the back"),
         columns: Option<usize> = COLUMNS,
-        band: Option<BandSpec> = BAND,
         panels: Vec<TracePanel> = panels(TracePanel::KEYS),
     }
 }
@@ -56,9 +54,6 @@ impl TraceFigure {
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let traces = self.series.iter().map(|label| Ok((label, read_table(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
-        let behind = self.band.iter().flat_map(|band| &band.labels);
-        let behind: Vec<ResultsTable> =
-            behind.map(|label| read_table(&trace_path(folder, label)?)).collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
         for spec in &self.panels {
             let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
@@ -67,10 +62,6 @@ impl TraceFigure {
                 Axis::linear("time t (s)").within(spec.time_s),
                 Axis { scale, ..Axis::linear(&spec.label).within(spec.range) },
             );
-            if let Some(band) = &self.band {
-                let curves = behind.iter().map(|trace| trace.pairs("time_s", &spec.column));
-                panel = panel.band(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
-            }
             // Only models that are audited have the columns of an audit.
             let lacks = |(_, trace): &&(&String, ResultsTable)| trace.column(&spec.column).is_err();
             let nobody_has = traces.iter().all(|series| lacks(&series));
@@ -79,18 +70,15 @@ impl TraceFigure {
                 let points = trace.pairs("time_s", &spec.column)?;
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
                 let entry = format!("{}{}", styles.shown_name(label), ending(folder, label)?);
-                panel =
-                    panel.series(Series::new(entry, points, styles.of_label(label)).named(label.as_str()).mode(mode));
+                let series = Series::new(entry, points, styles.of_label(label)).mode(mode);
+                panel = panel.series(Series { name: label.to_string(), ..series });
             }
-            let cut: Vec<String> = traces()
-                .filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose())
-                .collect::<Result<_>>()?;
-            for (line, text) in cut.into_iter().enumerate() {
-                panel = panel.note(text, (0.03, 0.04 + 0.06 * line as f64));
-            }
+            let cut =
+                traces().filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose());
+            panel.notes = cut.collect::<Result<_>>()?;
             if let Some(inset) = &spec.inset {
                 let ([x0, x1], [y0, y1]) = (inset.time_s, inset.range);
-                panel = panel.inset(Inset { x: (x0, x1), y: (y0, y1), place: inset.place });
+                panel.inset = Some(Inset { x: (x0, x1), y: (y0, y1), place: inset.place });
             }
             figure = figure.panel(panel);
         }

@@ -3,7 +3,7 @@
 
 use super::cost::Cost;
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, Part, name, over_phases, read_runs, style};
+use super::statistics::{Bars, ONLY, Only, name, over_phases, read_runs, rounded, style, unit_of};
 use crate::chart::{Axis, Figure, LegendPlace, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -57,7 +57,7 @@ impl WorkPrecisionFigure {
             let work = cost.of_runs(&spec.cost, &table)?;
             let (x, y) = (Axis::log10(&spec.label).within(spec.range), Axis::log10(&self.label).within(self.range));
             let mut panel = Panel::new(&spec.title, x, y);
-            let longest = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).fold(0.0, f64::max);
+            let (unit, factor) = unit_of(&runs);
             for label in runs.labels(&self.labels) {
                 let (mut points, mut steps, mut tags): (Vec<(f64, f64)>, Vec<String>, Vec<String>) = Default::default();
                 let by_step = runs.of_label(label).by(|row| runs.macro_step_ms(row)).into_iter();
@@ -66,11 +66,10 @@ impl WorkPrecisionFigure {
                 });
                 for (step, controlled, completed) in by_tolerance {
                     let finite = |row: usize| if work[row].is_finite() { work[row] } else { f64::NAN };
-                    let error = over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
+                    let error = over_phases(&completed, |_| step, &self.metric, f64::abs, Bars::Range)?;
                     if let Some((work, error)) = completed.pool(finite).median().zip(error.first()) {
                         points.push((work, error.median));
-                        let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
-                        let step = (step * factor * 1e6).round() / 1e6;
+                        let step = rounded(step * factor);
                         steps.push(format!("H = {step} {unit}"));
                         // Of several points at one macro step the tolerance tells them apart, unless it is so large that it never counts.
                         tags.push(if (1e-12..1e6).contains(&controlled) {
@@ -89,7 +88,7 @@ impl WorkPrecisionFigure {
                 };
                 let entry = format!("{}{lost}", name(&runs, label, styles));
                 let series = Series::new(entry, points, style(&runs, label, styles)).mode(Mode::LineMarkers);
-                panel = panel.series(series.named(label).notes(steps).tags(tags));
+                panel = panel.series(Series { name: label.to_owned(), notes: steps, tags, ..series });
             }
             figure = figure.panel(panel);
         }

@@ -4,6 +4,7 @@ use super::store::{Claim, Study, Verdict};
 use super::{Report, folded};
 use crate::claims_table::significant;
 use crate::vector::escaped;
+use rimbench_cases::cases::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use std::fmt::Write;
 
@@ -180,30 +181,13 @@ pub(super) fn words(quantity: &str) -> (String, &'static str) {
     (spoken.join(" "), unit)
 }
 
-/// Ends of column names that say the unit; the longer ones first.
-const UNITS: [(&str, &str); 12] = [
-    ("_n_s", "N s"),
-    ("_m_s", "m/s"),
-    ("_per_s", "1/s"),
-    ("_rad", "rad"),
-    ("_pa", "Pa"),
-    ("_kg", "kg"),
-    ("_at_s", "s"),
-    ("_n", "N"),
-    ("_m", "m"),
-    ("_j", "J"),
-    ("_w", "W"),
-    ("_s", "s"),
-];
-
 /// A column's name as words, and its unit; none for what is no column's name.
 pub(super) fn column_in_words(name: &str) -> Option<(String, &'static str)> {
     if !name.contains('_') || !name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_') {
         return None;
     }
-    let (stem, unit) =
-        UNITS.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, ""));
-    Some((stem.replace('_', " "), unit))
+    let (stem, unit) = name.strip_suffix("_per_s").map_or_else(|| without_unit(name), |stem| (stem, "1/s"));
+    Some((stem.trim_end_matches("_at").replace('_', " "), unit.trim_matches('-')))
 }
 
 /// The marks of the head, failures first; each leads to its claim.

@@ -4,7 +4,7 @@
 
 use super::Report;
 use super::store::Study;
-use crate::drawing::{Datum, PanelData};
+use crate::drawing::{Datum, PanelData, SeriesData};
 use crate::vector;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -13,7 +13,6 @@ use flate2::write::GzEncoder;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::io::Write as _;
 
 /// How much of the runs is packed.
@@ -116,45 +115,34 @@ pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usi
     if count * detail.letters() > most {
         return Ok(None);
     }
-    let mut json = String::from("{\"studies\":[");
-    for (index, study) in report.studies.iter().enumerate() {
-        comma(&mut json, index);
-        pack_study(&mut json, study, detail);
-    }
-    json.push_str("],\"figures\":{");
-    if detail < Detail::Nothing {
-        let figures = report.studies.iter().flat_map(|study| &study.figures);
-        let drawn = figures.filter_map(|(id, _, made)| Some((id, made.as_ref().ok()?)));
-        for (index, (id, drawing)) in drawn.enumerate() {
-            comma(&mut json, index);
-            let _ = write!(json, "{}:", text(id));
-            pack_panels(&mut json, &drawing.data);
-        }
-    }
-    json.push('}');
+    let drawn = report.studies.iter().flat_map(|study| &study.figures);
+    let drawn = || drawn.clone().filter_map(|(id, _, made)| Some((id.as_str(), made.as_ref().ok()?)));
+    let values = drawn().filter(|_| detail < Detail::Nothing).map(|(id, drawing)| (id, panels(&drawing.data)));
+    let mut parts = vec![
+        ("studies", list(report.studies.iter().map(|study| object(parts_of(study, detail))))),
+        ("figures", object(values)),
+    ];
     if figures {
-        json.push_str(",\"svg\":{");
         let in_text = report.in_text();
-        let drawn = report.studies.iter().flat_map(|study| &study.figures);
-        let drawn = drawn.filter_map(|(id, _, made)| Some((id, made.as_ref().ok()?)));
-        for (index, (id, drawing)) in drawn.filter(|(id, _)| !in_text.contains(id.as_str())).enumerate() {
-            comma(&mut json, index);
-            let _ = write!(json, "{}:{}", text(id), text(&vector::svg(drawing)));
-        }
-        json.push('}');
+        let others = drawn().filter(|(id, _)| !in_text.contains(id));
+        parts.push(("svg", object(others.map(|(id, drawing)| (id, text(&vector::svg(drawing)))))));
     }
-    json.push('}');
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
-    let packed = packed.write_all(json.as_bytes()).and_then(|()| packed.finish());
+    let packed = packed.write_all(object(parts).as_bytes()).and_then(|()| packed.finish());
     let packed = packed.map_err(|error| Error::Incompatible(format!("the runs cannot be packed: {error}")))?;
     let letters = BASE64_STANDARD.encode(packed);
     Ok((letters.len() <= most).then_some(letters))
 }
 
-fn comma(json: &mut String, index: usize) {
-    if index > 0 {
-        json.push(',');
-    }
+/// Writes a list in JSON.
+fn list(items: impl IntoIterator<Item = String>) -> String {
+    format!("[{}]", items.into_iter().collect::<Vec<_>>().join(","))
+}
+
+/// Writes an object in JSON.
+fn object<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> String {
+    let entries: Vec<String> = entries.into_iter().map(|(key, value)| format!("{}:{value}", text(key))).collect();
+    format!("{{{}}}", entries.join(","))
 }
 
 fn text(text: &str) -> String {
@@ -162,189 +150,143 @@ fn text(text: &str) -> String {
 }
 
 /// A number with so many digits, as JSON: null for NaN, and beyond all numbers for what is infinite.
-fn number(json: &mut String, value: f64, digits: usize) {
+fn number(value: f64, digits: usize) -> String {
     if value.is_nan() {
-        json.push_str("null");
-    } else if value.is_infinite() {
-        json.push_str(if value > 0.0 { "1e999" } else { "-1e999" });
-    } else {
-        let written = format!("{value:.*e}", digits - 1);
-        let (mantissa, exponent) = written.split_once('e').unwrap_or((&written, "0"));
-        let mantissa =
-            if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
-        json.push_str(mantissa);
-        if exponent != "0" {
-            let _ = write!(json, "e{exponent}");
-        }
+        return "null".to_owned();
     }
+    if value.is_infinite() {
+        return if value > 0.0 { "1e999" } else { "-1e999" }.to_owned();
+    }
+    let written = format!("{value:.*e}", digits - 1);
+    let (mantissa, exponent) = written.split_once('e').unwrap_or((&written, "0"));
+    let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
+    if exponent == "0" { mantissa.to_owned() } else { format!("{mantissa}e{exponent}") }
 }
 
-fn pack_study(json: &mut String, study: &Study, detail: Detail) {
-    let _ = write!(json, "{{\"name\":{},\"anchor\":{}", text(&study.name), text(&study.anchor()));
-    if let Some(runs) = study.runs.as_ref().filter(|_| detail < Detail::NoRuns) {
-        pack_runs(json, study, runs, detail);
+fn parts_of(study: &Study, detail: Detail) -> Vec<(&'static str, String)> {
+    let mut parts = vec![("name", text(&study.name)), ("anchor", text(&study.anchor()))];
+    let runs = study.runs.as_ref().filter(|_| detail < Detail::NoRuns);
+    if let Some((runs, id)) = runs.and_then(|runs| Some((runs, runs.column("run_id").ok()?))) {
+        let outcome = runs.column("outcome").unwrap_or(runs.names().len());
+        let short = |row: usize| runs.text(row, id).get(..detail.id()).unwrap_or(runs.text(row, id));
+        let ids: String = (0..runs.len()).map(|row| format!("{} ", short(row))).collect();
+        parts.extend([
+            ("count", runs.len().to_string()),
+            ("ids", text(&ids)),
+            ("settings", settings(runs, outcome, detail)),
+            ("metrics", metrics(runs, outcome, detail)),
+            ("claims", claims(study, runs, id)),
+            ("traces", traces(study, runs, detail.rows())),
+        ]);
     }
-    json.push('}');
+    parts
 }
 
-fn pack_runs(json: &mut String, study: &Study, runs: &ResultsTable, detail: Detail) {
-    let Ok(id) = runs.column("run_id") else { return };
-    let names = runs.names();
-    let outcome = runs.column("outcome").unwrap_or(names.len());
-    let _ = write!(json, ",\"count\":{},\"ids\":\"", runs.len());
-    let short = |row: usize| runs.text(row, id).get(..detail.id()).unwrap_or(runs.text(row, id));
-    (0..runs.len()).for_each(|row| json.push_str(&format!("{} ", short(row))));
-    json.push_str("\",\"settings\":{");
+/// Of each setting the values that there are, and which of them each run has.
+fn settings(runs: &ResultsTable, outcome: usize, detail: Detail) -> String {
+    let names = runs.names().iter().enumerate().take(outcome + 1).skip(1).map(|(column, name)| (name.as_str(), column));
     let reasons = (detail <= Detail::Digits).then(|| runs.column("reason").ok()).flatten();
-    let settings = names.iter().enumerate().take(outcome + 1).skip(1).map(|(column, name)| (column, name.as_str()));
-    for (index, (column, name)) in settings.chain(reasons.map(|column| (column, "reason"))).enumerate() {
-        comma(json, index);
+    let setting = |(name, column)| {
         let mut known: Vec<&str> = Vec::new();
         let mut index_of: HashMap<&str, usize> = HashMap::new();
-        let indices: Vec<usize> = (0..runs.len())
-            .map(|row| {
-                let cell = runs.text(row, column);
-                *index_of.entry(cell).or_insert_with(|| {
-                    known.push(cell);
-                    known.len() - 1
-                })
+        let index = |row: usize| {
+            let cell = runs.text(row, column);
+            *index_of.entry(cell).or_insert_with(|| {
+                known.push(cell);
+                known.len() - 1
             })
-            .collect();
-        let values: Vec<String> = known.iter().map(|cell| text(cell)).collect();
-        let _ = write!(json, "{}:[[{}]", text(name), values.join(","));
-        if known.len() > 1 {
-            json.push_str(",[");
-            for (at, index) in indices.iter().enumerate() {
-                comma(json, at);
-                let _ = write!(json, "{index}");
-            }
-            json.push(']');
-        }
-        json.push(']');
-    }
-    json.push_str("},\"metrics\":{");
-    let counters = outcome..names.len();
-    let is_number = |column: usize| (0..runs.len()).any(|row| !runs.number(row, column).is_nan());
-    let mut packed = 0;
-    for (column, name) in names.iter().enumerate().filter(|(column, _)| counters.contains(column)) {
-        let name = name.as_str();
-        let exact = CHECKED.contains(&name) && detail <= Detail::Digits;
+        };
+        let indices = list((0..runs.len()).map(index).map(|index| index.to_string()));
+        let values = list(known.iter().map(|cell| text(cell)));
+        (name, list(if known.len() > 1 { vec![values, indices] } else { vec![values] }))
+    };
+    object(names.chain(reasons.map(|column| ("reason", column))).map(setting))
+}
+
+fn metrics(runs: &ResultsTable, outcome: usize, detail: Detail) -> String {
+    let names = runs.names().iter().map(String::as_str).enumerate().skip(outcome);
+    let wanted = |(column, name): &(usize, &str)| {
         let wanted = match detail {
-            Detail::Full => name != "outcome" && name != "wall_limit_s",
-            Detail::Digits => exact || MAIN.contains(&name),
-            Detail::Main => MAIN.contains(&name),
-            _ => MAIN[..2].contains(&name),
+            Detail::Full => *name != "outcome" && *name != "wall_limit_s",
+            Detail::Digits => CHECKED.contains(name) || MAIN.contains(name),
+            Detail::Main => MAIN.contains(name),
+            _ => MAIN[..2].contains(name),
         };
         // Of several columns of one name the last is the counter.
-        if !wanted || !is_number(column) || runs.last_column(name).ok() != Some(column) {
-            continue;
-        }
-        comma(json, packed);
-        packed += 1;
-        let _ = write!(json, "{}:[", text(name));
-        for row in 0..runs.len() {
-            comma(json, row);
-            let value = runs.number(row, column);
-            match exact && value.is_finite() {
-                true => {
-                    let _ = write!(json, "{value:?}");
-                }
-                false => number(json, value, detail.digits()),
-            }
-        }
-        json.push(']');
-    }
-    json.push_str("},\"claims\":[");
+        let is_number = || (0..runs.len()).any(|row| !runs.number(row, *column).is_nan());
+        wanted && is_number() && runs.last_column(name).ok() == Some(*column)
+    };
+    object(names.filter(wanted).map(|(column, name)| {
+        let exact = CHECKED.contains(&name) && detail <= Detail::Digits;
+        let cell = |row: usize| match runs.number(row, column) {
+            value if exact && value.is_finite() => format!("{value:?}"),
+            value => number(value, detail.digits()),
+        };
+        (name, list((0..runs.len()).map(cell)))
+    }))
+}
+
+/// Each claim with its runs: first and last of each stretch.
+fn claims(study: &Study, runs: &ResultsTable, id: usize) -> String {
     let rows: HashMap<&str, usize> = (0..runs.len()).map(|row| (runs.text(row, id), row)).collect();
-    for (index, claim) in study.claims.iter().enumerate() {
-        comma(json, index);
+    list(study.claims.iter().map(|claim| {
         let mut rows: Vec<usize> = claim.run_ids.iter().filter_map(|id| rows.get(id.as_str()).copied()).collect();
         rows.sort_unstable();
-        // First and last of each stretch.
         let stretches = rows.chunk_by(|a, b| *b == a + 1).map(|rows| format!("{},{}", rows[0], rows[rows.len() - 1]));
-        let _ = write!(json, "[{},[{}]]", text(&claim.text), stretches.collect::<Vec<_>>().join(","));
-    }
-    json.push_str("],\"traces\":{");
-    pack_traces(json, study, runs, detail.rows());
-    json.push('}');
+        list([text(&claim.text), list(stretches)])
+    }))
 }
 
 /// Columns of a trace that are packed where it has them; of another, the first few.
 const SHOWN: [&str; 4] = ["actuator_force_n", "effective_mass_kg", "actuator_length_m", "actuator_velocity_m_s"];
 
-fn pack_traces(json: &mut String, study: &Study, runs: &ResultsTable, most: usize) {
-    let Some(column) = runs.column("trace").ok().filter(|_| most > 0) else { return };
-    let mut packed = 0;
-    for row in (0..runs.len()).filter(|&row| !runs.text(row, column).is_empty()) {
-        let Ok(trace) = read_table(&study.folder.join("traces").join(runs.text(row, column))) else { continue };
-        let Ok(time) = trace.column("time_s") else { continue };
+fn traces(study: &Study, runs: &ResultsTable, most: usize) -> String {
+    let column = runs.column("trace").ok().filter(|_| most > 0);
+    let of_row = |row: usize| {
+        let name = Some(runs.text(row, column?)).filter(|name| !name.is_empty())?;
+        let trace = read_table(&study.folder.join("traces").join(name)).ok()?;
+        let time = trace.column("time_s").ok()?;
         let mut columns: Vec<usize> = SHOWN.iter().filter_map(|name| trace.column(name).ok()).collect();
         if columns.is_empty() {
             columns = (0..trace.names().len()).filter(|column| *column != time).take(SHOWN.len()).collect();
         }
         columns.insert(0, time);
-        comma(json, packed);
-        packed += 1;
-        let _ = write!(json, "\"{row}\":{{");
         let every = trace.len().div_ceil(most).max(1);
-        for (index, &column) in columns.iter().enumerate() {
-            comma(json, index);
-            let _ = write!(json, "{}:[", text(&trace.names()[column]));
-            for (at, row) in (0..trace.len()).step_by(every).enumerate() {
-                comma(json, at);
-                number(json, trace.number(row, column), 5);
-            }
-            json.push(']');
-        }
-        json.push('}');
-    }
+        let values = |column| list((0..trace.len()).step_by(every).map(|row| number(trace.number(row, column), 5)));
+        let entries = columns.iter().map(|&column| (trace.names()[column].as_str(), values(column)));
+        Some((row.to_string(), object(entries)))
+    };
+    let all: Vec<(String, String)> = (0..runs.len()).filter_map(of_row).collect();
+    object(all.iter().map(|(row, trace)| (row.as_str(), trace.clone())))
 }
 
 /// Most points of a series; a trace has more.
 const POINTS: usize = 160;
 
-fn pack_panels(json: &mut String, panels: &[PanelData]) {
-    json.push('[');
-    for (index, panel) in panels.iter().enumerate() {
-        comma(json, index);
-        let _ = write!(json, "[{},{},{},[", text(&panel.title), text(&panel.x), text(&panel.y));
-        for (index, series) in panel.series.iter().enumerate() {
-            comma(json, index);
-            let every = series.points.len().div_ceil(POINTS).max(1);
-            let _ = write!(json, "[{},{every},[", text(&series.name));
-            for (index, point) in series.points.iter().step_by(every).enumerate() {
-                comma(json, index);
-                pack_point(json, point);
-            }
-            json.push_str("]]");
-        }
-        json.push_str("]]");
-    }
-    json.push(']');
+fn panels(panels: &[PanelData]) -> String {
+    let series = |series: &SeriesData| {
+        let every = series.points.len().div_ceil(POINTS).max(1);
+        list([text(&series.name), every.to_string(), list(series.points.iter().step_by(every).map(point))])
+    };
+    let panel = |panel: &PanelData| {
+        list([text(&panel.title), text(&panel.x), text(&panel.y), list(panel.series.iter().map(series))])
+    };
+    list(panels.iter().map(panel))
 }
 
 /// `[x, y, least, most, across, down, note]`, as short as its end allows.
-fn pack_point(json: &mut String, point: &Datum) {
-    json.push('[');
-    number(json, point.x, 5);
-    json.push(',');
-    number(json, point.y, 5);
-    let [low, high] = point.range.unwrap_or([f64::NAN; 2]);
+fn point(point: &Datum) -> String {
+    let mut parts = vec![number(point.x, 5), number(point.y, 5)];
     if point.range.is_some() || point.at.is_some() || !point.note.is_empty() {
-        json.push(',');
-        number(json, low, 4);
-        json.push(',');
-        number(json, high, 4);
+        parts.extend(point.range.unwrap_or([f64::NAN; 2]).map(|end| number(end, 4)));
     }
-    if let Some((across, down)) = point.at {
-        let _ = write!(json, ",{:.0},{:.0}", across, down);
-    } else if !point.note.is_empty() {
-        json.push_str(",null,null");
+    match point.at {
+        Some((across, down)) => parts.extend([across, down].map(|at| format!("{at:.0}"))),
+        None if !point.note.is_empty() => parts.extend(["null"; 2].map(str::to_owned)),
+        None => {}
     }
-    if !point.note.is_empty() {
-        let _ = write!(json, ",{}", text(&point.note));
-    }
-    json.push(']');
+    parts.extend((!point.note.is_empty()).then(|| text(&point.note)));
+    list(parts)
 }
 
 #[cfg(test)]
@@ -353,29 +295,20 @@ mod tests {
 
     #[test]
     fn numbers_are_as_short_as_their_digits_allow() {
-        let of = |value: f64, digits: usize| {
-            let mut json = String::new();
-            number(&mut json, value, digits);
-            json
-        };
-        assert_eq!(of(1234.5678, 3), "1.23e3");
-        assert_eq!(of(5.0, 6), "5");
-        assert_eq!(of(-0.000_25, 4), "-2.5e-4");
-        assert_eq!(of(f64::NAN, 4), "null");
-        assert_eq!(of(f64::NEG_INFINITY, 4), "-1e999");
-        assert_eq!(of(0.0, 4), "0");
+        assert_eq!(number(1234.5678, 3), "1.23e3");
+        assert_eq!(number(5.0, 6), "5");
+        assert_eq!(number(-0.000_25, 4), "-2.5e-4");
+        assert_eq!(number(f64::NAN, 4), "null");
+        assert_eq!(number(f64::NEG_INFINITY, 4), "-1e999");
+        assert_eq!(number(0.0, 4), "0");
     }
 
     #[test]
     fn a_point_is_as_long_as_what_is_known_of_it() {
-        let point = Datum { x: 1.0, y: 2.0, range: None, note: String::new(), at: None };
-        let of = |point: &Datum| {
-            let mut json = String::new();
-            pack_point(&mut json, point);
-            json
-        };
-        assert_eq!(of(&point), "[1,2]");
-        assert_eq!(of(&Datum { at: Some((3.2, 4.0)), ..point.clone() }), "[1,2,null,null,3,4]");
-        assert_eq!(of(&Datum { note: "a".to_owned(), y: f64::NAN, ..point }), "[1,null,null,null,null,null,\"a\"]");
+        let plain = Datum { x: 1.0, y: 2.0, range: None, note: String::new(), at: None };
+        assert_eq!(point(&plain), "[1,2]");
+        assert_eq!(point(&Datum { at: Some((3.2, 4.0)), ..plain.clone() }), "[1,2,null,null,3,4]");
+        let noted = Datum { note: "a".to_owned(), y: f64::NAN, ..plain };
+        assert_eq!(point(&noted), "[1,null,null,null,null,null,\"a\"]");
     }
 }
