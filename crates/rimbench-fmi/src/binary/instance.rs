@@ -244,81 +244,36 @@ impl Instance {
         Ok(model)
     }
 
-    /// Writes the values of some variables one after the other; says how many they were.
+    /// Writes the numbers of some variables one after the other.
     pub(super) fn get_numbers(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Refusal> {
-        let mut room = values.iter_mut();
-        let mut put = |value: f64| match room.next() {
-            Some(place) => {
-                place.write(value);
-                Ok(())
-            }
-            None => Err("there is less room than the variables have values".to_owned()),
-        };
+        let mut found = Vec::with_capacity(values.len());
         for &reference in references {
-            let kind = self.variable(reference, |_| true, "variable")?.kind;
-            match kind {
-                Kind::Time => put(self.state.time)?,
-                Kind::Input(k) => put(self.state.u[k])?,
-                Kind::Output(k) => put(self.outputs()?[k])?,
-                Kind::Rate(k) => put(self.rates()?.rate[k])?,
-                Kind::LongestStep => put(self.state.longest)?,
-                Kind::ModelStep => put(self.state.model_step)?,
-                Kind::Observable(k) => put(self.observed()?[k])?,
+            match self.variable(reference, |_| true, "variable")?.kind {
+                Kind::Time => found.push(self.state.time),
+                Kind::Input(k) => found.push(self.state.u[k]),
+                Kind::Output(k) => found.push(self.outputs()?[k]),
+                Kind::Rate(k) => found.push(self.rates()?.rate[k]),
+                Kind::LongestStep => found.push(self.state.longest),
+                Kind::ModelStep => found.push(self.state.model_step),
+                Kind::Observable(k) => found.push(self.observed()?[k]),
                 Kind::InterfaceWork => {
                     let work = self.built()?.subsystem.capabilities().interface_work();
-                    put(work.ok_or("no account of work is kept")?)?;
+                    found.push(work.ok_or("no account of work is kept")?);
                 }
                 Kind::Parameter(k) => match self.state.parameters.iter().nth(k) {
-                    Some((_, Value::Number(number))) => put(*number)?,
+                    Some((_, Value::Number(number))) => found.push(*number),
                     _ => return Err(format!("value reference {reference} is no number")),
                 },
                 Kind::Model(part) => {
                     let model = self.model(matches!(part, Model::KinkTime | Model::KinkJump))?;
-                    let rows = model.interface_start() + model.interface();
-                    match part {
-                        Model::H => (0..rows * rows).try_for_each(|at| put(model.entry(at / rows, at % rows)))?,
-                        Model::A => model.a.iter().try_for_each(|value| put(*value))?,
-                        Model::W => model.w.iter().try_for_each(|value| put(*value))?,
-                        Model::Gap => model.gap.iter().try_for_each(|value| put(*value))?,
-                        Model::OwnApproach => {
-                            // A minus sign, also of zero, says that the contact is plastic.
-                            let signed = |(own, plastic): (f64, bool)| if plastic { -own } else { own };
-                            (0..model.contacts())
-                                .try_for_each(|contact| put(signed(model.own_approach_of(contact))))?;
-                        }
-                        Model::Position => model.position.iter().try_for_each(|value| put(*value))?,
-                        Model::Stabilisation => put(model.stabilisation)?,
-                        Model::Restitution => put(model.restitution)?,
-                        Model::Stiffness => put(model.spring.map_or(0.0, |spring| spring.stiffness))?,
-                        Model::Damping => put(model.spring.map_or(0.0, |spring| spring.damping))?,
-                        Model::Friction => model.friction.iter().try_for_each(|value| put(*value))?,
-                        Model::FrictionAtRest => put(model.stiction.map_or(0.0, |stiction| stiction.at_rest))?,
-                        Model::FrictionInMotion => put(model.stiction.map_or(0.0, |stiction| stiction.in_motion))?,
-                        Model::TangentialRestitution => put(model.tangential_restitution)?,
-                        Model::KinkTime => {
-                            let times =
-                                model.acceleration_jumps.iter().map(|(time, _)| time).chain(std::iter::repeat(0.0));
-                            times.take(model.acceleration_jumps.places()).try_for_each(&mut put)?;
-                        }
-                        Model::KinkJump => {
-                            let jumps = model.acceleration_jumps.iter().flat_map(|(_, jumps)| jumps).copied();
-                            jumps
-                                .chain(std::iter::repeat(0.0))
-                                .take(model.acceleration_jumps.places() * rows)
-                                .try_for_each(&mut put)?;
-                        }
-                        Model::AtBound | Model::State | Model::SolvedState | Model::KinkCount => {
-                            return Err(format!("value reference {reference} is no Float64"));
-                        }
+                    if !append_part(model, part, &mut found) {
+                        return Err(format!("value reference {reference} is no Float64"));
                     }
                 }
                 Kind::Serialisable => return Err("serialisable is Boolean".to_owned()),
             }
         }
-        match room.next() {
-            None => Ok(()),
-            Some(_) => Err("there is more room than the variables have values".to_owned()),
-        }
+        write_all(found, values)
     }
 
     pub(super) fn get_booleans(&mut self, references: &[u32], values: &mut [MaybeUninit<bool>]) -> Result<(), Refusal> {
@@ -330,36 +285,22 @@ impl Instance {
                 _ => return Err(format!("value reference {reference} is not Boolean")),
             }
         }
-        if found.len() != values.len() {
-            return Err(format!("there is room for {} values, and the variables have {}", values.len(), found.len()));
-        }
-        values.iter_mut().zip(found).for_each(|(place, truth)| {
-            place.write(truth);
-        });
-        Ok(())
+        write_all(found, values)
     }
 
     pub(super) fn get_integers(&mut self, references: &[u32], values: &mut [MaybeUninit<i32>]) -> Result<(), Refusal> {
         let mut found = Vec::with_capacity(values.len());
         for &reference in references {
             match self.variable(reference, |_| true, "variable")?.kind {
-                Kind::Model(Model::State) => {
-                    found.extend(self.model(false)?.states.iter().map(|state| i32::from(*state as u8)));
-                }
+                Kind::Model(Model::State) => found.extend(self.model(false)?.states.iter().map(|state| *state as i32)),
                 Kind::Model(Model::SolvedState) => {
-                    found.extend(self.model(false)?.solved_states.iter().map(|state| i32::from(*state as u8)));
+                    found.extend(self.model(false)?.solved_states.iter().map(|state| *state as i32));
                 }
                 Kind::Model(Model::KinkCount) => found.push(self.model(true)?.acceleration_jumps.iter().count() as i32),
                 _ => return Err(format!("value reference {reference} is no Int32")),
             }
         }
-        if found.len() != values.len() {
-            return Err(format!("there is room for {} values, and the variables have {}", values.len(), found.len()));
-        }
-        values.iter_mut().zip(found).for_each(|(place, number)| {
-            place.write(number);
-        });
-        Ok(())
+        write_all(found, values)
     }
 
     /// The text of a parameter that is one of some names.
@@ -592,6 +533,53 @@ impl Instance {
         };
         Ok(Kept { state, token: Arc::clone(&self.token) })
     }
+}
+
+/// Writes values into room that must hold as many.
+fn write_all<T>(found: Vec<T>, room: &mut [MaybeUninit<T>]) -> Result<(), Refusal> {
+    if found.len() != room.len() {
+        return Err(format!("there is room for {} values, and the variables have {}", room.len(), found.len()));
+    }
+    room.iter_mut().zip(found).for_each(|(place, value)| {
+        place.write(value);
+    });
+    Ok(())
+}
+
+/// Appends a part of an interface model; returns false for one that is no number.
+fn append_part(model: &ReducedInterfaceModel, part: Model, found: &mut Vec<f64>) -> bool {
+    let rows = model.interface_start() + model.interface();
+    let (jumps, places) = (&model.acceleration_jumps, model.acceleration_jumps.places());
+    match part {
+        Model::H => found.extend((0..rows * rows).map(|at| model.entry(at / rows, at % rows))),
+        Model::A => found.extend_from_slice(&model.a),
+        Model::W => found.extend_from_slice(&model.w),
+        Model::Gap => found.extend_from_slice(&model.gap),
+        // A minus sign, also of zero, says that the contact is plastic.
+        Model::OwnApproach => found.extend((0..model.contacts()).map(|contact| {
+            let (own, plastic) = model.own_approach_of(contact);
+            if plastic { -own } else { own }
+        })),
+        Model::Position => found.extend_from_slice(&model.position),
+        Model::Stabilisation => found.push(model.stabilisation),
+        Model::Restitution => found.push(model.restitution),
+        Model::Stiffness => found.push(model.spring.map_or(0.0, |spring| spring.stiffness)),
+        Model::Damping => found.push(model.spring.map_or(0.0, |spring| spring.damping)),
+        Model::Friction => found.extend_from_slice(&model.friction),
+        Model::FrictionAtRest => found.push(model.stiction.map_or(0.0, |stiction| stiction.at_rest)),
+        Model::FrictionInMotion => found.push(model.stiction.map_or(0.0, |stiction| stiction.in_motion)),
+        Model::TangentialRestitution => found.push(model.tangential_restitution),
+        Model::KinkTime => {
+            let times = jumps.iter().map(|(time, _)| time);
+            found.extend(times.chain(std::iter::repeat(0.0)).take(places));
+        }
+        Model::KinkJump => {
+            let entries = jumps.iter().flat_map(|(_, jumps)| jumps).copied();
+            found.extend(entries.chain(std::iter::repeat(0.0)).take(places * rows));
+        }
+        Model::AtBound | Model::State | Model::SolvedState | Model::KinkCount => return false,
+    }
+    true
 }
 
 /// The parameters that an FMU begins with.

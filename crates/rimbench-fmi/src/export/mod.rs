@@ -16,6 +16,7 @@ use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::{Side, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::solver_entry::SolverEntry;
+use rimbench_results::checksums::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -81,8 +82,7 @@ impl Contents {
 
     /// What distinguishes this FMU from all others: a hash of everything above.
     pub fn token(&self) -> String {
-        let words = format!("{self:?}");
-        Sha256::digest(words.as_bytes()).iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+        hex(&Sha256::digest(format!("{self:?}"))[..16])
     }
 }
 

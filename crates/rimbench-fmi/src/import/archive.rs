@@ -3,6 +3,7 @@
 use super::description::Description;
 use crate::export::{LAYERED_STANDARD, platform};
 use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums::hex;
 use rimbench_results::input::{read_bytes, read_text};
 use sha2::{Digest, Sha256};
 use std::env::consts::{DLL_SUFFIX, OS};
@@ -36,7 +37,7 @@ impl Unpacked {
     pub(super) fn open(file: &Path) -> Result<Self> {
         let wrong = |message: String| Error::file(file, message);
         let bytes = read_bytes(file, MOST_BYTES)?;
-        let digest = Sha256::digest(&bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        let digest = hex(&Sha256::digest(&bytes)[..8]);
         let mut archive = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| wrong(format!("is no FMU: no zip archive ({error})")))?;
         let folder = tempfile::Builder::new()

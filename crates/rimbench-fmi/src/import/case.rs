@@ -8,6 +8,7 @@ use rimbench_core::cosim::{PerSide, Side, check_coupling};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name};
 use rimbench_core::solver_entry::SolverEntry;
+use rimbench_results::checksums::hex;
 use rimbench_results::input::read_text;
 use rimbench_results::text_place::said_at;
 use sha2::{Digest, Sha256};
@@ -92,7 +93,7 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     let mut hash = Sha256::new();
     hash.update(&text);
     Side::BOTH.into_iter().for_each(|side| hash.update(&members[side].unpacked.digest));
-    let digest = hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let digest = hex(&hash.finalize()[..8]);
     let process = match (file.process, program) {
         (ProcessKind::Own, Some(program)) => Process::Own {
             program: program.to_owned(),
