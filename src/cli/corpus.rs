@@ -1,9 +1,9 @@
 //! `rimbench solvers --harvest`: harvest the contact problems of actual runs.
 
 use super::print;
-use super::progress::Every;
+use super::progress::Progress;
 use rimbench::atomic_file::check_writable_file;
-use rimbench::corpus::{Corpus, Harvest, Posed, harvest, harvest_with_friction};
+use rimbench::corpus::{Corpus, Harvest, Problem, harvest, harvest_with_friction};
 use rimbench::shipped;
 use std::path::{Path, PathBuf};
 
@@ -13,34 +13,26 @@ pub(super) fn harvest_to(out: Option<PathBuf>, friction: bool) -> anyhow::Result
     let out = out.unwrap_or_else(|| PathBuf::from(shipped));
     // A place that cannot be written is found before anything is computed.
     check_writable_file(&out)?;
-    let mut lines = Every::seconds(2.0);
-    let mut runs = 0;
-    let mut progress = |source: &str| {
-        runs += 1;
-        if lines.is_due() {
-            eprintln!("run {runs}: {source}");
-        }
+    let progress = Progress::begin("solvers", None);
+    let mut told = |source: &str| {
+        progress.about(source);
+        progress.done(true);
     };
-    if friction {
-        let corpus = harvest_with_friction(&Harvest::with_friction(), &mut progress)?;
-        written(&corpus, &out)
-    } else {
-        let corpus = harvest(&Harvest::default(), &mut progress)?;
-        written(&corpus, &out)
-    }
+    let written = match friction {
+        true => written(&harvest_with_friction(&Harvest::with_friction(), &mut told)?, &out),
+        false => written(&harvest(&Harvest::default(), &mut told)?, &out),
+    };
+    progress.end();
+    print(&written?)
 }
 
-fn written<P: Posed>(corpus: &Corpus<P>, path: &Path) -> anyhow::Result<()> {
+fn written<const FRICTION: bool>(corpus: &Corpus<FRICTION>, path: &Path) -> anyhow::Result<String> {
     corpus.write(path)?;
     let bytes = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
-    let mut sizes: Vec<usize> = corpus.problems().map(P::contacts).collect();
+    let mut sizes: Vec<usize> = corpus.problems().map(Problem::contacts).collect();
     sizes.sort_unstable();
     let counted = sizes.chunk_by(|a, b| a == b).map(|chunk| format!("{} with n = {}", chunk.len(), chunk[0]));
-    print(&format!(
-        "{}: {} problems in {} stretches, {bytes} bytes\n{}",
-        path.display(),
-        corpus.len(),
-        corpus.stretches.len(),
-        counted.collect::<Vec<_>>().join(", ")
-    ))
+    let counted = counted.collect::<Vec<_>>().join(", ");
+    let (problems, stretches) = (corpus.len(), corpus.stretches.len());
+    Ok(format!("{}: {problems} problems in {stretches} stretches, {bytes} bytes\n{counted}", path.display()))
 }

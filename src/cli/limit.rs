@@ -6,7 +6,7 @@ use super::progress::{Heartbeat, plain_time};
 use super::run_options::RunOptions;
 use super::screen::{Mood, Table, headline, row};
 use super::simulate::in_words;
-use super::{Format, complain, print, with_files};
+use super::{Format, complain, print, print_json, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
@@ -89,7 +89,7 @@ impl Limit {
         drop(alive);
         complain(&cache);
         match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
+            Format::Json => print_json(&facts(&found)),
             Format::Table => {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));

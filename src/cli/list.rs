@@ -2,11 +2,11 @@
 
 use super::json::Object;
 use super::screen::{cut, paragraph, width};
-use super::{Format, print, schema};
+use super::{Format, print, print_json, schema};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
-use rimbench::figures::{FigureKey, figure_keys};
+use rimbench::figures::figure_keys;
 use rimbench::fmi::import::case_file_schema;
 use rimbench::metrics::{METRICS, Only};
 use serde_json::Value;
@@ -54,14 +54,10 @@ impl List {
                 .cases()
                 .iter()
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
-                .map(|case| {
-                    let mut entry = named(&case.name, &case.about);
-                    entry.push(("for", case.purpose.to_string()));
-                    entry
-                })
+                .map(|case| entry(&case.name, &case.about, [("for", case.purpose.to_string())]))
                 .collect(),
-            What::ExperimentSchema => return print_schema(&schema::experiment(catalogue)),
-            What::CaseSchema => return print_schema(&case_file_schema()),
+            What::ExperimentSchema => return print_json(&schema::experiment(catalogue)),
+            What::CaseSchema => return print_json(&case_file_schema()),
             What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
                 let message = "--case goes with `list cases` and `list parameters` only";
                 return Err(Error::Incompatible(message.to_owned()).into());
@@ -70,29 +66,24 @@ impl List {
                 .schemes()
                 .iter()
                 .map(|scheme| {
-                    let mut entry = named(&scheme.name, &scheme.about);
-                    entry.push(("order", scheme.order.to_string()));
-                    entry.push(("sequence", scheme.sequence.to_string()));
                     let gain = scheme.gain.as_ref().map(|gain| format!("{} ({})", gain.default, gain.about));
-                    entry.push(("gain", gain.unwrap_or_default()));
-                    entry.push(("real-time", if scheme.real_time() { "yes" } else { "no" }.to_owned()));
-                    entry
+                    let more = [
+                        ("order", scheme.order.to_string()),
+                        ("sequence", scheme.sequence.to_string()),
+                        ("gain", gain.unwrap_or_default()),
+                        ("real-time", if scheme.real_time() { "yes" } else { "no" }.to_owned()),
+                    ];
+                    entry(&scheme.name, &scheme.about, more)
                 })
                 .collect(),
             What::Solvers => catalogue
                 .solvers()
                 .iter()
-                .map(|solver| {
-                    let mut entry = named(&solver.name, &solver.about);
-                    entry.push(("guaranteed", solver.guaranteed.clone().into_owned()));
-                    entry
-                })
+                .map(|solver| entry(&solver.name, &solver.about, [("guaranteed", solver.guaranteed.to_string())]))
                 .collect(),
             What::Metrics => METRICS
                 .iter()
                 .map(|metric| {
-                    let mut entry = named(metric.name, metric.about);
-                    entry.push(("unit", metric.unit.to_owned()));
                     let of = match metric.only {
                         Some(Only::Friction) => "contacts have friction",
                         Some(Only::Split) => "each actuator has a model",
@@ -100,8 +91,7 @@ impl List {
                         Some(Only::Column) => "the case records it",
                         None => "",
                     };
-                    entry.push(("where", of.to_owned()));
-                    entry
+                    entry(metric.name, metric.about, [("unit", metric.unit.to_owned()), ("where", of.to_owned())])
                 })
                 .collect(),
             What::Parameters => catalogue
@@ -110,19 +100,26 @@ impl List {
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
                 .flat_map(|case| case.parameters.iter().map(|parameter| (&case.name, parameter)))
                 .map(|(case, parameter)| {
-                    let mut entry = named(&parameter.name, &parameter.about);
-                    entry.push(("unit", parameter.unit.clone().into_owned()));
-                    entry.push(("default", parameter.default.to_string()));
-                    entry.push(("valid", parameter.range.to_string()));
-                    entry.push(("source", parameter.source.clone().into_owned()));
-                    entry.push(("case", case.clone().into_owned()));
-                    entry
+                    let more = [
+                        ("unit", parameter.unit.to_string()),
+                        ("default", parameter.default.to_string()),
+                        ("valid", parameter.range.to_string()),
+                        ("source", parameter.source.to_string()),
+                        ("case", case.to_string()),
+                    ];
+                    entry(&parameter.name, &parameter.about, more)
                 })
                 .collect(),
-            What::FigureKeys => figure_keys().into_iter().map(of_figures).collect(),
+            What::FigureKeys => figure_keys()
+                .into_iter()
+                .map(|key| {
+                    let more = [("place", key.place), ("takes", key.takes), ("absent", key.absent)];
+                    entry(key.name, key.about, more)
+                })
+                .collect(),
         };
         match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&json(&entries))?),
+            Format::Json => print_json(&json(&entries)),
             Format::Table if self.long => print(&entries.iter().map(long).collect::<Vec<_>>().join("\n\n")),
             Format::Table => print(&short(&entries)),
         }
@@ -150,18 +147,8 @@ fn long(entry: &Entry) -> String {
     format!("{name}\n{}", lines.collect::<Vec<_>>().join("\n"))
 }
 
-fn print_schema(schema: &Value) -> anyhow::Result<()> {
-    print(&serde_json::to_string_pretty(schema)?)
-}
-
-fn of_figures(key: FigureKey) -> Entry {
-    let mut entry = named(key.name, key.about);
-    entry.extend([("place", key.place), ("takes", key.takes), ("absent", key.absent)]);
-    entry
-}
-
-fn named(name: &str, about: &str) -> Entry {
-    vec![("name", name.to_owned()), ("about", about.to_owned())]
+fn entry<const N: usize>(name: &str, about: &str, more: [(&'static str, String); N]) -> Entry {
+    [("name", name.to_owned()), ("about", about.to_owned())].into_iter().chain(more).collect()
 }
 
 /// An array of objects; a default that is a number stands as a number, one that is a choice as a text.

@@ -215,6 +215,11 @@ fn print(text: &str) -> anyhow::Result<()> {
     }
 }
 
+/// Prints a value as JSON, for programs.
+fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+    print(&serde_json::to_string_pretty(value)?)
+}
+
 /// How good what FMUs were probed for is, a line for each of them.
 fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
     let line = |(file, quality): (&PathBuf, &ProbeQuality)| {

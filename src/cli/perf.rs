@@ -3,7 +3,7 @@
 use super::perf_compare::Compare;
 use super::perf_measuring::{HISTORY, Measuring};
 use super::screen::Table;
-use super::{Format, print};
+use super::{Format, print, print_json};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
@@ -115,7 +115,7 @@ impl Show {
         let rows = history.of_record(history.select(&self.record)?);
         let [first, ..] = rows.as_slice() else { unreachable!("a record has rows") };
         if self.format == Format::Json {
-            return print(&serde_json::to_string_pretty(&rows)?);
+            return print_json(&rows);
         }
         print(&format!(
             "record {}, revision {}, {}, {}, {}",

@@ -1,7 +1,7 @@
 //! `rimbench perf compare`: records of a history, or git revisions built side by side.
 
 use super::perf_measuring::{HISTORY, Measuring};
-use super::print;
+use super::{print, print_json};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use rimbench::BUILD;
@@ -56,7 +56,11 @@ impl Compare {
         };
         match format {
             Output::Markdown => print(&comparison.markdown())?,
-            Output::Json => print(&serde_json::to_string_pretty(&comparison.json())?)?,
+            Output::Json => {
+                let mut object = serde_json::to_value(&comparison)?;
+                object["regressions"] = comparison.regressions().into();
+                print_json(&object)?;
+            }
         }
         Ok(if comparison.regressions().is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }

@@ -2,7 +2,7 @@
 
 use super::json::Object;
 use super::screen::{Table, paragraph};
-use super::{Format, print};
+use super::{Format, print, print_json};
 use rimbench::catalogue::Catalogue;
 use rimbench::harness::{Experiment, PlannedRun};
 use rimbench::runs::Fact;
@@ -16,7 +16,7 @@ const SHOWN: usize = 40;
 pub(super) fn show(experiment: &Experiment, catalogue: &Catalogue, all: bool, format: Format) -> anyhow::Result<()> {
     let planned = experiment.plan(catalogue, false)?;
     if format == Format::Json {
-        return print(&serde_json::to_string_pretty(&json(experiment, &planned))?);
+        return print_json(&json(experiment, &planned));
     }
     print(&format!("{}\n", paragraph(&experiment.question, 0)))?;
     print(&format!("{} runs, {} claims", planned.len(), experiment.claims().len()))?;

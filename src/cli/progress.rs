@@ -156,28 +156,6 @@ impl Drop for Heartbeat {
     }
 }
 
-/// Tells when something is due that must not happen too often.
-pub(super) struct Every {
-    period_s: f64,
-    last: Instant,
-}
-
-impl Every {
-    /// First due after so many seconds.
-    pub(super) fn seconds(period_s: f64) -> Self {
-        Every { period_s, last: Instant::now() }
-    }
-
-    /// Whether it is due now; then the next time begins.
-    pub(super) fn is_due(&mut self) -> bool {
-        let due = self.last.elapsed().as_secs_f64() >= self.period_s;
-        if due {
-            self.last = Instant::now();
-        }
-        due
-    }
-}
-
 /// A time for reading: `40 s`, `12 min`, `3.5 h`.
 pub(super) fn plain_time(seconds: f64) -> String {
     match seconds {

@@ -1,7 +1,7 @@
 //! The experiments, figures and texts that commands go by: those of the project's folder where the command is called from there,
 //! else those that the program carries. The folder that the program was built in is nowhere looked at.
 
-use rimbench::corpus::{Corpus, Posed};
+use rimbench::corpus::Corpus;
 use rimbench::error::{Error, Result};
 use rimbench::figures::FigureList;
 use rimbench::harness::{Experiment, Ranking};
@@ -95,7 +95,7 @@ impl Project {
     ///
     /// # Errors
     /// Those of [`Corpus::read`].
-    pub(super) fn corpus<P: Posed>(self, (path, carried): (&str, &[u8])) -> Result<Corpus<P>> {
+    pub(super) fn corpus<const F: bool>(self, (path, carried): (&str, &[u8])) -> Result<Corpus<F>> {
         match self {
             Project::Here => Corpus::read(Path::new(path)),
             Project::Carried => Corpus::from_bytes(carried).map_err(|message| Error::file(path, message)),

@@ -5,7 +5,7 @@ use super::number::{percent, quantity};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, complain, print, probe_lines, with_files};
+use super::{Format, complain, print, print_json, probe_lines, with_files};
 use clap::Args;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
@@ -66,7 +66,7 @@ impl Simulate {
             write_trace(path, &run.trajectory, None)?;
         }
         if self.format == Format::Json {
-            return print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?);
+            return print_json(&json(&spec, &run, &probed));
         }
         let audited = self.audit.then_some(contacts);
         let said = Said { asked: &asked, spec: &spec, run: &run, reference: &reference, trace: self.trace, audited };

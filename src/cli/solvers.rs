@@ -5,13 +5,13 @@ use super::json::Object;
 use super::progress::plain_time;
 use super::project::Project;
 use super::screen::Table;
-use super::{Format, print};
+use super::{Format, print, print_json};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::corpus::{
-    Contestant, Corpus, FrictionMethod, FrictionalProblem, LARGE_SYSTEMS, LargeCorpus, LargeReplay, Posed, Replay,
-    Solve, Start, Uniqueness, draw_profile, replay, replay_large, replay_with_friction,
+    Contestant, Corpus, FrictionMethod, FrictionalCorpus, LARGE_SYSTEMS, LargeCorpus, LargeReplay, Replay, Solve,
+    Start, Uniqueness, draw_profile, replay, replay_large, replay_with_friction,
 };
 use rimbench::error::{Error, Result};
 use rimbench::figures::render;
@@ -110,7 +110,7 @@ impl Solvers {
             write_csv(&folder.join("large.csv"), &rows)?;
         }
         match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&json(&rows))?),
+            Format::Json => print_json(&json(&rows)),
             Format::Table => print(&text(&rows)),
         }
     }
@@ -147,7 +147,7 @@ impl Solvers {
     }
 
     /// Only what was asked for.
-    fn of_source<P: Posed>(&self, corpus: Corpus<P>) -> Result<Corpus<P>> {
+    fn of_source<const F: bool>(&self, corpus: Corpus<F>) -> Result<Corpus<F>> {
         let Some(source) = &self.source else { return Ok(corpus) };
         let chosen = corpus.of_source(source);
         if chosen.is_empty() {
@@ -181,7 +181,7 @@ impl Solvers {
                 let parts = [("overall", &overall), ("work", &done), ("time", &time), ("profile", &profile)];
                 let with_friction = (!solutions.is_empty()).then_some(("solutions", &solutions));
                 let object = parts.into_iter().chain(with_friction).map(|(name, rows)| (name.to_owned(), json(rows)));
-                print(&serde_json::to_string_pretty(&Value::Object(object.collect()))?)
+                print_json(&Value::Object(object.collect()))
             }
             Format::Table => {
                 // One row per solver and start is too wide for most terminals: what was done, and how long it took, apart.
@@ -289,7 +289,7 @@ fn frictional_work(row: Row, solves: &[Solve]) -> Row {
     put(work(row, solves), [("fallbacks", count(solves.iter().filter(|solve| solve.stats.fallback).count()))])
 }
 
-fn uniqueness(corpus: &Corpus<FrictionalProblem>) -> Row {
+fn uniqueness(corpus: &FrictionalCorpus) -> Row {
     let Uniqueness { listed, several, several_impulses, none, least_margin, beyond_painleve } = Uniqueness::of(corpus);
     put(
         Vec::new(),

@@ -9,7 +9,7 @@ use crate::program::{lines, rimbench, root};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
-use rimbench::corpus::{ContactProblem, Corpus, FrictionalProblem};
+use rimbench::corpus::{Corpus, FrictionalCorpus};
 use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
@@ -303,10 +303,10 @@ proptest! {
                 let sum = Sha256::digest(&bytes);
                 bytes.extend(&sum[..]);
             }
-            if let Err(said) = Corpus::<ContactProblem>::from_bytes(&bytes) {
+            if let Err(said) = Corpus::<false>::from_bytes(&bytes) {
                 prop_assert!(said.len() > 8);
             }
-            match Corpus::<FrictionalProblem>::from_bytes(&bytes) {
+            match FrictionalCorpus::from_bytes(&bytes) {
                 Err(said) => prop_assert!(said.len() > 8),
                 Ok(corpus) => prop_assert!(sealed && corpus.problems().all(|problem| problem.b.iter().all(|b| b.is_finite()))),
             }

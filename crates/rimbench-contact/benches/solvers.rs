@@ -14,7 +14,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rimbench::complementarity::{ActiveSet, ComplementaritySolver, Lcp};
-use rimbench::corpus::{ContactProblem, Corpus};
+use rimbench::corpus::Corpus;
 use std::hint::black_box;
 use std::path::Path;
 
@@ -42,11 +42,8 @@ fn steady(sequence: &Sequence) -> Option<Sequence> {
 /// Stretches with four contacts of the mechanics or of a scheme.
 fn wedge_box(of: &str) -> Vec<Sequence> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/contact-problems/corpus.lcp");
-    let stretches = Corpus::<ContactProblem>::read(&path)
-        .expect("the committed corpus")
-        .of_source("wedge-box")
-        .stretches
-        .into_iter();
+    let stretches =
+        Corpus::<false>::read(&path).expect("the committed corpus").of_source("wedge-box").stretches.into_iter();
     let of_four = stretches
         .filter(|stretch| stretch.source.ends_with(of) && stretch.problems.iter().all(|problem| problem.b.len() == 4));
     of_four.map(|stretch| stretch.problems.into_iter().map(|p| (p.h.to_vec(), p.b)).collect()).collect()

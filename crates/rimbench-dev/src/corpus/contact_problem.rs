@@ -4,48 +4,43 @@ use rimbench_core::complementarity::Lcp;
 use rimbench_core::friction::FrictionProblem;
 use std::sync::Arc;
 
-/// What both kinds of problems are to a corpus.
-pub trait Posed: Clone {
+/// One problem as a solver was given it: `w = H P + b`, `0 ≤ w ⟂ P ≥ 0`; with `FRICTION` under Coulomb's law, normal rows before
+/// tangential ones.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Problem<const FRICTION: bool> {
+    /// One row per unknown, row-major, 1/kg; shared with the problem before where it is the same.
+    pub h: Arc<[f64]>,
+    /// One per unknown, m/s.
+    pub b: Vec<f64>,
+    /// Coefficient of each contact; none without friction.
+    pub friction: Vec<f64>,
+}
+
+/// A problem without friction.
+pub type ContactProblem = Problem<false>;
+/// A problem with friction.
+pub type FrictionalProblem = Problem<true>;
+
+impl<const FRICTION: bool> Problem<FRICTION> {
     /// First bytes of a file of such problems.
-    const MAGIC: &'static [u8; 8];
+    pub(super) const MAGIC: &'static [u8; 8] = if FRICTION { b"RIMFRI1\n" } else { b"RIMLCP1\n" };
     /// Unknowns per contact: a normal impulse, and one along the surface where there is friction.
-    const UNKNOWNS: usize;
-
-    /// A problem by its matrix, right-hand side and coefficients of friction, none where there is no friction.
-    fn of(matrix: Arc<[f64]>, right: Vec<f64>, friction: Vec<f64>) -> Self;
-
-    /// The matrix, row-major, 1/kg.
-    fn matrix(&self) -> &Arc<[f64]>;
-
-    /// The right-hand side, m/s.
-    fn right(&self) -> &[f64];
-
-    /// The coefficient of each contact, or none.
-    fn friction(&self) -> &[f64];
+    pub(super) const UNKNOWNS: usize = if FRICTION { 2 } else { 1 };
 
     /// All unknowns.
-    fn unknowns(&self) -> usize {
-        self.right().len()
+    pub fn unknowns(&self) -> usize {
+        self.b.len()
     }
 
     /// Contacts.
-    fn contacts(&self) -> usize {
+    pub fn contacts(&self) -> usize {
         self.unknowns() / Self::UNKNOWNS
     }
 
     /// Whether no impulse is a solution.
-    fn is_solved_by_zero(&self) -> bool {
-        self.right()[..self.contacts()].iter().all(|right| *right >= 0.0)
+    pub(super) fn is_solved_by_zero(&self) -> bool {
+        self.b[..self.contacts()].iter().all(|right| *right >= 0.0)
     }
-}
-
-/// One problem `w = H P + b`, `0 ≤ w ⟂ P ≥ 0`, as a solver was given it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactProblem {
-    /// `n×n`, row-major, 1/kg; shared with the problem before where it is the same.
-    pub h: Arc<[f64]>,
-    /// Length `n`, m/s.
-    pub b: Vec<f64>,
 }
 
 impl ContactProblem {
@@ -55,38 +50,6 @@ impl ContactProblem {
     }
 }
 
-impl Posed for ContactProblem {
-    const MAGIC: &'static [u8; 8] = b"RIMLCP1\n";
-    const UNKNOWNS: usize = 1;
-
-    fn of(h: Arc<[f64]>, b: Vec<f64>, _friction: Vec<f64>) -> Self {
-        ContactProblem { h, b }
-    }
-
-    fn matrix(&self) -> &Arc<[f64]> {
-        &self.h
-    }
-
-    fn right(&self) -> &[f64] {
-        &self.b
-    }
-
-    fn friction(&self) -> &[f64] {
-        &[]
-    }
-}
-
-/// One problem with friction, as a solver was given it: `w = H P + b` under Coulomb's law, normal rows before tangential ones.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrictionalProblem {
-    /// `2n×2n`, row-major, 1/kg; shared with the problem before where it is the same.
-    pub h: Arc<[f64]>,
-    /// Length `2n`, m/s.
-    pub b: Vec<f64>,
-    /// Coefficient of each contact.
-    pub friction: Vec<f64>,
-}
-
 impl FrictionalProblem {
     /// The problem as solvers take it.
     pub fn problem(&self) -> FrictionProblem<'_> {
@@ -94,54 +57,30 @@ impl FrictionalProblem {
     }
 }
 
-impl Posed for FrictionalProblem {
-    const MAGIC: &'static [u8; 8] = b"RIMFRI1\n";
-    const UNKNOWNS: usize = 2;
-
-    fn of(h: Arc<[f64]>, b: Vec<f64>, friction: Vec<f64>) -> Self {
-        FrictionalProblem { h, b, friction }
-    }
-
-    fn matrix(&self) -> &Arc<[f64]> {
-        &self.h
-    }
-
-    fn right(&self) -> &[f64] {
-        &self.b
-    }
-
-    fn friction(&self) -> &[f64] {
-        &self.friction
-    }
-}
-
 /// Problems that one solver was given one after the other, apart from those without contact.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stretch<P = ContactProblem> {
+pub struct Stretch<const FRICTION: bool = false> {
     /// Case, settings, scheme, macro step, and which of the run's solvers.
     pub source: String,
     /// How many problems that solver had been given before, with and without contact.
     pub first: u64,
     /// The problems; never empty.
-    pub problems: Vec<P>,
+    pub problems: Vec<Problem<FRICTION>>,
 }
 
 /// Stretches of contact problems from many runs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Corpus<P = ContactProblem> {
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Corpus<const FRICTION: bool = false> {
     /// In the order of the harvest.
-    pub stretches: Vec<Stretch<P>>,
+    pub stretches: Vec<Stretch<FRICTION>>,
 }
 
-impl<P> Default for Corpus<P> {
-    fn default() -> Self {
-        Corpus { stretches: Vec::new() }
-    }
-}
+/// A corpus of problems with friction.
+pub type FrictionalCorpus = Corpus<true>;
 
-impl<P: Posed> Corpus<P> {
+impl<const FRICTION: bool> Corpus<FRICTION> {
     /// All problems, in order.
-    pub fn problems(&self) -> impl Iterator<Item = &P> {
+    pub fn problems(&self) -> impl Iterator<Item = &Problem<FRICTION>> {
         self.stretches.iter().flat_map(|stretch| &stretch.problems)
     }
 
@@ -157,7 +96,7 @@ impl<P: Posed> Corpus<P> {
 
     /// Most contacts of a problem.
     pub fn largest(&self) -> usize {
-        self.problems().map(P::contacts).max().unwrap_or(0)
+        self.problems().map(Problem::contacts).max().unwrap_or(0)
     }
 
     /// Only the stretches whose source begins with `prefix`.

@@ -12,7 +12,7 @@
 //! ```
 //! Contacts of a pile touch few others: most entries of a large matrix are zero and take one bit.
 
-use super::contact_problem::{Corpus, Posed, Stretch};
+use super::contact_problem::{Corpus, Problem, Stretch};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use sha2::{Digest, Sha256};
@@ -24,7 +24,7 @@ const SAME: u8 = 0;
 const TRIANGLE: u8 = 1;
 const FULL: u8 = 2;
 
-impl<P: Posed> Corpus<P> {
+impl<const FRICTION: bool> Corpus<FRICTION> {
     /// Writes the file.
     ///
     /// # Errors
@@ -46,22 +46,22 @@ impl<P: Posed> Corpus<P> {
 
     /// The bytes of the file; `None` if a length does not fit.
     pub fn to_bytes(&self) -> Option<Vec<u8>> {
-        let mut bytes = P::MAGIC.to_vec();
+        let mut bytes = Problem::<FRICTION>::MAGIC.to_vec();
         bytes.extend(u32::try_from(self.stretches.len()).ok()?.to_le_bytes());
         for stretch in &self.stretches {
             bytes.extend(u16::try_from(stretch.source.len()).ok()?.to_le_bytes());
             bytes.extend(stretch.source.as_bytes());
             bytes.extend(stretch.first.to_le_bytes());
             bytes.extend(u32::try_from(stretch.problems.len()).ok()?.to_le_bytes());
-            let mut before: Option<&P> = None;
+            let mut before: Option<&Problem<FRICTION>> = None;
             for problem in &stretch.problems {
                 bytes.extend(u16::try_from(problem.contacts()).ok()?.to_le_bytes());
-                problem.friction().iter().for_each(|mu| bytes.extend(mu.to_le_bytes()));
+                problem.friction.iter().for_each(|mu| bytes.extend(mu.to_le_bytes()));
                 match before {
-                    Some(before) if same_bits(before.matrix(), problem.matrix()) => bytes.push(SAME),
-                    _ => put_matrix(problem.matrix(), problem.unknowns(), &mut bytes),
+                    Some(before) if same_bits(&before.h, &problem.h) => bytes.push(SAME),
+                    _ => put_matrix(&problem.h, problem.unknowns(), &mut bytes),
                 }
-                problem.right().iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+                problem.b.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
                 before = Some(problem);
             }
         }
@@ -75,9 +75,10 @@ impl<P: Posed> Corpus<P> {
     /// # Errors
     /// One sentence.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        let (friction, option) = if P::UNKNOWNS > 1 { (" with friction", " --friction") } else { ("", "") };
-        if !bytes.starts_with(P::MAGIC) {
-            let magic = String::from_utf8_lossy(&P::MAGIC[..7]);
+        let (friction, option) = if FRICTION { (" with friction", " --friction") } else { ("", "") };
+        let magic = Problem::<FRICTION>::MAGIC;
+        if !bytes.starts_with(magic) {
+            let magic = String::from_utf8_lossy(&magic[..7]);
             return Err(format!("is not a corpus of contact problems{friction} (it should begin with `{magic}`)"));
         }
         let wrong = |what: &str| format!("{what}; `rimbench solvers --harvest{option}` makes it anew");
@@ -85,7 +86,7 @@ impl<P: Posed> Corpus<P> {
         if Sha256::digest(content)[..] != *checksum {
             return Err(wrong("is cut short or damaged: its checksum does not fit"));
         }
-        let mut reader = Reader { rest: content.strip_prefix(P::MAGIC).unwrap_or_default() };
+        let mut reader = Reader { rest: content.strip_prefix(magic).unwrap_or_default() };
         let corpus = reader.corpus().filter(|_| reader.rest.is_empty());
         corpus.ok_or_else(|| wrong("contradicts its own format although its checksum fits"))
     }
@@ -146,32 +147,33 @@ impl<'a> Reader<'a> {
         (0..count).map(|_| self.number()).collect()
     }
 
-    fn corpus<P: Posed>(&mut self) -> Option<Corpus<P>> {
+    fn corpus<const FRICTION: bool>(&mut self) -> Option<Corpus<FRICTION>> {
         let count = u32::from_le_bytes(self.array()?);
         (0..count).map(|_| self.stretch()).collect::<Option<_>>().map(|stretches| Corpus { stretches })
     }
 
-    fn stretch<P: Posed>(&mut self) -> Option<Stretch<P>> {
+    fn stretch<const FRICTION: bool>(&mut self) -> Option<Stretch<FRICTION>> {
         let length = self.length()?;
         let source = std::str::from_utf8(self.bytes(length)?).ok()?.to_owned();
         let first = u64::from_le_bytes(self.array()?);
         let count = u32::from_le_bytes(self.array()?);
-        let mut problems: Vec<P> = Vec::new();
+        let mut problems: Vec<Problem<FRICTION>> = Vec::new();
         for _ in 0..count {
             let n = self.length()?;
-            let friction = self.numbers(if P::UNKNOWNS > 1 { n } else { 0 })?;
-            let matrix = self.matrix(P::UNKNOWNS * n, problems.last())?;
-            let right = self.numbers(P::UNKNOWNS * n)?;
-            let sound = friction.iter().all(|mu| *mu >= 0.0) && matrix.iter().chain(&right).all(|x| x.is_finite());
-            problems.push(sound.then(|| P::of(matrix, right, friction))?);
+            let unknowns = Problem::<FRICTION>::UNKNOWNS * n;
+            let friction = self.numbers(if FRICTION { n } else { 0 })?;
+            let h = self.matrix(unknowns, problems.last())?;
+            let b = self.numbers(unknowns)?;
+            let sound = friction.iter().all(|mu| *mu >= 0.0) && h.iter().chain(&b).all(|x| x.is_finite());
+            problems.push(sound.then_some(Problem { h, b, friction })?);
         }
         (!problems.is_empty()).then_some(Stretch { source, first, problems })
     }
 
-    fn matrix<P: Posed>(&mut self, n: usize, before: Option<&P>) -> Option<Arc<[f64]>> {
+    fn matrix<const F: bool>(&mut self, n: usize, before: Option<&Problem<F>>) -> Option<Arc<[f64]>> {
         let kind = self.array::<1>()?[0];
         match kind {
-            SAME => before.filter(|before| before.unknowns() == n).map(|before| Arc::clone(before.matrix())),
+            SAME => before.filter(|before| before.unknowns() == n).map(|before| Arc::clone(&before.h)),
             TRIANGLE => {
                 let entries = self.entries(n * (n + 1) / 2)?;
                 let mut h = vec![0.0; n * n];
@@ -193,15 +195,15 @@ impl<'a> Reader<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contact_problem::{ContactProblem, FrictionalProblem};
+    use super::super::contact_problem::{FrictionalCorpus, FrictionalProblem};
     use super::*;
 
-    fn stretch<P>(source: &str, first: u64, problems: Vec<P>) -> Stretch<P> {
+    fn stretch<const F: bool>(source: &str, first: u64, problems: Vec<Problem<F>>) -> Stretch<F> {
         Stretch { source: source.to_owned(), first, problems }
     }
 
     fn corpus() -> Corpus {
-        let problem = |h: &[f64], b: &[f64]| ContactProblem { h: h.into(), b: b.to_vec() };
+        let problem = |h: &[f64], b: &[f64]| Problem { h: h.into(), b: b.to_vec(), friction: Vec::new() };
         let chain = [2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0];
         let first = vec![problem(&chain, &[-1.0, 0.5, 3e-300]), problem(&chain, &[0.0; 3]), problem(&[0.0], &[-0.0])];
         let rounded = vec![problem(&[1.0, -0.0, 0.0, 1.0], &[f64::MIN_POSITIVE, -1.0]), problem(&[], &[])];
@@ -212,28 +214,28 @@ mod tests {
         FrictionalProblem { h: h.into(), b: b.to_vec(), friction: vec![mu] }
     }
 
-    fn with_friction() -> Corpus<FrictionalProblem> {
+    fn with_friction() -> FrictionalCorpus {
         let h = [1.0 / 3.0, -0.1, -0.1, f64::MIN_POSITIVE];
         let full = frictional(&[2.0, -0.0, 0.0, 2.0], [1e300, -5e-324], 0.0);
         let first = vec![frictional(&h, [-1.0, 0.1], 0.3), frictional(&h, [-0.0, 3e-17], 0.3), full];
         Corpus { stretches: vec![stretch("block μ = 0.3", 7, first)] }
     }
 
-    fn check<P: Posed + PartialEq + std::fmt::Debug>(corpus: &Corpus<P>, counts: (usize, usize)) {
+    fn check<const F: bool>(corpus: &Corpus<F>, counts: (usize, usize)) {
         let bytes = corpus.to_bytes().unwrap();
-        let read = Corpus::<P>::from_bytes(&bytes).unwrap();
+        let read = Corpus::<F>::from_bytes(&bytes).unwrap();
         assert_eq!(read, *corpus);
         // Zeros of both signs are equal; the bytes are not.
         assert_eq!(read.to_bytes().unwrap(), bytes);
-        assert!(Arc::ptr_eq(read.stretches[0].problems[0].matrix(), read.stretches[0].problems[1].matrix()));
+        assert!(Arc::ptr_eq(&read.stretches[0].problems[0].h, &read.stretches[0].problems[1].h));
         assert_eq!((read.len(), read.largest()), counts);
         for position in 0..bytes.len() {
             let mut damaged = bytes.clone();
             damaged[position] ^= 0x10;
-            assert!(Corpus::<P>::from_bytes(&damaged).is_err(), "byte {position}");
-            assert!(Corpus::<P>::from_bytes(&bytes[..position]).is_err(), "cut at {position}");
+            assert!(Corpus::<F>::from_bytes(&damaged).is_err(), "byte {position}");
+            assert!(Corpus::<F>::from_bytes(&bytes[..position]).is_err(), "cut at {position}");
         }
-        assert!(Corpus::<P>::from_bytes(b"case,H\n").unwrap_err().contains("it should begin with `RIM"));
+        assert!(Corpus::<F>::from_bytes(b"case,H\n").unwrap_err().contains("it should begin with `RIM"));
     }
 
     #[test]
@@ -246,18 +248,18 @@ mod tests {
     #[test]
     fn nonsense_under_a_valid_checksum_is_refused() {
         // One stretch that promises a problem whose matrix is that of the one before, which does not exist.
-        let mut bytes = ContactProblem::MAGIC.to_vec();
+        let mut bytes = Problem::<false>::MAGIC.to_vec();
         bytes.extend([1, 0, 0, 0, 0, 0]);
         bytes.extend([0; 8]);
         bytes.extend([1, 0, 0, 0, 1, 0, SAME]);
         bytes.extend(1.0_f64.to_le_bytes());
         let checksum = Sha256::digest(&bytes);
         bytes.extend(&checksum[..]);
-        assert!(Corpus::<ContactProblem>::from_bytes(&bytes).unwrap_err().starts_with("contradicts"));
+        assert!(Corpus::<false>::from_bytes(&bytes).unwrap_err().starts_with("contradicts"));
         // Numbers that no problem has.
         for problem in [frictional(&[1.0; 4], [0.0; 2], -0.3), frictional(&[f64::NAN; 4], [0.0; 2], 0.3)] {
             let bytes = Corpus { stretches: vec![stretch("", 0, vec![problem])] }.to_bytes().unwrap();
-            assert!(Corpus::<FrictionalProblem>::from_bytes(&bytes).unwrap_err().starts_with("contradicts"));
+            assert!(FrictionalCorpus::from_bytes(&bytes).unwrap_err().starts_with("contradicts"));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The methods for contacts with friction, each without the others behind it, and all in turn.
 
-use super::contact_problem::{Corpus, FrictionalProblem};
+use super::contact_problem::FrictionalCorpus;
 use rimbench_core::complementarity::{SolveStats, Unsolved};
 use rimbench_core::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
@@ -141,7 +141,7 @@ pub struct Uniqueness {
 
 impl Uniqueness {
     /// Lists the solutions of every problem that has few enough contacts.
-    pub fn of(corpus: &Corpus<FrictionalProblem>) -> Self {
+    pub fn of(corpus: &FrictionalCorpus) -> Self {
         let mut found = Uniqueness {
             listed: 0,
             several: 0,

@@ -1,6 +1,6 @@
 //! Runs cases that have contacts and keeps stretches of the problems their solvers were given.
 
-use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
+use super::contact_problem::{ContactProblem, Corpus, FrictionalCorpus, FrictionalProblem, Stretch};
 use super::recorder::{recording, recording_friction};
 use super::tape::Tape;
 use rimbench_cases::cases::{Case, Contacts, ParameterSet, Parameters};
@@ -115,7 +115,7 @@ pub fn harvest(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<Corpus>
 ///
 /// # Errors
 /// A variation that the case does not allow.
-pub fn harvest_with_friction(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<Corpus<FrictionalProblem>> {
+pub fn harvest_with_friction(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<FrictionalCorpus> {
     let mut corpus = Corpus::default();
     for_every_run(plan, FRICTION_VARIATIONS, |spec, source| {
         if has_friction(&spec.parameters) {
@@ -187,8 +187,8 @@ fn solvers_of_mechanics(spec: &RunSpec) -> Result<usize> {
 
 /// The stretches of one run that are kept.
 fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: usize) -> Result<Vec<Stretch>> {
-    let tapes: Tapes<ContactProblem, Vec<bool>> = Tapes::default();
-    let run = |note: fn(&mut Tape<ContactProblem, Vec<bool>>, Lcp<'_>, &[f64])| {
+    let tapes: Tapes<false, Vec<bool>> = Tapes::default();
+    let run = |note: fn(&mut Tape<false, Vec<bool>>, Lcp<'_>, &[f64])| {
         let tapes = tapes.clone();
         let (solver, _) = recording(move |solver, lcp, impulses| tapes.of(solver, |tape| note(tape, lcp, impulses)));
         completes(&with_solver(spec, &solver))
@@ -202,16 +202,16 @@ fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: 
 }
 
 fn problem_of(lcp: Lcp<'_>) -> ContactProblem {
-    ContactProblem { h: lcp.h().into(), b: lcp.b.to_vec() }
+    ContactProblem { h: lcp.h().into(), b: lcp.b.to_vec(), friction: Vec::new() }
 }
 
 /// The same with friction, where a change is one of states.
-fn frictional_stretches_of(spec: &RunSpec, source: &str, budget: usize) -> Result<Vec<Stretch<FrictionalProblem>>> {
+fn frictional_stretches_of(spec: &RunSpec, source: &str, budget: usize) -> Result<Vec<Stretch<true>>> {
     let (solver, built) = recording_friction(|_, _, _| {});
     (spec.case.build)(&spec.parameters, &solver)?;
     let mechanics_solvers = built.count();
-    let tapes: Tapes<FrictionalProblem, Vec<ContactState>> = Tapes::default();
-    let run = |note: fn(&mut Tape<FrictionalProblem, Vec<ContactState>>, FrictionProblem<'_>, &[f64])| {
+    let tapes: Tapes<true, Vec<ContactState>> = Tapes::default();
+    let run = |note: fn(&mut Tape<true, Vec<ContactState>>, FrictionProblem<'_>, &[f64])| {
         let tapes = tapes.clone();
         let (solver, _) = recording_friction(move |solver, problem, p| tapes.of(solver, |tape| note(tape, problem, p)));
         completes(&with_solver(spec, &solver))
@@ -240,22 +240,22 @@ fn completes(spec: &RunSpec) -> Result<bool> {
 }
 
 /// The tapes of all solvers of a run, in the order in which these were built.
-struct Tapes<P, S>(Arc<Mutex<BTreeMap<usize, Tape<P, S>>>>);
+struct Tapes<const FRICTION: bool, S>(Arc<Mutex<BTreeMap<usize, Tape<FRICTION, S>>>>);
 
-impl<P, S> Default for Tapes<P, S> {
+impl<const FRICTION: bool, S> Default for Tapes<FRICTION, S> {
     fn default() -> Self {
         Tapes(Arc::default())
     }
 }
 
-impl<P, S> Clone for Tapes<P, S> {
+impl<const FRICTION: bool, S> Clone for Tapes<FRICTION, S> {
     fn clone(&self) -> Self {
         Tapes(Arc::clone(&self.0))
     }
 }
 
-impl<P: Posed, S: PartialEq> Tapes<P, S> {
-    fn of(&self, solver: usize, note: impl FnOnce(&mut Tape<P, S>)) {
+impl<const FRICTION: bool, S: PartialEq> Tapes<FRICTION, S> {
+    fn of(&self, solver: usize, note: impl FnOnce(&mut Tape<FRICTION, S>)) {
         note(self.0.lock().unwrap_or_else(PoisonError::into_inner).entry(solver).or_default());
     }
 
@@ -263,7 +263,7 @@ impl<P: Posed, S: PartialEq> Tapes<P, S> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).values_mut().for_each(|tape| tape.rewind(budget));
     }
 
-    fn stretches(&self, source: &str, mechanics_solvers: usize) -> Vec<Stretch<P>> {
+    fn stretches(&self, source: &str, mechanics_solvers: usize) -> Vec<Stretch<FRICTION>> {
         let name = |solver: usize| if solver < mechanics_solvers { "mechanics" } else { "scheme" };
         let tapes = std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).into_iter();
         tapes.flat_map(|(solver, tape)| tape.stretches(&format!("{source} {}", name(solver)))).collect()

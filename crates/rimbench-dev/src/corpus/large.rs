@@ -3,7 +3,7 @@
 use crate::panel::Clarabel;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, simulate};
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, Solver, SparseLcp, SparseSolver, Unsolved};
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, SparseLcp, SparseSolver, Unsolved};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -159,72 +159,54 @@ impl LargeProblem {
 }
 
 /// Who is given large problems.
-#[derive(Clone)]
-pub enum Contestant {
-    /// What simulations have: the active set on a sparse factor.
-    Sparse,
-    /// Clarabel, given what is not zero.
-    SparseClarabel,
-    /// A solver that is given whole matrices.
-    Dense(Arc<SolverEntry>),
+pub struct Contestant {
+    name: Name,
+    tolerance: f64,
+    /// Whether it is given whole matrices.
+    wants_whole: bool,
+    /// Begins with problems of a pattern, knowing nothing.
+    start: Box<dyn Fn(&SymmetricPattern) -> Attempt>,
 }
+
+/// Solves one problem, given what is not zero in its matrix and, where wanted, the whole of it.
+type Attempt = Box<dyn FnMut(SymmetricRows<'_>, &[f64], &[f64], &mut [f64]) -> Result<SolveStats, Unsolved>>;
 
 impl Contestant {
-    /// Both that keep what is not zero, then the given ones.
+    /// What simulations have, the active set on a sparse factor; Clarabel, given what is not zero; then the given solvers.
     pub fn with(others: &[Arc<SolverEntry>]) -> Vec<Self> {
-        let others = others.iter().filter(|solver| solver.name != "enumeration").cloned().map(Contestant::Dense);
-        [Contestant::Sparse, Contestant::SparseClarabel].into_iter().chain(others).collect()
-    }
-
-    /// Returns its name.
-    pub fn name(&self) -> Name {
-        match self {
-            Contestant::Sparse => "active-set (sparse)".into(),
-            Contestant::SparseClarabel => "clarabel (sparse)".into(),
-            Contestant::Dense(solver) => solver.name.clone(),
-        }
-    }
-
-    fn tolerance(&self) -> f64 {
-        match self {
-            Contestant::Sparse => SolverEntry::active_set().tolerance,
-            Contestant::SparseClarabel => 1e-7,
-            Contestant::Dense(solver) => solver.tolerance,
-        }
-    }
-
-    fn start(&self, pattern: &SymmetricPattern) -> Running {
-        match self {
-            Contestant::Sparse => Running::Sparse(Box::new(SparseSolver::new(pattern, self.tolerance()))),
-            Contestant::SparseClarabel => Running::SparseClarabel(Box::new(Clarabel::new())),
-            Contestant::Dense(solver) => Running::Dense((solver.build)(pattern.size())),
-        }
-    }
-}
-
-/// The same at work, from nothing.
-#[derive(Clone)]
-enum Running {
-    Sparse(Box<SparseSolver>),
-    SparseClarabel(Box<Clarabel>),
-    Dense(Solver),
-}
-
-impl Running {
-    /// Solves one problem; returns pivots, or iterations, of an answer.
-    fn solve(
-        &mut self,
-        rows: SymmetricRows<'_>,
-        dense: &[f64],
-        b: &[f64],
-        impulses: &mut [f64],
-    ) -> Result<u32, Unsolved> {
-        let stats = match self {
-            Running::Sparse(solver) => solver.solve(SparseLcp::by_pattern(rows, b), impulses)?,
-            Running::SparseClarabel(solver) => solver.attempt_rows(rows, b, impulses)?,
-            Running::Dense(solver) => solver.attempt(Lcp::new(dense, b), impulses)?,
+        let tolerance = SolverEntry::active_set().tolerance;
+        let sparse = Contestant {
+            name: "active-set (sparse)".into(),
+            tolerance,
+            wants_whole: false,
+            start: Box::new(move |pattern| {
+                let mut solver = SparseSolver::new(pattern, tolerance);
+                Box::new(move |rows, _, b, impulses| solver.solve(SparseLcp::by_pattern(rows, b), impulses))
+            }),
         };
-        Ok(stats.pivots)
+        let clarabel = Contestant {
+            name: "clarabel (sparse)".into(),
+            tolerance: 1e-7,
+            wants_whole: false,
+            start: Box::new(|_| {
+                let mut solver = Clarabel::new();
+                Box::new(move |rows, _, b, impulses| solver.attempt_rows(rows, b, impulses))
+            }),
+        };
+        let dense = |entry: &Arc<SolverEntry>| {
+            let build = entry.build.clone();
+            Contestant {
+                name: entry.name.clone(),
+                tolerance: entry.tolerance,
+                wants_whole: true,
+                start: Box::new(move |pattern| {
+                    let mut solver = build(pattern.size());
+                    Box::new(move |_, whole, b, impulses| solver.attempt(Lcp::new(whole, b), impulses))
+                }),
+            }
+        };
+        let others = others.iter().filter(|solver| solver.name != "enumeration").map(dense);
+        [sparse, clarabel].into_iter().chain(others).collect()
     }
 }
 
@@ -257,7 +239,7 @@ pub fn replay_large(
     before: Option<(usize, &LargeReplay)>,
 ) -> LargeReplay {
     let nothing = LargeReplay {
-        solver: contestant.name(),
+        solver: contestant.name.clone(),
         given: 0,
         solved: 0,
         worst_residual: f64::NAN,
@@ -273,24 +255,23 @@ pub fn replay_large(
         return nothing;
     }
     let (started, mut replay, mut times) = (Instant::now(), nothing, Vec::new());
-    let fresh = contestant.start(&corpus.pattern);
     let mut impulses = vec![0.0; corpus.contacts()];
     for stretch in &corpus.stretches {
         // Whole matrices are made outside the clock, and only for those who want them.
-        let wants = matches!(contestant, Contestant::Dense(_));
+        let wants = contestant.wants_whole;
         let dense: Vec<Vec<f64>> =
             stretch.iter().map(|p| if wants { p.dense(&corpus.pattern) } else { Vec::new() }).collect();
         let mut of_problems = vec![Vec::new(); stretch.len()];
         let (began, mut spent) = (Instant::now(), 0);
         while spent == 0 || (spent < REPETITIONS && began.elapsed() < ENOUGH) {
-            let mut running = fresh.clone();
+            let mut solve = (contestant.start)(&corpus.pattern);
             for (at, (problem, dense)) in stretch.iter().zip(&dense).enumerate() {
                 if spent == 0 && started.elapsed() > LIMIT {
                     break;
                 }
                 let rows = SymmetricRows { pattern: &corpus.pattern, entries: &problem.entries };
                 let clock = Instant::now();
-                let found = running.solve(rows, dense, &problem.b, &mut impulses);
+                let found = solve(rows, dense, &problem.b, &mut impulses);
                 let time = clock.elapsed().as_nanos() as f64;
                 if spent == 0 {
                     replay.given += 1;
@@ -298,9 +279,9 @@ pub fn replay_large(
                     replay.longest_ns = replay.longest_ns.max(time);
                     let whole = if wants { dense.clone() } else { problem.dense(&corpus.pattern) };
                     let residual = Lcp::new(&whole, &problem.b).natural_residual(&impulses);
-                    let Ok(pivots) = found else { continue };
-                    replay.pivots += u64::from(pivots);
-                    if residual > contestant.tolerance() {
+                    let Ok(stats) = found else { continue };
+                    replay.pivots += u64::from(stats.pivots);
+                    if residual > contestant.tolerance {
                         continue;
                     }
                     replay.solved += 1;

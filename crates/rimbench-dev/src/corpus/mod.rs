@@ -22,7 +22,7 @@ mod replay;
 mod selection;
 mod tape;
 
-pub use contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
+pub use contact_problem::{ContactProblem, Corpus, FrictionalCorpus, FrictionalProblem, Problem, Stretch};
 pub use friction_method::{FrictionMethod, Uniqueness};
 pub use harvest::{FRICTION_VARIATIONS, Harvest, VARIATIONS, Variation, harvest, harvest_with_friction};
 pub use large::{Contestant, LARGE_SYSTEMS, LargeCorpus, LargeReplay, LargeSystem, replay_large};

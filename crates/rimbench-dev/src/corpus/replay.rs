@@ -1,6 +1,6 @@
 //! Gives a corpus to a solver and measures what it does.
 
-use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
+use super::contact_problem::{Corpus, FrictionalCorpus, Problem, Stretch};
 use super::friction_method::{BareFriction, FrictionMethod};
 use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, Solver, Unsolved};
 use rimbench_core::name::Name;
@@ -73,43 +73,43 @@ pub fn replay(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> Repla
 }
 
 /// Does the same with problems that have friction and a method that solves them.
-pub fn replay_with_friction(corpus: &Corpus<FrictionalProblem>, method: FrictionMethod, start: Start) -> Replay {
+pub fn replay_with_friction(corpus: &FrictionalCorpus, method: FrictionMethod, start: Start) -> Replay {
     let build = || method.build(corpus.largest());
     caught(corpus, &method.name(), FrictionMethod::TOLERANCE, start, build)
 }
 
 /// A solver without its fallback.
-trait Bare<P> {
+trait Bare<const FRICTION: bool> {
     /// Forgets the problems before.
     fn reset(&mut self);
 
     /// Writes impulses, and says how good they are.
-    fn solve(&mut self, problem: &P, impulses: &mut [f64]) -> Result<SolveStats, Unsolved>;
+    fn solve(&mut self, problem: &Problem<FRICTION>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved>;
 }
 
-impl Bare<ContactProblem> for Solver {
+impl Bare<false> for Solver {
     fn reset(&mut self) {
         ComplementaritySolver::reset(self);
     }
 
-    fn solve(&mut self, problem: &ContactProblem, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn solve(&mut self, problem: &Problem<false>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         ComplementaritySolver::solve(self, black_box(problem.lcp()), impulses)
     }
 }
 
-impl Bare<FrictionalProblem> for BareFriction {
+impl Bare<true> for BareFriction {
     fn reset(&mut self) {
         self.forget();
     }
 
-    fn solve(&mut self, problem: &FrictionalProblem, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn solve(&mut self, problem: &Problem<true>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.attempt(black_box(problem.problem()), impulses)
     }
 }
 
 /// A solver that panics fails at every problem.
-fn caught<P: Posed, B: Bare<P>>(
-    corpus: &Corpus<P>,
+fn caught<const FRICTION: bool, B: Bare<FRICTION>>(
+    corpus: &Corpus<FRICTION>,
     name: &Name,
     tolerance: f64,
     start: Start,
@@ -118,21 +118,21 @@ fn caught<P: Posed, B: Bare<P>>(
     let replayed = catch_unwind(AssertUnwindSafe(|| replay_or_panic(corpus, name, tolerance, start, build())));
     replayed.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-        let failed = |problem: &P| judge(problem.contacts(), Err(Unsolved::NonFinite), tolerance);
+        let failed = |problem: &Problem<FRICTION>| judge(problem.contacts(), Err(Unsolved::NonFinite), tolerance);
         let solves = corpus.problems().map(failed).collect();
         let panic = Some(text.unwrap_or("no message").to_owned());
         Replay { solver: name.clone(), start, solves, mean_ns: f64::NAN, panic }
     })
 }
 
-fn replay_or_panic<P: Posed, B: Bare<P>>(
-    corpus: &Corpus<P>,
+fn replay_or_panic<const FRICTION: bool, B: Bare<FRICTION>>(
+    corpus: &Corpus<FRICTION>,
     name: &Name,
     tolerance: f64,
     start: Start,
     mut bare: B,
 ) -> Replay {
-    let mut impulses = vec![0.0; corpus.problems().map(P::unknowns).max().unwrap_or(0)];
+    let mut impulses = vec![0.0; corpus.problems().map(Problem::unknowns).max().unwrap_or(0)];
     let clock_ns = clock_ns();
     let solves = Vec::with_capacity(corpus.len());
     let mut replay = Replay { solver: name.clone(), start, solves, mean_ns: f64::NAN, panic: None };
@@ -165,9 +165,9 @@ fn replay_or_panic<P: Posed, B: Bare<P>>(
 }
 
 /// One pass over a stretch, with a clock around every solve.
-fn pass<P: Posed>(
-    stretch: &Stretch<P>,
-    solver: &mut impl Bare<P>,
+fn pass<const FRICTION: bool>(
+    stretch: &Stretch<FRICTION>,
+    solver: &mut impl Bare<FRICTION>,
     start: Start,
     impulses: &mut [f64],
     mut done: impl FnMut(usize, Result<SolveStats, Unsolved>, Duration),
@@ -185,9 +185,9 @@ fn pass<P: Posed>(
 }
 
 /// One pass over a stretch, with a clock around the whole.
-fn untimed_pass_ns<P: Posed>(
-    stretch: &Stretch<P>,
-    solver: &mut impl Bare<P>,
+fn untimed_pass_ns<const FRICTION: bool>(
+    stretch: &Stretch<FRICTION>,
+    solver: &mut impl Bare<FRICTION>,
     start: Start,
     impulses: &mut [f64],
 ) -> f64 {

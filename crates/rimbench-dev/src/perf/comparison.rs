@@ -5,10 +5,11 @@ use super::history::{COUNTERS, History, Row};
 use super::steps::{FLOOR, start_of_last_level};
 use rimbench_core::error::Result;
 use rimbench_statistics::{TimeSummary, fence, ratio_interval};
+use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// Everything a comparison has to say.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// What was before.
     pub base: String,

@@ -24,28 +24,6 @@ impl Comparison {
         };
         text
     }
-
-    /// The comparison for programs.
-    pub fn json(&self) -> serde_json::Value {
-        let finding = |finding: &Finding| {
-            serde_json::json!({
-                "benchmark": finding.benchmark,
-                "quantity": finding.quantity,
-                "base": finding.base,
-                "new": finding.new,
-                "interval": finding.interval,
-                "verdict": finding.verdict.to_string(),
-                "note": finding.note,
-            })
-        };
-        serde_json::json!({
-            "base": self.base,
-            "new": self.new,
-            "findings": self.findings.iter().map(finding).collect::<Vec<_>>(),
-            "notes": self.notes,
-            "regressions": self.regressions(),
-        })
-    }
 }
 
 impl Finding {

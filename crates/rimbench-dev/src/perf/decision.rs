@@ -1,10 +1,12 @@
 //! What is a regression: counters exactly, instructions against a fence, times only if sure twice.
 
 use rimbench_statistics::Fence;
+use serde::Serialize;
 use std::fmt;
 
 /// What came of one comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// No more than the noise.
     Same,
@@ -22,19 +24,12 @@ pub enum Verdict {
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Verdict::Same => "same",
-            Verdict::Improved => "improved",
-            Verdict::Regressed => "regressed",
-            Verdict::Suspected => "suspected",
-            Verdict::Traded => "traded",
-            Verdict::NotCompared => "not-compared",
-        })
+        self.serialize(f)
     }
 }
 
 /// One quantity of one benchmark, before and after.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// Name in the suite.
     pub benchmark: String,

@@ -5,6 +5,7 @@ use super::history::Row;
 use super::sample::{Program, Sample};
 use rimbench_core::error::Result;
 use rimbench_harness::Provenance;
+use rimbench_results::checksums::hex;
 use rimbench_statistics::{TimeSummary, quantile};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -184,5 +185,5 @@ fn machine(cpu: &str) -> String {
 
 /// First eight digits of a hash.
 fn digits(text: &str) -> String {
-    Sha256::digest(text).iter().take(4).map(|byte| format!("{byte:02x}")).collect()
+    hex(&Sha256::digest(text)[..4])
 }
