@@ -15,6 +15,8 @@ const ABOVE: f64 = TITLE_SIZE + 12.0;
 const BELOW: f64 = 36.0;
 const KEY_LINE: f64 = 14.0;
 const BETWEEN: f64 = 26.0;
+/// What [`Cell::Wrong`] means.
+const WRONG: &str = "all complete, but the median error is above a tenth of the peak";
 /// Radius of the disc around a count of one, and what the largest count adds, px.
 const COUNT: [f64; 2] = [4.6, 3.2];
 
@@ -60,8 +62,6 @@ pub struct MatrixPanel {
 pub struct Matrix {
     /// Width, px.
     pub width: f64,
-    /// What [`Cell::Wrong`] means, in words.
-    pub wrong: String,
     /// Rows from the top.
     pub rows: Vec<DotRow>,
     /// Panels, from the left.
@@ -73,18 +73,8 @@ impl Matrix {
     ///
     /// # Errors
     /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) if not.
-    pub fn draw_if_it_fits(&self) -> Result<Drawing> {
-        fits(&[("width", self.width, self.column_width() * 4.0)]).map(|()| self.draw())
-    }
-
-    fn column_width(&self) -> f64 {
-        let columns: usize = self.panels.iter().map(|panel| panel.columns.len()).sum();
-        let between = BETWEEN * (self.panels.len().max(1) - 1) as f64;
-        ((self.width - 2.0 * MARGIN - labels_width(&self.rows) - between) / columns.max(1) as f64).min(64.0)
-    }
-
-    /// Draws the matrix.
-    pub fn draw(&self) -> Drawing {
+    pub fn draw(&self) -> Result<Drawing> {
+        fits(&[("width", self.width, self.column_width() * 4.0)])?;
         let key = key_lines(self.key(), self.width);
         let (top, inside) = (MARGIN + ABOVE, ROW * self.rows.len() as f64);
         let height = top + inside + BELOW + KEY_LINE * key.len() as f64 + MARGIN;
@@ -99,7 +89,13 @@ impl Matrix {
         for (index, entries) in key.iter().enumerate() {
             draw_key(&mut drawing, entries, self.width, top + inside + BELOW + 8.0 + KEY_LINE * index as f64);
         }
-        drawing
+        Ok(drawing)
+    }
+
+    fn column_width(&self) -> f64 {
+        let columns: usize = self.panels.iter().map(|panel| panel.columns.len()).sum();
+        let between = BETWEEN * (self.panels.len().max(1) - 1) as f64;
+        ((self.width - 2.0 * MARGIN - labels_width(&self.rows) - between) / columns.max(1) as f64).min(64.0)
     }
 
     fn draw_panel(
@@ -133,7 +129,7 @@ impl Matrix {
                 for (column, cell) in panel.columns.iter().zip(cells) {
                     let at = (left + (points.len() as f64 + 0.5) * step, y);
                     draw_cell(drawing, at, *cell, row.color, most.unwrap_or(1));
-                    let (value, note) = self.said(*cell, &column.label);
+                    let (value, note) = Self::said(*cell, &column.label);
                     points.push(Datum { x: column.value, y: value, range: None, note, at: Some(at) });
                 }
                 data.push(SeriesData { name: row.name.clone(), points });
@@ -151,11 +147,11 @@ impl Matrix {
     }
 
     /// The value of a cell in the data, and what else is said of it.
-    fn said(&self, cell: Cell, column: &str) -> (f64, String) {
+    fn said(cell: Cell, column: &str) -> (f64, String) {
         match cell {
             Cell::NotRun => (f64::NAN, "not run".to_owned()),
             Cell::Right => (1.0, String::new()),
-            Cell::Wrong => (1.0, self.wrong.clone()),
+            Cell::Wrong => (1.0, WRONG.to_owned()),
             Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs diverged", 100.0 * share)),
             Cell::Count(count) => (count as f64, format!("{count} with the limit: {column}")),
         }
@@ -166,7 +162,7 @@ impl Matrix {
         let any = |test: fn(&Cell) -> bool| cells().any(test);
         let entries = [
             (any(|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete"),
-            (any(|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), self.wrong.as_str()),
+            (any(|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), WRONG),
             (any(|cell| matches!(cell, Cell::Lost(share) if *share < 1.0)), Sample::Lost(false), "some diverge"),
             (
                 any(|cell| matches!(cell, Cell::Lost(share) if *share >= 1.0)),

@@ -4,10 +4,10 @@ use super::FigureEntry;
 use super::keys::LONGEST_NAME;
 use super::statistics::read_runs;
 use crate::figure::MOST_LINES;
-use rimbench_core::error::Result;
+use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Runs;
+use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use std::fmt::Write;
 use std::path::Path;
 
 /// Most panels of one figure.
@@ -40,22 +40,20 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
     if problems.is_empty() || labels.is_empty() || steps.is_empty() {
         return Ok(Vec::new());
     }
-    // What JSON quotes TOML reads.
-    let quoted = |text: &str| serde_json::Value::from(text).to_string();
-    let named = format!("[{}]", labels.iter().map(|label| quoted(label)).collect::<Vec<_>>().join(", "));
     let more = match all.len() - labels.len() {
         0 => String::new(),
         more => format!(" The first {MOST_ROWS} rows of the experiment; {more} more are in `runs.csv`."),
     };
-    let head = |end: &str, kind: &str, caption: &str| {
-        format!(
-            "[[figure]]\nid = {}\nkind = \"{kind}\"\nexperiment = {}\ncaption = {}\n",
-            quoted(&id(name, end)),
-            quoted(name),
-            quoted(&format!("{caption}{more} No list of figures names this experiment: it is drawn as all such are."))
-        )
+    let figure = |end: &str, kind: &str, caption: &str, columns: &str, panels: Vec<Value>| {
+        json!({
+            "id": id(name, end),
+            "kind": kind,
+            "experiment": name,
+            "caption": format!("{caption}{more} No list of figures names this experiment: it is drawn as all such are."),
+            "source": format!("runs.csv, columns label, macro_step_s, {columns}"),
+            "panels": panels,
+        })
     };
-    let mut list = String::new();
     let metric = METRICS.iter().find(|(metric, _)| {
         let column = table.column(metric).ok();
         column.is_some_and(|column| (0..table.len()).any(|row| table.number(row, column).is_finite()))
@@ -69,12 +67,10 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
             "The number of cases by their largest usable macro step, for each scheme; a scheme that no step tried makes fail is counted last.",
         ),
     };
-    list += &head("stability", "stability-map", caption);
-    let _ = write!(
-        list,
-        "source = \"runs.csv, columns label, macro_step_s, outcome\"\ntitle = \"{title}\"\n\
-         labels = {named}\n[[figure.panels]]\nacross = \"{across}\"\n"
-    );
+    let mut map = figure("stability", "stability-map", caption, "outcome", vec![json!({ "across": across })]);
+    map["title"] = title.into();
+    map["labels"] = json!(labels);
+    let mut list = vec![map];
     if let Some((metric, words)) = metric {
         let shown = &problems[..problems.len().min(MOST_PANELS)];
         let (left, note) = match problems.len() - shown.len() {
@@ -122,47 +118,34 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
         let headings: Vec<String> = headings.iter().map(|heading| shortened(heading, room)).collect();
         let rows = shown.len().div_ceil(columns) as f64;
         let chosen: Vec<f64> = spread(&steps.iter().map(|bits| f64::from_bits(*bits)).collect::<Vec<_>>());
-        let kind = if lines { "sweep" } else { "dots" };
-        list += &head(
-            "error",
-            kind,
-            &format!(
-                "Error against the macro step: median over the phases of the runs that completed, bars from best to worst.{left}"
-            ),
+        let caption = format!(
+            "Error against the macro step: median over the phases of the runs that completed, bars from best to worst.{left}"
         );
-        let _ = writeln!(list, "source = \"runs.csv, columns label, macro_step_s, {metric}\"\ncolumns = {columns}");
+        let panels = shown.iter().zip(&headings).map(|((case, set), heading)| {
+            json!({ "title": heading, "metric": metric, "label": words, "only": { "case": case, "set": set } })
+        });
+        let mut error = figure("error", if lines { "sweep" } else { "dots" }, &caption, metric, panels.collect());
+        error["columns"] = columns.into();
         if let Some(note) = note {
-            let _ = writeln!(list, "note = {}", quoted(&note));
+            error["note"] = note.into();
         }
-        match lines {
-            true => {
-                let legend = 20.0 + 16.0 * (labels.len() as f64 / 3.0).ceil();
-                let _ = writeln!(
-                    list,
-                    "height = {}",
-                    (rows * if columns == 1 { 300.0 } else { 215.0 } + legend).min(4000.0)
-                );
-            }
-            false => {
-                let numbers: Vec<String> = chosen.iter().map(|step| format!("{step:?}")).collect();
-                // Cases with grids of their own need all of them, if there are signs enough.
-                if steps.len() > MOST_SIGNS {
-                    let _ = writeln!(list, "macro_steps_ms = [{}]", numbers.join(", "));
-                }
-                let _ = writeln!(list, "labels = {named}");
+        if lines {
+            let legend = 20.0 + 16.0 * (labels.len() as f64 / 3.0).ceil();
+            error["height"] = (rows * if columns == 1 { 300.0 } else { 215.0 } + legend).min(4000.0).into();
+        } else {
+            error["labels"] = json!(labels);
+            // Cases with grids of their own need all of them, if there are signs enough.
+            if steps.len() > MOST_SIGNS {
+                error["macro_steps_ms"] = chosen.into();
             }
         }
-        for ((case, set), heading) in shown.iter().zip(&headings) {
-            let _ = writeln!(
-                list,
-                "[[figure.panels]]\ntitle = {}\nmetric = \"{metric}\"\nlabel = \"{words}\"\nonly = {{ case = {}, set = {} }}",
-                quoted(heading),
-                quoted(case),
-                quoted(set)
-            );
-        }
+        list.push(error);
     }
-    Ok(super::FigureList::parse(folder, &list)?.figures)
+    let entries = list.into_iter().map(|entry| {
+        let entry = serde_json::from_value(entry).map_err(|error| Error::file(folder, error.to_string()))?;
+        FigureEntry::checked(entry).map_err(|wrong| Error::file(folder, wrong.join("; ")))
+    });
+    entries.collect()
 }
 
 /// Up to four of the values, from the first to the last.

@@ -186,18 +186,13 @@ impl FigureList {
         let (mut figures, mut faults): (Vec<FigureEntry>, Vec<String>) = Default::default();
         for entry in raw {
             let line = line_of(text, entry.span().start);
-            let mut table = entry.into_inner();
-            let mut wrong = check::check(&mut table);
+            let table = entry.into_inner();
             let name = table.get("id").and_then(toml::Value::as_str).unwrap_or_default().to_owned();
-            if figures.iter().any(|figure| figure.id == name) {
+            let twice = figures.iter().any(|figure| figure.id == name);
+            let read = FigureEntry::checked(table).map(|figure| figures.push(figure));
+            let mut wrong = read.err().unwrap_or_default();
+            if twice {
                 wrong.push("another figure has this id".to_owned());
-            }
-            let labels = check::labels(&table);
-            if wrong.is_empty() {
-                match FigureEntry::deserialize(toml::Value::Table(table)) {
-                    Ok(figure) => figures.push(FigureEntry { labels, ..figure }),
-                    Err(error) => wrong.push(error.message().to_owned()),
-                }
             }
             let place = if name.is_empty() { String::new() } else { format!(" (`{}`)", shortened(&name)) };
             faults.extend(wrong.iter().map(|fault| format!("[[figure]] in line {line}{place}: {fault}")));
@@ -293,6 +288,17 @@ impl FigureList {
 }
 
 impl FigureEntry {
+    /// Reads an entry, or says all that is wrong with it.
+    fn checked(mut table: Table) -> Result<Self, Vec<String>> {
+        let wrong = check::check(&mut table);
+        if !wrong.is_empty() {
+            return Err(wrong);
+        }
+        let labels = check::labels(&table);
+        let figure = FigureEntry::deserialize(toml::Value::Table(table));
+        figure.map(|figure| FigureEntry { labels, ..figure }).map_err(|error| vec![error.message().to_owned()])
+    }
+
     /// The group of its experiment.
     pub fn group(&self) -> &str {
         self.experiment.split('/').next().unwrap_or_default()

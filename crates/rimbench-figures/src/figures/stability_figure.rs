@@ -12,10 +12,9 @@ use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::path::Path;
 
-/// What says whether a stable run is right, up to where, and what is said beyond. Results that lack it are not judged.
+/// What says whether a stable run is right, and up to where. Results that lack it are not judged.
 const JUDGE: &str = "force_error_rms_of_peak";
 const WRONG_ABOVE: f64 = 0.1;
-const WRONG: &str = "all complete, but the median error is above a tenth of the peak";
 
 keys! {
     /// Options of a stability map.
@@ -83,7 +82,7 @@ impl StabilityFigure {
             panel.cells = order.iter().map(|&row| panel.cells[row].clone()).collect();
         }
         let rows = order.iter().map(|&index| row(&all[0], labels[index], styles)).collect();
-        Matrix { width: self.width, wrong: WRONG.to_owned(), rows, panels }.draw_if_it_fits()
+        Matrix { width: self.width, rows, panels }.draw()
     }
 
     /// What became of the runs of one label at one macro step.
