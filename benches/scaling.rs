@@ -24,10 +24,10 @@
 #[path = "peers/figure.rs"]
 mod figure;
 
-use rimbench::cases::Chain;
+use rimbench::cases::{Chain, ParameterSet};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, RunControl, Sample, Side, Subsystem};
-use rimbench::interface_model::{Elimination, Linearisation, ReducedInterfaceModel, Rows};
+use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
 use rimbench::mechanics::MechanicalModel;
 use rimbench::models::LineMasses;
 use rimbench::runs::RunRequest;
@@ -378,16 +378,15 @@ fn print_csv() {
 
 /// A chain of so many beads of so many pieces, at rest over a platform: Eq. 3 with all entries of its rows, or those that they know.
 fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
-    let chain =
-        Chain { links, length: 1.0, mass: 2.0, bead_share: 0.2, bead_pieces: pieces, drop: 0.0, gravity: GRAVITY };
-    let mut model = LineMasses::new(chain.above_platform(1.0)).unwrap();
+    let chain = Chain { links, bead_pieces: pieces, ..Chain::defaults() };
+    let mut model = LineMasses::new(chain.above_platform()).unwrap();
     let (size, (q, v)) = (model.size(), model.initial_state());
     let rows = |count: usize, columns: Option<Vec<Vec<usize>>>| match columns.filter(|_| known) {
         Some(columns) => Rows::in_columns(size.velocities, &columns),
         None => Rows::zeros(count, size.velocities),
     };
     let mut eq3 = Linearisation {
-        mass: model.empty_mass_matrix(),
+        mass: MassMatrix::zeros(size.velocities, true),
         force: vec![0.0; size.velocities],
         bilateral: rows(size.bilateral, model.bilateral_columns()),
         unilateral: rows(size.unilateral, model.unilateral_columns()),
@@ -395,7 +394,7 @@ fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
         interface: Rows::zeros(1, size.velocities),
     };
     model.prepare(&q, &v);
-    model.mass_matrix(&q, &mut eq3.mass);
+    model.mass_matrix(&q, eq3.mass.entries_mut());
     model.forces(&q, &v, &mut eq3.force);
     model.bilateral(&q, &v, &mut eq3.bilateral);
     model.unilateral(&q, &v, &mut eq3.unilateral);

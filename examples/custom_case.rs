@@ -5,7 +5,7 @@ use rimbench::cases::{Assembly, Case, CaseDefaults, CoupledSystem, InterfaceColu
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Result;
 use rimbench::harness::{Experiment, compare};
-use rimbench::models::{CouplingElement, MassRole, MassSide, OscillatorIntegrator, WalledMass};
+use rimbench::models::{CouplingElement, LineMass, MassRole, MassSide, OscillatorIntegrator};
 use rimbench::name::names;
 use std::path::PathBuf;
 
@@ -19,8 +19,8 @@ parameters! {
 
 /// 1 kg between wall and spring (actuator) against 20 kg with nothing else to hold them (mechanics).
 fn build(p: &LightOnHeavy, _assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    let light = WalledMass { mass: 1.0, stiffness: 10.0, damping: 1.0, wall: 0.0, start: [0.1, 0.0] };
-    let heavy = WalledMass { mass: 20.0, stiffness: 0.0, ..light };
+    let light = LineMass { mass: 1.0, stiffness: 10.0, damping: 1.0, start: [0.1, 0.0], ..LineMass::default() };
+    let heavy = LineMass { mass: 20.0, stiffness: 0.0, ..light };
     let element = CouplingElement { stiffness: p.coupling_stiffness_n_m, damping: 1.0, exponent: 1.0 };
     let side = |index, body, role| MassSide::new(index, body, role, OscillatorIntegrator::SemiImplicitEuler);
     Ok(CoupledSystem::new(side(1, heavy, MassRole::ForceDriven), side(0, light, MassRole::ForceGiving(element))))

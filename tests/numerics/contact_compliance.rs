@@ -94,27 +94,15 @@ fn the_account_must_close_and_what_is_lost_is_what_the_dampers_took() {
 fn coupled_positions(scheme: Option<(&str, Option<ContactDetection>)>) -> Vec<f64> {
     let mut mechanics = falling(compliant(2e3, 5.0), 2, 0.02, 0.0);
     let mut spring = Springs::new(&[30.0], &[0.0]);
-    let mut rows = Vec::new();
-    match scheme {
+    let sides = sides(&mut mechanics, &mut spring);
+    let rows = match scheme {
         Some((name, detection)) => {
             let grid = CommunicationGrid::new(0.05, 1.0, 1.0).unwrap();
-            let first = Sequence::GaussSeidel { first: Side::Actuator };
-            let setup = Setup { mechanics_steps: ALL, ..setup(grid, 1e-3, first, ForceReturn::Profile) };
-            let options = rimbench::schemes::ModelOptions { detection, ..Default::default() };
-            let mut sides = sides(&mut mechanics, &mut spring);
-            let coupling = scheme_by_name(name).couple(sides.lend(), Some(&options), None).unwrap();
-            let report = observed(&setup, sides, coupling, &mut |point| rows.push(point.y.mechanics[0]));
-            assert_eq!(report.outcome, Outcome::Completed);
+            coupled_rows(name, grid, 1e-3, sides, Some(&ModelOptions { detection, ..Default::default() }))
         }
-        None => {
-            let steps = reference_steps(1e-3, 1000, 50);
-            monolithic(sides(&mut mechanics, &mut spring), steps, StopFlag::never(), &mut |point| {
-                rows.push(point.y.mechanics[0]);
-            })
-            .unwrap();
-        }
-    }
-    rows
+        None => monolithic_rows(reference_steps(1e-3, 1000, 50), sides),
+    };
+    rows.iter().map(|row| row[1]).collect()
 }
 
 #[test]

@@ -190,16 +190,3 @@ fn the_load_is_set_down_the_rope_goes_slack_and_the_load_is_lifted_again() {
     approx::assert_relative_eq!(of(1.55, "contact_force_ground_n"), 981.0, max_relative = 1e-6);
     assert!(of(3.95, "gap_rope_m") < 1e-3 && of(3.95, "gap_ground_m") > 1e-2, "not lifted");
 }
-
-/// All models can be copied: schemes that take a step again need it.
-#[test]
-fn copies_of_a_model_go_their_own_way() {
-    fn moved<M: MechanicalModel + Clone + 'static>(model: &M, force: &[f64]) -> Vec<f64> {
-        let mut mechanics: NonSmoothMechanics<M> = stepper(model.clone(), PLASTIC);
-        (0..10).for_each(|_| mechanics.step(0.0, force, 1e-3).unwrap());
-        mechanics.position().to_vec()
-    }
-    let discs = Discs::new(row(3, 0.005, 0.0), ContactList::Neighbours).unwrap();
-    assert_ne!(moved(&discs, &[500.0]), moved(&discs, &[0.0]));
-    assert_eq!(moved(&discs, &[500.0]), moved(&discs, &[500.0]));
-}

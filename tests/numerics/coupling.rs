@@ -96,20 +96,12 @@ fn off_monolithic(
     micro_step: f64,
     build: &dyn Fn() -> NonSmoothMechanics<LinearModel>,
 ) -> (f64, Vec<Vec<f64>>) {
-    let setup = Setup { mechanics_steps: ALL, ..setup(grid, micro_step, ACTUATOR_FIRST, ForceReturn::Profile) };
-    let (mut mechanics, mut springs) = (build(), linear_springs(interface));
-    let entry = scheme_by_name(scheme);
-    let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut springs), entry);
-    assert_eq!(report.outcome, Outcome::Completed);
-
-    let (mut mechanics, mut springs) = (build(), linear_springs(interface));
-    let steps = (grid.duration() / micro_step).round() as usize;
-    let mut reference = Vec::new();
-    let steps = reference_steps(micro_step, steps, 1);
-    monolithic(sides(&mut mechanics, &mut springs), steps, StopFlag::never(), &mut |point| {
-        reference.push(row_of(&point));
-    })
-    .unwrap();
+    let both = || (build(), linear_springs(interface));
+    let (mut mechanics, mut springs) = both();
+    let rows = coupled_rows(scheme, grid, micro_step, sides(&mut mechanics, &mut springs), None);
+    let (mut mechanics, mut springs) = both();
+    let steps = reference_steps(micro_step, (grid.duration() / micro_step).round() as usize, 1);
+    let reference = monolithic_rows(steps, sides(&mut mechanics, &mut springs));
     let width = 1 + 3 * interface;
     let scale: Vec<f64> = (0..width).map(|c| largest(reference.iter().map(|row| row[c].abs()))).collect();
     let mut worst = 0.0_f64;
@@ -166,24 +158,10 @@ fn bouncing(scheme: Option<&str>, restitution: f64, macro_step: f64) -> Vec<[f64
     let model = LinearModel::new(&[1.0], &[-9.81], &[(&[1.0], 0.0)]).over(&[(&[1.0], 0.02)]);
     let law = ContactLaw { restitution, ..PLASTIC };
     let (mut mechanics, mut spring) = (stepper(model, law), Springs::new(&[30.0], &[0.0]));
-    let grid = CommunicationGrid::new(macro_step, 1.0, 1.0).unwrap();
+    let sides = sides(&mut mechanics, &mut spring);
     let rows = match scheme {
-        Some(name) => {
-            let setup = Setup { mechanics_steps: ALL, ..setup(grid, 1e-3, ACTUATOR_FIRST, ForceReturn::Profile) };
-            let entry = scheme_by_name(name);
-            let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut spring), entry);
-            assert_eq!(report.outcome, Outcome::Completed);
-            rows
-        }
-        None => {
-            let (mut rows, every) = (Vec::new(), (macro_step / 1e-3).round() as usize);
-            let steps = reference_steps(1e-3, 1000, every);
-            monolithic(sides(&mut mechanics, &mut spring), steps, StopFlag::never(), &mut |point| {
-                rows.push(row_of(&point));
-            })
-            .unwrap();
-            rows
-        }
+        Some(name) => coupled_rows(name, CommunicationGrid::new(macro_step, 1.0, 1.0).unwrap(), 1e-3, sides, None),
+        None => monolithic_rows(reference_steps(1e-3, 1000, (macro_step / 1e-3).round() as usize), sides),
     };
     rows.iter().map(|row| [row[1], row[2]]).collect()
 }

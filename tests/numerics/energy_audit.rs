@@ -1,7 +1,8 @@
 //! The energy audit: buckets booked one by one must close, and what the solvers create must vanish with their step.
 
 use crate::support::*;
-use rimbench::models::Fluid;
+use rimbench::cases::ParameterSet;
+use rimbench::models::Oil;
 
 /// Moves the wedge box's cylinder as `s(t) = s₀ + 0.01 (1 − cos 12 t)` through `n` steps of 0.4 s together, valve ramp and all.
 fn prescribed(n: usize) -> (EnergyAccount, [f64; 2]) {
@@ -52,7 +53,7 @@ fn buckets_of_the_cylinder_must_be_the_integrals_that_physics_says() {
     let friction = 1e4 * 0.0144 * (0.2 - 9.6_f64.sin() / 48.0);
     approx::assert_relative_eq!(account.viscous, friction, max_relative = 1e-3);
     // What is stored is a function of where it ended: V ε(p), V from 1 m on either side.
-    let fluid = Fluid::default();
+    let fluid = Oil::defaults();
     let moved = 0.01 * (1.0 - (12.0_f64 * (0.4 - 2.5e-5)).cos());
     let (l1, l2) = (1.0 - moved, 1.0 + moved);
     let (e1, e2, e0) = (fluid.elastic_energy(p1), fluid.elastic_energy(p2), fluid.elastic_energy(3.85e6));

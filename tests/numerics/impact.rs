@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use rimbench::cosim::Subsystem;
-use rimbench::interface_model::{MassMatrix, Rows};
+use rimbench::interface_model::Rows;
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics};
 use rimbench::name::{Name, names};
 
@@ -116,13 +116,13 @@ struct OnRope {
 
 impl MechanicalModel for OnRope {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, bilateral: 0, unilateral: 1, interface: 1 }
+        ModelSize { velocities: 2, unilateral: 1, interface: 1, ..ModelSize::default() }
     }
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (self.q.to_vec(), self.v.to_vec())
     }
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        *mass = MassMatrix::Diagonal(vec![1.0; 2]);
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.fill(1.0);
     }
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
         force.copy_from_slice(&[0.0, -self.gravity]);

@@ -1,7 +1,7 @@
 //! Cases with contacts by the dozen and the thousand, against forces, impulses and energies in closed form.
 
 use crate::support::*;
-use rimbench::cases::{Chain, wall_forces};
+use rimbench::cases::{Chain, ParameterSet, wall_forces};
 use rimbench::models::LineMasses;
 
 fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
@@ -97,25 +97,25 @@ fn the_wall_of_the_packing_is_held_at_rest_let_out_and_pushed_back() {
 /// The greatest error of the impulse on a scale that does not give way, in time, N·s, and what it may be.
 fn error_of_chain(chain: &Chain) -> [f64; 2] {
     // So heavy that it stays where it is.
-    let (platform, h) = (1e9, 1e-4);
-    let mut mechanics = stepper(LineMasses::new(chain.above_platform(platform)).unwrap(), PLASTIC);
+    let (chain, h) = (Chain { platform_mass_kg: 1e9, ..*chain }, 1e-4);
+    let mut mechanics = stepper(LineMasses::new(chain.above_platform()).unwrap(), PLASTIC);
     let (mut error, mut allowed) = (0.0_f64, 0.0_f64);
     let mut exact = 0.0;
     for step in 0..6000 {
         let time = f64::from(step) * h;
-        mechanics.step(time, &[platform * chain.gravity], h).unwrap();
+        mechanics.step(time, &[chain.platform_mass_kg * chain.gravity_m_s2], h).unwrap();
         let [_, force] = chain.landed_and_force(time + 0.5 * h);
         exact += h * force;
-        let handed_on = -platform * mechanics.velocity()[0];
-        let speed = chain.gravity * (time + h);
+        let handed_on = -chain.platform_mass_kg * mechanics.velocity()[0];
+        let speed = chain.gravity_m_s2 * (time + h);
         error = error.max((handed_on - exact).abs());
         // Half a bead, and what lands within one step.
-        let bead = chain.mass / f64::from(chain.links);
-        allowed = allowed.max((0.5 * bead + chain.mass / chain.length * speed * h) * speed);
+        let bead = chain.chain_mass_kg / f64::from(chain.links);
+        allowed = allowed.max((0.5 * bead + chain.chain_mass_kg / chain.chain_length_m * speed * h) * speed);
     }
     // All has landed and is carried.
     let [landed, weight] = chain.landed_and_force(0.6);
-    approx::assert_relative_eq!(landed, chain.mass, max_relative = 1e-12);
+    approx::assert_relative_eq!(landed, chain.chain_mass_kg, max_relative = 1e-12);
     approx::assert_relative_eq!(observed(&mut mechanics, "contact_force_scale_n", h), weight, max_relative = 1e-6);
     [error, allowed]
 }
@@ -123,7 +123,7 @@ fn error_of_chain(chain: &Chain) -> [f64; 2] {
 #[test]
 fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link() {
     for (bead_share, drop, bead_pieces) in [(0.2, 0.0, 1), (0.0, 0.0, 1), (0.5, 0.3, 1), (0.2, 0.0, 5)] {
-        let chain = |links| Chain { links, length: 1.0, mass: 2.0, bead_share, bead_pieces, drop, gravity: 9.81 };
+        let chain = |links| Chain { links, bead_share, bead_pieces, drop_height_m: drop, ..Chain::defaults() };
         if drop == 0.0 {
             let [landed, force] = chain(20).landed_and_force(0.25);
             approx::assert_relative_eq!(force, 3.0 * landed * 9.81, max_relative = 1e-12);
@@ -143,7 +143,7 @@ fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link()
 
 #[test]
 fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_one() {
-    let chain = Chain { links: 160, length: 1.0, mass: 2.0, bead_share: 0.2, bead_pieces: 1, drop: 0.0, gravity: 9.81 };
+    let chain = Chain { links: 160, ..Chain::defaults() };
     let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 1e-3);
     spec.parameters.set("links", "160").unwrap();
     let run = completed(&spec);

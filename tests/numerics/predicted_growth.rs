@@ -21,7 +21,7 @@ impl MechanicalModel for Sprung {
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         self.body.initial_state()
     }
-    fn mass_matrix(&self, q: &[f64], mass: &mut MassMatrix) {
+    fn mass_matrix(&self, q: &[f64], mass: &mut [f64]) {
         self.body.mass_matrix(q, mass);
     }
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {

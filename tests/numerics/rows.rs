@@ -9,7 +9,7 @@ use rimbench::models::{ContactList, CraneWithRope, Discs, WedgeBox, WedgeBoxGeom
 /// `A v`. `third` bounds the third derivatives there, 1/s³, and ten times it the fourth.
 fn assert_derivatives(name: &str, model: &mut impl MechanicalModel, q: &[f64], v: &[f64], third: f64) {
     let e = 1e-4;
-    let mut along = Rows::zeros(model.tangential_rows(), v.len());
+    let mut along = Rows::zeros(model.size().tangential, v.len());
     let [before, now, after] = [-e, 0.0, e].map(|t| {
         let place: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + v * t).collect();
         let eq3 = linearise(model, &place, v);
@@ -49,7 +49,7 @@ fn rows_are_the_derivatives_of_gaps_joints_and_lengths_and_of_velocities_along_s
     assert_derivatives("slider-crank", &mut slider, &[0.7, -0.31, 0.02], &[1.5, -0.6, 0.03], 5.0);
     let block = WedgeBoxGeometry {
         box_mass: 200.0,
-        box_inertia: 20.0,
+        box_size: [0.4, 1.0],
         wedges: vec![[0.2, -0.5], [-0.2, -0.5]],
         start_angle: -0.05,
         attachment: [-0.2, 0.1],

@@ -265,7 +265,7 @@ fn what_cannot_step_at_second_order_says_why() {
 #[test]
 fn switches_say_how_far_the_disc_is_from_the_borders_of_its_corner() {
     let model = WedgeBox::new(wedge_box_geometry()).unwrap();
-    let mut switches = vec![[0.0; 2]; model.switches()];
+    let mut switches = vec![[0.0; 2]; model.size().switches];
     let (q, v) = model.initial_state();
     model.switch_values(&q, &v, &mut switches);
     // The disc starts on the ledge, 0.1 m behind the corner, at rest.

@@ -65,13 +65,13 @@ impl Chain {
 
 impl MechanicalModel for Chain {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: self.mass.len(), bilateral: 0, unilateral: 1, interface: 1 }
+        ModelSize { velocities: self.mass.len(), unilateral: 1, interface: 1, ..ModelSize::default() }
     }
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         self.start.clone()
     }
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        *mass = MassMatrix::Diagonal(self.mass.clone());
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {
         force.iter_mut().zip(v).for_each(|(force, v)| *force = -self.cubic * v.powi(3));

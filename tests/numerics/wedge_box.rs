@@ -118,7 +118,7 @@ fn mass_on_the_ramp(g: &WedgeBoxGeometry, height: f64, q: &[f64; 6]) -> f64 {
     let omega = -g.discs[0].ramp_slope / (pin.x - tip.x - g.discs[0].ramp_slope * pin.y);
     let (x, y) = (1.0, -tip.x * omega);
     let disc = Vector2::new(x - pin.y * omega, y + pin.x * omega);
-    let inertia = g.box_inertia;
+    let inertia = g.box_inertia();
     let twice_t = g.box_mass * (x * x + y * y) + inertia * omega * omega + g.discs[0].mass * disc.norm_squared();
     twice_t / d.dot(&Vector2::new(x - arm.y * omega, y + arm.x * omega)).powi(2)
 }

@@ -302,7 +302,7 @@ pub fn wedge_box_cylinder() -> Box<dyn Subsystem> {
 pub fn linearise(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) -> Linearisation {
     let size = model.size();
     let mut eq3 = Linearisation {
-        mass: model.empty_mass_matrix(),
+        mass: MassMatrix::zeros(size.velocities, model.has_diagonal_mass()),
         force: vec![0.0; size.velocities],
         bilateral: Rows::zeros(size.bilateral, size.velocities),
         unilateral: Rows::zeros(size.unilateral, size.velocities),
@@ -310,7 +310,7 @@ pub fn linearise(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) -> Line
         interface: Rows::zeros(size.interface, size.velocities),
     };
     model.prepare(q, v);
-    model.mass_matrix(q, &mut eq3.mass);
+    model.mass_matrix(q, eq3.mass.entries_mut());
     model.forces(q, v, &mut eq3.force);
     model.bilateral(q, v, &mut eq3.bilateral);
     model.unilateral(q, v, &mut eq3.unilateral);
@@ -411,16 +411,16 @@ impl MechanicalModel for LinearModel {
             velocities: self.mass.len(),
             bilateral: self.bilateral.offset.len(),
             unilateral: self.unilateral.offset.len(),
+            tangential: self.tangential.offset.len(),
             interface: self.interface.offset.len(),
+            switches: usize::from(self.bends.is_some()),
         }
     }
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (self.q.clone(), self.v.clone())
     }
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
         force.copy_from_slice(&self.force);
@@ -435,9 +435,6 @@ impl MechanicalModel for LinearModel {
     fn is_plastic(&self, contact: usize) -> bool {
         self.plastic == Some(contact)
     }
-    fn tangential_rows(&self) -> usize {
-        self.tangential.offset.len()
-    }
     fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.tangential.write(q, rows);
         self.bend(1, q, v, rows);
@@ -445,9 +442,6 @@ impl MechanicalModel for LinearModel {
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.interface.write(q, rows);
         self.bend(2, q, v, rows);
-    }
-    fn switches(&self) -> usize {
-        usize::from(self.bends.is_some())
     }
     fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
         switches.iter_mut().for_each(|switch| *switch = [q[0] - 1.0, v[0]]);
@@ -570,6 +564,30 @@ pub fn rows_of(setup: &Setup, mut sides: Sides<'_>, scheme: &SchemeEntry) -> (Re
     let coupling = coupled(scheme, sides.lend());
     let report = observed(setup, sides, coupling, &mut |point| rows.push(row_of(&point)));
     (report, rows)
+}
+
+/// The same with every micro step of the actuator first, its profile returned in as many steps of the mechanics.
+pub fn coupled_rows(
+    scheme: &str,
+    grid: CommunicationGrid,
+    h: f64,
+    mut sides: Sides<'_>,
+    model: Option<&ModelOptions>,
+) -> Vec<Vec<f64>> {
+    let first = Sequence::GaussSeidel { first: Side::Actuator };
+    let setup = Setup { mechanics_steps: ALL, ..setup(grid, h, first, ForceReturn::Profile) };
+    let coupling = scheme_by_name(scheme).couple(sides.lend(), model, None).unwrap();
+    let mut rows = Vec::new();
+    let report = observed(&setup, sides, coupling, &mut |point| rows.push(row_of(&point)));
+    assert_eq!(report.outcome, Outcome::Completed);
+    rows
+}
+
+/// The same in one loop.
+pub fn monolithic_rows(steps: ReferenceSteps, sides: Sides<'_>) -> Vec<Vec<f64>> {
+    let mut rows = Vec::new();
+    monolithic(sides, steps, StopFlag::never(), &mut |point| rows.push(row_of(&point))).unwrap();
+    rows
 }
 
 pub fn row_of(point: &CommunicationPoint<'_>) -> Vec<f64> {

@@ -3,11 +3,9 @@
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_core::error::{Error, Result};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// Macro steps one by one, or evenly spread in logarithms.
 #[derive(Debug, Clone, JsonSchema)]
@@ -44,77 +42,43 @@ const MACRO_STEPS: &str =
     "a list of macro steps in s, [1e-3, 5e-3], or a range, { from = 1e-4, to = 1e-1, per_decade = 8 }";
 const PHASES: &str = "a number of phases, 16, or a list of phases in (0, 1], [1.0, 0.5]";
 
-/// Reads what stands in a file, so that a slip is told as what it is.
-struct MacroStepsVisitor;
-
-impl<'de> Visitor<'de> for MacroStepsVisitor {
-    type Value = MacroSteps;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(MACRO_STEPS)
-    }
-
-    /// Without repeating the text, which may be long.
-    fn visit_str<E: serde::de::Error>(self, _: &str) -> Result<MacroSteps, E> {
-        Err(E::custom(format!("a text, expected {MACRO_STEPS}")))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, steps: A) -> Result<MacroSteps, A::Error> {
-        Vec::deserialize(SeqAccessDeserializer::new(steps)).map(MacroSteps::List)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, range: A) -> Result<MacroSteps, A::Error> {
-        MacroStepRange::deserialize(MapAccessDeserializer::new(range)).map(MacroSteps::Range)
-    }
-
-    fn visit_f64<E: serde::de::Error>(self, step: f64) -> Result<MacroSteps, E> {
-        Err(E::custom(format!("one macro step is a list of one: [{step:?}]")))
-    }
-
-    fn visit_i64<E: serde::de::Error>(self, step: i64) -> Result<MacroSteps, E> {
-        self.visit_f64(step as f64)
-    }
+/// Says what stands where something else is expected, without repeating what may be long.
+fn unexpected<T, E: serde::de::Error>(found: &toml::Value, expected: &str) -> Result<T, E> {
+    let found = if found.is_str() { "text" } else { found.type_str() };
+    Err(E::custom(format!("a {found}, expected {expected}")))
 }
 
+/// Reads what stands in a file, so that a slip is told as what it is.
 impl<'de> Deserialize<'de> for MacroSteps {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(MacroStepsVisitor)
+        let value = toml::Value::deserialize(deserializer)?;
+        let one = |step: f64| Err(D::Error::custom(format!("one macro step is a list of one: [{step:?}]")));
+        match value {
+            toml::Value::Array(_) => value.try_into().map(MacroSteps::List).map_err(D::Error::custom),
+            toml::Value::Table(_) => value.try_into().map(MacroSteps::Range).map_err(D::Error::custom),
+            toml::Value::Float(step) => one(step),
+            toml::Value::Integer(step) => one(step as f64),
+            other => unexpected(&other, MACRO_STEPS),
+        }
     }
 }
 
 /// Reads what stands in a file, so that a slip is told as what it is.
-struct PhasesVisitor;
-
-impl<'de> Visitor<'de> for PhasesVisitor {
-    type Value = Phases;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(PHASES)
-    }
-
-    /// Without repeating the text, which may be long.
-    fn visit_str<E: serde::de::Error>(self, _: &str) -> Result<Phases, E> {
-        Err(E::custom(format!("a text, expected {PHASES}")))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, phases: A) -> Result<Phases, A::Error> {
-        Vec::deserialize(SeqAccessDeserializer::new(phases)).map(Phases::List)
-    }
-
-    fn visit_i64<E: serde::de::Error>(self, count: i64) -> Result<Phases, E> {
-        let count =
-            usize::try_from(count).map_err(|_| E::custom(format!("a number of phases is not below 0: {count}")));
-        count.map(Phases::Count)
-    }
-
-    fn visit_f64<E: serde::de::Error>(self, phase: f64) -> Result<Phases, E> {
-        Err(E::custom(format!("one phase is a list of one, [{phase:?}]; a number of phases is whole")))
-    }
-}
-
 impl<'de> Deserialize<'de> for Phases {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(PhasesVisitor)
+        let value = toml::Value::deserialize(deserializer)?;
+        let wrong = |message| Err(D::Error::custom(message));
+        match value {
+            toml::Value::Array(_) => value.try_into().map(Phases::List).map_err(D::Error::custom),
+            toml::Value::Integer(count) => match usize::try_from(count) {
+                Ok(count) => Ok(Phases::Count(count)),
+                Err(_) => wrong(format!("a number of phases is not below 0: {count}")),
+            },
+            toml::Value::Float(phase) => {
+                wrong(format!("one phase is a list of one, [{phase:?}]; a number of phases is whole"))
+            }
+            other => unexpected(&other, PHASES),
+        }
     }
 }
 

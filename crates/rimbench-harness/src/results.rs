@@ -14,7 +14,7 @@
 use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
-use super::store::{Record, Store, TraceMark};
+use super::store::{Record, Store, TraceMark, cells_of};
 use rimbench_cases::metrics::{Only, only_of};
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
@@ -108,21 +108,15 @@ pub(super) fn record(
     }
 }
 
-/// The cells of a record's findings.
-fn cells(record: &Record) -> csv::StringRecord {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
-    reader.records().next().and_then(std::result::Result::ok).unwrap_or_default()
-}
-
 /// A finding of a record by name.
 pub(super) fn finding(record: &Record, name: &str) -> Option<String> {
     let place = findings_header().iter().position(|known| *known == name)?;
-    cells(record).get(place).map(str::to_owned)
+    cells_of(&record.findings)?.get(place).map(str::to_owned)
 }
 
 /// The findings of a record, those that are to be `kept`.
 fn findings(record: &Record, kept: &[bool]) -> String {
-    let cells = cells(record);
+    let cells = cells_of(&record.findings).unwrap_or_default();
     let kept = cells.iter().zip(kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell);
     row(&kept.collect::<Vec<_>>())
 }

@@ -202,17 +202,15 @@ fn combine(shapes: &[f64], amplitudes: &[f64]) -> f64 {
 
 impl MechanicalModel for ModalBeam {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: self.frequencies.len(), bilateral: 0, unilateral: 2, interface: 1 }
+        ModelSize { velocities: self.frequencies.len(), unilateral: 2, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (vec![0.0; self.frequencies.len()], vec![0.0; self.frequencies.len()])
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.fill(self.modal_mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.fill(self.modal_mass);
     }
 
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {

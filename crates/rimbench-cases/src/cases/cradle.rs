@@ -38,19 +38,8 @@ fn drawing(p: &Cradle) -> Drawing {
     const STRING: f64 = 0.392;
     let d = p.ball_diameter_m;
     let rest = p.carriage.base_position_m;
-    let ball = |name: &'static str| Shape::Disc {
-        at: ([0.0, 0.0], Some(name)),
-        radius: d / 2.0,
-        spoke: false,
-        fill: Fill::Scheme,
-    };
+    let ball = |name: &'static str| disc(([0.0, 0.0], Some(name)), d / 2.0, Fill::Scheme);
     let string = |x: f64, name: &'static str| Shape::Line(vec![([x, STRING], None), ([0.0, 0.0], Some(name))]);
-    let block = |[left, right]: [f64; 2], [low, high]: [f64; 2]| {
-        Shape::Polygon(
-            [[left, low], [right, low], [right, high], [left, high]].map(|point| (point, None)).to_vec(),
-            Fill::Ground,
-        )
-    };
     Drawing {
         view: [[-0.55, 0.42], [-0.1, 0.42]],
         frames: vec![
@@ -61,8 +50,8 @@ fn drawing(p: &Cradle) -> Drawing {
             frame("carriage", Channel::Column("carriage_position_m", 1.0, -0.25), 0.0, 0.0),
         ],
         shapes: vec![
-            block([-0.4, 0.4], [STRING, STRING + 0.018]),
-            block([rest - 0.55, rest - 0.5], [-0.1, 0.1]),
+            wall([-0.4, STRING], [0.4, STRING + 0.018]),
+            wall([rest - 0.55, -0.1], [rest - 0.5, 0.1]),
             string(0.0, "ball 1"),
             string(d, "ball 2"),
             string(2.0 * d, "ball 3"),
@@ -94,14 +83,12 @@ fn build(p: &Cradle, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let contact = |below: usize| LineContact { below: Some(below), above: Some(below + 1), distance: diameter };
     let model = LineMasses::new(LineDescription {
         masses: (0..3).map(ball).collect(),
-        springs: Vec::new(),
-        joints: Vec::new(),
         contacts: vec![contact(0), contact(1)],
-        driven: 0,
         state_names: words(
             "ball_1_x_m ball_2_x_m ball_3_x_m ball_1_velocity_m_s ball_2_velocity_m_s ball_3_velocity_m_s",
         ),
         contact_names: words("1_2 2_3"),
+        ..LineDescription::default()
     })?;
     assembly.couple(model, p.carriage.actuator()?, &p.contacts)
 }

@@ -19,6 +19,17 @@ parameters! {
     }
 }
 parameters! {
+    /// What lifts it.
+    struct Jack from "LIM cosim-benchmarks" {
+        cylinder: Cylinder from "LIM cosim-benchmarks" {
+            piston_area_m2 = 65e-4;
+            cylinder_length_m = 0.442;
+            viscous_friction_n_s_m = 1e5;
+            valve_area_m2 = 5e-4;
+        };
+    }
+}
+parameters! {
     /// What cranes have besides.
     struct Rest from "LIM cosim-benchmarks" {
         gravity_m_s2: f64 = 9.81, Positive, "gravity";
@@ -31,12 +42,7 @@ parameters! {
     struct SetDown from "ours" {
         link: Link;
         ground_height_m: f64 = -0.03, Finite, "height of the ground; the load starts at 0";
-        cylinder: Cylinder from "LIM cosim-benchmarks" {
-            piston_area_m2 = 65e-4;
-            cylinder_length_m = 0.442;
-            viscous_friction_n_s_m = 1e5;
-            valve_area_m2 = 5e-4;
-        };
+        jack: Jack;
         spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)" study 0.005..0.05;
         lower_start_s: f64 = 0.2, NotNegative, "start of lowering";
         lower_end_s: f64 = 1.6, NotNegative, "end of lowering";
@@ -50,12 +56,7 @@ parameters! {
     /// The crane that drags its load.
     struct Drag from "ours" {
         link: Link;
-        cylinder: Cylinder from "LIM cosim-benchmarks" {
-            piston_area_m2 = 65e-4;
-            cylinder_length_m = 0.442;
-            viscous_friction_n_s_m = 1e5;
-            valve_area_m2 = 5e-4;
-        };
+        jack: Jack;
         spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)" study 0.005..0.05;
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
         oil: Oil;
@@ -78,12 +79,7 @@ parameters! {
         lift_end_s: f64 = 0.9, NotNegative, "end of lifting";
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
         link: Link { load_mass_kg = 20.0 from "ours" };
-        cylinder: Cylinder from "LIM cosim-benchmarks" {
-            piston_area_m2 = 65e-4;
-            cylinder_length_m = 0.442;
-            viscous_friction_n_s_m = 1e5;
-            valve_area_m2 = 5e-4;
-        };
+        jack: Jack;
         spool_change: f64 = 0.04, Fraction, "spool away from equilibrium while lifting" study 0.01..0.1;
         lift_start_s: f64 = 0.2, NotNegative, "start of lifting";
         oil: Oil;
@@ -127,7 +123,6 @@ fn above_ground<P: ParameterSet>(
 fn drawing(link: &Link, rest: &Rest, barrel: f64, floor: f64, [title, about]: [&'static str; 2]) -> Drawing {
     let length = link.link_1_length_m;
     // Measured from the joint; the ground is `floor` below the load's start.
-    let bar = [[0.0, -0.03], [length, -0.03], [length, 0.03], [0.0, 0.03]];
     let hook = [([length, 0.0], Some("link")), ([0.0, 0.0], Some("load"))];
     Drawing {
         view: [[-0.5, 1.7], [-0.7, 0.95]],
@@ -140,8 +135,8 @@ fn drawing(link: &Link, rest: &Rest, barrel: f64, floor: f64, [title, about]: [&
                 barrel: 0.8 * barrel,
                 width: 0.07,
             },
-            Shape::Polygon(points("link", bar), Fill::Metal),
-            Shape::Disc { at: ([0.0, 0.0], None), radius: 0.05, spoke: false, fill: Fill::Metal },
+            Shape::Polygon(rectangle("link", [length / 2.0, 0.0], [length, 0.06]), Fill::Metal),
+            disc(([0.0, 0.0], None), 0.05, Fill::Metal),
             Shape::Line(hook.to_vec()),
             Shape::Polygon(rectangle("load", [0.0, 0.0], [0.24, 0.16]), Fill::Scheme),
             upward("contact_force_ground_n", ([0.0, -0.08], Some("load")), 2e-4),
@@ -159,14 +154,14 @@ pub(super) fn set_down() -> Case {
     let drawing = drawn(|p: &SetDown| {
         let text =
             ["Crane sets a load down", "A hydraulic crane lowers its load onto the ground and lifts it with a jerk."];
-        Some(drawing(&p.link, &p.rest, p.cylinder.cylinder_length_m, p.ground_height_m, text))
+        Some(drawing(&p.link, &p.rest, p.jack.cylinder.cylinder_length_m, p.ground_height_m, text))
     });
     let case = above_ground("crane-set-down", about, |p: &SetDown, assembly| {
         let model = CraneWithRope::new(geometry(&p.link, &p.rest), p.ground_height_m)?;
-        let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.taut().equilibrium_force())?;
+        let (pressures, centre) = p.jack.cylinder.equilibrium(&p.oil, model.taut().equilibrium_force())?;
         let moves = [(named!(p.lower_start_s), 1.0), (named!(p.lower_end_s), 0.0), (named!(p.lift_start_s), -1.0)];
         let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
-        let cylinder = p.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
+        let cylinder = p.jack.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
         assembly.couple(model, cylinder, &p.rest.contacts)
     });
     Case { drawing, ..case }
@@ -177,10 +172,10 @@ pub(super) fn drag() -> Case {
     let about = "Hydraulic crane that drags a load over rough ground by its rope until it lifts off";
     let mut case = above_ground("crane-drag", about, |p: &Drag, assembly| {
         let model = CraneWithRope::with_load_on_ground(geometry(&p.link, &p.rest), p.load_offset_m)?;
-        let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.link_force())?;
+        let (pressures, centre) = p.jack.cylinder.equilibrium(&p.oil, model.link_force())?;
         let moves = [(named!(p.lift_start_s), -1.0)];
         let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
-        let cylinder = p.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
+        let cylinder = p.jack.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
         assembly.couple(model, cylinder, &p.rest.contacts)
     });
     case.trace_columns.extend(words("friction_force_ground_n contact_state_ground"));
@@ -188,7 +183,7 @@ pub(super) fn drag() -> Case {
         let text = ["Crane drags a load", "A hydraulic crane drags its load over rough ground until it lifts off."];
         let tip = p.link.link_1_length_m * libm::sin(p.link.theta_1_start_rad);
         let floor = tip - (p.link.rope_length_m.powi(2) - p.load_offset_m.powi(2)).sqrt();
-        Some(drawing(&p.link, &p.rest, p.cylinder.cylinder_length_m, floor, text))
+        Some(drawing(&p.link, &p.rest, p.jack.cylinder.cylinder_length_m, floor, text))
     });
     case
 }
@@ -210,7 +205,7 @@ pub(super) fn heap() -> Case {
             let [left, right, top] =
                 [wall_at(-1.0), wall_at(1.0), load[1] + radius * (1.0 + 2.0 * f64::from(p.layers))];
             let title = ["Crane in a heap", "A crane pulls its load out from under a heap of discs."];
-            let mut drawing = drawing(link, &p.rest, p.cylinder.cylinder_length_m, -9.0, title);
+            let mut drawing = drawing(link, &p.rest, p.jack.cylinder.cylinder_length_m, -9.0, title);
             drawing.shapes.retain(|shape| match shape {
                 Shape::Polygon(points, Fill::Scheme) => points.len() != 4,
                 shape => !matches!(shape, Shape::Arrow { .. }),
@@ -266,9 +261,9 @@ fn build_heap(p: &Heap, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         list_reach_radii: p.list_reach_radii,
     };
     let model = CraneInHeap::new(geometry(&p.link, &p.rest), heap)?;
-    let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.crane().link_force())?;
+    let (pressures, centre) = p.jack.cylinder.equilibrium(&p.oil, model.crane().link_force())?;
     let moves = [(named!(p.lift_start_s), -1.0), (named!(p.lift_end_s), 0.0)];
     let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
-    let cylinder = p.cylinder.starting_at(model.crane().taut().start_length(), &p.oil, pressures, spool)?;
+    let cylinder = p.jack.cylinder.starting_at(model.crane().taut().start_length(), &p.oil, pressures, spool)?;
     assembly.couple(model, cylinder, &p.rest.contacts)
 }

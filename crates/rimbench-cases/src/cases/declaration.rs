@@ -10,6 +10,11 @@ pub trait ParameterSet: Copy + Send + Sync + 'static {
 
     /// Reads the fields by their names; one that the case does not declare has the default of its declaration.
     fn read(parameters: &Parameters) -> Self;
+
+    /// Sets all of them to their defaults.
+    fn defaults() -> Self {
+        Self::read(&Parameters::defaults("".into(), &[]))
+    }
 }
 
 /// Of a case with nothing to set.

@@ -204,6 +204,11 @@ pub(super) fn frame(
     Frame { name, parent: None, pose: [x.into(), y.into(), angle.into()] }
 }
 
+/// A frame in another one.
+pub(super) fn within(parent: &'static str, frame: Frame) -> Frame {
+    Frame { parent: Some(parent), ..frame }
+}
+
 /// Points of a frame.
 pub(super) fn points<const N: usize>(frame: &'static str, points: [[f64; 2]; N]) -> Vec<Point> {
     points.map(|point| (point, Some(frame))).to_vec()
@@ -224,6 +229,11 @@ pub(super) fn wall([left, low]: [f64; 2], [right, high]: [f64; 2]) -> Shape {
 /// A disc of a frame, or of the ground.
 pub(super) fn disc(at: Point, radius: f64, fill: Fill) -> Shape {
     Shape::Disc { at, radius, spoke: false, fill }
+}
+
+/// A disc that is seen to roll, about the origin of a frame.
+pub(super) fn wheel(frame: &'static str, radius: f64) -> Shape {
+    Shape::Disc { at: ([0.0, 0.0], Some(frame)), radius, spoke: true, fill: Fill::Metal }
 }
 
 /// What does not move, below a line from the left to the right.

@@ -80,11 +80,11 @@ fn build(p: &Bar, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let model = LineMasses::new(LineDescription {
         masses: (0..=n).map(node).collect(),
         springs: (0..n).map(spring).collect(),
-        joints: Vec::new(),
         contacts: vec![LineContact { below: None, above: Some(0), distance: 0.0 }],
         driven: n,
         state_names: words("bottom_x_m bottom_velocity_m_s"),
         contact_names: words("floor"),
+        ..LineDescription::default()
     })?;
     assembly.couple(model, p.carriage.actuator()?, &p.contacts)
 }

@@ -1,6 +1,6 @@
 //! Exact solution of one mass that a spring actuator drives between stops, from impact to impact.
 
-use crate::models::SpringActuatorParameters;
+use crate::models::{LineMass, SpringActuatorParameters};
 use nalgebra::{SMatrix, SVector};
 
 /// `[x, ẋ, x_a, ẋ_a, sin, cos, 1]`.
@@ -26,16 +26,7 @@ impl Stop {
 /// One mass between stops, held by an actuator.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct DrivenMass {
-    /// kg.
-    pub(super) mass: f64,
-    /// Of the spring to the ground, relaxed at 0, N/m.
-    pub(super) stiffness: f64,
-    /// N·s/m.
-    pub(super) damping: f64,
-    /// Constant force, N.
-    pub(super) load: f64,
-    /// Position (m) and velocity (m/s) at the start.
-    pub(super) start: [f64; 2],
+    pub(super) body: LineMass,
     pub(super) stops: Vec<Stop>,
     pub(super) restitution: f64,
     pub(super) actuator: SpringActuatorParameters,
@@ -66,7 +57,9 @@ impl DrivenMass {
 
     /// Acceleration of the mass without contact, m/s².
     fn acceleration(&self, z: &State) -> f64 {
-        (self.load * z[6] - self.stiffness * z[0] - self.damping * z[1] + self.force(z)) / self.mass
+        let body = &self.body;
+        let spring = body.stiffness * (z[0] - body.anchor * z[6]);
+        (body.load * z[6] - spring - body.damping * z[1] + self.force(z)) / body.mass
     }
 
     fn generator(&self, stuck: bool) -> Generator {
@@ -88,7 +81,7 @@ impl DrivenMass {
             let [position, velocity, _] = a.base.at(0.0);
             [position, velocity]
         };
-        State::from([self.start[0], self.start[1], position, velocity, sine, cosine, 1.0])
+        State::from([self.body.start[0], self.body.start[1], position, velocity, sine, cosine, 1.0])
     }
 }
 

@@ -6,8 +6,8 @@ use super::case::Purpose;
 use super::prelude::*;
 
 parameters! {
-    /// A chain, and the scale under it.
-    struct ChainOnScale from "ours" {
+    /// A chain of many links, and the scale under it.
+    pub struct Chain from "ours" {
         links: u32 = 20, 2..=2500, "number n of beads";
         chain_length_m: f64 = 1.0, Positive, "length L of the chain; a link is L/n";
         chain_mass_kg: f64 = 2.0, Positive, "mass M of the chain; a bead has M/n";
@@ -21,6 +21,7 @@ parameters! {
         base_stiffness_n_m: f64 = 8e4, Positive, "stiffness k_b between base and carriage";
         base_damping_n_s_m: f64 = 200.0, NotNegative, "damping c_b between base and carriage";
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        /// The contact law.
         contacts: Contacts only { stabilisation; restitution = 0.0 from "ours" };
     }
 }
@@ -34,7 +35,7 @@ pub(super) fn entry() -> Case {
         ),
         interface_columns: carriage::interface(),
         constant_mechanics: true,
-        drawing: drawn(|p: &ChainOnScale| {
+        drawing: drawn(|p: &Chain| {
             let (frames, mut shapes) = carriage::springs([0.0, 0.0], [0.0, -1.0], 0.25, Some(0.0));
             let link = p.chain_length_m / f64::from(p.links);
             let (radius, top) = (0.5 * p.bead_share * link, p.drop_height_m + p.chain_length_m);
@@ -59,43 +60,25 @@ pub(super) fn entry() -> Case {
 /// Upper end of the chain at the start, m: positions are rounded to 1e-10 m there, and a step of 0.1 ms from rest goes 1e-7 m.
 const HIGHEST: f64 = 1e6;
 
-/// A chain of many links that falls on a scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Chain {
-    /// n.
-    pub links: u32,
-    /// L, m.
-    pub length: f64,
-    /// M, kg.
-    pub mass: f64,
-    /// d/l.
-    pub bead_share: f64,
-    /// p; 1 without joints.
-    pub bead_pieces: u32,
-    /// h, m.
-    pub drop: f64,
-    /// m/s².
-    pub gravity: f64,
-}
-
 impl Chain {
     /// Length of a link, m.
     fn link(&self) -> f64 {
-        self.length / f64::from(self.links)
+        self.chain_length_m / f64::from(self.links)
     }
 
-    /// Mechanics of the chain and a platform of this mass (kg). The centre of bead i starts at `h + (i − ½) l`; the scale is at 0.
-    pub fn above_platform(&self, platform: f64) -> LineDescription {
+    /// Mechanics of the chain and the platform. The centre of bead i starts at `h + (i − ½) l`; the scale is at 0.
+    pub fn above_platform(&self) -> LineDescription {
         let link = self.link();
         let bead = self.bead_share * link;
         let of = |mass: f64, start: f64| LineMass {
             mass,
-            load: -mass * self.gravity,
+            load: -mass * self.gravity_m_s2,
             start: [start, 0.0],
             ..LineMass::default()
         };
-        let place = |bead: u32| self.drop + (f64::from(bead) + 0.5) * link;
-        let (pieces, of_piece) = (self.bead_pieces as usize, self.mass / f64::from(self.links * self.bead_pieces));
+        let place = |bead: u32| self.drop_height_m + (f64::from(bead) + 0.5) * link;
+        let (pieces, of_piece) =
+            (self.bead_pieces as usize, self.chain_mass_kg / f64::from(self.links * self.bead_pieces));
         let beads = (0..self.links).flat_map(|bead| (0..pieces).map(move |_| bead));
         let beads = beads.map(|bead| of(of_piece, place(bead)));
         // The first and the last piece of a bead; the platform is the one below the first bead.
@@ -107,15 +90,14 @@ impl Chain {
         let beside = |piece: usize| LineContact { below: Some(piece - 1), above: Some(piece), distance: 0.0 };
         let upper = 2..=self.links as usize;
         LineDescription {
-            masses: std::iter::once(of(platform, 0.0)).chain(beads).collect(),
-            springs: Vec::new(),
+            masses: std::iter::once(of(self.platform_mass_kg, 0.0)).chain(beads).collect(),
             joints: (2..=self.links as usize * pieces).filter(|piece| (piece - 1) % pieces != 0).map(beside).collect(),
             contacts: std::iter::once(on(1, 0.5 * bead))
                 .chain(upper.flat_map(|upper| [pulled(upper), on(upper, bead)]))
                 .collect(),
-            driven: 0,
             state_names: words("platform_y_m lowest_bead_y_m platform_velocity_m_s lowest_bead_velocity_m_s"),
             contact_names: words("scale lowest_link"),
+            ..LineDescription::default()
         }
     }
 
@@ -129,42 +111,32 @@ impl Chain {
     /// # Source
     /// Momentum of what still falls, `ρ (L − x) g t`; Buquoy 1812.
     pub fn landed_and_force(&self, time: f64) -> [f64; 2] {
-        let (density, room) = (self.mass / self.length, 1.0 - self.bead_share);
-        let speed = self.gravity * time;
-        let landed = ((0.5 * speed * time - self.drop) / room).clamp(0.0, self.length);
-        let falling = landed > 0.0 && landed < self.length;
+        let (density, room) = (self.chain_mass_kg / self.chain_length_m, 1.0 - self.bead_share);
+        let speed = self.gravity_m_s2 * time;
+        let landed = ((0.5 * speed * time - self.drop_height_m) / room).clamp(0.0, self.chain_length_m);
+        let falling = landed > 0.0 && landed < self.chain_length_m;
         let momentum = if falling { density * speed * speed / room } else { 0.0 };
-        [density * landed, density * self.gravity * landed + momentum]
+        [density * landed, density * self.gravity_m_s2 * landed + momentum]
     }
 }
 
-fn build(p: &ChainOnScale, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    let chain = Chain {
-        links: p.links,
-        length: p.chain_length_m,
-        mass: p.chain_mass_kg,
-        bead_share: p.bead_share,
-        bead_pieces: p.bead_pieces,
-        drop: p.drop_height_m,
-        gravity: p.gravity_m_s2,
-    };
-    if chain.bead_share >= 1.0 {
+fn build(p: &Chain, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    if p.bead_share >= 1.0 {
         let expected = "below 1, or the chain is a rod: beads touch and links are taut at once";
-        return Err(Error::invalid("bead_share", chain.bead_share, expected));
+        return Err(Error::invalid("bead_share", p.bead_share, expected));
     }
-    let highest = chain.drop + chain.length;
+    let highest = p.drop_height_m + p.chain_length_m;
     if highest > HIGHEST {
-        let (key, found) =
-            if chain.drop > chain.length { ("drop_height_m", chain.drop) } else { ("chain_length_m", chain.length) };
+        let parts = [named!(p.drop_height_m), named!(p.chain_length_m)];
+        let (key, found) = parts[usize::from(p.drop_height_m <= p.chain_length_m)];
         let expected = format!(
             "a chain whose upper end starts at most {HIGHEST:e} m above the scale, not {highest:e} m: where positions are larger, what moves within a step is lost to rounding"
         );
         return Err(Error::invalid(key, found, expected));
     }
-    let platform = p.platform_mass_kg;
-    let model = LineMasses::new(chain.above_platform(platform))?;
+    let model = LineMasses::new(p.above_platform())?;
     // In equilibrium with the platform at 0.
-    let weight = platform * chain.gravity;
+    let weight = p.platform_mass_kg * p.gravity_m_s2;
     let carriage = weight / p.spring_stiffness_n_m;
     let base = carriage + weight / p.base_stiffness_n_m;
     let scale = SpringActuator::new(SpringActuatorParameters {

@@ -4,7 +4,7 @@
 use super::prelude::*;
 use crate::models::rotation::rotation;
 use nalgebra::{Rotation2, Vector2};
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 
@@ -223,7 +223,7 @@ impl Gripper {
 
 impl MechanicalModel for Gripper {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: VELOCITIES, bilateral: 0, unilateral: 6, interface: 2 }
+        ModelSize { velocities: VELOCITIES, unilateral: 6, interface: 2, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -235,10 +235,8 @@ impl MechanicalModel for Gripper {
         self.rotation = rotation(q[4]);
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -293,9 +291,5 @@ impl MechanicalModel for Gripper {
             "left_corner",
             "right_corner",
         ])
-    }
-
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(q);
     }
 }

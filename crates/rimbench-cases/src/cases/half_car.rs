@@ -2,7 +2,7 @@
 //! `docs/cases/half-car.md`; numbers *ours*, gas and orifice of the size of a small car's.
 
 use super::prelude::*;
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 
@@ -69,30 +69,24 @@ const NAMES: [ActuatorNames; 2] = [
     },
 ];
 
+impl Car {
+    fn road(&self) -> Washboard {
+        Washboard::new(self.road_start_m, [self.road_height_m, self.wavelength_m])
+    }
+}
+
 fn drawing(p: &Car) -> Drawing {
     const WHEEL: f64 = 0.25;
     let [front, rear] = [p.front_axle_m, -p.rear_axle_m];
-    let road = |x: f64| {
-        let along = (x - front - p.road_start_m) / p.wavelength_m;
-        let wave =
-            if along > 0.0 { 0.5 * p.road_height_m * (1.0 - libm::cos(std::f64::consts::TAU * along)) } else { 0.0 };
-        [x, wave - WHEEL]
-    };
-    let profile: Vec<[f64; 2]> = (0..=400).map(|k| road(-6.0 + 0.075 * f64::from(k))).collect();
+    let road = p.road();
+    let profile = (0..=400).map(|k| -6.0 + 0.075 * f64::from(k)).map(|x| [x, road.at(x - front)[0] - WHEEL]);
     let along = |plus: f64| Channel::Column("travel_x_m", 1.0, plus);
     let rolling = Channel::Column("travel_x_m", -1.0 / WHEEL, 0.0);
-    let wheel = |name, x, height: &'static str| Frame { name, parent: None, pose: [along(x), height.into(), rolling] };
     let strut = |x: f64, wheel: &'static str| Shape::Cylinder {
         from: ([x, 0.0], Some("body")),
         to: ([0.0, 0.0], Some(wheel)),
         barrel: 0.45 * p.strut_length_m,
         width: 0.1,
-    };
-    let disc = |name: &'static str| Shape::Disc {
-        at: ([0.0, 0.0], Some(name)),
-        radius: WHEEL,
-        spoke: true,
-        fill: Fill::Metal,
     };
     let body = [
         [rear - 0.5, -0.08],
@@ -109,13 +103,13 @@ fn drawing(p: &Car) -> Drawing {
         follow: Some("travel_x_m"),
         frames: vec![
             frame("body", "travel_x_m", "body_z_m", "pitch_rad"),
-            wheel("front wheel", front, "front_wheel_z_m"),
-            wheel("rear wheel", rear, "rear_wheel_z_m"),
+            frame("front wheel", along(front), "front_wheel_z_m", rolling),
+            frame("rear wheel", along(rear), "rear_wheel_z_m", rolling),
         ],
         shapes: vec![
-            ground(&profile),
-            disc("front wheel"),
-            disc("rear wheel"),
+            ground(&profile.collect::<Vec<_>>()),
+            wheel("front wheel", WHEEL),
+            wheel("rear wheel", WHEEL),
             strut(front, "front wheel"),
             strut(rear, "rear wheel"),
             Shape::Polygon(points("body", body), Fill::Scheme),
@@ -158,6 +152,7 @@ fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
 #[derive(Debug, Clone)]
 pub struct HalfCar {
     p: Car,
+    road: Washboard,
     mass: [f64; 5],
     sin: f64,
     cos: f64,
@@ -171,9 +166,9 @@ impl HalfCar {
     pub fn new(p: Car) -> Result<Self> {
         let [body, wheel] = [p.body_mass_kg, p.wheel_mass_kg];
         let mass = [body + 2.0 * wheel, body, p.pitch_inertia_kg_m2, wheel, wheel];
-        let model = HalfCar { mass, sin: 0.0, cos: 1.0, p };
+        let model = HalfCar { road: p.road(), mass, sin: 0.0, cos: 1.0, p };
         for (index, name) in ["front", "rear"].into_iter().enumerate() {
-            let gap = p.start_height_m - model.road(model.axle_x(0.0, index))[0];
+            let gap = p.start_height_m - model.road.at(model.axle_x(0.0, index))[0];
             if gap < 0.0 {
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: the {name} wheel would start at {gap:.6} m, inside the road"
@@ -196,24 +191,11 @@ impl HalfCar {
         let [front, rear] = [self.p.front_axle_m, self.p.rear_axle_m];
         if axle == 0 { x } else { x - front - rear }
     }
-
-    /// `r, r', r''` of the road.
-    fn road(&self, x: f64) -> [f64; 3] {
-        let g = &self.p;
-        let along = x - g.road_start_m;
-        if along <= 0.0 {
-            return [0.0; 3];
-        }
-        let k = std::f64::consts::TAU / g.wavelength_m;
-        let (sin, cos) = libm::sincos(k * along);
-        let half = 0.5 * g.road_height_m;
-        [half * (1.0 - cos), half * k * sin, half * k * k * cos]
-    }
 }
 
 impl MechanicalModel for HalfCar {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 5, bilateral: 0, unilateral: 2, interface: 2 }
+        ModelSize { velocities: 5, unilateral: 2, interface: 2, switches: 2, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -226,10 +208,8 @@ impl MechanicalModel for HalfCar {
         (self.sin, self.cos) = libm::sincos(q[2]);
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -239,7 +219,7 @@ impl MechanicalModel for HalfCar {
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         for axle in 0..2 {
-            let [height, slope, curvature] = self.road(self.axle_x(q[0], axle));
+            let [height, slope, curvature] = self.road.at(self.axle_x(q[0], axle));
             rows.jacobian[5 * axle] = -slope;
             rows.jacobian[5 * axle + 3 + axle] = 1.0;
             rows.position[axle] = q[3 + axle] - height;
@@ -258,10 +238,6 @@ impl MechanicalModel for HalfCar {
     }
 
     /// Where the road begins to rise its curvature jumps.
-    fn switches(&self) -> usize {
-        2
-    }
-
     fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
         for (axle, switch) in switches.iter_mut().enumerate() {
             *switch = [self.axle_x(q[0], axle) - self.p.road_start_m, v[0]];
@@ -278,9 +254,5 @@ impl MechanicalModel for HalfCar {
 
     fn contact_names(&self) -> Vec<Name> {
         names(&["front_wheel", "rear_wheel"])
-    }
-
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(q);
     }
 }

@@ -8,7 +8,7 @@
 //! feedthrough and a zero-order hold, `force-displacement` is the same map as `pressure-displacement`: what separates the published stability limits
 //! of the two is the stale velocity alone.
 
-use super::hydraulic_crane_reference::{Parts, solve};
+use super::hydraulic_crane_reference::Parts;
 use super::prelude::*;
 use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
@@ -66,14 +66,9 @@ pub(super) fn entry() -> Case {
             let length = p.link_1_length_m;
             let frames = vec![
                 frame("link 1", 0.0, 0.0, "theta_1_rad"),
-                Frame {
-                    name: "joint",
-                    parent: Some("link 1"),
-                    pose: [length.into(), 0.0.into(), Channel::Column("theta_1_rad", -1.0, 0.0)],
-                },
-                Frame { name: "link 2", parent: Some("joint"), pose: [0.0.into(), 0.0.into(), "theta_2_rad".into()] },
+                within("link 1", frame("joint", length, 0.0, Channel::Column("theta_1_rad", -1.0, 0.0))),
+                within("joint", frame("link 2", 0.0, 0.0, "theta_2_rad")),
             ];
-            let bar = [[0.0, -0.03], [length, -0.03], [length, 0.03], [0.0, 0.03]];
             let end = [p.link_2_length_m, 0.0];
             let shapes = vec![
                 Shape::Cylinder {
@@ -82,7 +77,7 @@ pub(super) fn entry() -> Case {
                     barrel: 0.8 * p.cylinder.cylinder_length_m,
                     width: 0.07,
                 },
-                Shape::Polygon(points("link 1", bar), Fill::Metal),
+                Shape::Polygon(rectangle("link 1", [length / 2.0, 0.0], [length, 0.06]), Fill::Metal),
                 Shape::Line(vec![([0.0, 0.0], Some("link 2")), (end, Some("link 2"))]),
                 disc(([0.0, 0.0], None), 0.05, Fill::Metal),
                 disc(([length, 0.0], Some("link 1")), 0.05, Fill::Metal),
@@ -124,35 +119,30 @@ fn parts(p: &Lift) -> Result<Parts> {
             Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)])
         }
     };
-    Ok(Parts {
-        cylinder: p.cylinder.of_any_stroke(crane.start_length(), &p.oil, pressures, spool.clone()),
-        crane,
-        spool,
-        piston_area: p.cylinder.piston_area_m2,
-        viscous_friction: p.cylinder.viscous_friction_n_s_m,
-    })
+    let cylinder = p.cylinder.starting_at(crane.start_length(), &p.oil, pressures, spool)?;
+    Ok(Parts { cylinder, crane, size: p.cylinder })
 }
 
 /// The whole crane by the trapezoidal rule.
 fn own_reference(parameters: &Parameters) -> Result<ReferenceMethod> {
     let parts = parts(&Lift::read(parameters))?;
-    Ok(ReferenceMethod::Own(Box::new(move |steps, stop, out| solve(&parts, steps, stop, out))))
+    Ok(ReferenceMethod::Own(Box::new(move |steps, stop, out| parts.clone().solve(steps, stop, out))))
 }
 
 fn build(p: &Lift, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(p)?;
+    let Parts { crane, cylinder, size } = parts(p)?;
     let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };
     let mechanics = NonSmoothMechanics::new(crane, law, cylinder.ports().facing(), assembly.solver.checked(0));
     let published = p.published_driver;
     let mut system = if p.coupling == Coupling::PressureDisplacement {
         // No feedthrough that could be stale.
         let actuator = driven(PressureOutput::new(cylinder), published, false);
-        let mechanics = Box::new(PressureDrivenMechanics::new(mechanics, piston_area, viscous_friction));
+        let mechanics = Box::new(PressureDrivenMechanics::new(mechanics, size));
         let mut system = CoupledSystem::of(PerSide { mechanics, actuator });
         system.derived.push(DerivedColumn::new(
             "actuator_force_n",
             ["pressure_1_pa", "pressure_2_pa", "actuator_velocity_m_s"],
-            move |row| (row[1] - row[0]) * piston_area - viscous_friction * row[2],
+            move |row| size.force([row[0], row[1]], row[2]),
         ));
         system
     } else {

@@ -1,6 +1,6 @@
 //! The crane as one system of ordinary differential equations, by the trapezoidal rule.
 
-use crate::models::{Crane, HydraulicCylinder, Spool};
+use crate::models::{Crane, Cylinder, HydraulicCylinder};
 use nalgebra::{LU, SMatrix, SVector, U6};
 use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::{Cause, Failure};
@@ -26,89 +26,83 @@ const MOST: usize = 60;
 pub(super) struct Parts {
     pub(super) crane: Crane,
     pub(super) cylinder: HydraulicCylinder,
-    pub(super) spool: Spool,
-    pub(super) piston_area: f64,
-    pub(super) viscous_friction: f64,
+    pub(super) size: Cylinder,
 }
 
-/// Integrates the whole crane, and writes a row wherever one is due.
-///
-/// ```text
-/// x⁺ = x + ½ h (f(t, x) + f(t + h, x⁺))       x = (θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂)
-/// ```
-/// Second order and free of numerical damping. The published reference is the same rule with the same step, in
-/// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
-///
-/// # Errors
-/// [`Cause::NonFinite`](rimbench_core::error::Cause::NonFinite) where the iteration does not converge; [`Cause::Stopped`].
-pub(super) fn solve(
-    parts: &Parts,
-    steps: ReferenceSteps,
-    stop: StopFlag<'_>,
-    trajectory: &mut Trajectory,
-) -> Result<(), Failure> {
-    let h = steps.h;
-    let mut system = Whole { parts: parts.clone() };
-    let mut x = system.start();
-    system.write(0.0, &x, trajectory.push_row());
-    let mut rate = system.rate(0.0, &x);
-    let mut jacobian = system.newton_matrix(0.0, &x, h);
-    for step in 1..=steps.steps {
-        stop.check()?;
-        let t = step as f64 * h;
-        let mut next = x + h * rate;
-        let mut iterations = 0;
-        let next_rate = loop {
-            let next_rate = system.rate(t, &next);
-            let residual = next - x - 0.5 * h * (rate + next_rate);
-            let change =
-                jacobian.solve(&residual).ok_or_else(|| Failure::from(Cause::Singular { matrix: "Newton matrix" }))?;
-            next -= change;
-            iterations += 1;
-            if iterations > MOST || next.iter().any(|value| !value.is_finite()) {
-                return Err(Failure::non_finite("state of the crane"));
+impl Parts {
+    /// Integrates the whole crane, and writes a row wherever one is due.
+    ///
+    /// ```text
+    /// x⁺ = x + ½ h (f(t, x) + f(t + h, x⁺))       x = (θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂)
+    /// ```
+    /// Second order and free of numerical damping. The published reference is the same rule with the same step, in
+    /// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
+    ///
+    /// # Errors
+    /// [`Cause::NonFinite`](rimbench_core::error::Cause::NonFinite) where the iteration does not converge; [`Cause::Stopped`].
+    pub(super) fn solve(
+        &mut self,
+        steps: ReferenceSteps,
+        stop: StopFlag<'_>,
+        trajectory: &mut Trajectory,
+    ) -> Result<(), Failure> {
+        let h = steps.h;
+        let mut x = self.start();
+        self.write(0.0, &x, trajectory.push_row());
+        let mut rate = self.rate(0.0, &x);
+        let mut jacobian = self.newton_matrix(0.0, &x, h);
+        for step in 1..=steps.steps {
+            stop.check()?;
+            let t = step as f64 * h;
+            let mut next = x + h * rate;
+            let mut iterations = 0;
+            let next_rate = loop {
+                let next_rate = self.rate(t, &next);
+                let residual = next - x - 0.5 * h * (rate + next_rate);
+                let change = jacobian
+                    .solve(&residual)
+                    .ok_or_else(|| Failure::from(Cause::Singular { matrix: "Newton matrix" }))?;
+                next -= change;
+                iterations += 1;
+                if iterations > MOST || next.iter().any(|value| !value.is_finite()) {
+                    return Err(Failure::non_finite("state of the crane"));
+                }
+                if change.iter().zip(SCALE).all(|(change, scale)| change.abs() <= TOLERANCE * scale) {
+                    break self.rate(t, &next);
+                }
+                if iterations % (2 * QUICK) == 0 {
+                    jacobian = self.newton_matrix(t, &next, h);
+                }
+            };
+            (x, rate) = (next, next_rate);
+            if iterations > QUICK {
+                jacobian = self.newton_matrix(t, &x, h);
             }
-            if change.iter().zip(SCALE).all(|(change, scale)| change.abs() <= TOLERANCE * scale) {
-                break system.rate(t, &next);
+            if steps.shows(step) {
+                self.write(t, &x, trajectory.push_row());
             }
-            if iterations % (2 * QUICK) == 0 {
-                jacobian = system.newton_matrix(t, &next, h);
-            }
-        };
-        (x, rate) = (next, next_rate);
-        if iterations > QUICK {
-            jacobian = system.newton_matrix(t, &x, h);
         }
-        if steps.shows(step) {
-            system.write(t, &x, trajectory.push_row());
-        }
+        Ok(())
     }
-    Ok(())
-}
 
-struct Whole {
-    parts: Parts,
-}
-
-impl Whole {
     fn start(&self) -> State {
-        let (q, v) = self.parts.crane.initial_state();
-        let p = self.parts.cylinder.pressures();
+        let (q, v) = self.crane.initial_state();
+        let p = self.cylinder.pressures();
         State::from([q[0], q[1], v[0], v[1], p[0], p[1]])
     }
 
     /// Length, velocity and force of the actuator; prepares the crane.
     fn actuator(&mut self, x: &State) -> [f64; 3] {
-        self.parts.crane.prepare(&[x[0], x[1]], &[x[2], x[3]]);
-        let (length, lever, _) = self.parts.crane.actuator();
+        self.crane.prepare(&[x[0], x[1]], &[x[2], x[3]]);
+        let (length, lever, _) = self.crane.actuator();
         let velocity = lever * x[2];
-        [length, velocity, (x[5] - x[4]) * self.parts.piston_area - self.parts.viscous_friction * velocity]
+        [length, velocity, self.size.force([x[4], x[5]], velocity)]
     }
 
     fn rate(&mut self, t: f64, x: &State) -> State {
         let [length, velocity, force] = self.actuator(x);
-        let a = self.parts.crane.acceleration([x[2], x[3]], force);
-        let p = self.parts.cylinder.pressure_rates([x[4], x[5]], length, velocity, self.parts.spool.at(t));
+        let a = self.crane.acceleration([x[2], x[3]], force);
+        let p = self.cylinder.pressure_rates([x[4], x[5]], length, velocity, self.cylinder.spool_at(t));
         State::from([x[2], x[3], a[0], a[1], p[0], p[1]])
     }
 
@@ -129,6 +123,6 @@ impl Whole {
 
     fn write(&mut self, t: f64, x: &State, row: &mut [f64]) {
         let [length, velocity, force] = self.actuator(x);
-        row.copy_from_slice(&[t, length, velocity, force, x[4], x[5], self.parts.spool.at(t), x[0], x[1]]);
+        row.copy_from_slice(&[t, length, velocity, force, x[4], x[5], self.cylinder.spool_at(t), x[0], x[1]]);
     }
 }

@@ -2,7 +2,7 @@
 //! cylinder. Shown in `docs/cases/lift-table.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
 
 use super::prelude::*;
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 
@@ -132,17 +132,15 @@ struct Table {
 
 impl MechanicalModel for Table {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, bilateral: 0, unilateral: 2, interface: self.places.len() }
+        ModelSize { velocities: 2, unilateral: 2, interface: self.places.len(), ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (vec![self.start, 0.0], vec![0.0; 2])
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -173,10 +171,6 @@ impl MechanicalModel for Table {
 
     fn contact_names(&self) -> Vec<Name> {
         names(&["left_stop", "right_stop"])
-    }
-
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(q);
     }
 }
 

@@ -52,7 +52,7 @@ mod tests {
         };
         assert_eq!((key.as_str(), found.as_str()), ("disc-row: discs", "2500"));
         assert!(expected.contains("4.0 GiB") && expected.contains("5001 contacts"), "{expected}");
-        let size = ModelSize { velocities: 2501, bilateral: 0, unilateral: 5001, interface: 1 };
+        let size = ModelSize { velocities: 2501, unilateral: 5001, interface: 1, ..ModelSize::default() };
         assert!(must_hold(LIMIT, size, &parameters).is_ok() && must_hold(LIMIT + 1, size, &parameters).is_err());
     }
 }

@@ -61,13 +61,14 @@ pub use wedge_boxes::wedge_box_geometry;
 /// What most cases are written with.
 mod prelude {
     pub(super) use super::carriage::{self, Carriage};
-    pub(super) use super::case::{Assembly, Case, CoupledSystem, DerivedColumn, InterfaceColumns, times};
+    pub(super) use super::case::{Assembly, Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, times};
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
     pub(super) use super::drawing::{
-        Channel, Drawing, Fill, Frame, Shape, disc, drawn, frame, ground, points, rectangle, upward, wall,
+        Channel, Drawing, Fill, Frame, Shape, disc, drawn, frame, ground, points, rectangle, upward, wall, wheel,
+        within,
     };
-    pub(super) use super::hydraulics::{self, Cylinder, Oil, Ramp};
+    pub(super) use super::hydraulics::{self, Ramp};
     pub(super) use super::parameters::Parameters;
     pub(super) use super::reference_method::{ExactSolution, ReferenceMethod};
     pub(super) use crate::models::*;

@@ -79,7 +79,7 @@ mod tests {
     use super::super::two_masses::linear_oscillator;
     use super::*;
     use crate::catalogue::Catalogue;
-    use crate::models::{MassRole, MassSide, OscillatorIntegrator, WalledMass};
+    use crate::models::{LineMass, MassRole, MassSide, OscillatorIntegrator};
     use crate::runs::{Reference, RunRequest, RunResult, evaluate, simulate};
     use rimbench_core::cosim::{Bounds, Capabilities, Outcome, StopFlag, SubsystemCounters, subsystem_methods};
     use rimbench_core::error::Failure;
@@ -107,14 +107,9 @@ mod tests {
     }
 
     fn mass(parameters: &Parameters) -> Box<dyn Subsystem> {
-        let get = |name: &str| parameters.setting(name).unwrap();
-        let body = WalledMass {
-            mass: get("mass_2_kg"),
-            stiffness: get("stiffness_2_n_m"),
-            damping: 0.0,
-            wall: 0.0,
-            start: [get("x2_0_m"), get("v2_0_m_s")],
-        };
+        let [mass, stiffness, x, v] =
+            ["mass_2_kg", "stiffness_2_n_m", "x2_0_m", "v2_0_m_s"].map(|name| parameters.setting(name).unwrap());
+        let body = LineMass { mass, stiffness, start: [x, v], ..LineMass::default() };
         Box::new(MassSide::new(1, body, MassRole::ForceDriven, OscillatorIntegrator::SemiImplicitEuler))
     }
 

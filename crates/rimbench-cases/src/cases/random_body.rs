@@ -5,7 +5,7 @@ use super::prelude::*;
 use crate::models::force_ports;
 use rimbench_core::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::Failure;
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 use rimbench_statistics::latin_hypercube;
@@ -142,17 +142,15 @@ fn write(row: [f64; 3], start: f64, q: &[f64], index: usize, rows: &mut Rows) {
 
 impl MechanicalModel for Body {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 3, bilateral: 0, unilateral: 2, interface: 1 }
+        ModelSize { velocities: 3, unilateral: 2, tangential: 2, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (vec![0.0; 3], self.velocity.to_vec())
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
 
     fn forces(&self, q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -168,10 +166,6 @@ impl MechanicalModel for Body {
         for contact in 0..2 {
             write(self.row(contact, self.directions[contact]), self.gaps[contact], q, contact, rows);
         }
-    }
-
-    fn tangential_rows(&self) -> usize {
-        2
     }
 
     fn tangential(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
@@ -244,7 +238,8 @@ impl Passive {
 
     /// Builds the actuator without deflection.
     fn new(parameters: PassiveParameters) -> Self {
-        let (ports, counters) = (force_ports(), SubsystemCounters::default());
+        let ports = force_ports("interface_position_m", "interface_velocity_m_s");
+        let counters = SubsystemCounters::default();
         Passive { parameters, deflection: 0.0, time: 0.0, supplied: 0.0, turned_over: 0.0, ports, counters }
     }
 

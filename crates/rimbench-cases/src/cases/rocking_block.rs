@@ -118,7 +118,7 @@ fn build(p: &Slippery, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     }
     let model = WedgeBox::new(WedgeBoxGeometry {
         box_mass: mass,
-        box_inertia: mass * (b * b + h * h) / 3.0,
+        box_size: [2.0 * b, 2.0 * h],
         wedges: vec![[b, -h], [-b, -h]],
         wedge_name: "support",
         start_angle: -angle,

@@ -5,7 +5,7 @@
 use super::prelude::*;
 use crate::models::rotation::rotation;
 use nalgebra::{Rotation2, Vector2};
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 
@@ -88,25 +88,17 @@ fn drawing(p: &Crank) -> Drawing {
     let [a, b, guide] = [p.slider_half_length_m, p.slider_half_height_m, p.slider_half_height_m + p.clearance_m];
     let rail = |from: f64, to: f64| {
         let [left, right] = [rod - crank - 2.0 * a, rod + crank + 4.0 * a];
-        Shape::Polygon(
-            [[left, from], [right, from], [right, to], [left, to]].map(|point| (point, None)).to_vec(),
-            Fill::Ground,
-        )
+        wall([left, from], [right, to])
     };
-    let bar = |name, length: f64, half: f64| points(name, [[0.0, -half], [length, -half], [length, half], [0.0, half]]);
-    let pin =
-        |name, x: f64, radius| Shape::Disc { at: ([x, 0.0], Some(name)), radius, spoke: false, fill: Fill::Metal };
+    let bar = |name, length: f64, half: f64| rectangle(name, [length / 2.0, 0.0], [length, 2.0 * half]);
+    let pin = |name, x: f64, radius| disc(([x, 0.0], Some(name)), radius, Fill::Metal);
     Drawing {
         view: [[-0.2, rod + crank + 0.1], [-0.2, 0.2]],
         frames: vec![
             frame("crank", 0.0, 0.0, "crank_angle_rad"),
             // The rod's angle is that of the world: its frame stands at the pin, turned back by the crank's.
-            Frame {
-                name: "pin",
-                parent: Some("crank"),
-                pose: [crank.into(), 0.0.into(), Channel::Column("crank_angle_rad", -1.0, 0.0)],
-            },
-            Frame { name: "rod", parent: Some("pin"), pose: [0.0.into(), 0.0.into(), "rod_angle_rad".into()] },
+            within("crank", frame("pin", crank, 0.0, Channel::Column("crank_angle_rad", -1.0, 0.0))),
+            within("pin", frame("rod", 0.0, 0.0, "rod_angle_rad")),
             frame("slider", "slider_x_m", "slider_y_m", "slider_angle_rad"),
         ],
         shapes: vec![
@@ -209,7 +201,7 @@ impl SliderCrank {
 
 impl MechanicalModel for SliderCrank {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: VELOCITIES, bilateral: 0, unilateral: 4, interface: 1 }
+        ModelSize { velocities: VELOCITIES, unilateral: 4, tangential: 4, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -224,27 +216,25 @@ impl MechanicalModel for SliderCrank {
         self.slider = rotation(q[2]);
     }
 
-    fn empty_mass_matrix(&self) -> MassMatrix {
-        MassMatrix::Dense(vec![0.0; VELOCITIES * VELOCITIES])
+    fn has_diagonal_mass(&self) -> bool {
+        false
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Dense(dense) = mass {
-            let ([m1, m2, m3], [l1, l2]) = (self.p.masses(), self.p.lengths());
-            let [j1, j2, j3] = [self.p.crank_inertia_kg_m2, self.p.rod_inertia_kg_m2, self.p.slider_inertia_kg_m2];
-            let m12 = self.coupling() * self.along[0].dot(&self.along[1]);
-            dense.copy_from_slice(&[
-                j1 + (0.25 * m1 + m2 + m3) * l1 * l1,
-                m12,
-                0.0,
-                m12,
-                j2 + (0.25 * m2 + m3) * l2 * l2,
-                0.0,
-                0.0,
-                0.0,
-                j3,
-            ]);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        let ([m1, m2, m3], [l1, l2]) = (self.p.masses(), self.p.lengths());
+        let [j1, j2, j3] = [self.p.crank_inertia_kg_m2, self.p.rod_inertia_kg_m2, self.p.slider_inertia_kg_m2];
+        let m12 = self.coupling() * self.along[0].dot(&self.along[1]);
+        mass.copy_from_slice(&[
+            j1 + (0.25 * m1 + m2 + m3) * l1 * l1,
+            m12,
+            0.0,
+            m12,
+            j2 + (0.25 * m2 + m3) * l2 * l2,
+            0.0,
+            0.0,
+            0.0,
+            j3,
+        ]);
     }
 
     fn forces(&self, _q: &[f64], v: &[f64], force: &mut [f64]) {
@@ -264,10 +254,6 @@ impl MechanicalModel for SliderCrank {
         for (corner, [_, wall]) in CORNERS.into_iter().enumerate() {
             rows.position[corner] = half + self.corner(v, corner, Vector2::new(0.0, -wall), rows);
         }
-    }
-
-    fn tangential_rows(&self) -> usize {
-        4
     }
 
     fn tangential(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {

@@ -94,20 +94,10 @@ fn model(mass: &DrivenMass, contact_names: Vec<Name>) -> Result<LineMasses> {
         distance: stop.side * stop.position,
     };
     LineMasses::new(LineDescription {
-        masses: vec![LineMass {
-            mass: mass.mass,
-            stiffness: mass.stiffness,
-            damping: mass.damping,
-            anchor: 0.0,
-            load: mass.load,
-            start: mass.start,
-        }],
-        springs: Vec::new(),
-        joints: Vec::new(),
+        masses: vec![mass.body],
         contacts: mass.stops.iter().map(contact).collect(),
-        driven: 0,
-        state_names: Vec::new(),
         contact_names,
+        ..LineDescription::default()
     })
 }
 
@@ -121,7 +111,7 @@ fn solution(mass: DrivenMass) -> ExactSolution {
     Box::new(move |t, row| {
         let (z, stuck) = solved.lock().unwrap_or_else(PoisonError::into_inner).at(t);
         let force = mass.force(&z);
-        let effective_mass = if stuck { f64::INFINITY } else { mass.mass };
+        let effective_mass = if stuck { f64::INFINITY } else { mass.body.mass };
         row[..8].copy_from_slice(&[t, z[0], z[1], force, force, z[2], z[3], effective_mass]);
         let (gaps, closed) = row[8..].split_at_mut(stops);
         for (gap, stop) in gaps.iter_mut().zip(&mass.stops) {
@@ -134,12 +124,12 @@ fn solution(mass: DrivenMass) -> ExactSolution {
 /// Refuses a start outside the stops, by the name of its parameter.
 fn check_start(mass: &DrivenMass, key: &str) -> Result<()> {
     for stop in &mass.stops {
-        let gap = stop.gap(mass.start[0]);
+        let gap = stop.gap(mass.body.start[0]);
         if gap < 0.0 {
             let bound = if stop.side > 0.0 { "at least" } else { "at most" };
             return Err(Error::invalid(
                 key,
-                mass.start[0],
+                mass.body.start[0],
                 format!("{bound} {} m, where the stop is; it would start {} m inside", stop.position, -gap),
             ));
         }
@@ -167,11 +157,12 @@ pub(super) fn bouncing_ball() -> Case {
 
 fn ball(p: &Ball) -> DrivenMass {
     DrivenMass {
-        mass: p.ball_mass_kg,
-        stiffness: 0.0,
-        damping: 0.0,
-        load: -p.ball_mass_kg * p.gravity_m_s2,
-        start: [p.start_height_m, p.start_velocity_m_s],
+        body: LineMass {
+            mass: p.ball_mass_kg,
+            load: -p.ball_mass_kg * p.gravity_m_s2,
+            start: [p.start_height_m, p.start_velocity_m_s],
+            ..LineMass::default()
+        },
         stops: vec![Stop { side: 1.0, position: 0.0 }],
         restitution: p.contacts.restitution,
         actuator: p.carriage.spring_actuator(),
@@ -207,11 +198,13 @@ pub(super) fn impact_oscillator() -> Case {
 
 fn shaken(p: &Shaken) -> DrivenMass {
     DrivenMass {
-        mass: p.mass_kg,
-        stiffness: p.stiffness_n_m,
-        damping: p.damping_n_s_m,
-        load: 0.0,
-        start: [p.start_position_m, p.start_velocity_m_s],
+        body: LineMass {
+            mass: p.mass_kg,
+            stiffness: p.stiffness_n_m,
+            damping: p.damping_n_s_m,
+            start: [p.start_position_m, p.start_velocity_m_s],
+            ..LineMass::default()
+        },
         stops: vec![Stop { side: -1.0, position: p.stop_position_m }],
         restitution: p.contacts.restitution,
         actuator: p.carriage.spring_actuator(),
@@ -226,11 +219,12 @@ pub(super) fn slider() -> Case {
         3.0,
         ("start_position_m", &["lower_stop", "upper_stop"]),
         |p: &Slider| DrivenMass {
-            mass: p.mass_kg,
-            stiffness: 0.0,
-            damping: p.damping_n_s_m,
-            load: 0.0,
-            start: [p.start_position_m, p.start_velocity_m_s],
+            body: LineMass {
+                mass: p.mass_kg,
+                damping: p.damping_n_s_m,
+                start: [p.start_position_m, p.start_velocity_m_s],
+                ..LineMass::default()
+            },
             stops: [1.0, -1.0].map(|side| Stop { side, position: -side * p.clearance_m }).to_vec(),
             restitution: p.contacts.restitution,
             actuator: p.carriage.spring_actuator(),

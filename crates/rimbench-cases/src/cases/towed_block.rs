@@ -8,7 +8,7 @@
 //! ```
 
 use super::prelude::*;
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 use std::f64::consts::PI;
@@ -81,17 +81,15 @@ struct SlidingBlock(Towed);
 
 impl MechanicalModel for SlidingBlock {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, bilateral: 0, unilateral: 1, interface: 1 }
+        ModelSize { velocities: 2, unilateral: 1, tangential: 1, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (vec![0.0; 2], vec![0.0; 2])
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.fill(self.0.block_mass_kg);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.fill(self.0.block_mass_kg);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -101,10 +99,6 @@ impl MechanicalModel for SlidingBlock {
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         rows.jacobian[1] = 1.0;
         rows.position[0] = q[1];
-    }
-
-    fn tangential_rows(&self) -> usize {
-        1
     }
 
     fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {

@@ -90,7 +90,7 @@ fn entry<P: ParameterSet>(
 /// Two masses in a line, with the springs that there are.
 fn drawing(masses: &TwoMasses, title: [&'static str; 2]) -> Drawing {
     // Large enough for where they start, and for where their springs let them go.
-    let reach = |body: &WalledMass| {
+    let reach = |body: &LineMass| {
         let [x, v] = body.start.map(f64::abs);
         if v > 0.0 { x.max(v * (body.mass / (body.stiffness + masses.element.stiffness)).sqrt()) } else { x }
     };
@@ -190,7 +190,7 @@ parameters! {
 
 /// Two masses between walls, with the same damping of all springs.
 fn numbered(masses: &Masses, start: &Start, damping: f64) -> TwoMasses {
-    let body = |mass, stiffness, start| WalledMass { mass, stiffness, damping, wall: 0.0, start };
+    let body = |mass, stiffness, start| LineMass { mass, stiffness, damping, start, ..LineMass::default() };
     TwoMasses {
         bodies: [
             body(masses.mass_1_kg, masses.stiffness_1_n_m, [start.x1_0_m, start.v1_0_m_s]),
@@ -228,19 +228,12 @@ pub(super) fn precice_oscillator() -> Case {
 
 impl QuarterCar {
     fn masses(&self) -> TwoMasses {
-        let chassis = WalledMass {
-            mass: self.chassis_mass_kg,
-            stiffness: 0.0,
-            damping: 0.0,
-            wall: 0.0,
-            start: [self.x1_0_m, self.v1_0_m_s],
-        };
-        let wheel = WalledMass {
-            mass: self.wheel_mass_kg,
+        let of = |mass, start| LineMass { mass, start, ..LineMass::default() };
+        let chassis = of(self.chassis_mass_kg, [self.x1_0_m, self.v1_0_m_s]);
+        let wheel = LineMass {
             stiffness: self.tyre_stiffness_n_m,
-            damping: 0.0,
-            wall: self.road_step_m,
-            start: [self.x2_0_m, self.v2_0_m_s],
+            anchor: self.road_step_m,
+            ..of(self.wheel_mass_kg, [self.x2_0_m, self.v2_0_m_s])
         };
         let element = CouplingElement {
             stiffness: self.suspension_stiffness_n_m,
@@ -281,7 +274,7 @@ pub(super) fn quarter_car() -> Case {
 /// Two masses and what is between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct TwoMasses {
-    bodies: [WalledMass; 2],
+    bodies: [LineMass; 2],
     element: CouplingElement,
 }
 
@@ -377,7 +370,7 @@ impl TwoMasses {
         let force = self.coupling_force(z);
         let a = |i: usize, force: f64| {
             let body = &self.bodies[i];
-            (body.stiffness * (body.wall - z[i]) - body.damping * z[2 + i] + force) / body.mass
+            (body.stiffness * (body.anchor - z[i]) - body.damping * z[2 + i] + force) / body.mass
         };
         Vector4::new(z[2], z[3], a(0, -force), a(1, force))
     }
@@ -404,7 +397,7 @@ impl TwoMasses {
     fn energy(&self, z: Vector4<f64>) -> f64 {
         let of_body = |i: usize| {
             let body = &self.bodies[i];
-            0.5 * (body.mass * z[2 + i] * z[2 + i] + body.stiffness * (z[i] - body.wall).powi(2))
+            0.5 * (body.mass * z[2 + i] * z[2 + i] + body.stiffness * (z[i] - body.anchor).powi(2))
         };
         of_body(0) + of_body(1) + 0.5 * self.element.stiffness * (z[0] - z[1]).powi(2)
     }

@@ -26,11 +26,8 @@ parameters! {
     }
 }
 parameters! {
-    /// The box of the paper, pushed by a ramp of the spool.
-    struct WithRamp from "ours" {
-        body: Body;
-        cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
-        ramp: Ramp from "ours";
+    /// What the box of the paper meets.
+    struct Surroundings from "ours" {
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         contacts: Contacts only {
@@ -38,9 +35,17 @@ parameters! {
             restitution from "plastic, as in the paper";
             contact_compliance_m_n;
             contact_damping_n_s_m;
-            friction;
-            tangential_restitution;
         };
+    }
+}
+parameters! {
+    /// The box of the paper, pushed by a ramp of the spool.
+    struct WithRamp from "ours" {
+        body: Body;
+        cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
+        ramp: Ramp from "ours";
+        rest: Surroundings;
+        rough: Contacts only { friction; tangential_restitution };
     }
 }
 parameters! {
@@ -49,14 +54,7 @@ parameters! {
         body: Body;
         cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
         ramp: Ramp from "ours" only { start_pressure_pa };
-        oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only {
-            stabilisation;
-            restitution from "plastic, as in the paper";
-            contact_compliance_m_n;
-            contact_damping_n_s_m;
-        };
+        rest: Surroundings;
         spool_centre: f64 = 0.5, Positive, "spool command κ₀ at first, and in the middle of its swing";
         spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spool's swing" study 0.1..0.45;
         spool_frequency_hz: f64 = 1.5, Positive, "frequency f of the spool's swing" study 0.5..3.0;
@@ -71,16 +69,8 @@ parameters! {
         body: Body without { ledge_lead_m };
         cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
         ramp: Ramp from "ours" only { spool_final };
-        oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only {
-            stabilisation;
-            restitution from "plastic, as in the paper";
-            contact_compliance_m_n;
-            contact_damping_n_s_m;
-            friction;
-            tangential_restitution;
-        };
+        rest: Surroundings;
+        rough: Contacts only { friction; tangential_restitution };
         holding_pull_n: f64 = 90.0, Positive, "force with which the cylinder pulls at first";
         reversal_start_s: f64 = 0.3, NotNegative, "start of the spool's ramp to its final command";
         reversal_end_s: f64 = 0.4, NotNegative, "end of the spool's ramp";
@@ -88,18 +78,12 @@ parameters! {
 }
 
 impl Body {
-    /// Width and height of the box, m.
-    fn size(&self) -> [f64; 2] {
-        [self.box_width_m, self.box_height_m]
-    }
-
     /// The box with its wedges and no disc yet.
     fn without_disc(&self, gravity: f64) -> WedgeBoxGeometry {
-        let [width, height] = [self.box_width_m, self.box_height_m];
         let [x, y] = [self.wedge_tip_x_m, self.wedge_tip_y_m];
         WedgeBoxGeometry {
             box_mass: self.box_mass_kg,
-            box_inertia: self.box_mass_kg * (width * width + height * height) / 12.0,
+            box_size: [self.box_width_m, self.box_height_m],
             wedges: vec![[x, y], [-x, y]],
             wedge_name: "support",
             attachment: [self.attachment_x_m, self.attachment_y_m],
@@ -130,17 +114,39 @@ impl Body {
     }
 
     /// The box of the paper, whose supports are called wedges.
-    fn of_the_paper(&self, gravity: f64) -> WedgeBoxGeometry {
-        WedgeBoxGeometry { wedge_name: "wedge", ..self.geometry(gravity) }
+    fn of_the_paper(&self, rest: &Surroundings) -> WedgeBoxGeometry {
+        WedgeBoxGeometry { wedge_name: "wedge", ..self.geometry(rest.gravity_m_s2) }
     }
 }
 
-/// The box of the paper, which starts tilted on its right wedge, the disc on the ledge.
+/// A box, what pushes it, and how its contacts behave.
+type Parts = (WedgeBox, HydraulicCylinder, Contacts);
+
+/// A case that is made of this.
+fn entry<P: ParameterSet>(
+    [name, about]: [&'static str; 2],
+    text: [&'static str; 2],
+    times: CaseDefaults,
+    parts: fn(&P) -> Result<Parts>,
+) -> Case {
+    let build = move |p: &P, assembly: &Assembly<'_>| {
+        let (model, cylinder, contacts) = parts(p)?;
+        assembly.couple(model, cylinder, &contacts)
+    };
+    Case {
+        interface_columns: hydraulics::interface(),
+        reference: reference(),
+        drawing: drawn(move |p| parts(p).ok().map(|(model, cylinder, _)| drawing(&model, cylinder.length(), text))),
+        ..Case::new(name, about, times, build)
+    }
+}
+
+/// The box of the paper: two wedges, one disc on a ledge.
 fn of_the_paper<P: ParameterSet>(
-    name: &'static str,
-    about: &'static str,
     duration: f64,
-    build: fn(&P, &Assembly<'_>) -> Result<CoupledSystem>,
+    names: [&'static str; 2],
+    text: [&'static str; 2],
+    parts: fn(&P) -> Result<Parts>,
 ) -> Case {
     Case {
         trace_columns: hydraulics::trace_columns(
@@ -151,32 +157,27 @@ fn of_the_paper<P: ParameterSet>(
             "disc_ledge_normal_rad contact_force_right_wedge_n contact_force_left_wedge_n contact_force_disc_ledge_n \
              contact_force_disc_floor_n",
         ),
-        interface_columns: hydraulics::interface(),
-        reference: reference(),
-        ..Case::new(name, about, times(duration, 5e-3, 5e-5, [2.5e-5, 5e-5]), build)
+        ..entry(names, text, times(duration, 5e-3, 5e-5, [2.5e-5, 5e-5]), parts)
     }
 }
 
+/// Starts tilted on its right wedge, the disc on the ledge.
 pub(super) fn wedge_box() -> Case {
     let about = "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)";
-    let case = of_the_paper("wedge-box", about, 2.5, |p: &WithRamp, assembly| {
-        let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2))?;
-        let (spool, pressures) = (p.ramp.spool()?, p.ramp.start_pressures());
-        let cylinder = p.cylinder.of_any_stroke(model.start_length(), &p.oil, pressures, spool);
-        assembly.couple(model, cylinder, &p.contacts)
-    });
-    let drawing = drawn(|p: &WithRamp| {
-        let text =
-            ["Wedge box", "A hydraulic cylinder pushes a box; its disc rolls off a ledge and both wedges touch down."];
-        let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2)).ok()?;
-        Some(drawing(&model, p.body.size(), p.cylinder.cylinder_length_m, text))
-    });
-    Case { drawing, ..case }
+    let text =
+        ["Wedge box", "A hydraulic cylinder pushes a box; its disc rolls off a ledge and both wedges touch down."];
+    of_the_paper(2.5, ["wedge-box", about], text, |p: &WithRamp| {
+        let model = WedgeBox::new(p.body.of_the_paper(&p.rest))?;
+        let (pressures, spool) = (p.ramp.start_pressures(), p.ramp.spool()?);
+        let cylinder = p.cylinder.starting_at(model.start_length(), &p.rest.oil, pressures, spool)?;
+        Ok((model, cylinder, p.rest.contacts))
+    })
 }
 
 /// What a box on wedges looks like, with its discs on their ledges.
-fn drawing(model: &WedgeBox, [width, height]: [f64; 2], barrel: f64, [title, about]: [&'static str; 2]) -> Drawing {
+fn drawing(model: &WedgeBox, barrel: f64, [title, about]: [&'static str; 2]) -> Drawing {
     let g = model.geometry();
+    let [width, height] = g.box_size;
     let mut frames = vec![frame("box", "box_x_m", "box_y_m", "box_angle_rad")];
     let mut shapes = Vec::new();
     let mut floor = vec![[-9.0, 0.0], [9.0, 0.0]];
@@ -198,12 +199,12 @@ fn drawing(model: &WedgeBox, [width, height]: [f64; 2], barrel: f64, [title, abo
     for (name, disc) in ["left disc", "right disc"].into_iter().zip(&g.discs) {
         // Rolling is drawn without slip: the model's discs turn freely.
         let turned = Channel::Column("box_x_m", -1.0 / disc.radius, 0.0);
-        frames.push(Frame { name, parent: Some("box"), pose: [disc.pin[0].into(), disc.pin[1].into(), turned] });
+        frames.push(within("box", frame(name, disc.pin[0], disc.pin[1], turned)));
         let side = disc.pin[0].signum() * width / 2.0;
         let [x, y] = disc.pin;
         let arm = [[side, y + 0.14], [x, y + 0.03], [x, y - 0.03], [side, y - 0.05]];
         shapes.push(Shape::Polygon(points("box", arm), Fill::Scheme));
-        shapes.push(Shape::Disc { at: ([0.0, 0.0], Some(name)), radius: disc.radius, spoke: true, fill: Fill::Metal });
+        shapes.push(wheel(name, disc.radius));
     }
     let base = -height / 2.0;
     let half = 0.1_f64.min(width / (2.0 * g.wedges.len() as f64));
@@ -236,27 +237,23 @@ fn drawing(model: &WedgeBox, [width, height]: [f64; 2], barrel: f64, [title, abo
 /// Returns the geometry of the wedge box as the parameters of the case `wedge-box` say.
 pub fn wedge_box_geometry(parameters: &Parameters) -> WedgeBoxGeometry {
     let p = WithRamp::read(parameters);
-    p.body.of_the_paper(p.gravity_m_s2)
+    p.body.of_the_paper(&p.rest)
 }
 
 /// With Coulomb friction, pushed and pulled by a spool that swings about its middle, `κ = κ₀ − A sin(2π f (t − t₀))`. Parameters chosen
 /// because it sticks.
 pub(super) fn with_friction() -> Case {
     let about = "Wedge box with friction at its contacts, pushed and pulled by a swinging spool until it sticks";
-    let mut case = of_the_paper("wedge-box-friction", about, 2.5, |p: &WithFriction, assembly| {
-        let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2))?;
+    let text = ["Wedge box with friction", "A swinging spool pushes and pulls the box until it sticks."];
+    let mut case = of_the_paper(2.5, ["wedge-box-friction", about], text, |p: &WithFriction| {
+        let model = WedgeBox::new(p.body.of_the_paper(&p.rest))?;
         let (centre, amplitude) = (p.spool_centre, p.spool_amplitude);
         if centre - amplitude < 0.0 || centre + amplitude > 1.0 {
             let expected = format!("at most {}: the spool must stay within [0, 1]", centre.min(1.0 - centre));
             return Err(Error::invalid("spool_amplitude", amplitude, expected));
         }
-        let cylinder = p.cylinder.of_any_stroke(model.start_length(), &p.oil, p.ramp.start_pressures(), p.swing());
-        assembly.couple(model, cylinder, &p.contacts)
-    });
-    case.drawing = drawn(|p: &WithFriction| {
-        let text = ["Wedge box with friction", "A swinging spool pushes and pulls the box until it sticks."];
-        let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2)).ok()?;
-        Some(drawing(&model, p.body.size(), p.cylinder.cylinder_length_m, text))
+        let (length, pressures) = (model.start_length(), p.ramp.start_pressures());
+        Ok((model, p.cylinder.starting_at(length, &p.rest.oil, pressures, p.swing())?, p.rest.contacts))
     });
     case.trace_columns.extend(words(
         "contact_state_right_wedge contact_state_left_wedge contact_state_disc_ledge contact_state_disc_floor \
@@ -282,23 +279,18 @@ impl WithFriction {
 /// the disc leaves the ramp.
 pub(super) fn reversal() -> Case {
     let about = "Wedge box held against its ramp on three contacts, until the spool is reversed and one opens";
-    let drawing = drawn(|p: &AgainstRamp| {
-        let text = [
-            "Wedge box held against its ramp",
-            "A cylinder holds the box on three contacts, then reverses: one of them opens.",
-        ];
-        let model = WedgeBox::against_ramp(p.body.of_the_paper(p.gravity_m_s2)).ok()?;
-        Some(drawing(&model, p.body.size(), p.cylinder.cylinder_length_m, text))
-    });
-    let case = of_the_paper("wedge-box-reversal", about, 1.0, |p: &AgainstRamp, assembly| {
-        let model = WedgeBox::against_ramp(p.body.of_the_paper(p.gravity_m_s2))?;
-        let (pressures, hold) = p.cylinder.equilibrium(&p.oil, -p.holding_pull_n)?;
+    let text = [
+        "Wedge box held against its ramp",
+        "A cylinder holds the box on three contacts, then reverses: one of them opens.",
+    ];
+    of_the_paper(1.0, ["wedge-box-reversal", about], text, |p: &AgainstRamp| {
+        let model = WedgeBox::against_ramp(p.body.of_the_paper(&p.rest))?;
+        let (pressures, hold) = p.cylinder.equilibrium(&p.rest.oil, -p.holding_pull_n)?;
         let (start, end) = (named!(p.reversal_start_s), named!(p.reversal_end_s));
         let spool = hydraulics::spool(&[(start.0, start.1, hold), (end.0, end.1, p.ramp.spool_final)])?;
-        let cylinder = p.cylinder.of_any_stroke(model.start_length(), &p.oil, pressures, spool);
-        assembly.couple(model, cylinder, &p.contacts)
-    });
-    Case { drawing, ..case }
+        let cylinder = p.cylinder.starting_at(model.start_length(), &p.rest.oil, pressures, spool)?;
+        Ok((model, cylinder, p.rest.contacts))
+    })
 }
 
 parameters! {
@@ -363,30 +355,13 @@ parameters! {
     }
 }
 
-/// A box with more wedges or discs than that of the paper.
-fn multiplied<P: ParameterSet>(
-    name: &'static str,
-    about: &'static str,
-    duration: f64,
-    parts: fn(&P) -> Result<(WedgeBoxGeometry, Pushed)>,
-    size: fn(&P) -> [f64; 2],
-    text: [&'static str; 2],
-) -> Case {
-    let build = move |p: &P, assembly: &Assembly<'_>| {
-        let (geometry, Pushed { cylinder, ramp, oil, contacts, .. }) = parts(p)?;
+impl Pushed {
+    /// This box, and what pushes it.
+    fn parts(&self, geometry: WedgeBoxGeometry) -> Result<Parts> {
         let model = WedgeBox::new(geometry)?;
-        let spool = ramp.spool()?;
-        let cylinder = cylinder.starting_at(model.start_length(), &oil, ramp.start_pressures(), spool)?;
-        assembly.couple(model, cylinder, &contacts)
-    };
-    Case {
-        interface_columns: hydraulics::interface(),
-        reference: reference(),
-        drawing: drawn(move |p| {
-            let (geometry, pushed) = parts(p).ok()?;
-            Some(drawing(&WedgeBox::new(geometry).ok()?, size(p), pushed.cylinder.cylinder_length_m, text))
-        }),
-        ..Case::new(name, about, times(duration, 5e-3, 5e-5, [1e-4, 1e-4]), build)
+        let pressures = self.ramp.start_pressures();
+        let cylinder = self.cylinder.starting_at(model.start_length(), &self.oil, pressures, self.ramp.spool()?)?;
+        Ok((model, cylinder, self.contacts))
     }
 }
 
@@ -404,7 +379,7 @@ pub(super) fn two_ledges() -> Case {
             p.body.disc(-pin_x, p.left_ledge_height_m, p.left_ledge_lead_m),
             p.body.disc(pin_x, p.right_ledge_height_m, p.right_ledge_lead_m),
         ];
-        Ok((WedgeBoxGeometry { discs, ..p.body.without_disc(p.pushed.gravity_m_s2) }, p.pushed))
+        p.pushed.parts(WedgeBoxGeometry { discs, ..p.body.without_disc(p.pushed.gravity_m_s2) })
     };
     Case {
         trace_columns: hydraulics::trace_columns(
@@ -413,7 +388,7 @@ pub(super) fn two_ledges() -> Case {
              gap_right_disc_floor_m closed_contacts rank_h_uu",
         ),
         drawing_columns: words("contact_force_right_support_n contact_force_left_support_n"),
-        ..multiplied("wedge-box-two-ledges", about, 3.0, parts, |p| p.body.size(), text)
+        ..entry(["wedge-box-two-ledges", about], text, times(3.0, 5e-3, 5e-5, [1e-4, 1e-4]), parts)
     }
 }
 
@@ -422,13 +397,12 @@ pub(super) fn n_wedge_box() -> Case {
     let about = "Wedge box on n coplanar or uneven wedges, on a flat or a wavy floor (redundant contacts)";
     let text = ["Wedge box on eight wedges", "Eight wedges touch down where two would do: redundant contacts."];
     let parts = |p: &ManyWedges| {
-        let geometry = WedgeBoxGeometry {
+        p.pushed.parts(WedgeBoxGeometry {
             wedges: p.tips(),
             washboard: [p.washboard_height_m, p.washboard_length_m],
             washboard_lead: p.washboard_lead_m,
             ..p.body.geometry(p.pushed.gravity_m_s2)
-        };
-        Ok((geometry, p.pushed))
+        })
     };
     Case {
         trace_columns: hydraulics::trace_columns(
@@ -437,7 +411,7 @@ pub(super) fn n_wedge_box() -> Case {
              rank_h_uu",
         ),
         drawing_columns: words("contact_force_sum_n"),
-        ..multiplied("n-wedge-box", about, 2.5, parts, |p| p.body.size(), text)
+        ..entry(["n-wedge-box", about], text, times(2.5, 5e-3, 5e-5, [1e-4, 1e-4]), parts)
     }
 }
 

@@ -3,7 +3,7 @@
 //! lever *ours*.
 
 use super::prelude::*;
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
 
@@ -75,11 +75,7 @@ fn drawing(p: &Toy) -> Drawing {
         view: [[-0.03, 0.05], [-0.028, 0.032]],
         frames: vec![
             frame("sleeve", 0.0, 0.0, "sleeve_angle_rad"),
-            Frame {
-                name: "bird",
-                parent: None,
-                pose: [p.spring_distance_m.into(), 0.0.into(), "bird_angle_rad".into()],
-            },
+            frame("bird", p.spring_distance_m, 0.0, "bird_angle_rad"),
         ],
         shapes: vec![
             wall([-p.pole_radius_m, -1.0], [p.pole_radius_m, 1.0]),
@@ -157,7 +153,7 @@ const VELOCITIES: usize = 3;
 
 impl MechanicalModel for Woodpecker {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: VELOCITIES, bilateral: 0, unilateral: 3, interface: 1 }
+        ModelSize { velocities: VELOCITIES, unilateral: 3, tangential: 3, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -166,28 +162,26 @@ impl MechanicalModel for Woodpecker {
         (vec![0.0, edge, g.bird_angle_rad], vec![g.sleeve_velocity_m_s, 0.0, g.bird_rate_rad_s])
     }
 
-    fn empty_mass_matrix(&self) -> MassMatrix {
-        MassMatrix::Dense(vec![0.0; VELOCITIES * VELOCITIES])
+    fn has_diagonal_mass(&self) -> bool {
+        false
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Dense(dense) = mass {
-            let g = &self.0;
-            let ([sleeve, bird], [l_m, l_g]) =
-                ([g.sleeve_mass_kg, g.bird_mass_kg], [g.spring_distance_m, g.bird_distance_m]);
-            let between = bird * l_m * l_g;
-            dense.copy_from_slice(&[
-                sleeve + bird,
-                bird * l_m,
-                bird * l_g,
-                bird * l_m,
-                g.sleeve_inertia_kg_m2 + bird * l_m * l_m,
-                between,
-                bird * l_g,
-                between,
-                g.bird_inertia_kg_m2 + bird * l_g * l_g,
-            ]);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        let g = &self.0;
+        let ([sleeve, bird], [l_m, l_g]) =
+            ([g.sleeve_mass_kg, g.bird_mass_kg], [g.spring_distance_m, g.bird_distance_m]);
+        let between = bird * l_m * l_g;
+        mass.copy_from_slice(&[
+            sleeve + bird,
+            bird * l_m,
+            bird * l_g,
+            bird * l_m,
+            g.sleeve_inertia_kg_m2 + bird * l_m * l_m,
+            between,
+            bird * l_g,
+            between,
+            g.bird_inertia_kg_m2 + bird * l_g * l_g,
+        ]);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -222,10 +216,6 @@ impl MechanicalModel for Woodpecker {
         contact != 0
     }
 
-    fn tangential_rows(&self) -> usize {
-        3
-    }
-
     fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {
         let g = &self.0;
         let edge = [1.0, g.sleeve_radius_m, 0.0];
@@ -252,9 +242,5 @@ impl MechanicalModel for Woodpecker {
 
     fn contact_names(&self) -> Vec<Name> {
         names(&["beak", "lower_edge", "upper_edge"])
-    }
-
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(q);
     }
 }

@@ -4,7 +4,8 @@
 //! extrapolated. As the masses do not feel each other otherwise, they are one subsystem here and the element the other.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
+use super::line_masses::LineMass;
+use super::two_masses::{CouplingElement, FORCE, polynomial_work, ports};
 use rimbench_core::cosim::{
     Capabilities, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters, subsystem_methods,
 };
@@ -21,7 +22,7 @@ const ALL_STATES: [Name; 4] =
 /// `x₂ − x₁` and its rate out. Offers a reduced interface model, `H_ii = 1/m₁ + 1/m₂`.
 #[derive(Debug, Clone)]
 pub struct FreeMasses {
-    bodies: [WalledMass; 2],
+    bodies: [LineMass; 2],
     motions: [HeldOscillator; 2],
     inputs: InputPolynomials,
     ports: Ports,
@@ -31,8 +32,8 @@ pub struct FreeMasses {
 
 impl FreeMasses {
     /// Builds both masses.
-    pub fn new(bodies: [WalledMass; 2], integrator: OscillatorIntegrator) -> Self {
-        let motion = |body: &WalledMass| {
+    pub fn new(bodies: [LineMass; 2], integrator: OscillatorIntegrator) -> Self {
+        let motion = |body: &LineMass| {
             HeldOscillator::new(body.stiffness / body.mass, body.damping / body.mass, body.start, integrator)
         };
         FreeMasses {
@@ -65,12 +66,12 @@ impl Subsystem for FreeMasses {
         if let Some(&[force]) = self.inputs.take() {
             for ((motion, body), sign) in sides {
                 let [b0, b1, b2, b3] = force.map(|force| sign * force / body.mass);
-                motion.advance_polynomial([b0 + body.stiffness * body.wall / body.mass, b1, b2, b3], h);
+                motion.advance_polynomial([b0 + body.held_force() / body.mass, b1, b2, b3], h);
             }
             self.work += polynomial_work(force, before, self.elongation(), h);
         } else {
             for ((motion, body), sign) in sides {
-                motion.advance((body.stiffness * body.wall + sign * u[0]) / body.mass, h);
+                motion.advance((body.held_force() + sign * u[0]) / body.mass, h);
             }
             self.work += u[0] * (self.elongation()[0] - before[0]);
         }
@@ -88,7 +89,7 @@ impl Capabilities for FreeMasses {
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         let free = |i: usize| {
             let body = &self.bodies[i];
-            self.motions[i].acceleration(body.stiffness * body.wall / body.mass)
+            self.motions[i].acceleration(body.held_force() / body.mass)
         };
         let [position, velocity] = self.elongation();
         model.h[0] = 1.0 / self.bodies[0].mass + 1.0 / self.bodies[1].mass;

@@ -1,7 +1,7 @@
 //! Mechanics of the hydraulic crane: two links and two point masses in two angles.
 
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
 
@@ -135,7 +135,7 @@ impl Crane {
 
 impl MechanicalModel for Crane {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, bilateral: 0, unilateral: 0, interface: 1 }
+        ModelSize { velocities: 2, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -147,15 +147,13 @@ impl MechanicalModel for Crane {
         self.cos = [libm::cos(q[0]), libm::cos(q[1])];
     }
 
-    fn empty_mass_matrix(&self) -> MassMatrix {
-        MassMatrix::Dense(vec![0.0; 4])
+    fn has_diagonal_mass(&self) -> bool {
+        false
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Dense(dense) = mass {
-            let [m11, m12, m22] = self.mass_entries();
-            dense.copy_from_slice(&[m11, m12, m12, m22]);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        let [m11, m12, m22] = self.mass_entries();
+        mass.copy_from_slice(&[m11, m12, m12, m22]);
     }
 
     fn forces(&self, _q: &[f64], v: &[f64], force: &mut [f64]) {
@@ -177,10 +175,6 @@ impl MechanicalModel for Crane {
 
     fn observables(&self) -> Vec<Name> {
         names(&["theta_1_rad", "theta_2_rad"])
-    }
-
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(q);
     }
 }
 

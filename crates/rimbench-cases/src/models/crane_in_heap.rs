@@ -6,7 +6,7 @@ use super::discs::{Apart, potential_of_weights, weigh};
 use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
 
@@ -159,12 +159,8 @@ impl CraneInHeap {
 
 impl MechanicalModel for CraneInHeap {
     fn size(&self) -> ModelSize {
-        ModelSize {
-            velocities: 3 + 2 * self.geometry.centres.len(),
-            bilateral: 0,
-            unilateral: self.contacts.rows().len(),
-            interface: 1,
-        }
+        let velocities = 3 + 2 * self.geometry.centres.len();
+        ModelSize { velocities, unilateral: self.contacts.rows().len(), interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -178,11 +174,9 @@ impl MechanicalModel for CraneInHeap {
         self.crane.prepare(&q[..3], &v[..3]);
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.fill(self.geometry.disc_mass);
-            diagonal[..3].copy_from_slice(&[self.crane.link_inertia(), self.load_mass, self.load_mass]);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.fill(self.geometry.disc_mass);
+        mass[..3].copy_from_slice(&[self.crane.link_inertia(), self.load_mass, self.load_mass]);
     }
 
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {

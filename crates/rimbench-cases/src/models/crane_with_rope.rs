@@ -3,7 +3,6 @@
 use super::crane::{Crane, CraneGeometry};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::MassMatrix;
 use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
@@ -132,7 +131,7 @@ impl CraneWithRope {
 
 impl MechanicalModel for CraneWithRope {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 3, bilateral: 0, unilateral: 2, interface: 1 }
+        ModelSize { velocities: 3, unilateral: 2, tangential: 2, interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -145,11 +144,9 @@ impl MechanicalModel for CraneWithRope {
         self.crane.prepare(&[q[0], -std::f64::consts::FRAC_PI_2], &[v[0], 0.0]);
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            let load = self.geometry.end_mass;
-            diagonal.copy_from_slice(&[self.link_inertia(), load, load]);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        let load = self.geometry.end_mass;
+        mass.copy_from_slice(&[self.link_inertia(), load, load]);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -165,10 +162,6 @@ impl MechanicalModel for CraneWithRope {
         rows.convective[ROPE] = convective;
         rows.jacobian[5] = 1.0;
         rows.position[GROUND] = q[2] - self.ground_height;
-    }
-
-    fn tangential_rows(&self) -> usize {
-        2
     }
 
     /// The rope has no surface: its row stays zero, so whatever the coefficient it has no friction.
@@ -195,9 +188,5 @@ impl MechanicalModel for CraneWithRope {
 
     fn contact_names(&self) -> Vec<Name> {
         names(&["rope", "ground"])
-    }
-
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(q);
     }
 }

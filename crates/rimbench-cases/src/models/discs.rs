@@ -3,7 +3,7 @@
 use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
 
@@ -272,23 +272,17 @@ impl Discs {
 
 impl MechanicalModel for Discs {
     fn size(&self) -> ModelSize {
-        ModelSize {
-            velocities: 1 + 2 * self.geometry.centres.len(),
-            bilateral: 0,
-            unilateral: self.contacts(),
-            interface: 1,
-        }
+        let velocities = 1 + 2 * self.geometry.centres.len();
+        ModelSize { velocities, unilateral: self.contacts(), interface: 1, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         Self::state(&self.geometry)
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.fill(self.geometry.disc_mass);
-            diagonal[0] = self.geometry.blade_mass;
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.fill(self.geometry.disc_mass);
+        mass[0] = self.geometry.blade_mass;
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {

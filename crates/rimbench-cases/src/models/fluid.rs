@@ -1,61 +1,50 @@
 //! A slightly compressible fluid behind a pump, and the energy it carries.
 
-/// Fluid, pump and valve constants.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fluid {
-    /// Discharge coefficient `c_d` of the valve.
-    pub discharge_coefficient: f64,
-    /// Density ρ, kg/m³.
-    pub density: f64,
-    /// Pump pressure `p_P`, Pa.
-    pub supply_pressure: f64,
-    /// Tank pressure `p_T`, Pa.
-    pub tank_pressure: f64,
-    /// Compressibility coefficient `a`, 1/Pa.
-    pub compressibility_a: f64,
-    /// Compressibility coefficient `b`, 1/Pa².
-    pub compressibility_b: f64,
-}
+use crate::cases::parameters;
 
-impl Default for Fluid {
-    /// The oil of Naya et al. 2011.
-    fn default() -> Self {
-        Fluid {
-            discharge_coefficient: 0.67,
-            density: 850.0,
-            supply_pressure: 7.6e6,
-            tank_pressure: 1.0e5,
-            compressibility_a: 6.53e-10,
-            compressibility_b: -1.19e-18,
-        }
+parameters! {
+    /// The fluid with its pump and tank.
+    pub struct Oil from "Naya et al. 2011" {
+        discharge_coefficient: f64 = 0.67, Positive, "discharge coefficient c_d";
+        fluid_density_kg_m3: f64 = 850.0, Positive, "fluid density ρ";
+        supply_pressure_pa: f64 = 7.6e6, Positive, "pump pressure p_P";
+        tank_pressure_pa: f64 = 1e5, NotNegative, "tank pressure p_T";
+        compressibility_a_1_pa: f64 = 6.53e-10, Positive, "fluid compressibility a" study 4e-10..1.5e-9;
+        compressibility_b_1_pa2: f64 = -1.19e-18, Finite, "fluid compressibility b";
     }
 }
 
-impl Fluid {
+impl Oil {
+    /// `a` (1/Pa) and `b` (1/Pa²).
+    #[inline]
+    pub(super) fn compressibility(&self) -> [f64; 2] {
+        [self.compressibility_a_1_pa, self.compressibility_b_1_pa2]
+    }
+
     /// Returns the bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
     #[inline]
     pub fn bulk_modulus(&self, p: f64) -> f64 {
-        let (a, b) = (self.compressibility_a, self.compressibility_b);
+        let [a, b] = self.compressibility();
         (1.0 + a * p + b * p * p) / (a + 2.0 * b * p)
     }
 
     /// Returns the highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows
     /// up.
     pub fn highest_pressure(&self) -> f64 {
-        let (a, b) = (self.compressibility_a, self.compressibility_b);
+        let [a, b] = self.compressibility();
         if b < 0.0 { -0.25 * a / b } else { f64::INFINITY }
     }
 
     /// `c_d √(2/ρ)`: an orifice of area `area` lets through `area · c_d √(2/ρ) · √drop`, m³/s.
     pub(super) fn orifice_coefficient(&self) -> f64 {
-        self.discharge_coefficient * (2.0 / self.density).sqrt()
+        self.discharge_coefficient * (2.0 / self.fluid_density_kg_m3).sqrt()
     }
 
     /// Returns `φ(p) = ρ(p)/ρ₀ = 1 + a p + b p²`: the density that `β = ρ dp/dρ` implies, relative to that at zero
     /// pressure.
     #[inline]
     pub fn relative_density(&self, p: f64) -> f64 {
-        1.0 + p * (self.compressibility_a + self.compressibility_b * p)
+        1.0 + p * (self.compressibility_a_1_pa + self.compressibility_b_1_pa2 * p)
     }
 
     /// Returns the enthalpy of the fluid that fills 1 m³ at zero pressure, J/m³.
@@ -66,7 +55,7 @@ impl Fluid {
     /// `e = ∫ p dρ/ρ²` is the elastic energy per mass of a fluid whose pressure depends on its density alone.
     #[inline]
     pub fn enthalpy(&self, p: f64) -> f64 {
-        let (a, b) = (self.compressibility_a, self.compressibility_b);
+        let [a, b] = self.compressibility();
         let discriminant = a * a - 4.0 * b;
         let half = p / (2.0 + a * p);
         let z = discriminant * half * half;
@@ -91,10 +80,11 @@ impl Fluid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::ParameterSet;
 
     #[test]
     fn the_closed_form_of_the_enthalpy_is_the_integral_of_one_over_the_density() {
-        let of = |a: f64, b: f64| Fluid { compressibility_a: a, compressibility_b: b, ..Fluid::default() };
+        let of = |a: f64, b: f64| Oil { compressibility_a_1_pa: a, compressibility_b_1_pa2: b, ..Oil::defaults() };
         // Discriminant above zero, zero, below zero; and no b at all, where J = ln(1 + a p)/a.
         for fluid in [of(6.53e-10, -1.19e-18), of(2e-9, 1e-18), of(1e-9, 1e-17), of(6.53e-10, 0.0)] {
             for p in [1e5, 3.85e6, 7.6e6, 1e8] {
@@ -121,7 +111,7 @@ mod tests {
     #[test]
     fn compressing_a_closed_chamber_stores_the_work_of_its_walls() {
         // V dp = −β dV, no flow: the mass φ V stays, and the elastic energy grows by −∫ p dV.
-        let fluid = Fluid::default();
+        let fluid = Oil::defaults();
         let (mass, n) = (0.5 * fluid.relative_density(1e5), 200_000);
         let volume = |p: f64| mass / fluid.relative_density(p);
         let pressure = |i: u32| 1e5 + 4e7 * f64::from(i) / f64::from(n);

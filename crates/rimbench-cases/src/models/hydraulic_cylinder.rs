@@ -3,13 +3,15 @@
 mod lines;
 
 use self::lines::Lines;
-use super::fluid::Fluid;
+use super::fluid::Oil;
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
+use super::spring_actuator::force_ports;
+use crate::cases::parameters;
 use rimbench_core::cosim::{
-    Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, TransmissionLines, subsystem_methods,
+    Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Ports, SecondOrder, Subsystem, SubsystemCounters,
+    TransmissionLines, subsystem_methods,
 };
-use rimbench_core::error::Failure;
+use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 
 /// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
@@ -82,11 +84,9 @@ impl Spool {
 /// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HydraulicCylinder {
-    fluid: Fluid,
-    piston_area: f64,
-    length: f64,
+    oil: Oil,
+    size: Cylinder,
     start_length: f64,
-    friction: f64,
     /// `a_v c_d √(2/ρ)`, fixed by the parameters.
     valve_coefficient: f64,
     spool: Spool,
@@ -103,21 +103,78 @@ pub struct HydraulicCylinder {
     lines: Option<Box<Lines>>,
 }
 
-/// Geometry and start of a [`HydraulicCylinder`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct CylinderParameters {
-    /// `A`, m².
-    pub piston_area: f64,
-    /// `l`, the two chambers together, m.
-    pub cylinder_length: f64,
-    /// `s₀`, actuator length with the piston in the middle, m.
-    pub start_length: f64,
-    /// `c`, N·s/m.
-    pub viscous_friction: f64,
-    /// `a_v`, m².
-    pub valve_area: f64,
-    /// `p₁, p₂` at the start, Pa.
-    pub start_pressures: [f64; 2],
+parameters! {
+    /// A cylinder and its valve, by default those of the wedge box.
+    pub struct Cylinder from "as in the wedge box" {
+        piston_area_m2: f64 = 0.0065, Positive, "piston area A" from "Naya et al. 2011";
+        cylinder_length_m: f64 = 2.0, Positive, "length l of both chambers together";
+        viscous_friction_n_s_m: f64 = 1e4, NotNegative, "viscous friction c of the cylinder" study 3e3..3e4;
+        valve_area_m2: f64 = 5e-5, Positive, "valve area a_v" study 2e-5..1e-4;
+    }
+}
+
+impl Cylinder {
+    /// Builds a cylinder that starts with its piston in the middle, at the actuator's start length (m).
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] if the actuator starts so short that its own stroke does not fit into it.
+    pub fn starting_at(
+        &self,
+        start_length: f64,
+        oil: &Oil,
+        start_pressures: [f64; 2],
+        spool: Spool,
+    ) -> Result<HydraulicCylinder> {
+        if 0.5 * self.cylinder_length_m >= start_length {
+            let expected = format!(
+                "below {:.6}: the actuator starts {start_length:.6} m long and moves by half of its stroke",
+                2.0 * start_length
+            );
+            return Err(Error::invalid("cylinder_length_m", self.cylinder_length_m, expected));
+        }
+        Ok(HydraulicCylinder {
+            highest_pressure: oil.highest_pressure(),
+            valve_coefficient: self.valve_area_m2 * oil.orifice_coefficient(),
+            energy: HydraulicEnergy::new(oil, start_pressures),
+            oil: *oil,
+            size: *self,
+            start_length,
+            midpoint: false,
+            p: start_pressures,
+            time: 0.0,
+            spool,
+            ports: force_ports("actuator_length_m", "actuator_velocity_m_s"),
+            counters: SubsystemCounters::default(),
+            lines: None,
+        })
+    }
+
+    /// Returns the pressures that hold a force (N) at rest, and the spool that keeps both.
+    ///
+    /// ```text
+    /// p₁,₂ = ½(p_P + p_T) ∓ F/(2A)        κ₀ = √(p₁ − p_T) / (√(p_P − p₁) + √(p₁ − p_T))
+    /// ```
+    /// # Errors
+    /// [`Error::Incompatible`] if that takes pressures outside those of tank and pump.
+    pub fn equilibrium(&self, oil: &Oil, force: f64) -> Result<([f64; 2], f64)> {
+        let (supply, tank) = (oil.supply_pressure_pa, oil.tank_pressure_pa);
+        let (mean, half) = (0.5 * (supply + tank), 0.5 * force / self.piston_area_m2);
+        let pressures = [mean - half, mean + half];
+        if pressures.iter().any(|p| !(tank..=supply).contains(p)) {
+            return Err(Error::Incompatible(format!(
+                "holding {force:.0} N needs chamber pressures of {:.0} and {:.0} Pa, outside tank ({tank} Pa) and pump ({supply} Pa)",
+                pressures[0], pressures[1]
+            )));
+        }
+        let (rise, fall) = ((supply - pressures[0]).sqrt(), (pressures[0] - tank).sqrt());
+        Ok((pressures, fall / (rise + fall)))
+    }
+
+    /// Returns `F` for pressures `p₁, p₂` and a velocity `ṡ`, N.
+    #[inline]
+    pub fn force(&self, p: [f64; 2], velocity: f64) -> f64 {
+        (p[1] - p[0]) * self.piston_area_m2 - self.viscous_friction_n_s_m * velocity
+    }
 }
 
 impl HydraulicCylinder {
@@ -125,39 +182,21 @@ impl HydraulicCylinder {
     pub const OBSERVABLES: [Name; 3] =
         [Name::Borrowed("pressure_1_pa"), Name::Borrowed("pressure_2_pa"), Name::Borrowed("spool")];
 
-    /// Builds the cylinder.
-    pub fn new(fluid: Fluid, parameters: CylinderParameters, spool: Spool) -> Self {
-        HydraulicCylinder {
-            highest_pressure: fluid.highest_pressure(),
-            valve_coefficient: parameters.valve_area * fluid.orifice_coefficient(),
-            energy: HydraulicEnergy::new(&fluid, parameters.start_pressures),
-            fluid,
-            piston_area: parameters.piston_area,
-            length: parameters.cylinder_length,
-            start_length: parameters.start_length,
-            friction: parameters.viscous_friction,
-            midpoint: false,
-            p: parameters.start_pressures,
-            time: 0.0,
-            spool,
-            ports: Ports {
-                inputs: vec![
-                    Port::new("actuator_length_m", Quantity::Position),
-                    Port::new("actuator_velocity_m_s", Quantity::Velocity),
-                ],
-                outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
-                direct_feedthrough: true,
-            },
-            counters: SubsystemCounters::default(),
-            lines: None,
-        }
+    /// Returns the length of both chambers together, m.
+    pub fn length(&self) -> f64 {
+        self.size.cylinder_length_m
+    }
+
+    /// Returns κ at time `t`.
+    pub fn spool_at(&self, t: f64) -> f64 {
+        self.spool.at(t)
     }
 
     /// Returns `F` for a velocity `ṡ`, N.
     #[inline]
     pub fn force(&self, velocity: f64) -> f64 {
         let p = if self.lines.is_none() { self.p } else { self.line_pressures(velocity).unwrap_or(self.p) };
-        (p[1] - p[0]) * self.piston_area - self.friction * velocity
+        self.size.force(p, velocity)
     }
 
     /// Returns `p₁, p₂`, Pa.
@@ -176,7 +215,7 @@ impl HydraulicCylinder {
     #[inline]
     fn valve_flows(&self, p: [f64; 2], spool: f64) -> ([f64; 2], [f64; 2]) {
         let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
-        let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
         let root = |drop: f64| drop.max(0.0).sqrt();
         (
             [k_in * root(supply - p[0]), k_out * root(supply - p[1])],
@@ -193,13 +232,13 @@ impl HydraulicCylinder {
     /// Flows from the pump into a chamber, and from it to the tank, m³/s.
     fn chamber_flows(&self, chamber: usize, p: f64, spool: f64) -> [f64; 2] {
         let [k_in, k_out] = self.openings(chamber, spool);
-        let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
         [k_in * (supply - p).max(0.0).sqrt(), k_out * (p - tank).max(0.0).sqrt()]
     }
 
     #[inline]
     fn rates(&self, p: [f64; 2], [l1, l2]: [f64; 2], velocity: f64, inflow: [f64; 2], outflow: [f64; 2]) -> [f64; 2] {
-        let swept = self.piston_area * velocity;
+        let swept = self.size.piston_area_m2 * velocity;
         let q1 = swept + inflow[0] - outflow[0];
         let q2 = -swept + inflow[1] - outflow[1];
         [self.stiffness(p[0], l1) * q1, self.stiffness(p[1], l2) * q2]
@@ -208,14 +247,17 @@ impl HydraulicCylinder {
     /// `β(p)/(A l)`, Pa/m³; one division instead of two, because this is evaluated in each micro step.
     #[inline]
     fn stiffness(&self, p: f64, chamber: f64) -> f64 {
-        let (a, b) = (self.fluid.compressibility_a, self.fluid.compressibility_b);
-        (1.0 + a * p + b * p * p) / ((a + 2.0 * b * p) * (self.piston_area * chamber))
+        let [a, b] = self.oil.compressibility();
+        (1.0 + a * p + b * p * p) / ((a + 2.0 * b * p) * (self.size.piston_area_m2 * chamber))
     }
 
     /// Lengths `l₁, l₂` of the chambers, m.
     #[inline]
     fn chambers(&self, s: f64) -> [f64; 2] {
-        [0.5 * self.length + self.start_length - s, 0.5 * self.length + s - self.start_length]
+        [
+            0.5 * self.size.cylinder_length_m + self.start_length - s,
+            0.5 * self.size.cylinder_length_m + s - self.start_length,
+        ]
     }
 
     /// Moves the pressures over `h` (s) by their rates at pressures `at`.
@@ -230,10 +272,10 @@ impl HydraulicCylinder {
         PressureStep {
             h,
             p: [before, self.p],
-            volumes: chambers.map(|length| self.piston_area * length),
-            area: self.piston_area,
+            volumes: chambers.map(|length| self.size.piston_area_m2 * length),
+            area: self.size.piston_area_m2,
             velocity: u[1],
-            friction: self.friction,
+            friction: self.size.viscous_friction_n_s_m,
             inflow,
             outflow,
         }
@@ -243,7 +285,7 @@ impl HydraulicCylinder {
     fn step_by_euler(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.check_range(u[0])?;
         let step = self.advance(self.p, self.spool.at(t), u, h);
-        self.energy.book(&self.fluid, &step);
+        self.energy.book(&self.oil, &step);
         self.time = t + h;
         self.counters.micro_steps += 1;
         self.check_range(u[0])
@@ -271,7 +313,7 @@ impl HydraulicCylinder {
         let rates = self.pressure_rates(self.p, u[0], u[1], spool);
         let middle = [self.p[0] + 0.5 * h * rates[0], self.p[1] + 0.5 * h * rates[1]];
         let step = self.advance(middle, spool, u, h);
-        self.energy.book_midpoint(&self.fluid, &step, middle);
+        self.energy.book_midpoint(&self.oil, &step, middle);
         self.time = t + h;
         self.counters.micro_steps += 1;
         self.check_range(u[0])
@@ -322,10 +364,10 @@ impl Subsystem for HydraulicCylinder {
 
 impl Capabilities for HydraulicCylinder {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
-        let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
+        let (area, [l1, l2]) = (self.size.piston_area_m2, self.chambers(u[0]));
         let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
         rates.rate[0] = area * (p2_rate - p1_rate);
-        rates.feedthrough.copy_from_slice(&[0.0, -self.friction]);
+        rates.feedthrough.copy_from_slice(&[0.0, -self.size.viscous_friction_n_s_m]);
         // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
         let by_length = -area * (p2_rate / l2 + p1_rate / l1);
         let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
@@ -358,17 +400,11 @@ impl Capabilities for HydraulicCylinder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::ParameterSet;
 
     fn cylinder(spool: f64) -> HydraulicCylinder {
-        let parameters = CylinderParameters {
-            piston_area: 0.0065,
-            cylinder_length: 2.0,
-            start_length: 2.5,
-            viscous_friction: 1e4,
-            valve_area: 5e-5,
-            start_pressures: [3.85e6; 2],
-        };
-        HydraulicCylinder::new(Fluid::default(), parameters, Spool::new(vec![(0.0, spool)]))
+        let spool = Spool::new(vec![(0.0, spool)]);
+        Cylinder::defaults().starting_at(2.5, &Oil::defaults(), [3.85e6; 2], spool).unwrap()
     }
 
     #[test]
@@ -383,7 +419,7 @@ mod tests {
         assert!(p1 < 0.0 && p2 > 0.0);
         let [p1, p2] = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.1, 0.5);
         // β A ṡ / (A l₁) with l₁ = 1 m.
-        approx::assert_relative_eq!(p1, Fluid::default().bulk_modulus(3.85e6) * 0.1, max_relative = 1e-12);
+        approx::assert_relative_eq!(p1, Oil::defaults().bulk_modulus(3.85e6) * 0.1, max_relative = 1e-12);
         approx::assert_relative_eq!(p2, -p1, max_relative = 1e-12);
     }
 

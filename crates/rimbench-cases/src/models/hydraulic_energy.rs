@@ -1,6 +1,6 @@
 //! The energy account of a hydraulic cylinder, micro step by micro step.
 
-use super::fluid::Fluid;
+use super::fluid::Oil;
 use rimbench_core::cosim::EnergyAccount;
 
 /// One micro step, as the cylinder took it.
@@ -26,7 +26,7 @@ pub(super) struct PressureStep {
 
 /// Books the steps of a cylinder.
 ///
-/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see [`Fluid`]). For
+/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see [`Oil`]). For
 /// an open chamber whose mass is conserved, `V ṗ = β (Q − V̇)`, this is exact:
 ///
 /// ```text
@@ -59,30 +59,30 @@ pub(super) struct HydraulicEnergy {
 }
 
 impl HydraulicEnergy {
-    pub(super) fn new(fluid: &Fluid, p: [f64; 2]) -> Self {
+    pub(super) fn new(oil: &Oil, p: [f64; 2]) -> Self {
         HydraulicEnergy {
             account: EnergyAccount::default(),
             started: false,
             volumes: [0.0; 2],
             energy: [0.0; 2],
-            enthalpy: p.map(|p| fluid.enthalpy(p)),
-            supply_and_tank: [fluid.enthalpy(fluid.supply_pressure), fluid.enthalpy(fluid.tank_pressure)],
+            enthalpy: p.map(|p| oil.enthalpy(p)),
+            supply_and_tank: [oil.enthalpy(oil.supply_pressure_pa), oil.enthalpy(oil.tank_pressure_pa)],
         }
     }
 
     #[inline]
-    pub(super) fn book(&mut self, fluid: &Fluid, step: &PressureStep) {
-        self.book_at(fluid, step, None);
+    pub(super) fn book(&mut self, oil: &Oil, step: &PressureStep) {
+        self.book_at(oil, step, None);
     }
 
     /// Does the same for a step whose forces and flows were taken at the pressures `middle`, Pa.
     #[inline(never)]
-    pub(super) fn book_midpoint(&mut self, fluid: &Fluid, step: &PressureStep, middle: [f64; 2]) {
-        self.book_at(fluid, step, Some(middle));
+    pub(super) fn book_midpoint(&mut self, oil: &Oil, step: &PressureStep, middle: [f64; 2]) {
+        self.book_at(oil, step, Some(middle));
     }
 
     #[inline(always)]
-    fn book_at(&mut self, fluid: &Fluid, step: &PressureStep, middle: Option<[f64; 2]>) {
+    fn book_at(&mut self, oil: &Oil, step: &PressureStep, middle: Option<[f64; 2]>) {
         let [before, after] = step.p;
         let [supply, tank] = self.supply_and_tank;
         let first = !self.started;
@@ -98,9 +98,9 @@ impl HydraulicEnergy {
         account.interface += friction - (acting[1] - acting[0]) * step.area * swept;
         let mut stored = 0.0;
         for i in 0..2 {
-            let energy = fluid.relative_density(before[i]) * self.enthalpy[i] - before[i];
-            let density = fluid.relative_density(acting[i]);
-            let own = if middle.is_some() { fluid.enthalpy(acting[i]) } else { self.enthalpy[i] };
+            let energy = oil.relative_density(before[i]) * self.enthalpy[i] - before[i];
+            let density = oil.relative_density(acting[i]);
+            let own = if middle.is_some() { oil.enthalpy(acting[i]) } else { self.enthalpy[i] };
             let energy_acting = density * own - acting[i];
             let (inflow, outflow) = (step.h * density * step.inflow[i], step.h * density * step.outflow[i]);
             account.pump += supply * inflow;
@@ -110,9 +110,9 @@ impl HydraulicEnergy {
             if first {
                 self.energy[0] += step.volumes[i] * energy;
             }
-            self.enthalpy[i] = fluid.enthalpy(after[i]);
-            let energy_after = fluid.relative_density(after[i]) * self.enthalpy[i] - after[i];
-            let slope = (fluid.compressibility_a + 2.0 * fluid.compressibility_b * acting[i]) * own;
+            self.enthalpy[i] = oil.enthalpy(after[i]);
+            let energy_after = oil.relative_density(after[i]) * self.enthalpy[i] - after[i];
+            let slope = (oil.compressibility_a_1_pa + 2.0 * oil.compressibility_b_1_pa2 * acting[i]) * own;
             let curvature = step.volumes[i] * (energy_after - energy - slope * (after[i] - before[i]));
             // Chamber 1 shrinks as the piston moves out.
             let rate = if i == 0 { -step.area * swept } else { step.area * swept };

@@ -1,8 +1,9 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
+use super::spring_actuator::force_ports;
 use rimbench_core::cosim::{
-    Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, subsystem_methods,
+    Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Ports, SecondOrder, Subsystem, SubsystemCounters,
+    subsystem_methods,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
@@ -61,14 +62,7 @@ impl HydropneumaticStrut {
         Ok(HydropneumaticStrut {
             start_pressure: parameters.start_force / parameters.piston_area,
             volume: parameters.gas_volume,
-            ports: Ports {
-                inputs: vec![
-                    Port::new("actuator_length_m", Quantity::Position),
-                    Port::new("actuator_velocity_m_s", Quantity::Velocity),
-                ],
-                outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
-                direct_feedthrough: true,
-            },
+            ports: force_ports("actuator_length_m", "actuator_velocity_m_s"),
             counters: SubsystemCounters::default(),
             account: EnergyAccount::default(),
             parameters,

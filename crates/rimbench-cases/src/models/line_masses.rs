@@ -22,6 +22,13 @@ pub struct LineMass {
     pub start: [f64; 2],
 }
 
+impl LineMass {
+    /// The part of the force on it that stays as it is, N.
+    pub(super) fn held_force(&self) -> f64 {
+        self.stiffness * self.anchor + self.load
+    }
+}
+
 /// A spring between two masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineSpring {
@@ -71,7 +78,7 @@ impl LineContact {
 }
 
 /// What a [`LineMasses`] is made of, and how its data are named.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LineDescription {
     /// The masses in order of position.
     pub masses: Vec<LineMass>,
@@ -133,6 +140,7 @@ impl MechanicalModel for LineMasses {
             bilateral: self.line.joints.len(),
             unilateral: self.line.contacts.len(),
             interface: 1,
+            ..ModelSize::default()
         }
     }
 
@@ -141,11 +149,9 @@ impl MechanicalModel for LineMasses {
         (of(0), of(1))
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            for (entry, body) in diagonal.iter_mut().zip(&self.line.masses) {
-                *entry = body.mass;
-            }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        for (entry, body) in mass.iter_mut().zip(&self.line.masses) {
+            *entry = body.mass;
         }
     }
 

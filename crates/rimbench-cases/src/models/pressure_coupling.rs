@@ -2,7 +2,7 @@
 //!
 //! The force then follows the mechanics' own velocity, so the coupling has no direct feedthrough.
 
-use super::hydraulic_cylinder::HydraulicCylinder;
+use super::hydraulic_cylinder::{Cylinder, HydraulicCylinder};
 use rimbench_core::cosim::{Capabilities, Port, Ports, Quantity, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -64,21 +64,19 @@ impl Capabilities for PressureOutput {
 #[derive(Clone)]
 pub struct PressureDrivenMechanics<M> {
     mechanics: M,
-    piston_area: f64,
-    viscous_friction: f64,
+    cylinder: Cylinder,
     ports: Ports,
     /// Length and velocity.
     y: [f64; 2],
 }
 
 impl<M: Subsystem> PressureDrivenMechanics<M> {
-    /// Wraps mechanics with one force in, one length and one velocity out; `piston_area` A in m², `viscous_friction` c
-    /// in N·s/m.
-    pub fn new(mechanics: M, piston_area: f64, viscous_friction: f64) -> Self {
+    /// Wraps mechanics with one force in, one length and one velocity out.
+    pub fn new(mechanics: M, cylinder: Cylinder) -> Self {
         debug_assert_eq!((mechanics.ports().inputs.len(), mechanics.ports().outputs.len()), (1, 2));
         let outputs = mechanics.ports().outputs.clone();
         let ports = Ports { inputs: pressures(), outputs, direct_feedthrough: false };
-        PressureDrivenMechanics { mechanics, piston_area, viscous_friction, ports, y: [0.0; 2] }
+        PressureDrivenMechanics { mechanics, cylinder, ports, y: [0.0; 2] }
     }
 }
 
@@ -92,8 +90,7 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.mechanics.outputs(&[0.0], &mut self.y)?;
-        let force = (u[1] - u[0]) * self.piston_area - self.viscous_friction * self.y[1];
-        self.mechanics.step(t, &[force], h)
+        self.mechanics.step(t, &[self.cylinder.force([u[0], u[1]], self.y[1])], h)
     }
 
     fn counters(&self) -> SubsystemCounters {

@@ -78,12 +78,9 @@ pub struct SpringActuator {
 }
 
 /// Returns the ports of an actuator that answers position and velocity of the interface with a force at once.
-pub(crate) fn force_ports() -> Ports {
+pub(crate) fn force_ports(position: &'static str, velocity: &'static str) -> Ports {
     Ports {
-        inputs: vec![
-            Port::new("interface_position_m", Quantity::Position),
-            Port::new("interface_velocity_m_s", Quantity::Velocity),
-        ],
+        inputs: vec![Port::new(position, Quantity::Position), Port::new(velocity, Quantity::Velocity)],
         outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
         direct_feedthrough: true,
     }
@@ -112,7 +109,7 @@ impl SpringActuator {
             p.start,
             OscillatorIntegrator::Exact,
         );
-        let ports = force_ports();
+        let ports = force_ports("interface_position_m", "interface_velocity_m_s");
         let inputs = InputPolynomials::new(ports.inputs.len());
         Ok(SpringActuator { parameters, carriage, time: 0.0, inputs, ports, counters: SubsystemCounters::default() })
     }

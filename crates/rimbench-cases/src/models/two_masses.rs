@@ -7,6 +7,7 @@
 //! [`MassSide`] is one mass that is driven by a force or, holding the coupling element itself, by the other's motion.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
+use super::line_masses::LineMass;
 use rimbench_core::cosim::{
     Capabilities, Cubic, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
     subsystem_methods,
@@ -14,21 +15,6 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
-
-/// A mass with a spring and a damper to its wall.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WalledMass {
-    /// m, kg.
-    pub mass: f64,
-    /// k, N/m.
-    pub stiffness: f64,
-    /// c, N·s/m.
-    pub damping: f64,
-    /// Position at which the spring to the wall is relaxed, m.
-    pub wall: f64,
-    /// Position and velocity at the start, m, m/s.
-    pub start: [f64; 2],
-}
 
 /// The element between the masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,7 +100,7 @@ pub(super) fn polynomial_work(force: Cubic, before: [f64; 2], after: [f64; 2], h
 /// One of the two masses as a subsystem.
 #[derive(Debug, Clone)]
 pub struct MassSide {
-    body: WalledMass,
+    body: LineMass,
     role: MassRole,
     index: usize,
     motion: HeldOscillator,
@@ -127,7 +113,7 @@ pub struct MassSide {
 impl MassSide {
     /// Builds mass `index` (0 or 1). A nonlinear element knows no exponential: [`OscillatorIntegrator::Exact`] then
     /// stands for the classical Runge–Kutta rule of order 4; it does not go with the implicit integrators.
-    pub fn new(index: usize, body: WalledMass, role: MassRole, integrator: OscillatorIntegrator) -> Self {
+    pub fn new(index: usize, body: LineMass, role: MassRole, integrator: OscillatorIntegrator) -> Self {
         let (own, other) = (ports(&MOTION[index]), ports(&MOTION[1 - index]));
         let (inputs, outputs, direct_feedthrough) = match role {
             MassRole::ForceDriven => (ports(&[FORCE]), own, false),
@@ -172,7 +158,7 @@ impl Subsystem for MassSide {
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let (body, before) = (self.body, [self.motion.position(), self.motion.velocity()]);
-        let from_wall = body.stiffness * body.wall;
+        let from_wall = body.held_force();
         let course = self.inputs.take();
         match (self.role, course) {
             (MassRole::ForceDriven, Some(course)) => {
@@ -220,7 +206,7 @@ impl Capabilities for MassSide {
         }
         let body = &self.body;
         model.h[0] = 1.0 / body.mass;
-        model.a[0] = self.motion.acceleration(body.stiffness * body.wall / body.mass);
+        model.a[0] = self.motion.acceleration(body.held_force() / body.mass);
         model.w[0] = self.motion.velocity();
         model.position[0] = self.motion.position();
         model.mechanics_step = h;
@@ -232,8 +218,8 @@ impl Capabilities for MassSide {
         let (elongation, rate) = (self.motion.position() - u[0], self.motion.velocity() - u[1]);
         let slope = element.damper_slope(rate);
         let (body, m) = (&self.body, self.body.mass);
-        let own = body.stiffness * (body.wall - self.motion.position()) - body.damping * self.motion.velocity();
-        let acceleration = (own - element.tension(elongation, rate)) / m;
+        let own = body.stiffness * (body.anchor - self.motion.position()) - body.damping * self.motion.velocity();
+        let acceleration = (body.load + own - element.tension(elongation, rate)) / m;
         rates.rate[0] = element.stiffness * self.motion.velocity() + slope * acceleration;
         rates.feedthrough.copy_from_slice(&[-element.stiffness, -slope]);
         // Of a nonlinear damper the change of the slope itself is left out.

@@ -6,7 +6,7 @@ use super::rotation::rotation;
 use super::washboard::Washboard;
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
 
@@ -32,8 +32,8 @@ pub struct LedgeDisc {
 pub struct WedgeBoxGeometry {
     /// kg.
     pub box_mass: f64,
-    /// About the centre of mass, kg·m².
-    pub box_inertia: f64,
+    /// Width and height of the box, m: its inertia is that of a rectangle.
+    pub box_size: [f64; 2],
     /// Tips of the wedges, m: the rightmost, the leftmost, then the others.
     pub wedges: Vec<[f64; 2]>,
     /// What names of columns call a wedge.
@@ -52,6 +52,14 @@ pub struct WedgeBoxGeometry {
     pub ground_pin_x: f64,
     /// m/s².
     pub gravity: f64,
+}
+
+impl WedgeBoxGeometry {
+    /// Returns the inertia of the box about its centre of mass, kg·m².
+    pub fn box_inertia(&self) -> f64 {
+        let [width, height] = self.box_size;
+        self.box_mass * (width * width + height * height) / 12.0
+    }
 }
 
 /// Velocities: box `(ẋ, ẏ, ω)`, then each disc `(ẋ, ẏ, ω)`. Contacts: right and left wedge, then ledge and floor of each disc,
@@ -138,7 +146,7 @@ impl WedgeBox {
         let centre = Vector2::new(0.0, height);
         let place = |point: [f64; 2]| centre + rotation * Vector2::from(point);
         let mut start = vec![centre.x, centre.y, angle];
-        let mut mass = vec![g.box_mass, g.box_mass, g.box_inertia];
+        let mut mass = vec![g.box_mass, g.box_mass, g.box_inertia()];
         let mut ledges = Vec::new();
         for disc in &g.discs {
             let position = place(disc.pin);
@@ -280,11 +288,14 @@ fn level_angle(from: [f64; 2], to: [f64; 2], rise: f64) -> Result<f64> {
 impl MechanicalModel for WedgeBox {
     fn size(&self) -> ModelSize {
         let discs = self.geometry.discs.len();
+        let unilateral = self.geometry.wedges.len() + 2 * discs;
         ModelSize {
             velocities: 3 + 3 * discs,
             bilateral: 2 * discs,
-            unilateral: self.geometry.wedges.len() + 2 * discs,
+            unilateral,
+            tangential: if self.geometry.washboard[0] == 0.0 { unilateral } else { 0 },
             interface: 1,
+            switches: 2 * self.ledges.len(),
         }
     }
 
@@ -297,10 +308,8 @@ impl MechanicalModel for WedgeBox {
         self.arms.iter_mut().zip(&self.points).for_each(|(arm, point)| *arm = rotation * point);
     }
 
-    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
-        if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
-        }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.copy_from_slice(&self.mass);
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
@@ -350,10 +359,6 @@ impl MechanicalModel for WedgeBox {
     }
 
     /// None on a wavy floor: the force of a wedge is vertical, which on a slope is not along the normal.
-    fn tangential_rows(&self) -> usize {
-        if self.geometry.washboard[0] == 0.0 { self.size().unilateral } else { 0 }
-    }
-
     fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let along = Vector2::new(1.0, 0.0);
         for (wedge, arm) in self.arms().0.iter().enumerate() {
@@ -379,10 +384,6 @@ impl MechanicalModel for WedgeBox {
         rows.set_planar_body(0, 0, direction, arm);
         rows.position[0] = length;
         rows.convective[0] = across * across / length - v[2] * v[2] * direction.dot(&arm);
-    }
-
-    fn switches(&self) -> usize {
-        2 * self.ledges.len()
     }
 
     fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {

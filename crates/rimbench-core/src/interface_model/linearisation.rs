@@ -127,10 +127,15 @@ impl MassMatrix {
 }
 
 impl MassMatrix {
-    /// Sets all entries to zero.
-    pub fn clear(&mut self) {
+    /// Makes the zero matrix of `n` velocities that are all coupled, or none.
+    pub fn zeros(n: usize, diagonal: bool) -> Self {
+        if diagonal { MassMatrix::Diagonal(vec![0.0; n]) } else { MassMatrix::Dense(vec![0.0; n * n]) }
+    }
+
+    /// Returns its entries, to be written.
+    pub fn entries_mut(&mut self) -> &mut [f64] {
         match self {
-            MassMatrix::Diagonal(entries) | MassMatrix::Dense(entries) => entries.fill(0.0),
+            MassMatrix::Diagonal(entries) | MassMatrix::Dense(entries) => entries,
         }
     }
 

@@ -18,12 +18,12 @@ pub(super) struct JumpFinder {
 impl JumpFinder {
     /// Makes room, if the model has switches.
     pub(super) fn of<M: MechanicalModel>(model: &M) -> Option<Box<Self>> {
-        let (ModelSize { velocities: n, unilateral, interface, .. }, switches) = (model.size(), model.switches());
+        let ModelSize { velocities: n, unilateral, tangential, interface, switches, .. } = model.size();
         (switches > 0).then(|| {
             Box::new(JumpFinder {
                 switches: vec![[0.0; 2]; switches],
                 q: vec![0.0; n],
-                rows: [unilateral, model.tangential_rows(), interface].map(|count| Rows::zeros(count, n)),
+                rows: [unilateral, tangential, interface].map(|count| Rows::zeros(count, n)),
             })
         })
     }

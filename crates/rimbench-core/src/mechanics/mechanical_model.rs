@@ -2,11 +2,11 @@
 
 use super::stiff_forces::StiffForces;
 use crate::error::Failure;
-use crate::interface_model::{MassMatrix, Rows};
+use crate::interface_model::Rows;
 use crate::name::Name;
 
-/// Numbers of velocities and rows. They are constant throughout a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Numbers of velocities, rows and switches. They are constant throughout a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ModelSize {
     /// Generalised velocities n.
     pub velocities: usize,
@@ -14,8 +14,12 @@ pub struct ModelSize {
     pub bilateral: usize,
     /// Unilateral rows n_u (possible contacts, open ones included).
     pub unilateral: usize,
+    /// Tangential rows: one per unilateral row, or none if the model has no friction to offer.
+    pub tangential: usize,
     /// Interface rows n_i.
     pub interface: usize,
+    /// Quantities at whose change of sign geometry or forces have a kink, such as the place where a corner turns into a ramp.
+    pub switches: usize,
 }
 
 /// A mechanical system in coordinates `q` with velocities `v`.
@@ -24,7 +28,7 @@ pub struct ModelSize {
 /// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again. What a model
 /// has none of, it need not write: joints, contacts, observables.
 pub trait MechanicalModel: Send {
-    /// Numbers of velocities and rows.
+    /// Numbers of velocities, rows and switches.
     fn size(&self) -> ModelSize;
 
     /// Returns start position and velocity.
@@ -33,13 +37,13 @@ pub trait MechanicalModel: Send {
     /// Takes note of a new state.
     fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
 
-    /// Returns an empty mass matrix of the right kind.
-    fn empty_mass_matrix(&self) -> MassMatrix {
-        MassMatrix::Diagonal(vec![1.0; self.size().velocities])
+    /// Tells whether the mass matrix has entries on its diagonal only.
+    fn has_diagonal_mass(&self) -> bool {
+        true
     }
 
-    /// Writes `M(q)`.
-    fn mass_matrix(&self, q: &[f64], mass: &mut MassMatrix);
+    /// Writes the entries of `M(q)`: its diagonal, or all of them row by row.
+    fn mass_matrix(&self, q: &[f64], entries: &mut [f64]);
 
     /// Writes `f_a − c`: applied forces minus Coriolis and centrifugal terms.
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
@@ -86,11 +90,6 @@ pub trait MechanicalModel: Send {
         Ok(false)
     }
 
-    /// Returns the number of tangential rows: one per unilateral row, or none if the model has no friction to offer.
-    fn tangential_rows(&self) -> usize {
-        0
-    }
-
     /// Writes `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned clockwise, without positions.
     /// Called only for models that have tangential rows, and only with friction.
     fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
@@ -102,12 +101,6 @@ pub trait MechanicalModel: Send {
 
     /// Writes `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
-
-    /// Returns the number of switches: quantities at whose change of sign geometry or forces have a kink, such as the place where a corner
-    /// turns into a ramp.
-    fn switches(&self) -> usize {
-        0
-    }
 
     /// Writes value and rate of each switch.
     fn switch_values(&self, _q: &[f64], _v: &[f64], _switches: &mut [[f64; 2]]) {}
@@ -136,6 +129,8 @@ pub trait MechanicalModel: Send {
         Vec::new()
     }
 
-    /// Writes the model's own observables.
-    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
+    /// Writes the model's own observables: the first of its coordinates, unless it says otherwise.
+    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
+        row.copy_from_slice(&q[..row.len()]);
+    }
 }

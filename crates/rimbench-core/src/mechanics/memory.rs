@@ -30,7 +30,7 @@ impl Kept {
     /// matrices; of joints, if they or the contacts are many. With joints that keep everything contacts do so, too.
     fn of(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Self {
         let size = model.size();
-        let diagonal = matches!(model.empty_mass_matrix(), MassMatrix::Diagonal(_));
+        let diagonal = model.has_diagonal_mass();
         let many = size.unilateral >= MANY_CONTACTS;
         let joints = (size.bilateral > 0 && diagonal && (many || size.bilateral >= MANY_JOINTS))
             .then(|| model.bilateral_columns())
@@ -78,7 +78,7 @@ fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
 pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Linearisation {
     let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
     Linearisation {
-        mass: model.empty_mass_matrix(),
+        mass: MassMatrix::zeros(size.velocities, model.has_diagonal_mass()),
         force: vec![0.0; size.velocities],
         bilateral: Kept::rows(kept.joints.as_ref(), size.bilateral, size.velocities),
         unilateral: Kept::rows(kept.contacts.as_ref(), size.unilateral, size.velocities),
@@ -105,7 +105,7 @@ pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_se
 /// the columns are listed.
 pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> u64 {
     let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
-    let contacts = (size.unilateral + model.tangential_rows() + size.interface) as u64;
+    let contacts = (size.unilateral + size.tangential + size.interface) as u64;
     let (joints, velocities) = (size.bilateral as u64, size.velocities as u64);
     let (of_joints, rows) = match kept.joints {
         Some(_) => ((joints + velocities) * PER_JOINT, contacts),

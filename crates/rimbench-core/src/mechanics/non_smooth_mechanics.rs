@@ -111,7 +111,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 "friction does not go with a rule of the second order, which was asked for before".into(),
             ));
         }
-        self.stepper.add_friction(friction, self.model.tangential_rows(), solver)?;
+        self.stepper.add_friction(friction, self.model.size().tangential, solver)?;
         self.observables.extend(friction_observables(&self.contacts));
         self.linearise();
         Ok(self)
@@ -200,7 +200,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 /// Fills Eq. 3 at one state.
 fn fill<M: MechanicalModel>(model: &mut M, q: &[f64], v: &[f64], eq3: &mut Linearisation) {
     model.prepare(q, v);
-    model.mass_matrix(q, &mut eq3.mass);
+    model.mass_matrix(q, eq3.mass.entries_mut());
     model.forces(q, v, &mut eq3.force);
     model.bilateral(q, v, &mut eq3.bilateral);
     model.unilateral(q, v, &mut eq3.unilateral);
@@ -244,7 +244,7 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         let mut model = self.stepper.empty_model();
         model.acceleration_jumps =
-            AccelerationJumps::with_room(self.model.switches(), model.interface_start() + model.interface());
+            AccelerationJumps::with_room(self.model.size().switches, model.interface_start() + model.interface());
         if !self.state_forces.is_empty() {
             model.state_bias = vec![0.0; model.a.len()];
         }

@@ -19,7 +19,6 @@ pub struct StiffForces {
 impl StiffForces {
     /// Makes zero matrices of `n` velocities that are all coupled, or none.
     pub fn zeros(n: usize, diagonal: bool) -> Self {
-        let zeros = if diagonal { MassMatrix::Diagonal(vec![0.0; n]) } else { MassMatrix::Dense(vec![0.0; n * n]) };
-        StiffForces { stiffness: zeros.clone(), damping: zeros }
+        StiffForces { stiffness: MassMatrix::zeros(n, diagonal), damping: MassMatrix::zeros(n, diagonal) }
     }
 }

@@ -5,7 +5,7 @@ use crate::cache::{Cache, hex};
 use crate::execution::evaluated;
 use crate::results::{self, findings_header};
 use crate::stock::columns;
-use crate::store::{Record, Store};
+use crate::store::{Record, Store, cells_of};
 use rimbench_cases::cases::Case;
 use rimbench_cases::runs::{Reference, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
@@ -148,8 +148,7 @@ fn store_of(case: &Case) -> (String, String) {
 
 /// What a record says; none if it is no row of findings.
 fn read(spec: &RunSpec, record: &Record) -> Option<Probe> {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
-    let row = reader.records().next()?.ok()?;
+    let row = cells_of(&record.findings)?;
     let names = findings_header();
     let text = |name: &str| row.get(names.iter().position(|known| *known == name)?);
     let number = |name: &str| text(name)?.parse::<f64>().ok();

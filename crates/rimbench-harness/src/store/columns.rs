@@ -1,6 +1,6 @@
 //! The columns that records were written with, and records written with others.
 
-use super::record::Record;
+use super::record::{Record, cells_of};
 use crate::results::row;
 use std::fmt;
 
@@ -55,8 +55,7 @@ impl Places {
 }
 
 fn rearranged(cells: &str, (written, places): &(usize, Vec<Option<usize>>)) -> Option<String> {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(cells.as_bytes());
-    let cells = reader.records().next()?.ok().filter(|cells| cells.len() == *written)?;
+    let cells = cells_of(cells).filter(|cells| cells.len() == *written)?;
     Some(row(&places.iter().map(|place| place.map_or("", |place| &cells[place])).collect::<Vec<_>>()))
 }
 

@@ -19,6 +19,7 @@ mod columns;
 mod record;
 
 pub use columns::Columns;
+pub(crate) use record::cells_of;
 pub use record::{Record, TraceMark};
 
 use super::cache::hex;

@@ -54,6 +54,12 @@ impl Record {
     }
 }
 
+/// The cells of one part of a record.
+pub(crate) fn cells_of(part: &str) -> Option<csv::StringRecord> {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(part.as_bytes());
+    reader.records().next()?.ok()
+}
+
 /// The line of a record, with its end.
 pub(super) fn line_of(record: &Record) -> String {
     let Record { run_id, findings, costs, provenance, trace, wall_limit_s } = record;

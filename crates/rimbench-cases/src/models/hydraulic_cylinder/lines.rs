@@ -162,7 +162,7 @@ impl TransmissionLines for HydraulicCylinder {
     }
 
     fn exchange(&mut self, step: MacroStep, micro_steps: usize, u: &[f64], forces: &mut LineForces) {
-        let (motion, area) = ([u[0], u[1]], self.piston_area);
+        let (motion, area) = ([u[0], u[1]], self.size.piston_area_m2);
         let Some(mut lines) = self.lines.take() else { return };
         let started = lines.count > 0;
         if started {
@@ -197,7 +197,7 @@ impl TransmissionLines for HydraulicCylinder {
         }
         lines.energy = energy;
         let [first, second] = &lines.lines;
-        forces.begin(&[area * area * (first.impedance + second.impedance) + self.friction]);
+        forces.begin(&[area * area * (first.impedance + second.impedance) + self.size.viscous_friction_n_s_m]);
         for j in 0..micro_steps {
             forces.push(&[area * (second.piston.arriving[j] - first.piston.arriving[j])]);
         }
@@ -215,7 +215,9 @@ impl HydraulicCylinder {
     pub(super) fn line_pressures(&self, velocity: f64) -> Option<[f64; 2]> {
         let lines = self.lines.as_ref()?;
         let arrivals = lines.arrivals()?;
-        Some([0, 1].map(|i| arrivals[i] + lines.lines[i].impedance * DISPLACED[i] * self.piston_area * velocity))
+        Some(
+            [0, 1].map(|i| arrivals[i] + lines.lines[i].impedance * DISPLACED[i] * self.size.piston_area_m2 * velocity),
+        )
     }
 
     /// One micro step of the lines; false where the chambers are none.
@@ -223,7 +225,7 @@ impl HydraulicCylinder {
         let Some(pressures) = self.line_pressures(velocity) else { return false };
         let Some(mut lines) = self.lines.take() else { return false };
         let j = lines.done;
-        let displacement = self.piston_area * velocity;
+        let displacement = self.size.piston_area_m2 * velocity;
         let mut valve_pressures = [0.0; 2];
         let mut change = 0.0;
         for i in 0..2 {
@@ -235,12 +237,12 @@ impl HydraulicCylinder {
             line.valve.set(j, pressure, inflow - outflow);
             line.piston.set(j, pressures[i], DISPLACED[i] * displacement);
             change += h * (pressures[i] * line.piston.flow[j] + pressure * line.valve.flow[j]);
-            let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+            let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
             lines.account.pump += h * supply * inflow;
             lines.account.valve += h * ((supply - pressure) * inflow + (pressure - tank) * outflow);
             lines.account.tank += h * tank * outflow;
         }
-        let friction = self.friction * velocity * velocity;
+        let friction = self.size.viscous_friction_n_s_m * velocity * velocity;
         lines.account.viscous += h * friction;
         lines.account.interface += h * (friction - (pressures[1] - pressures[0]) * displacement);
         // The valve equation is met to the tolerance of its solution: stored is what the waves are.
@@ -266,7 +268,7 @@ impl HydraulicCylinder {
 
     /// Solves `p = c + Z q(p)` at the valve of a chamber by Newton's method inside a bracket; q falls with p, so the root is one.
     fn valve_pressure(&self, chamber: usize, arriving: f64, impedance: f64, spool: f64, guess: f64) -> f64 {
-        let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
         let [k_in, k_out] = self.openings(chamber, spool);
         // Above the pump's pressure nothing flows in, below the tank's nothing out.
         let (mut low, mut high) = (arriving.min(tank), arriving.max(supply));

@@ -44,7 +44,7 @@ impl ImplicitPart {
         let n = eq3.velocities();
         let matrices = [&eq3.mass, &forces.stiffness, &forces.damping];
         let diagonal = matrices.into_iter().all(|matrix| matches!(matrix, MassMatrix::Diagonal(_)));
-        let zeros = StiffForces::zeros(n, diagonal).stiffness;
+        let zeros = MassMatrix::zeros(n, diagonal);
         let sized = Linearisation { mass: zeros.clone(), ..eq3.clone() };
         ImplicitPart {
             forces,
@@ -64,7 +64,7 @@ impl ImplicitPart {
 
     /// Fills `M + d D + k K`.
     fn add_up(&mut self, mass: &MassMatrix, d: f64, k: f64) {
-        self.mass.clear();
+        self.mass.entries_mut().fill(0.0);
         self.mass.add(1.0, mass);
         self.mass.add(d, &self.forces.damping);
         self.mass.add(k, &self.forces.stiffness);

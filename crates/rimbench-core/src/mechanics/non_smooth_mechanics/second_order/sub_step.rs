@@ -43,7 +43,7 @@ pub(super) struct PieceStart {
 
 impl PieceStart {
     /// Makes room for a piece of a system of this size.
-    pub(super) fn new(size: ModelSize, switches: usize) -> Self {
+    pub(super) fn new(size: ModelSize) -> Self {
         let zeros = |count: usize| vec![0.0; count];
         PieceStart {
             q: zeros(size.velocities),
@@ -51,7 +51,7 @@ impl PieceStart {
             gap: zeros(size.unilateral),
             w: zeros(size.unilateral),
             joint_error: zeros(size.bilateral),
-            switches: vec![[0.0; 2]; switches],
+            switches: vec![[0.0; 2]; size.switches],
             rounding: [0.0; 2],
             ledger: EnergyLedger::default(),
         }
