@@ -8,10 +8,8 @@ use rimbench::panel::ENUMERATION_LIMIT;
 const ITERATED: &str = "iterated-aitken";
 
 fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macro_step: f64) -> RunSpec {
-    let mut spec = usual_spec(case, scheme, macro_step);
-    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
-    set.iter().for_each(|(key, value)| spec.parameters.set(key, value).unwrap());
-    RunSpec { micro_step: macro_step, sequence, force_return, duration: 1.0, ..spec }
+    let spec = in_sequence(set_spec(case, set, scheme, macro_step), sequence);
+    RunSpec { micro_step: macro_step, duration: 1.0, ..spec }
 }
 
 #[test]

@@ -1,17 +1,9 @@
 //! Contact cases with known answers: what theory says must come out of the mechanics, coupled or not.
 
 use crate::support::*;
-use rimbench::cases::{Case, Parameters};
 use rimbench::cosim::Trajectory;
 
 const ROCKING: &str = "rocking-block";
-
-/// The row of the exact solution at time `t`.
-fn exact_row(case: &Case, parameters: &Parameters, t: f64) -> Vec<f64> {
-    let mut row = vec![0.0; case.recorded_columns().len()];
-    exact_solution(case, parameters)(t, &mut row);
-    row
-}
 
 fn column(trajectory: &Trajectory, name: &str) -> usize {
     trajectory.index_of(name).unwrap()

@@ -4,14 +4,6 @@ use crate::support::*;
 use rimbench::cases::{Car, HalfCar};
 use rimbench::models::{ContactList, CraneGeometry, CraneWithRope, Discs, DiscsGeometry};
 
-fn spec(case: &str, scheme: &str, macro_step: f64, set: &[(&str, f64)]) -> RunSpec {
-    let mut spec = usual_spec(case, scheme, macro_step);
-    for (key, value) in set {
-        spec.parameters.set(key, &value.to_string()).unwrap();
-    }
-    spec
-}
-
 fn last(run: &Trajectory, name: &str) -> f64 {
     *column(run, name).last().unwrap()
 }
@@ -76,7 +68,7 @@ fn a_half_car_at_rest_stands_on_its_wheels_with_the_weight_shared_by_the_levers(
 
 #[test]
 fn on_the_smooth_road_the_half_car_stays_in_equilibrium_and_on_the_washboard_its_wheels_fly() {
-    let run = run(&spec("half-car", "rim-nonsmooth-gap", 5e-3, &[]));
+    let run = run(&usual_spec("half-car", "rim-nonsmooth-gap", 5e-3));
     assert_eq!(run.report.outcome, Outcome::Completed);
     let gaps = ["gap_front_wheel_m", "gap_rear_wheel_m"].map(|name| largest(column(&run.trajectory, name)));
     // Clear of the road by several contact margins of 1 mm.
@@ -131,7 +123,7 @@ fn a_closed_row_is_one_mass_and_against_the_wall_it_is_locked() {
     let names = mechanics.capabilities().observables();
     let of = |name: &str| observed[names.iter().position(|known| *known == name).unwrap()];
     approx::assert_relative_eq!(of("active_effective_mass_kg"), 160.0, max_relative = 1e-9);
-    let row = run(&spec("disc-row", "rim-nonsmooth-gap", 5e-3, &[]));
+    let row = run(&usual_spec("disc-row", "rim-nonsmooth-gap", 5e-3));
     assert_eq!(last(&row.trajectory, "effective_mass_kg"), f64::INFINITY);
     assert!(last(&row.trajectory, "actuator_velocity_m_s").abs() < 1e-9);
     // All ten gaps of 5 mm and 20 mm to the wall.
@@ -145,7 +137,7 @@ fn a_closed_row_is_one_mass_and_against_the_wall_it_is_locked() {
 #[test]
 fn the_list_of_contacts_of_row_and_pile_is_valid_throughout_their_manoeuvres() {
     for (case, reach) in [("disc-row", 0.1), ("disc-pile", 0.073)] {
-        let run = run(&spec(case, "rim-nonsmooth-gap", 5e-3, &[]));
+        let run = run(&usual_spec(case, "rim-nonsmooth-gap", 5e-3));
         assert_eq!(run.report.outcome, Outcome::Completed);
         let moved = largest(column(&run.trajectory, "largest_displacement_m"));
         assert!(moved < reach, "{case}: moved {moved} m, the list holds for {reach} m");
@@ -154,7 +146,7 @@ fn the_list_of_contacts_of_row_and_pile_is_valid_throughout_their_manoeuvres() {
 
 #[test]
 fn a_stalled_gripper_squeezes_with_the_force_at_which_its_valves_balance() {
-    let run = run(&spec("gripper", "rim-nonsmooth-gap", 5e-3, &[]));
+    let run = run(&usual_spec("gripper", "rim-nonsmooth-gap", 5e-3));
     let (kappa, supply, tank, area) = (0.4_f64, 7.6e6, 1e5, 1e-3);
     let (fed, drained) = (kappa * kappa, (1.0 - kappa) * (1.0 - kappa));
     let low = (fed * supply + drained * tank) / (fed + drained);
@@ -180,7 +172,7 @@ fn a_stalled_gripper_squeezes_with_the_force_at_which_its_valves_balance() {
 
 #[test]
 fn the_load_is_set_down_the_rope_goes_slack_and_the_load_is_lifted_again() {
-    let run = run(&spec("crane-set-down", "rim-nonsmooth-gap", 2e-3, &[]));
+    let run = run(&usual_spec("crane-set-down", "rim-nonsmooth-gap", 2e-3));
     let of = |time: f64, name: &str| at(&run.trajectory, time, name);
     assert!(of(0.1, "gap_rope_m").abs() < 1e-6 && of(0.1, "gap_ground_m") > 0.02);
     approx::assert_relative_eq!(of(0.1, "contact_force_rope_n"), 981.0, max_relative = 1e-3);

@@ -1,16 +1,23 @@
 //! Cases with friction against their closed forms, their energy, and what they refuse.
 
 use crate::support::*;
+use rimbench::friction::ContactState;
+use rimbench::friction::ContactState::{SlipNegative, SlipPositive, Stick};
 use std::sync::Arc;
 
 const G: f64 = 9.81;
+
+fn states(run: &Trajectory, name: &str) -> Vec<ContactState> {
+    column(run, name).into_iter().map(|number| ContactState::of_number(number).unwrap()).collect()
+}
 
 #[test]
 fn the_towed_block_must_stick_and_slip_with_the_period_and_the_forces_of_its_closed_form() {
     for h in [1e-3, 2.5e-4] {
         let run = march("towed-block", &[], h, (8.0 / h) as usize, 1);
-        let [time, state, force] = ["time_s", "contact_state_floor", "actuator_force_n"].map(|name| column(&run, name));
-        let lets_go = (1..state.len()).filter(|&k| state[k - 1] == 1.0 && state[k] == 2.0);
+        let [time, force] = ["time_s", "actuator_force_n"].map(|name| column(&run, name));
+        let state = states(&run, "contact_state_floor");
+        let lets_go = (1..state.len()).filter(|&k| state[k - 1] == Stick && state[k] == SlipPositive);
         let releases: Vec<f64> = lets_go.map(|k| time[k]).collect();
         assert_eq!(releases.len(), 12, "(8 − 0.49) s / 0.669 s");
         for pair in releases.windows(2) {
@@ -69,21 +76,21 @@ fn a_dragged_load_must_let_go_at_the_tension_of_theory_and_press_by_what_the_rop
     let names =
         ["theta_1_rad", "load_x_m", "contact_force_rope_n", "contact_force_ground_n", "friction_force_ground_n"];
     let [theta, x, tension, ground, friction] = names.map(|name| column(&run, name));
-    let state = column(&run, "contact_state_ground");
-    let let_go = state.iter().position(|state| *state == 3.0).expect("the load never slides");
+    let state = states(&run, "contact_state_ground");
+    let let_go = state.iter().position(|state| *state == SlipNegative).expect("the load never slides");
     let sine: f64 = 0.2 / rope;
     let cosine = (1.0 - sine * sine).sqrt();
     let theory = mu * mass * G / (sine + mu * cosine);
     // The rope is drawn by less than 0.05 m/s against 2 MN/m of oil and steel: 10 N in a step of 1e-4 s.
     assert!((tension[let_go] - theory).abs() <= 10.0, "{} N, not {theory} N", tension[let_go]);
-    assert!(tension[let_go - 1] <= theory && state[let_go - 1] == 1.0);
+    assert!(tension[let_go - 1] <= theory && state[let_go - 1] == Stick);
     for k in let_go..state.len() {
         // The step to row k has the geometry of the row before.
         let sine = (x[k - 1] - theta[k - 1].cos()) / rope;
         let pressed = mass * G - tension[k] * (1.0 - sine * sine).sqrt();
         // The load stays at its height, so nothing is left over but rounding: 1e-16 of positions of a metre over h², times 100 kg.
         assert!((ground[k] - pressed).abs() <= 1e-6, "row {k}: {} {pressed}", ground[k]);
-        assert_eq!(state[k], 3.0);
+        assert_eq!(state[k], SlipNegative);
         assert!((friction[k] - mu * ground[k]).abs() <= 1e-9 * ground[k]);
     }
 }

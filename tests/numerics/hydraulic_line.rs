@@ -3,9 +3,8 @@
 use crate::support::*;
 
 fn spec(case: &str, macro_step: f64, sequence: Sequence) -> RunSpec {
-    let spec = usual_spec(case, "hydraulic-line", macro_step);
-    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
-    RunSpec { sequence, force_return, mechanics_steps: ALL, phase: 0.3, ..spec }
+    let spec = in_sequence(usual_spec(case, "hydraulic-line", macro_step), sequence);
+    RunSpec { mechanics_steps: ALL, phase: 0.3, ..spec }
 }
 
 #[test]

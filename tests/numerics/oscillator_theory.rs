@@ -12,19 +12,12 @@ pub const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-ord
 
 /// A run with one micro step per macro step and one step of the mechanics, unless changed afterwards.
 pub fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_step: f64) -> RunSpec {
-    let sequence: Sequence = sequence.parse().unwrap();
-    let mut spec = usual_spec(case, scheme, macro_step);
-    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
-    for (key, value) in set {
-        spec.parameters.set(key, value).unwrap();
-    }
-    RunSpec { micro_step: macro_step, mechanics_steps: ONE, sequence, force_return, ..spec }
+    let spec = in_sequence(set_spec(case, set, scheme, macro_step), sequence.parse().unwrap());
+    RunSpec { micro_step: macro_step, mechanics_steps: ONE, ..spec }
 }
 
 fn exact(spec: &RunSpec, t: f64) -> Vec<f64> {
-    let mut row = vec![0.0; spec.case.recorded_columns().len()];
-    exact_solution(&spec.case, &spec.parameters)(t, &mut row);
-    row
+    exact_row(&spec.case, &spec.parameters, t)
 }
 
 /// Undamped normal modes, the second way to the exact solution: `x(t) = Σ φ (φᵀ x₀ cos ωt + φᵀ v₀ sin(ωt)/ω)`.

@@ -2,22 +2,13 @@
 
 use crate::published_crane::{M1, M1_FORCE_DISPLACEMENT, M1_PRESSURE_DISPLACEMENT, M2};
 use crate::support::*;
-use rimbench::cases::{Parameters, ReferenceMethod};
 use rimbench::harness::{Cache, Experiment, Job, check_claims, obtain_reference, run_job};
 use std::path::Path;
 
-fn crane(set: &[(&str, &str)]) -> Parameters {
-    let mut parameters = case_by_name("hydraulic-crane").default_parameters();
-    for (key, value) in set {
-        parameters.set(key, value).unwrap();
-    }
-    parameters
-}
-
 /// Jacobi zero-order hold as published: one step of the mechanics per macro step, hydraulics min(H, 0.2 ms).
 fn jacobi_zoh(set: &[(&str, &str)], macro_step: f64, duration: f64) -> RunSpec {
-    let usual = usual_spec("hydraulic-crane", "zero-order-hold", macro_step);
-    RunSpec { parameters: crane(set), micro_step: macro_step.min(2e-4), duration, ..usual }
+    let usual = set_spec("hydraulic-crane", set, "zero-order-hold", macro_step);
+    RunSpec { micro_step: macro_step.min(2e-4), duration, ..usual }
 }
 
 /// Rows of a whole published series, where the data of others are at hand.
@@ -40,8 +31,7 @@ fn last_digit(value: f64, digits: i32) -> f64 {
 
 /// The whole crane by the trapezoidal rule at the published step of 0.05 ms, every step a row.
 fn monolithic(set: &[(&str, &str)], duration: f64) -> Trajectory {
-    let case = case_by_name("hydraulic-crane");
-    let parameters = crane(set);
+    let (case, parameters) = case_with("hydraulic-crane", set);
     let Ok(ReferenceMethod::Own(solve)) = (case.reference)(&parameters) else {
         panic!("the crane has its own reference")
     };
@@ -196,7 +186,7 @@ fn measured_orders_on_the_crane_are_the_declared_ones() {
             .into_iter()
             .map(|ms| {
                 let usual = usual_spec("hydraulic-crane", scheme, ms as f64 * 1e-3);
-                let parameters = crane(&[("manoeuvre", "m2")]);
+                let (_, parameters) = case_with("hydraulic-crane", &[("manoeuvre", "m2")]);
                 let spec = RunSpec { parameters, micro_step: 2e-5, mechanics_steps, duration: 0.96, ..usual };
                 run(&spec).trajectory.rows().step_by(8 / ms).map(|row| row[1]).collect()
             })

@@ -6,22 +6,17 @@ use crate::support::*;
 /// The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located, plastic
 /// impacts by projection. Nothing here comes from the crate; the numbers are those of the case's table.
 mod event_driven {
-    const BOX_MASS: f64 = 200.0;
-    const BOX_INERTIA: f64 = 200.0 * (1.0 + 0.36) / 12.0;
-    const DISC_MASS: f64 = 50.0;
-    const DISC_RADIUS: f64 = 0.2;
-    const GRAVITY: f64 = 9.81;
-    const RIGHT_TIP: [f64; 2] = [0.4, -0.4];
-    const LEFT_TIP: [f64; 2] = [-0.4, -0.4];
-    const PIN: [f64; 2] = [-0.8, -0.19];
-    const ATTACHMENT: [f64; 2] = [-0.5, 0.3];
-    const LEDGE: f64 = 0.06;
-    const LEAD: f64 = 0.1;
+    use crate::plain_wedge_box::{
+        ATTACHMENT, FRICTION, GRAVITY, LEDGE_HEIGHT, MASS, OTHER_TIP, PIN, PISTON_AREA, RADIUS, TIP, pressure_rates,
+    };
+    use nalgebra::{Matrix3, Matrix6, Rotation2, SVector, Vector2, Vector3, Vector6};
+
+    const BOX_MASS: f64 = MASS[0];
+    const DISC_MASS: f64 = MASS[3];
     const SLOPE: f64 = 0.15;
-    const GROUND_X: f64 = -3.0;
 
     /// `x, y, θ, ẋ, ẏ, ω, p₁, p₂` of the box (the disc's centre sits on its pin, its spin stays zero) and the cylinder.
-    type State = [f64; 8];
+    type State = SVector<f64, 8>;
 
     #[derive(Debug, Clone, Copy, PartialEq)]
     #[rustfmt::skip]
@@ -49,173 +44,121 @@ mod event_driven {
     }
 
     struct Machine {
-        corner_x: f64,
-        ground_y: f64,
+        corner: Vector2<f64>,
+        ground: Vector2<f64>,
         start_length: f64,
     }
 
-    fn turned(point: [f64; 2], angle: f64) -> [f64; 2] {
-        let (sin, cos) = angle.sin_cos();
-        [cos * point[0] - sin * point[1], sin * point[0] + cos * point[1]]
+    fn turned(point: Vector2<f64>, angle: f64) -> Vector2<f64> {
+        Rotation2::new(angle) * point
     }
 
-    fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-        a[0] * b[0] + a[1] * b[1]
+    fn velocity(s: &State) -> Vector3<f64> {
+        s.fixed_rows::<3>(3).into_owned()
     }
 
-    /// Row of the velocity of a point at `arm`, along `n`.
-    fn row(n: [f64; 2], arm: [f64; 2]) -> [f64; 3] {
-        [n[0], n[1], arm[0] * n[1] - arm[1] * n[0]]
-    }
-
-    fn times(row: [f64; 3], v: [f64; 3]) -> f64 {
-        row[0] * v[0] + row[1] * v[1] + row[2] * v[2]
-    }
-
-    fn velocity(s: &State) -> [f64; 3] {
-        [s[3], s[4], s[5]]
-    }
-
-    /// Gaussian elimination with row pivoting.
-    fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N], n: usize) -> Option<[f64; N]> {
-        for k in 0..n {
-            let best = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-            if a[best][k].abs() < 1e-9 {
-                return None;
-            }
-            a.swap(k, best);
-            b.swap(k, best);
-            let pivot = a[k];
-            for i in k + 1..n {
-                let factor = a[i][k] / pivot[k];
-                for (entry, above) in a[i][k..n].iter_mut().zip(&pivot[k..n]) {
-                    *entry -= factor * above;
-                }
-                b[i] -= factor * b[k];
-            }
-        }
-        for k in (0..n).rev() {
-            for j in k + 1..n {
-                b[k] -= a[k][j] * b[j];
-            }
-            b[k] /= a[k][k];
-        }
-        Some(b)
+    /// From the corner of the ledge to the disc's centre.
+    fn off_corner(machine: &Machine, s: &State) -> Vector2<f64> {
+        Vector2::new(s[0], s[1]) + turned(PIN, s[2]) - machine.corner
     }
 
     /// `(p, row, bias)` of a contact: gap, Jacobian, acceleration at zero acceleration of the coordinates.
-    fn contact(machine: &Machine, kind: Contact, s: &State) -> (f64, [f64; 3], f64) {
+    fn contact(machine: &Machine, kind: Contact, s: &State) -> (f64, Vector3<f64>, f64) {
         let omega2 = s[5] * s[5];
+        let row = |n: Vector2<f64>, arm: Vector2<f64>| Vector3::new(n.x, n.y, arm.perp(&n));
         if let Right | Left = kind {
-            let arm = turned(if kind == Right { RIGHT_TIP } else { LEFT_TIP }, s[2]);
-            return (s[1] + arm[1], row([0.0, 1.0], arm), -omega2 * arm[1]);
+            let arm = turned(if kind == Right { TIP } else { OTHER_TIP }, s[2]);
+            return (s[1] + arm.y, row(Vector2::y(), arm), -omega2 * arm.y);
         }
-        let arm = turned(PIN, s[2]);
-        let off = [s[0] + arm[0] - machine.corner_x, s[1] + arm[1] - LEDGE];
+        let (arm, off) = (turned(PIN, s[2]), off_corner(machine, s));
         let (n, height, curvature) = match kind {
-            Flat => ([0.0, 1.0], off[1], 0.0),
+            Flat => (Vector2::y(), off.y, 0.0),
             Ramp => {
-                let norm = (1.0 + SLOPE * SLOPE).sqrt();
-                let n = [SLOPE / norm, 1.0 / norm];
-                (n, dot(off, n), 0.0)
+                let n = Vector2::new(SLOPE, 1.0).normalize();
+                (n, off.dot(&n), 0.0)
             }
-            _ => {
-                let d = dot(off, off).sqrt();
-                ([off[0] / d, off[1] / d], d, 1.0 / d)
-            }
+            _ => (off.normalize(), off.norm(), 1.0 / off.norm()),
         };
-        let u = [s[3] - arm[1] * s[5], s[4] + arm[0] * s[5]];
-        let along = u[0] * n[1] - u[1] * n[0];
-        (height - DISC_RADIUS, row(n, arm), -omega2 * dot(n, arm) + curvature * along * along)
+        let along = Vector2::new(s[3] - arm.y * s[5], s[4] + arm.x * s[5]).perp(&n);
+        (height - RADIUS, row(n, arm), -omega2 * n.dot(&arm) + curvature * along * along)
     }
 
     /// Which part of the ground the disc is over: signs of the distances from the two borders of the vertex region.
     fn region(machine: &Machine, s: &State) -> Contact {
-        let arm = turned(PIN, s[2]);
-        let off = [s[0] + arm[0] - machine.corner_x, s[1] + arm[1] - LEDGE];
-        if off[0] <= 0.0 {
+        let off = off_corner(machine, s);
+        if off.x <= 0.0 {
             Flat
-        } else if off[0] - SLOPE * off[1] < 0.0 {
+        } else if off.x - SLOPE * off.y < 0.0 {
             Vertex
         } else {
             Ramp
         }
     }
 
-    fn mass_matrix(s: &State) -> [[f64; 3]; 3] {
-        let r = turned(PIN, s[2]);
-        let m = DISC_MASS;
-        [
-            [BOX_MASS + m, 0.0, -m * r[1]],
-            [0.0, BOX_MASS + m, m * r[0]],
-            [-m * r[1], m * r[0], BOX_INERTIA + m * dot(r, r)],
-        ]
+    fn mass_matrix(s: &State) -> Matrix3<f64> {
+        let (r, m) = (turned(PIN, s[2]), DISC_MASS);
+        let [both, about] = [BOX_MASS + m, MASS[2] + m * r.norm_squared()];
+        Matrix3::new(both, 0.0, -m * r.y, 0.0, both, m * r.x, -m * r.y, m * r.x, about)
     }
 
-    fn actuator(machine: &Machine, s: &State) -> (f64, [f64; 3], f64) {
+    fn kinetic_energy(s: &State) -> f64 {
+        0.5 * velocity(s).dot(&(mass_matrix(s) * velocity(s)))
+    }
+
+    /// Length, direction in the coordinates, and force of the actuator.
+    fn actuator(machine: &Machine, s: &State) -> (f64, Vector3<f64>, f64) {
         let arm = turned(ATTACHMENT, s[2]);
-        let from = [s[0] + arm[0] - GROUND_X, s[1] + arm[1] - machine.ground_y];
-        let length = dot(from, from).sqrt();
-        let direction = row([from[0] / length, from[1] / length], arm);
-        let force = (s[7] - s[6]) * 0.0065 - 1e4 * times(direction, velocity(s));
-        (length, direction, force)
+        let from = Vector2::new(s[0], s[1]) + arm - machine.ground;
+        let n = from.normalize();
+        let direction = Vector3::new(n.x, n.y, arm.perp(&n));
+        (from.norm(), direction, (s[7] - s[6]) * PISTON_AREA - FRICTION * direction.dot(&velocity(s)))
     }
 
-    fn pressure_rates(machine: &Machine, t: f64, s: &State) -> [f64; 2] {
-        let (length, direction, _) = actuator(machine, s);
-        let speed = times(direction, velocity(s));
-        let kappa = (0.5 - 3.0 * (t - 0.1)).clamp(0.2, 0.5);
-        let valve = |share: f64, drop: f64| 5e-5 * share * 0.67 * (2.0 * drop.max(0.0) / 850.0).sqrt();
-        let beta = |p: f64| (1.0 + 6.53e-10 * p - 1.19e-18 * p * p) / (6.53e-10 - 2.38e-18 * p);
-        let l1 = 1.0 + machine.start_length - length;
-        let l2 = 1.0 - machine.start_length + length;
-        let (p1, p2) = (s[6], s[7]);
-        let q1 = 0.0065 * speed + valve(kappa, 7.6e6 - p1) - valve(1.0 - kappa, p1 - 1e5);
-        let q2 = -0.0065 * speed + valve(1.0 - kappa, 7.6e6 - p2) - valve(kappa, p2 - 1e5);
-        [beta(p1) / (0.0065 * l1) * q1, beta(p2) / (0.0065 * l2) * q2]
+    /// Solves `M x − Σ rowₖ fₖ = load`, `rowₖ x = −share biasₖ` for x and what the contacts do; none where they depend on each other.
+    fn held(
+        machine: &Machine,
+        s: &State,
+        closed: &[Contact],
+        load: Vector3<f64>,
+        share: f64,
+    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let (mut a, mut b) = (Matrix6::identity(), Vector6::zeros());
+        a.fixed_view_mut::<3, 3>(0, 0).copy_from(&mass_matrix(s));
+        b.fixed_rows_mut::<3>(0).copy_from(&load);
+        for (k, &kind) in closed.iter().enumerate() {
+            let (_, row, bias) = contact(machine, kind, s);
+            a.fixed_view_mut::<3, 1>(0, 3 + k).copy_from(&-row);
+            a.fixed_view_mut::<1, 3>(3 + k, 0).copy_from(&row.transpose());
+            (a[(3 + k, 3 + k)], b[3 + k]) = (0.0, -share * bias);
+        }
+        let factors = a.full_piv_lu();
+        let x = if factors.u().diagonal().amin() < 1e-9 { None } else { factors.solve(&b) }?;
+        Some((x.fixed_rows::<3>(0).into_owned(), x.fixed_rows::<3>(3).into_owned()))
     }
 
     /// Accelerations and contact forces with the contacts of `closed` held.
-    fn accelerations(machine: &Machine, s: &State, closed: &[Contact]) -> Option<([f64; 3], [f64; 3])> {
-        let mut a = [[0.0; 6]; 6];
-        let mut b = [0.0; 6];
-        for (i, line) in mass_matrix(s).into_iter().enumerate() {
-            a[i][..3].copy_from_slice(&line);
-        }
+    fn accelerations(machine: &Machine, s: &State, closed: &[Contact]) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let (_, direction, force) = actuator(machine, s);
         let r = turned(PIN, s[2]);
         // Weight and centrifugal force of the disc, at the pin.
-        let at_pin = [DISC_MASS * s[5] * s[5] * r[0], DISC_MASS * (s[5] * s[5] * r[1] - GRAVITY)];
-        let disc = [at_pin[0], at_pin[1], r[0] * at_pin[1] - r[1] * at_pin[0]];
-        for i in 0..3 {
-            b[i] = disc[i] + force * direction[i];
-        }
-        b[1] -= BOX_MASS * GRAVITY;
-        for (k, &kind) in closed.iter().enumerate() {
-            let (_, row, bias) = contact(machine, kind, s);
-            for i in 0..3 {
-                a[i][3 + k] = -row[i];
-                a[3 + k][i] = row[i];
-            }
-            b[3 + k] = -bias;
-        }
-        let x = solve(a, b, 3 + closed.len())?;
-        Some(([x[0], x[1], x[2]], [x[3], x[4], x[5]]))
+        let at_pin = DISC_MASS * (s[5] * s[5] * r - Vector2::new(0.0, GRAVITY));
+        let load = Vector3::new(at_pin.x, at_pin.y - BOX_MASS * GRAVITY, r.perp(&at_pin)) + force * direction;
+        held(machine, s, closed, load, 1.0)
     }
 
     fn rate(machine: &Machine, t: f64, s: &State, closed: &[Contact]) -> State {
         let (a, _) = accelerations(machine, s, closed).expect("contacts of a phase are independent");
-        let [p1, p2] = pressure_rates(machine, t, s);
-        [s[3], s[4], s[5], a[0], a[1], a[2], p1, p2]
+        let (length, direction, _) = actuator(machine, s);
+        let [p1, p2] = pressure_rates(t, [s[6], s[7]], length - machine.start_length, direction.dot(&velocity(s)));
+        State::from([s[3], s[4], s[5], a.x, a.y, a.z, p1, p2])
     }
 
     fn runge_kutta(machine: &Machine, t: f64, s: &State, closed: &[Contact], h: f64) -> State {
-        let plus = |s: &State, k: &State, h: f64| -> State { std::array::from_fn(|i| s[i] + h * k[i]) };
         let k1 = rate(machine, t, s, closed);
-        let k2 = rate(machine, t + 0.5 * h, &plus(s, &k1, 0.5 * h), closed);
-        let k3 = rate(machine, t + 0.5 * h, &plus(s, &k2, 0.5 * h), closed);
-        let k4 = rate(machine, t + h, &plus(s, &k3, h), closed);
-        std::array::from_fn(|i| s[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
+        let k2 = rate(machine, t + 0.5 * h, &(s + 0.5 * h * k1), closed);
+        let k3 = rate(machine, t + 0.5 * h, &(s + 0.5 * h * k2), closed);
+        let k4 = rate(machine, t + h, &(s + h * k3), closed);
+        s + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     }
 
     fn subsets(of: &[Contact]) -> impl Iterator<Item = Vec<Contact>> + '_ {
@@ -224,26 +167,12 @@ mod event_driven {
 
     /// Plastic impact of the contacts `touching`: the projection whose impulses push and whose other contacts part.
     fn impact(machine: &Machine, s: &State, touching: &[Contact]) -> State {
-        for held in subsets(touching) {
-            let mut a = [[0.0; 6]; 6];
-            let mut b = [0.0; 6];
-            for (i, line) in mass_matrix(s).into_iter().enumerate() {
-                a[i][..3].copy_from_slice(&line);
-                b[i] = times(line, velocity(s));
-            }
-            for (k, &kind) in held.iter().enumerate() {
-                let (_, row, _) = contact(machine, kind, s);
-                for i in 0..3 {
-                    a[i][3 + k] = -row[i];
-                    a[3 + k][i] = row[i];
-                }
-            }
-            let Some(x) = solve(a, b, 3 + held.len()) else { continue };
-            let pushes = x[3..3 + held.len()].iter().all(|p| *p >= 0.0);
-            let parts = touching.iter().all(|&kind| times(contact(machine, kind, s).1, [x[0], x[1], x[2]]) >= -1e-12);
-            if pushes && parts {
+        for set in subsets(touching) {
+            let Some((v, p)) = held(machine, s, &set, mass_matrix(s) * velocity(s), 0.0) else { continue };
+            let parts = touching.iter().all(|&kind| contact(machine, kind, s).1.dot(&v) >= -1e-12);
+            if parts && p.iter().take(set.len()).all(|p| *p >= 0.0) {
                 let mut after = *s;
-                after[3..6].copy_from_slice(&x[..3]);
+                after.fixed_rows_mut::<3>(3).copy_from(&v);
                 return after;
             }
         }
@@ -252,20 +181,16 @@ mod event_driven {
 
     /// The contacts that stay closed: of those at rest, the set whose forces push and whose others accelerate away.
     fn active_set(machine: &Machine, s: &State, touching: &[Contact]) -> Vec<Contact> {
-        let resting: Vec<Contact> = touching
-            .iter()
-            .copied()
-            .filter(|&kind| times(contact(machine, kind, s).1, velocity(s)).abs() < 1e-9)
-            .collect();
-        for held in subsets(&resting) {
-            let Some((a, force)) = accelerations(machine, s, &held) else { continue };
-            let pushes = force[..held.len()].iter().all(|force| *force >= 0.0);
-            let parts = resting.iter().filter(|kind| !held.contains(kind)).all(|&kind| {
+        let rests = |kind: &Contact| contact(machine, *kind, s).1.dot(&velocity(s)).abs() < 1e-9;
+        let resting: Vec<Contact> = touching.iter().copied().filter(rests).collect();
+        for set in subsets(&resting) {
+            let Some((a, force)) = accelerations(machine, s, &set) else { continue };
+            let parts = resting.iter().filter(|kind| !set.contains(kind)).all(|&kind| {
                 let (_, row, bias) = contact(machine, kind, s);
-                times(row, a) + bias >= 0.0
+                row.dot(&a) + bias >= 0.0
             });
-            if pushes && parts {
-                return held;
+            if parts && force.iter().take(set.len()).all(|force| *force >= 0.0) {
+                return set;
             }
         }
         panic!("no consistent set of contacts");
@@ -285,12 +210,12 @@ mod event_driven {
         if over != disc {
             return Some(Event::Region(over));
         }
-        let opens = closed.iter().zip(force).find(|(_, force)| *force < 0.0).map(|(&kind, _)| Event::Opens(kind));
+        let opens = closed.iter().zip(&force).find(|(_, force)| **force < 0.0).map(|(&kind, _)| Event::Opens(kind));
         let closes = [Right, Left, over]
             .into_iter()
             .find(|kind| {
                 let (gap, row, _) = contact(machine, *kind, after);
-                !closed.contains(kind) && gap < -1e-13 && times(row, velocity(after)) < 0.0
+                !closed.contains(kind) && gap < -1e-13 && row.dot(&velocity(after)) < 0.0
             })
             .map(Event::Closes);
         opens.or(closes)
@@ -299,16 +224,14 @@ mod event_driven {
     pub fn run(h: f64, duration: f64, every: usize) -> Run {
         let mut angle = 0.0_f64;
         for _ in 0..20 {
-            let across = turned([PIN[0] - RIGHT_TIP[0], PIN[1] - RIGHT_TIP[1]], angle);
-            angle -= (across[1] - LEDGE - DISC_RADIUS) / across[0];
+            let across = turned(PIN - TIP, angle);
+            angle -= (across.y - LEDGE_HEIGHT - RADIUS) / across.x;
         }
-        let y = -turned(RIGHT_TIP, angle)[1];
-        let mut machine = Machine {
-            corner_x: turned(PIN, angle)[0] + LEAD,
-            ground_y: y + turned(ATTACHMENT, angle)[1],
-            start_length: 0.0,
-        };
-        let mut s: State = [0.0, y, angle, 0.0, 0.0, 0.0, 3.85e6, 3.85e6];
+        let y = -turned(TIP, angle).y;
+        let corner = Vector2::new(turned(PIN, angle).x + 0.1, LEDGE_HEIGHT);
+        let ground = Vector2::new(-3.0, y + turned(ATTACHMENT, angle).y);
+        let mut s = State::from([0.0, y, angle, 0.0, 0.0, 0.0, 3.85e6, 3.85e6]);
+        let mut machine = Machine { corner, ground, start_length: 0.0 };
         machine.start_length = actuator(&machine, &s).0;
         let (mut disc, mut closed) = (Flat, vec![Right, Flat]);
         let mut out = Run { touch_down: f64::NAN, ..Run::default() };
@@ -355,17 +278,13 @@ mod event_driven {
                         closed = kept;
                     }
                     Event::Closes(kind) => {
-                        let kinetic = |s: &State| {
-                            let terms = mass_matrix(s).into_iter().zip(velocity(s));
-                            0.5 * terms.map(|(line, v)| v * times(line, velocity(s))).sum::<f64>()
-                        };
                         let mut touching = closed.clone();
                         touching.push(kind);
-                        let (before, force) = (kinetic(&s), actuator(&machine, &s).2);
+                        let (before, force) = (kinetic_energy(&s), actuator(&machine, &s).2);
                         s = impact(&machine, &s, &touching);
                         closed = active_set(&machine, &s, &touching);
                         out.events.push((start + done, format!("then {closed:?}")));
-                        out.lost_in_all += before - kinetic(&s);
+                        out.lost_in_all += before - kinetic_energy(&s);
                         out.jumps.push(actuator(&machine, &s).2 - force);
                         if kind == Left && out.touch_down.is_nan() {
                             out.touch_down = start + done;
@@ -375,7 +294,7 @@ mod event_driven {
             }
             for &kind in &closed {
                 let (gap, row, _) = contact(&machine, kind, &s);
-                out.drift = out.drift.max(gap.abs()).max(times(row, velocity(&s)).abs());
+                out.drift = out.drift.max(gap.abs()).max(row.dot(&velocity(&s)).abs());
             }
         }
         out

@@ -6,8 +6,7 @@ use rimbench::harness::spectral_radius;
 
 /// The damped oscillator from its own start, 1 s, 20 micro steps on both sides.
 fn oscillator(scheme: &str, gain: Option<f64>, macro_step: f64) -> RunSpec {
-    let mut spec = usual_spec("linear-oscillator", scheme, macro_step);
-    spec.parameters.set("variant", "1").unwrap();
+    let spec = set_spec("linear-oscillator", &[("variant", "1")], scheme, macro_step);
     let gain = spec.scheme.gain_value(gain).unwrap();
     RunSpec { gain, micro_step: macro_step / 20.0, duration: 1.0, ..spec }
 }

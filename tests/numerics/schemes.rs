@@ -2,15 +2,6 @@
 
 use crate::support::*;
 
-/// A run with the scheme's own sequence, force return and gain.
-fn spec(case: &str, set: &[(&str, &str)], scheme: &SchemeEntry, macro_step: f64) -> RunSpec {
-    let mut spec = usual_spec(case, &scheme.name, macro_step);
-    for (key, value) in set {
-        spec.parameters.set(key, value).unwrap();
-    }
-    spec
-}
-
 /// The run, or nothing where the case lacks what the scheme needs.
 fn possible(spec: &RunSpec) -> Option<RunResult> {
     let result = run(spec);
@@ -34,7 +25,7 @@ fn measured_order(scheme: &SchemeEntry, (case, set, finest): SmoothCase, couplin
     let set = [set, &[("coupling", coupling), ("integrator", "exact")]].concat();
     let mut points = Vec::new();
     for times in [1.0, 2.0, 4.0] {
-        let mut spec = spec(case, &set, scheme, times * finest);
+        let mut spec = set_spec(case, &set, &scheme.name, times * finest);
         (spec.micro_step, spec.mechanics_steps, spec.duration, spec.phase) = (1e-5, ALL, 1.0, 0.01);
         if scheme.family == Family::Model {
             (spec.macro_step, spec.micro_step) = (2.0 * times * finest, 1e-6);
@@ -161,7 +152,7 @@ fn a_system_at_rest_under_load_stays_where_it_is() {
 fn two_runs_are_the_same_to_the_bit() {
     for scheme in schemes() {
         let again = || {
-            let mut spec = spec("wedge-box", &[], scheme, 4e-3);
+            let mut spec = wedge_box_spec(&scheme.name, 4e-3);
             (spec.phase, spec.duration) = (0.3, 0.4);
             bits(&run(&spec).trajectory)
         };
@@ -177,7 +168,7 @@ fn runs_at_all_phases_meet_as_the_macro_step_vanishes() {
         let spread = |macro_step: f64| -> Option<f64> {
             let mut ends = Vec::new();
             for phase in [0.2, 0.5, 0.8, 1.0] {
-                let mut spec = spec("linear-oscillator", &REST, scheme, macro_step);
+                let mut spec = set_spec("linear-oscillator", &REST, &scheme.name, macro_step);
                 (spec.phase, spec.duration, spec.micro_step) = (phase, 0.5, 1e-4);
                 let result = possible(&spec)?;
                 ends.push(result.trajectory.row(result.trajectory.len() - 1)[2]);
@@ -193,7 +184,7 @@ fn runs_at_all_phases_meet_as_the_macro_step_vanishes() {
 fn fewer_macro_steps_than_samples_are_no_trouble() {
     for scheme in schemes() {
         for macro_steps in 1..=3_usize {
-            let mut spec = spec("linear-oscillator", &REST, scheme, 1e-3);
+            let mut spec = set_spec("linear-oscillator", &REST, &scheme.name, 1e-3);
             spec.duration = 1e-3 * macro_steps as f64;
             if macro_steps < scheme.samples {
                 // The harness says so before it runs.
@@ -215,7 +206,7 @@ fn fewer_macro_steps_than_samples_are_no_trouble() {
 fn a_macro_step_that_does_not_divide_the_duration_ends_on_time_and_costs_no_accuracy() {
     for scheme in schemes() {
         let run = |macro_step: f64| {
-            let mut spec = spec("linear-oscillator", &REST, scheme, macro_step);
+            let mut spec = set_spec("linear-oscillator", &REST, &scheme.name, macro_step);
             (spec.duration, spec.micro_step) = (0.5, 1e-4);
             let end = possible(&spec)?.report.ended_at_s;
             Some((end, error(&spec)?))

@@ -6,8 +6,6 @@ use StepControlKind::{EnergyResidual, StepDoubling};
 
 /// The quarter car over its step, chassis and wheel integrated exactly, so that all error is the coupling's.
 fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: StepControl) -> RunSpec {
-    let mut spec = usual_spec("quarter-car", scheme, macro_step);
-    spec.parameters.set("coupling", coupling).unwrap();
     RunSpec {
         step_control: control,
         micro_step: 1e-3,
@@ -15,7 +13,7 @@ fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: StepContr
         sequence: Sequence::Jacobi,
         force_return: ForceReturn::Held,
         duration: 2.0,
-        ..spec
+        ..set_spec("quarter-car", &[("coupling", coupling)], scheme, macro_step)
     }
 }
 

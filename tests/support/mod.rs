@@ -169,6 +169,17 @@ pub fn usual_spec(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
     request.resolve(catalogue()).unwrap()
 }
 
+/// The same with some of the parameters set.
+pub fn set_spec(case: &str, set: &[(&str, &str)], scheme: &str, macro_step: f64) -> RunSpec {
+    RunSpec { parameters: case_with(case, set).1, ..usual_spec(case, scheme, macro_step) }
+}
+
+/// A sequence of its own, with the force return that a scheme has with it.
+pub fn in_sequence(spec: RunSpec, sequence: Sequence) -> RunSpec {
+    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
+    RunSpec { sequence, force_return, ..spec }
+}
+
 /// The wedge box in the same way.
 pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
     usual_spec("wedge-box", scheme, macro_step)
@@ -192,6 +203,13 @@ pub fn exact_solution(case: &Case, parameters: &Parameters) -> ExactSolution {
             panic!("{} has no closed form", case.name)
         }
     }
+}
+
+/// The row of the closed form at time `t`.
+pub fn exact_row(case: &Case, parameters: &Parameters, t: f64) -> Vec<f64> {
+    let mut row = vec![0.0; case.recorded_columns().len()];
+    exact_solution(case, parameters)(t, &mut row);
+    row
 }
 
 /// A case with some of its parameters set.

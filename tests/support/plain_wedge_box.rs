@@ -29,19 +29,19 @@ pub const EFFECTIVE_MASS: usize = 0;
 /// Position of the rank of `H_cc`.
 pub const RANK: usize = 1;
 
-const GRAVITY: f64 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 const STABILISATION: f64 = 0.2;
-const MASS: [f64; 6] = [200.0, 200.0, 200.0 * (1.0 + 0.36) / 12.0, 50.0, 50.0, 0.5 * 50.0 * 0.04];
-const TIP: Vector2<f64> = Vector2::new(0.4, -0.4);
-const OTHER_TIP: Vector2<f64> = Vector2::new(-0.4, -0.4);
-const PIN: Vector2<f64> = Vector2::new(-0.8, -0.19);
-const ATTACHMENT: Vector2<f64> = Vector2::new(-0.5, 0.3);
-const RADIUS: f64 = 0.2;
-const LEDGE_HEIGHT: f64 = 0.06;
+pub const MASS: [f64; 6] = [200.0, 200.0, 200.0 * (1.0 + 0.36) / 12.0, 50.0, 50.0, 0.5 * 50.0 * 0.04];
+pub const TIP: Vector2<f64> = Vector2::new(0.4, -0.4);
+pub const OTHER_TIP: Vector2<f64> = Vector2::new(-0.4, -0.4);
+pub const PIN: Vector2<f64> = Vector2::new(-0.8, -0.19);
+pub const ATTACHMENT: Vector2<f64> = Vector2::new(-0.5, 0.3);
+pub const RADIUS: f64 = 0.2;
+pub const LEDGE_HEIGHT: f64 = 0.06;
 
-const PISTON_AREA: f64 = 0.0065;
+pub const PISTON_AREA: f64 = 0.0065;
 const CYLINDER_LENGTH: f64 = 2.0;
-const FRICTION: f64 = 1e4;
+pub const FRICTION: f64 = 1e4;
 const VALVE_AREA: f64 = 5e-5;
 const DISCHARGE: f64 = 0.67;
 const DENSITY: f64 = 850.0;
@@ -244,19 +244,23 @@ impl PlainWedgeBox {
     }
 
     fn step_hydraulics(&mut self, t: f64, s: f64, velocity: f64, h: f64) {
-        let kappa = if t <= 0.1 { 0.5 } else { (0.5 - 3.0 * (t - 0.1)).max(0.2) };
-        let (a_in, a_out) = (VALVE_AREA * kappa, VALVE_AREA * (1.0 - kappa));
-        let flow = |area: f64, drop: f64| area * DISCHARGE * (2.0 * drop.max(0.0) / DENSITY).sqrt();
-        let stiffness = |p: f64, l: f64| {
-            let [a, b] = COMPRESSIBILITY;
-            (1.0 + a * p + b * p * p) / (a + 2.0 * b * p) / (PISTON_AREA * l)
-        };
-        let [p1, p2] = self.pressure;
-        let (l1, l2) = (0.5 * CYLINDER_LENGTH + self.start_length - s, 0.5 * CYLINDER_LENGTH + s - self.start_length);
-        let q1 = PISTON_AREA * velocity + flow(a_in, SUPPLY - p1) - flow(a_out, p1 - TANK);
-        let q2 = -PISTON_AREA * velocity + flow(a_out, SUPPLY - p2) - flow(a_in, p2 - TANK);
-        self.pressure = [p1 + h * stiffness(p1, l1) * q1, p2 + h * stiffness(p2, l2) * q2];
+        let [rate_1, rate_2] = pressure_rates(t, self.pressure, s - self.start_length, velocity);
+        self.pressure = [self.pressure[0] + h * rate_1, self.pressure[1] + h * rate_2];
     }
+}
+
+/// Rates of the pressures (Pa/s) with the piston out by `out` (m) from its middle.
+pub fn pressure_rates(t: f64, [p1, p2]: [f64; 2], out: f64, velocity: f64) -> [f64; 2] {
+    let kappa = if t <= 0.1 { 0.5 } else { (0.5 - 3.0 * (t - 0.1)).max(0.2) };
+    let (a_in, a_out) = (VALVE_AREA * kappa, VALVE_AREA * (1.0 - kappa));
+    let flow = |area: f64, drop: f64| area * DISCHARGE * (2.0 * drop.max(0.0) / DENSITY).sqrt();
+    let stiffness = |p: f64, l: f64| {
+        let [a, b] = COMPRESSIBILITY;
+        (1.0 + a * p + b * p * p) / (a + 2.0 * b * p) / (PISTON_AREA * l)
+    };
+    let q1 = PISTON_AREA * velocity + flow(a_in, SUPPLY - p1) - flow(a_out, p1 - TANK);
+    let q2 = -PISTON_AREA * velocity + flow(a_out, SUPPLY - p2) - flow(a_in, p2 - TANK);
+    [stiffness(p1, 0.5 * CYLINDER_LENGTH - out) * q1, stiffness(p2, 0.5 * CYLINDER_LENGTH + out) * q2]
 }
 
 /// Solves `0 ≤ M z + q ⟂ z ≥ 0` by trying active sets; takes the first that fits, or the best of all.

@@ -109,7 +109,7 @@ pub(super) fn entry() -> Case {
 }
 
 fn build(p: &Beam, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    assembly.couple(ModalBeam::new(p)?, p.carriage.actuator()?, &p.contacts)
+    assembly.couple(ModalBeam::new(p)?, SpringActuator::new(p.carriage)?, &p.contacts)
 }
 
 impl BeamSupport {

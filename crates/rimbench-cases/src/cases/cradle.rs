@@ -90,5 +90,5 @@ fn build(p: &Cradle, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         contact_names: words("1_2 2_3"),
         ..LineDescription::default()
     })?;
-    assembly.couple(model, p.carriage.actuator()?, &p.contacts)
+    assembly.couple(model, SpringActuator::new(p.carriage)?, &p.contacts)
 }

@@ -86,5 +86,5 @@ fn build(p: &Bar, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         contact_names: words("floor"),
         ..LineDescription::default()
     })?;
-    assembly.couple(model, p.carriage.actuator()?, &p.contacts)
+    assembly.couple(model, SpringActuator::new(p.carriage)?, &p.contacts)
 }

@@ -1,6 +1,6 @@
 //! Exact solution of one mass that a spring actuator drives between stops, from impact to impact.
 
-use crate::models::{LineMass, SpringActuatorParameters};
+use crate::models::{Carriage, LineMass};
 use nalgebra::{SMatrix, SVector};
 
 /// `[x, ẋ, x_a, ẋ_a, sin, cos, 1]`.
@@ -29,26 +29,26 @@ pub(super) struct DrivenMass {
     pub(super) body: LineMass,
     pub(super) stops: Vec<Stop>,
     pub(super) restitution: f64,
-    pub(super) actuator: SpringActuatorParameters,
+    pub(super) actuator: Carriage,
 }
 
 impl DrivenMass {
     /// Force of the actuator on the mass, N.
     pub(super) fn force(&self, z: &State) -> f64 {
-        self.actuator.stiffness * (z[2] - z[0]) + self.actuator.damping * (z[3] - z[1])
+        self.actuator.spring_stiffness_n_m * (z[2] - z[0]) + self.actuator.spring_damping_n_s_m * (z[3] - z[1])
     }
 
     /// `ż = A z`; a stuck mass has no velocity.
     fn rate(&self, z: &State, stuck: bool) -> State {
         let a = &self.actuator;
-        let omega = a.base.angular_frequency;
-        let (swing, swing_rate) = (a.base.amplitude * z[4], a.base.amplitude * omega * z[5]);
+        let omega = a.angular_frequency();
+        let (swing, swing_rate) = (a.base_amplitude_m * z[4], a.base_amplitude_m * omega * z[5]);
         let force = self.force(z);
         let mass = if stuck { [0.0; 2] } else { [z[1], self.acceleration(z)] };
-        let carriage = if a.carriage_mass > 0.0 {
-            let pull =
-                a.base_stiffness * (a.base.position * z[6] + swing - z[2]) + a.base_damping * (swing_rate - z[3]);
-            (pull - force) / a.carriage_mass
+        let carriage = if a.carriage_mass_kg > 0.0 {
+            let pull = a.base_stiffness_n_m * (a.base_position_m * z[6] + swing - z[2])
+                + a.base_damping_n_s_m * (swing_rate - z[3]);
+            (pull - force) / a.carriage_mass_kg
         } else {
             -omega * omega * swing
         };
@@ -74,13 +74,8 @@ impl DrivenMass {
 
     fn initial_state(&self) -> State {
         let a = &self.actuator;
-        let (sine, cosine) = libm::sincos(a.base.phase);
-        let [position, velocity] = if a.carriage_mass > 0.0 {
-            a.start
-        } else {
-            let [position, velocity, _] = a.base.at(0.0);
-            [position, velocity]
-        };
+        let (sine, cosine) = libm::sincos(a.base_phase_rad);
+        let [position, velocity] = a.start();
         State::from([self.body.start[0], self.body.start[1], position, velocity, sine, cosine, 1.0])
     }
 }

@@ -15,11 +15,14 @@ parameters! {
         bead_pieces: u32 = 1, 1..=1000, "number p of pieces of a bead, on rigid joints: the same motion";
         drop_height_m: f64 = 0.0, NotNegative, "height h of the lower end above the scale at the start";
         platform_mass_kg: f64 = 1.0, Positive, "mass m_p of the platform";
-        spring_stiffness_n_m: f64 = 4e4, Positive, "stiffness k between carriage and platform";
-        spring_damping_n_s_m: f64 = 150.0, NotNegative, "damping c between carriage and platform";
-        carriage_mass_kg: f64 = 0.5, Positive, "mass m_a of the carriage";
-        base_stiffness_n_m: f64 = 8e4, Positive, "stiffness k_b between base and carriage";
-        base_damping_n_s_m: f64 = 200.0, NotNegative, "damping c_b between base and carriage";
+        /// What holds the platform.
+        scale: Carriage only {
+            spring_stiffness_n_m = 4e4 in Positive, "stiffness k between carriage and platform";
+            spring_damping_n_s_m = 150.0, "damping c between carriage and platform";
+            carriage_mass_kg = 0.5 in Positive, "mass m_a of the carriage";
+            base_stiffness_n_m = 8e4 in Positive;
+            base_damping_n_s_m = 200.0;
+        };
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         /// The contact law.
         contacts: Contacts only { stabilisation; restitution = 0.0 from "ours" };
@@ -137,16 +140,11 @@ fn build(p: &Chain, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let model = LineMasses::new(p.above_platform())?;
     // In equilibrium with the platform at 0.
     let weight = p.platform_mass_kg * p.gravity_m_s2;
-    let carriage = weight / p.spring_stiffness_n_m;
-    let base = carriage + weight / p.base_stiffness_n_m;
-    let scale = SpringActuator::new(SpringActuatorParameters {
-        stiffness: p.spring_stiffness_n_m,
-        damping: p.spring_damping_n_s_m,
-        carriage_mass: p.carriage_mass_kg,
-        base_stiffness: p.base_stiffness_n_m,
-        base_damping: p.base_damping_n_s_m,
-        base: BaseMotion { position: base, ..BaseMotion::default() },
-        start: [carriage, 0.0],
+    let carriage = weight / p.scale.spring_stiffness_n_m;
+    let scale = SpringActuator::new(Carriage {
+        base_position_m: carriage + weight / p.scale.base_stiffness_n_m,
+        carriage_position_m: carriage,
+        ..p.scale
     })?;
     assembly.couple(model, scale, &p.contacts)
 }

@@ -15,10 +15,8 @@ parameters! {
         front_axle_m: f64 = 1.2, Positive, "distance of the front axle from the centre of mass";
         rear_axle_m: f64 = 1.4, Positive, "distance of the rear axle from the centre of mass";
         strut_length_m: f64 = 0.5, Positive, "length of each strut at the start";
-        piston_area_m2: f64 = 1e-3, Positive, "piston area A of a strut";
-        gas_volume_m3: f64 = 2e-4, Positive, "gas volume V₀ of a strut at the start";
-        gas_exponent: f64 = 1.4, Positive, "polytropic exponent of the gas, above 1" from "adiabatic, two-atomic gas";
-        strut_damping_n_s_m: f64 = 1500.0, NotNegative, "damping c of a strut's orifice";
+        /// Its struts.
+        strut: Strut;
         speed_m_s: f64 = 8.0, NotNegative, "travelling speed at the start";
         road_height_m: f64 = 0.05, NotNegative, "washboard, peak to valley";
         wavelength_m: f64 = 0.8, Positive, "washboard, wavelength";
@@ -126,15 +124,7 @@ fn drawing(p: &Car) -> Drawing {
 
 fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let model = HalfCar::new(*p)?;
-    let [front, rear] = model.equilibrium_forces().map(|start_force| {
-        HydropneumaticStrut::new(StrutParameters {
-            piston_area: p.piston_area_m2,
-            gas_volume: p.gas_volume_m3,
-            exponent: p.gas_exponent,
-            damping: p.strut_damping_n_s_m,
-            start_force,
-        })
-    });
+    let [front, rear] = model.equilibrium_forces().map(|force| HydropneumaticStrut::new(p.strut, force));
     assembly.couple(model, ActuatorGroup::new(vec![front?, rear?], &NAMES), &p.contacts)
 }
 

@@ -60,7 +60,7 @@ pub use wedge_boxes::wedge_box_geometry;
 
 /// What most cases are written with.
 mod prelude {
-    pub(super) use super::carriage::{self, Carriage};
+    pub(super) use super::carriage;
     pub(super) use super::case::{Assembly, Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, times};
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::declaration::{ParameterSet, choices, named, parameters};

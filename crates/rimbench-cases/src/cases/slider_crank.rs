@@ -127,16 +127,15 @@ fn build(p: &Crank, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         return Err(Error::invalid("rod_length_m", lengths[1], expected));
     }
     let pin_speed = lengths[0] * p.speed_rad_s;
-    let motor = SpringActuator::new(SpringActuatorParameters {
-        stiffness: p.shaft_stiffness_n_m,
-        damping: p.shaft_damping_n_s_m,
-        carriage_mass: p.rotor_mass_kg,
-        base_damping: p.motor_damping_n_s_m,
-        base: BaseMotion { velocity: pin_speed, ..BaseMotion::default() },
-        start: [0.0, pin_speed],
-        ..SpringActuatorParameters::default()
+    let motor = SpringActuator::new(Carriage {
+        spring_stiffness_n_m: p.shaft_stiffness_n_m,
+        spring_damping_n_s_m: p.shaft_damping_n_s_m,
+        carriage_mass_kg: p.rotor_mass_kg,
+        base_damping_n_s_m: p.motor_damping_n_s_m,
+        carriage_velocity_m_s: pin_speed,
+        ..Carriage::defaults()
     })?;
-    assembly.couple(SliderCrank::new(*p), motor, &p.contacts)
+    assembly.couple(SliderCrank::new(*p), motor.with_drift(pin_speed), &p.contacts)
 }
 
 /// Crank, rod and slider. Coordinates: their angles θ₁, θ₂, θ₃ from the axis of the guide.

@@ -165,7 +165,7 @@ fn ball(p: &Ball) -> DrivenMass {
         },
         stops: vec![Stop { side: 1.0, position: 0.0 }],
         restitution: p.contacts.restitution,
-        actuator: p.carriage.spring_actuator(),
+        actuator: p.carriage,
     }
 }
 
@@ -207,7 +207,7 @@ fn shaken(p: &Shaken) -> DrivenMass {
         },
         stops: vec![Stop { side: -1.0, position: p.stop_position_m }],
         restitution: p.contacts.restitution,
-        actuator: p.carriage.spring_actuator(),
+        actuator: p.carriage,
     }
 }
 
@@ -227,7 +227,7 @@ pub(super) fn slider() -> Case {
             },
             stops: [1.0, -1.0].map(|side| Stop { side, position: -side * p.clearance_m }).to_vec(),
             restitution: p.contacts.restitution,
-            actuator: p.carriage.spring_actuator(),
+            actuator: p.carriage,
         },
         |p| {
             let (frames, mut shapes) =
@@ -314,7 +314,7 @@ mod tests {
         // Frequencies at which the orbit stays on its side of the stop.
         for (n, frequency) in [(1.0, 2.4), (2.0, 5.0), (3.0, 7.6)] {
             let (mass, v) = on_orbit(n, frequency);
-            let period = TAU * n / mass.actuator.base.angular_frequency;
+            let period = TAU * n / mass.actuator.angular_frequency();
             let mut solution = EventDriven::new(mass);
             let impacts = solution.impacts(3.5 * period);
             assert_eq!(impacts.len(), 3);

@@ -8,6 +8,7 @@
 //! ```
 
 use super::prelude::*;
+use rimbench_core::friction::ContactState;
 use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::names;
@@ -63,11 +64,8 @@ pub(super) fn entry() -> Case {
 }
 
 fn build(p: &Towed, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    let spring = SpringActuator::new(SpringActuatorParameters {
-        stiffness: p.spring_stiffness_n_m,
-        base: BaseMotion { velocity: p.towing_speed_m_s, ..BaseMotion::default() },
-        ..SpringActuatorParameters::default()
-    })?;
+    let spring = Carriage { spring_stiffness_n_m: p.spring_stiffness_n_m, ..Carriage::defaults() };
+    let spring = SpringActuator::new(spring)?.with_drift(p.towing_speed_m_s);
     assembly.couple(SlidingBlock(*p), spring, &p.contacts)
 }
 
@@ -185,8 +183,11 @@ fn exact(p: &Towed) -> ExactSolution {
     Box::new(move |t, row| {
         let (extension, velocity, sticks) = cycle.at(t);
         let force = cycle.stiffness * extension;
-        let (effective_mass, friction, state) =
-            if sticks { (f64::INFINITY, -force, 1.0) } else { (cycle.mass, -cycle.friction[1], 2.0) };
+        let (effective_mass, friction, state) = if sticks {
+            (f64::INFINITY, -force, ContactState::Stick)
+        } else {
+            (cycle.mass, -cycle.friction[1], ContactState::SlipPositive)
+        };
         row.copy_from_slice(&[
             t,
             cycle.speed * t - extension,
@@ -197,7 +198,7 @@ fn exact(p: &Towed) -> ExactSolution {
             0.0,
             cycle.weight,
             friction,
-            state,
+            state.as_number(),
             1.0,
         ]);
     })

@@ -94,10 +94,8 @@ fn drawing(p: &Toy) -> Drawing {
 
 fn build(p: &Toy, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let lever = p.spring_lever_m;
-    let spring = SpringActuator::new(SpringActuatorParameters {
-        stiffness: p.spring_stiffness_nm_rad / (lever * lever),
-        ..SpringActuatorParameters::default()
-    })?;
+    let spring_stiffness_n_m = p.spring_stiffness_nm_rad / (lever * lever);
+    let spring = SpringActuator::new(Carriage { spring_stiffness_n_m, ..Carriage::defaults() })?;
     assembly.couple(Woodpecker::new(p)?, spring, &p.contacts)
 }
 

@@ -4,7 +4,8 @@
 use super::contact_phase::CHATTER;
 use super::event::matched;
 use super::evidence::{Evidence, metrics};
-use super::friction_phase::{FrictionPhase, State};
+use super::friction_phase::FrictionPhase;
+use rimbench_core::friction::ContactState;
 
 metrics! {
     WRONG_STATE: "wrong_friction_state_share" in "-" of Friction,
@@ -63,16 +64,16 @@ fn span(evidence: &Evidence<'_>) -> Option<(f64, f64)> {
     Some((end, steps.fold(CHATTER, f64::max)))
 }
 
-fn state_at(phases: &[FrictionPhase], t: f64) -> Option<State> {
+fn state_at(phases: &[FrictionPhase], t: f64) -> Option<ContactState> {
     phases[..phases.partition_point(|phase| phase.since <= t)].last().map(|phase| phase.state)
 }
 
 /// When each stick ends, s (+∞ where it does not), and whether in a slip.
 fn sticks(phases: &[FrictionPhase], chatter: f64) -> Vec<(f64, bool)> {
     let mut sticks: Vec<(f64, bool)> = Vec::new();
-    for (index, phase) in phases.iter().enumerate().filter(|(_, phase)| phase.state == State::Stick) {
+    for (index, phase) in phases.iter().enumerate().filter(|(_, phase)| phase.state == ContactState::Stick) {
         let next = phases.get(index + 1);
-        let end = next.map_or((f64::INFINITY, false), |next| (next.since, matches!(next.state, State::Slip(_))));
+        let end = next.map_or((f64::INFINITY, false), |next| (next.since, next.state.friction() != 0.0));
         match sticks.last_mut() {
             // Times of rows are rounded.
             Some(last) if last.1 && phase.since - last.0 <= chatter * (1.0 + 1e-9) => *last = end,
@@ -96,11 +97,11 @@ fn reversals(phases: &[FrictionPhase]) -> usize {
     let (mut direction, mut count) = (None, 0);
     for phase in phases {
         match phase.state {
-            State::Open => direction = None,
-            State::Stick => (),
-            State::Slip(forwards) => {
-                count += usize::from(direction == Some(!forwards));
-                direction = Some(forwards);
+            ContactState::Open => direction = None,
+            ContactState::Stick => (),
+            slides => {
+                count += usize::from(direction.is_some_and(|other| other != slides));
+                direction = Some(slides);
             }
         }
     }

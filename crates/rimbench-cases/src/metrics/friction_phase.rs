@@ -5,6 +5,7 @@
 //! reference at its own sampling.
 
 use rimbench_core::cosim::Trajectory;
+use rimbench_core::friction::ContactState;
 use rimbench_core::mechanics::CONTACT_STATE;
 
 /// Whether a column holds the state of a contact with friction.
@@ -16,27 +17,7 @@ pub(crate) fn is_state(column: &str) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionPhase {
     pub(super) since: f64,
-    pub(super) state: State,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum State {
-    Open,
-    Stick,
-    /// Forwards, or backwards.
-    Slip(bool),
-}
-
-impl State {
-    /// The state of a column: see `friction_observables` of the mechanics.
-    fn of(value: f64) -> Self {
-        match value {
-            1.0 => State::Stick,
-            2.0 => State::Slip(true),
-            3.0 => State::Slip(false),
-            _ => State::Open,
-        }
-    }
+    pub(super) state: ContactState,
 }
 
 /// Returns what the contact with the state column `column` does, phase by phase.
@@ -44,7 +25,7 @@ pub fn friction_phases(trajectory: &Trajectory, column: usize) -> Vec<FrictionPh
     let mut phases: Vec<FrictionPhase> = Vec::new();
     let mut before = None;
     for row in trajectory.rows() {
-        let state = State::of(row[column]);
+        let state = ContactState::of_number(row[column]).unwrap_or_default();
         if phases.last().is_none_or(|last| last.state != state) {
             phases.push(FrictionPhase { since: before.unwrap_or(row[0]), state });
         }

@@ -424,29 +424,6 @@ mod tests {
     }
 
     #[test]
-    fn output_rates_are_the_differences_of_forces() {
-        let (mut moving, u, h) = (cylinder(0.3), [2.6, 0.05], 1e-7);
-        moving.p = [2.9e6, 4.1e6];
-        // Over a short step with the input held, the force moves by its rate.
-        let rate = |u: [f64; 2]| {
-            let mut after = moving.clone();
-            after.step(0.0, &u, h).unwrap();
-            (after.force(u[1]) - moving.force(u[1])) / h
-        };
-        let mut rates = OutputRates::zeros(1, 2);
-        assert_eq!(moving.clone().output_rates(0.0, &u, &mut rates), Ok(true));
-        // Forces of 1e4 N are rounded to 2e-12 N, over 1e-7 s 2e-5 N/s; Euler is exact here.
-        approx::assert_relative_eq!(rates.rate[0], rate(u), epsilon = 1e-4);
-        let gain = |ds: f64, dv: f64| rate([u[0] + ds, u[1] + dv]) - rate([u[0] - ds, u[1] - dv]);
-        // Central differences: the rate is linear in ṡ, and its relative curvature in s is 1/l² with l = 1 m.
-        approx::assert_relative_eq!(rates.rate_gain[0], gain(1e-3, 0.0) / 2e-3, max_relative = 1e-5);
-        approx::assert_relative_eq!(rates.rate_gain[1], gain(0.0, 1e-2) / 2e-2, max_relative = 1e-6);
-        let by_velocity = moving.force(u[1] + 1.0) - moving.force(u[1]);
-        approx::assert_relative_eq!(rates.feedthrough[1], by_velocity, max_relative = 1e-12);
-        assert_eq!(rates.feedthrough[0], 0.0);
-    }
-
-    #[test]
     fn the_end_of_the_stroke_and_cavitation_are_outcomes() {
         let stroke = cylinder(0.5).step(0.0, &[3.6, 0.0], 1e-5);
         assert!(stroke.is_err_and(|failure| failure.to_string().starts_with("actuator_length_m =")));

@@ -1,6 +1,7 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use super::spring_actuator::force_ports;
+use crate::cases::parameters;
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Ports, SecondOrder, Subsystem, SubsystemCounters,
     subsystem_methods,
@@ -8,19 +9,14 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 
-/// Sizes and start of a [`HydropneumaticStrut`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StrutParameters {
-    /// Piston area `A`, m².
-    pub piston_area: f64,
-    /// Gas volume at the start `V₀`, m³.
-    pub gas_volume: f64,
-    /// Polytropic exponent κ > 1.
-    pub exponent: f64,
-    /// Damping of the orifice `c`, N·s/m, referred to the piston.
-    pub damping: f64,
-    /// Force it carries at rest at the start, N.
-    pub start_force: f64,
+parameters! {
+    /// Sizes of a strut.
+    pub struct Strut from "ours" {
+        piston_area_m2: f64 = 1e-3, Positive, "piston area A of a strut";
+        gas_volume_m3: f64 = 2e-4, Positive, "gas volume V₀ of a strut at the start";
+        gas_exponent: f64 = 1.4, Positive, "polytropic exponent of the gas, above 1" from "adiabatic, two-atomic gas";
+        strut_damping_n_s_m: f64 = 1500.0, NotNegative, "damping c of a strut's orifice";
+    }
 }
 
 /// A strut as an actuator: length and velocity in, force out. It carries a load on gas and damps with oil.
@@ -35,7 +31,7 @@ pub struct StrutParameters {
 /// Textbook gas spring (for example Bauer, *Hydropneumatic Suspension Systems*, 2011).
 #[derive(Debug, Clone, PartialEq)]
 pub struct HydropneumaticStrut {
-    parameters: StrutParameters,
+    parameters: Strut,
     start_pressure: f64,
     /// V, m³.
     volume: f64,
@@ -45,23 +41,21 @@ pub struct HydropneumaticStrut {
 }
 
 impl HydropneumaticStrut {
-    /// Builds the strut.
+    /// Builds the strut, which carries a force (N) at rest at the start.
     ///
     /// # Errors
     /// [`Error::Incompatible`] if it would have to pull at the start (gas cannot), or the exponent is not above 1.
-    pub fn new(parameters: StrutParameters) -> Result<Self> {
-        if parameters.start_force <= 0.0 {
-            return Err(Error::Incompatible(format!(
-                "a strut would have to carry {:.1} N at the start; gas can only push",
-                parameters.start_force
-            )));
+    pub fn new(parameters: Strut, start_force: f64) -> Result<Self> {
+        if start_force <= 0.0 {
+            let message = format!("a strut would have to carry {start_force:.1} N at the start; gas can only push");
+            return Err(Error::Incompatible(message));
         }
-        if parameters.exponent <= 1.0 {
-            return Err(Error::invalid("gas_exponent", parameters.exponent, "a number above 1"));
+        if parameters.gas_exponent <= 1.0 {
+            return Err(Error::invalid("gas_exponent", parameters.gas_exponent, "a number above 1"));
         }
         Ok(HydropneumaticStrut {
-            start_pressure: parameters.start_force / parameters.piston_area,
-            volume: parameters.gas_volume,
+            start_pressure: start_force / parameters.piston_area_m2,
+            volume: parameters.gas_volume_m3,
             ports: force_ports("actuator_length_m", "actuator_velocity_m_s"),
             counters: SubsystemCounters::default(),
             account: EnergyAccount::default(),
@@ -76,17 +70,17 @@ impl HydropneumaticStrut {
 
     fn pressure(&self) -> f64 {
         let p = &self.parameters;
-        self.start_pressure * libm::pow(p.gas_volume / self.volume, p.exponent)
+        self.start_pressure * libm::pow(p.gas_volume_m3 / self.volume, p.gas_exponent)
     }
 
     fn gas_stiffness(&self) -> f64 {
         let p = &self.parameters;
-        p.exponent * self.pressure() * p.piston_area * p.piston_area / self.volume
+        p.gas_exponent * self.pressure() * p.piston_area_m2 * p.piston_area_m2 / self.volume
     }
 
     /// Energy of the gas, J: `p V/(κ − 1)`.
     fn gas_energy(&self) -> f64 {
-        self.pressure() * self.volume / (self.parameters.exponent - 1.0)
+        self.pressure() * self.volume / (self.parameters.gas_exponent - 1.0)
     }
 }
 
@@ -95,21 +89,21 @@ impl Subsystem for HydropneumaticStrut {
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        y[0] = self.pressure() * self.parameters.piston_area - self.parameters.damping * u[1];
+        y[0] = self.pressure() * self.parameters.piston_area_m2 - self.parameters.strut_damping_n_s_m * u[1];
         Ok(())
     }
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        let (swept, push) = (h * u[1], self.pressure() * self.parameters.piston_area);
+        let (swept, push) = (h * u[1], self.pressure() * self.parameters.piston_area_m2);
         let before = self.gas_energy();
-        self.volume += self.parameters.piston_area * swept;
+        self.volume += self.parameters.piston_area_m2 * swept;
         if self.volume.is_nan() {
             return Err(Failure::non_finite("gas_volume_m3"));
         }
         if self.volume <= 0.0 {
             return Err(Failure::out_of_range("gas_volume_m3", self.volume));
         }
-        let (change, friction) = (self.gas_energy() - before, self.parameters.damping * u[1] * swept);
+        let (change, friction) = (self.gas_energy() - before, self.parameters.strut_damping_n_s_m * u[1] * swept);
         self.account.stored += change;
         self.account.viscous += friction;
         self.account.interface -= push * swept - friction;
@@ -124,7 +118,7 @@ impl Capabilities for HydropneumaticStrut {
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let stiffness = self.gas_stiffness();
         rates.rate[0] = -stiffness * u[1];
-        rates.feedthrough.copy_from_slice(&[0.0, -self.parameters.damping]);
+        rates.feedthrough.copy_from_slice(&[0.0, -self.parameters.strut_damping_n_s_m]);
         rates.rate_gain.copy_from_slice(&[0.0, -stiffness]);
         Ok(true)
     }
@@ -150,12 +144,12 @@ impl Capabilities for HydropneumaticStrut {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::ParameterSet;
 
     #[test]
     fn a_slow_compression_stores_the_work_done_and_stiffens_as_the_gas_law_says() {
-        let start =
-            StrutParameters { piston_area: 1e-3, gas_volume: 2e-4, exponent: 1.4, damping: 0.0, start_force: 2500.0 };
-        let mut strut = HydropneumaticStrut::new(start).unwrap();
+        let undamped = Strut { strut_damping_n_s_m: 0.0, ..Strut::defaults() };
+        let mut strut = HydropneumaticStrut::new(undamped, 2500.0).unwrap();
         approx::assert_relative_eq!(strut.stiffness(), 1.4 * 2500.0 * 1e-3 / 2e-4, max_relative = 1e-14);
         // 5 cm in, 100 000 steps: V falls to 1.5e-4 m³.
         let (n, h) = (100_000, 1e-5);
@@ -171,31 +165,6 @@ mod tests {
         assert!(account.closure().abs() < 1e-9);
         let empty = strut.step(0.0, &[0.0, -1e3], 1.0);
         assert!(empty.is_err_and(|failure| failure.to_string().starts_with("gas_volume_m3 =")));
-        assert!(HydropneumaticStrut::new(StrutParameters { start_force: -1.0, ..start }).is_err());
-    }
-
-    #[test]
-    fn output_rates_are_the_differences_of_forces() {
-        let start =
-            StrutParameters { piston_area: 1e-3, gas_volume: 2e-4, exponent: 1.4, damping: 900.0, start_force: 2500.0 };
-        let strut = HydropneumaticStrut::new(start).unwrap();
-        let (u, h) = ([0.0, 0.2], 1e-6);
-        let mut rates = OutputRates::zeros(1, 2);
-        assert_eq!(strut.clone().output_rates(0.0, &u, &mut rates), Ok(true));
-        let force = |strut: &HydropneumaticStrut, w: f64| {
-            let mut y = [0.0];
-            strut.clone().outputs(&[0.0, w], &mut y).unwrap();
-            y[0]
-        };
-        let mut after = strut.clone();
-        after.step(0.0, &u, h).unwrap();
-        // Curvature of the gas law: (κ + 1)/2 · A h w/V = 1.2e-6 of the rate.
-        approx::assert_relative_eq!((force(&after, 0.2) - force(&strut, 0.2)) / h, rates.rate[0], max_relative = 1e-5);
-        approx::assert_relative_eq!(
-            force(&strut, 1.2) - force(&strut, 0.2),
-            rates.feedthrough[1],
-            max_relative = 1e-12
-        );
-        approx::assert_relative_eq!(rates.rate[0], rates.rate_gain[1] * 0.2, max_relative = 1e-12);
+        assert!(HydropneumaticStrut::new(undamped, -1.0).is_err());
     }
 }

@@ -108,13 +108,13 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::{SpringActuator, SpringActuatorParameters};
+    use crate::cases::ParameterSet;
+    use crate::models::{Carriage, SpringActuator};
     use std::ptr;
 
     #[test]
     fn a_wrapper_must_return_the_capabilities_of_the_subsystem_inside_it() {
-        let parameters = SpringActuatorParameters { stiffness: 1.0, ..SpringActuatorParameters::default() };
-        let inner = SpringActuator::new(parameters).unwrap();
+        let inner = SpringActuator::new(Carriage { spring_stiffness_n_m: 1.0, ..Carriage::defaults() }).unwrap();
         let mut clock = PublishedClock::new(inner.clone());
         let mut stale = StaleFeedthrough::new(inner.clone());
         let mut own = OwnPosition::new(inner);

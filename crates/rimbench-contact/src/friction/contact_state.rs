@@ -22,6 +22,16 @@ impl ContactState {
     pub const ALL: [ContactState; 4] =
         [ContactState::Open, ContactState::Stick, ContactState::SlipPositive, ContactState::SlipNegative];
 
+    /// Returns the number that it has among numbers, in a trace: its place in the list.
+    pub fn as_number(self) -> f64 {
+        f64::from(self as u8)
+    }
+
+    /// Returns the state that a number stands for, if it does.
+    pub fn of_number(number: f64) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.as_number() == number)
+    }
+
     /// Returns `P_t / (μ P_n)` of a contact that slides; 0 of one that does not.
     #[inline]
     pub fn friction(self) -> f64 {

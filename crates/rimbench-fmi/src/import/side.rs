@@ -175,7 +175,7 @@ impl ImportedSide {
             model.tangential_restitution = next(1)?[0];
             for states in [&mut model.states, &mut model.solved_states] {
                 for (state, number) in states.iter_mut().zip(next(contacts)?) {
-                    let known = ContactState::ALL.into_iter().find(|known| f64::from(*known as u8) == *number);
+                    let known = ContactState::of_number(*number);
                     *state = known.ok_or_else(|| {
                         format!(
                             "its interface model has a contact in state {number}; valid: 0 to {}",

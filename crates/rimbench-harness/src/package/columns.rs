@@ -4,6 +4,7 @@ use crate::claims::CLAIM_COLUMNS;
 use rimbench_cases::cases::{unit_of, without_unit};
 use rimbench_cases::metrics::METRICS;
 use rimbench_cases::runs::RunRequest;
+use rimbench_core::mechanics::CONTACT_STATE;
 
 /// What the cells of a column are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,7 +125,7 @@ pub(super) fn trace_column(name: &str) -> Column {
     let words = without_unit(name).0.replace('_', " ");
     let about = match name {
         "time_s" => "Time of the communication point".to_owned(),
-        _ if name.starts_with("contact_state_") => format!("{words}: 0 open, 1 sticks, 2 slides forwards, 3 backwards"),
+        _ if name.starts_with(CONTACT_STATE) => format!("{words}: 0 open, 1 sticks, 2 slides forwards, 3 backwards"),
         _ => words,
     };
     Column { kind: Number, unit: unit_of(name).to_owned(), about }

@@ -148,7 +148,7 @@ impl CoulombStep {
     }
 }
 
-/// Begins the names of observables that are the state of a contact with friction: 0 open, 1 stick, 2 slip forwards, 3 slip backwards.
+/// Begins the names of observables that are the state of a contact with friction, by [`ContactState::as_number`].
 pub const CONTACT_STATE: &str = "contact_state_";
 
 /// Names the additional observables of contacts with friction: of `left` the friction force `friction_force_left_n` and the state
@@ -243,7 +243,7 @@ impl ContactStepper {
         let moved = &contacts.problem.w[self.eq4.contacts()..];
         for ((shown, state), w_t) in states.iter_mut().zip(&contacts.states).zip(moved) {
             let state = if self.last_step.is_finite() { state.moving(*w_t, rounding) } else { *state };
-            *shown = f64::from(state as u8);
+            *shown = state.as_number();
             sticking[0] += f64::from(u8::from(state == ContactState::Stick));
         }
     }
