@@ -10,11 +10,10 @@ use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums::sha256_of_file;
-use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
-use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Step, check_claims, run_job_until, write_claims};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, check_claims, run_job_until, write_claims};
 use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
 use rimbench::shipped;
@@ -63,12 +62,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         progress.about(experiment.full_name());
         let folder = experiment.results_folder(out);
         let job = Job::new(experiment, catalogue, &folder, &cache, &BUILD);
-        let told = |step: Step<'_>| {
-            if let Step::Done(outcome) = step {
-                progress.done(*outcome == Outcome::Completed);
-            }
-        };
-        let summary = match run_job_until(job, &told, interruption.flags()) {
+        let summary = match run_job_until(job, &|step| progress.after(&step), interruption.flags()) {
             Ok(summary) if summary.missing == 0 => summary,
             Ok(_) | Err(Error::Stopped) => {
                 progress.end();

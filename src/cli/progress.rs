@@ -1,6 +1,8 @@
 //! What a command says while it works: a bar on a terminal, a plain line now and then elsewhere, all on the standard error.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rimbench::cosim::Outcome;
+use rimbench::harness::Step;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -76,6 +78,13 @@ impl Progress {
         if !completed {
             state.failed += 1;
             state.bar.set_message(state.message());
+        }
+    }
+
+    /// One run is done, if that is what the step of a job is; how many there are is known before.
+    pub(super) fn after(&self, step: &Step<'_>) {
+        if let Step::Done(outcome) = step {
+            self.done(**outcome == Outcome::Completed);
         }
     }
 

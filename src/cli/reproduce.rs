@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
 use rimbench::figures::style::Styles;
-use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, Verdict, check_claims, run_job};
+use rimbench::harness::{Cache, CheckedClaim, Job, Store, Verdict, check_claims, run_job};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -66,13 +66,7 @@ impl Reproduce {
             let folder = group.join(experiment.name());
             let job =
                 Job { quick: self.quick, fresh: true, ..Job::new(experiment, catalogue, &folder, &cache, &BUILD) };
-            // Everything anew: the sum over the experiments is known.
-            let told = |step: Step<'_>| {
-                if let Step::Done(outcome) = step {
-                    progress.done(*outcome == Outcome::Completed);
-                }
-            };
-            let summary = run_job(job, &told, StopFlag::never())?;
+            let summary = run_job(job, &|step| progress.after(&step), StopFlag::never())?;
             not_completed += summary.not_completed;
             progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
             claims.extend(check_claims(experiment, catalogue, &folder)?);

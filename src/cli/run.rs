@@ -14,7 +14,6 @@ use clap::Args;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::take_probe_errors;
 use rimbench::harness::{Cache, Job, Shard, Step, check_claims, run_job_until};
@@ -97,7 +96,7 @@ impl Run {
         let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
         let told = |step: Step<'_>| match step {
             Step::ToDo(count) => progress.to_do(count),
-            Step::Done(outcome) => progress.done(*outcome == Outcome::Completed),
+            step => progress.after(&step),
         };
         let summary = match run_job_until(job, &told, interruption.flags()) {
             Err(Error::Stopped) => {

@@ -70,9 +70,7 @@ impl Axis {
 pub enum Mode {
     /// Straight lines from point to point.
     Line,
-    /// A sign at every point.
-    Markers,
-    /// Both; of more than 60 points only some get a sign.
+    /// These, and a sign at every point; of more than 60 points only some get one.
     LineMarkers,
     /// Every value is held until the next point; a sign now and then, so that lines on each other can be told apart.
     Steps,

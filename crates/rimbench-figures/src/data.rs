@@ -95,7 +95,7 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series, turn: (usize,
 
 /// Where the signs of a series stand, if it has one at each of its points.
 fn signs_of(frame: &Frame, series: &Series) -> Vec<Point> {
-    let has_signs = matches!(series.mode, Mode::Markers | Mode::LineMarkers) && series.points.len() <= FEW;
+    let has_signs = series.mode == Mode::LineMarkers && series.points.len() <= FEW;
     let points = series.points.iter().filter(|_| has_signs);
     points.filter_map(|&point| frame.vertex(point)).map(|vertex| vertex.at).collect()
 }
@@ -203,22 +203,19 @@ fn draw_inside(
         }
     }
     let runs = frame.runs(&series.points);
-    if series.mode != Mode::Markers {
-        let stroke = style.stroke();
-        for run in &runs {
-            let path = thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() });
-            let points: Vec<Point> = path.iter().map(|vertex| vertex.at).collect();
-            let clip_to = |k: usize| if path[k].beyond || path[k + 1].beyond { frame.whole() } else { frame.area };
-            for piece in clip::polyline(&points, clip_to) {
-                drawing.line(piece, stroke);
-            }
-            if series.mode == Mode::Steps && count > 1 {
-                signs_along(drawing, frame, &points, style, (index, count));
-            }
+    for run in &runs {
+        let path = thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() });
+        let points: Vec<Point> = path.iter().map(|vertex| vertex.at).collect();
+        let clip_to = |k: usize| if path[k].beyond || path[k + 1].beyond { frame.whole() } else { frame.area };
+        for piece in clip::polyline(&points, clip_to) {
+            drawing.line(piece, style.stroke());
+        }
+        if series.mode == Mode::Steps && count > 1 {
+            signs_along(drawing, frame, &points, style, (index, count));
         }
     }
-    let signs = matches!(series.mode, Mode::Markers | Mode::LineMarkers);
-    let apart = if series.mode == Mode::LineMarkers && series.points.len() > MANY { MARKER_DISTANCE } else { 0.0 };
+    let signs = series.mode == Mode::LineMarkers;
+    let apart = if series.points.len() > MANY { MARKER_DISTANCE } else { 0.0 };
     let (mut last_sign, mut last_triangle) = (None, None);
     for vertex in runs.iter().flatten() {
         if vertex.beyond && (frame.area.left..=frame.area.right).contains(&vertex.at.0) {
@@ -382,7 +379,7 @@ mod tests {
 
     #[test]
     fn a_sign_that_others_lie_on_shows_around_them() {
-        let series = |y: f64| Series::new("m", vec![(5.0, y)], style_in_list(0)).mode(Mode::Markers);
+        let series = |y: f64| Series::new("m", vec![(5.0, y)], style_in_list(0)).mode(Mode::LineMarkers);
         let radius = |later: &[Series]| {
             let mut drawing = Drawing::new(100.0, 200.0);
             draw(&mut drawing, &frame(), &series(10.0), (0, 1), later);

@@ -5,7 +5,6 @@ use super::chart::{Inset, Panel};
 use super::clip::Rect;
 use super::data::{self, Frame};
 use super::drawing::{Color, Drawing, Stroke};
-use super::filled_band;
 use super::scale::AxisMap;
 
 /// Draws the inset over the panel, tied to the part it magnifies.
@@ -59,9 +58,6 @@ pub fn draw(drawing: &mut Drawing, outer: &Frame, panel: &Panel, inset: &Inset) 
     }
     drawing.area(source.corners(), None, Some(thin));
     axes(drawing, &frame, &x_ticks, &y_ticks);
-    for band in &panel.bands {
-        filled_band::draw(drawing, &frame, band);
-    }
     for series in &panel.series {
         // One of one: no room for signs on steps.
         data::draw(drawing, &frame, series, (0, 1), &[]);

@@ -17,11 +17,17 @@ const BETWEEN: f64 = 15.0;
 
 /// What stands before an entry.
 enum Sample {
-    Series { name: String, style: LineStyle, line: bool, sign: bool },
+    Series {
+        name: String,
+        style: LineStyle,
+        sign: bool,
+    },
     Infinite,
-    Lost { all: bool },
-    Band { color: Color },
-    Shade,
+    Lost {
+        all: bool,
+    },
+    /// A patch of this colour.
+    Area(Color),
 }
 
 /// The entries of a figure.
@@ -40,13 +46,13 @@ impl Legend {
             if !known && !series.label.is_empty() {
                 let sign = series.mode != Mode::Line;
                 let name = series.data_name().to_owned();
-                let sample = Sample::Series { name, style: series.style, line: series.mode != Mode::Markers, sign };
+                let sample = Sample::Series { name, style: series.style, sign };
                 entries.push((sample, label));
             }
         }
         for band in panels.iter().flat_map(|panel| &panel.bands) {
             if !entries.iter().any(|(_, label)| *label == band.label) {
-                entries.push((Sample::Band { color: band.color }, band.label.clone()));
+                entries.push((Sample::Area(filled_band::fill(band.color)), band.label.clone()));
             }
         }
         for guide in panels.iter().flat_map(|panel| &panel.guides) {
@@ -54,7 +60,7 @@ impl Legend {
                 && !entry.is_empty()
                 && !entries.iter().any(|(_, label)| label == entry)
             {
-                entries.push((Sample::Shade, entry.clone()));
+                entries.push((Sample::Area(guides::SHADE), entry.clone()));
             }
         }
         if infinite && !entries.is_empty() {
@@ -162,12 +168,17 @@ fn entry(panels: &[Panel], series: &Series) -> String {
     }
 }
 
-fn width((sample, label): &(Sample, String)) -> f64 {
+/// Room of a sample and the gap behind it, px.
+fn indent(sample: &Sample) -> f64 {
     let sign = match sample {
-        Sample::Series { .. } | Sample::Band { .. } | Sample::Shade => SAMPLE,
+        Sample::Series { .. } | Sample::Area(_) => SAMPLE,
         Sample::Infinite | Sample::Lost { .. } => 2.0 * MARKER,
     };
-    sign + GAP + font::width(label, SIZE, Weight::Regular)
+    sign + GAP
+}
+
+fn width((sample, label): &(Sample, String)) -> f64 {
+    indent(sample) + font::width(label, SIZE, Weight::Regular)
 }
 
 fn draw_entry(drawing: &mut Drawing, entry: &(Sample, String), left: f64, y: f64) {
@@ -178,34 +189,23 @@ fn draw_entry(drawing: &mut Drawing, entry: &(Sample, String), left: f64, y: f64
 }
 
 fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: f64, y: f64) {
-    let end = match sample {
-        Sample::Series { style, line, sign, .. } => {
-            if *line {
-                drawing.line(vec![(left, y), (left + SAMPLE, y)], style.stroke());
-            }
+    match sample {
+        Sample::Series { style, sign, .. } => {
+            drawing.line(vec![(left, y), (left + SAMPLE, y)], style.stroke());
             if *sign {
                 marker::draw(drawing, style.marker, (left + 0.5 * SAMPLE, y), MARKER, style.color);
             }
-            left + SAMPLE
         }
-        Sample::Band { color } => {
+        Sample::Area(color) => {
             let place = Rect { left, top: y - 0.35 * SIZE, right: left + SAMPLE, bottom: y + 0.35 * SIZE };
-            drawing.area(place.corners(), Some(filled_band::fill(*color)), None);
-            left + SAMPLE
-        }
-        Sample::Shade => {
-            let place = Rect { left, top: y - 0.35 * SIZE, right: left + SAMPLE, bottom: y + 0.35 * SIZE };
-            drawing.area(place.corners(), Some(guides::SHADE), None);
-            left + SAMPLE
+            drawing.area(place.corners(), Some(*color), None);
         }
         Sample::Infinite => {
             marker::draw_beyond(drawing, (left + MARKER, y + 0.5), MARKER + 0.6, Color::SOFT_INK);
-            left + 2.0 * MARKER
         }
         Sample::Lost { all } => {
             marker::draw_lost(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK, *all);
-            left + 2.0 * MARKER
         }
-    };
-    drawing.text(Text::new(label, (end + GAP, y), SIZE).centred());
+    }
+    drawing.text(Text::new(label, (left + indent(sample), y), SIZE).centred());
 }

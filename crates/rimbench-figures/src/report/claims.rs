@@ -9,36 +9,12 @@ use rimbench_core::numerics_version::NUMERICS_VERSION;
 use std::fmt::Write;
 
 impl Verdict {
-    pub(super) fn class(self) -> &'static str {
+    /// Its class, its sign, and what it is called.
+    fn shown(self) -> [&'static str; 3] {
         match self {
-            Verdict::Reproduced => "yes",
-            Verdict::NotReproduced => "no",
-            Verdict::NotMeasured => "open",
-        }
-    }
-
-    pub(super) fn sign(self) -> &'static str {
-        match self {
-            Verdict::Reproduced => "✓",
-            Verdict::NotReproduced => "✗",
-            Verdict::NotMeasured => "–",
-        }
-    }
-
-    /// Failures first.
-    fn rank(self) -> u8 {
-        match self {
-            Verdict::NotReproduced => 0,
-            Verdict::NotMeasured => 1,
-            Verdict::Reproduced => 2,
-        }
-    }
-
-    fn words(self) -> &'static str {
-        match self {
-            Verdict::Reproduced => "reproduced",
-            Verdict::NotReproduced => "not reproduced",
-            Verdict::NotMeasured => "not measured",
+            Verdict::NotReproduced => ["no", "✗", "not reproduced"],
+            Verdict::NotMeasured => ["open", "–", "not measured"],
+            Verdict::Reproduced => ["yes", "✓", "reproduced"],
         }
     }
 }
@@ -139,14 +115,12 @@ impl Claim {
             }
             _ => "",
         };
+        let [class, sign, word] = self.verdict.shown();
         format!(
             "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span>{crosses}</td>\
              <td>{text}{replaced}<details><summary>Check it</summary>{command}</details></td>\
              <td>{drawn}<span class=\"soft\">{quantity}</span><br>measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
              <td class=\"links\">{runs} {links}</td></tr>\n",
-            class = self.verdict.class(),
-            sign = self.verdict.sign(),
-            word = self.verdict.words(),
             text = escaped(&self.text),
             quantity = escaped(&quantity),
             drawn = self.drawn(),
@@ -200,7 +174,7 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     if claims.is_empty() {
         return unchecked;
     }
-    claims.sort_by_key(|(_, claim)| claim.verdict.rank());
+    claims.sort_by_key(|(_, claim)| claim.verdict);
     let parts = [("the paper’s", true), ("ours", false)].map(|(name, of_paper)| match tally(report, Some(of_paper)) {
         [_, 0] => String::new(),
         [good, all] => format!("{name} {good} of {all}"),
@@ -216,15 +190,11 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     );
     // Of many the table says which.
     for (study, claim) in claims.into_iter().filter(|_| !report.is_long()) {
+        let [class, sign, word] = claim.verdict.shown();
+        let (anchor, said) = (claim.anchor(study), escaped(&claim.text));
         let _ = write!(
             text,
-            "<li><a class=\"mark {}\" href=\"#{}\" title=\"{}\" aria-label=\"{}: {}\">{}</a></li>",
-            claim.verdict.class(),
-            claim.anchor(study),
-            escaped(&claim.text),
-            claim.verdict.words(),
-            escaped(&claim.text),
-            claim.verdict.sign()
+            "<li><a class=\"mark {class}\" href=\"#{anchor}\" title=\"{said}\" aria-label=\"{word}: {said}\">{sign}</a></li>"
         );
     }
     text + "</ul>\n" + &unchecked
@@ -279,19 +249,19 @@ pub(super) fn section(report: &Report<'_>) -> String {
          the upright line is its bound, the dot what was measured, the thin bar its 95 % interval where it has one.</p>\n",
     );
     for (of_paper, title) in [(true, "What the paper says"), (false, "What we say")] {
-        let mut rows: Vec<(u8, String)> = Vec::new();
+        let mut rows = Vec::new();
         for (index, study) in report.studies.iter().enumerate() {
             for (number, claim) in study.claims.iter().enumerate().filter(|(_, claim)| claim.of_paper == of_paper) {
-                let rank = if claim.counts() { claim.verdict.rank() } else { 3 };
-                rows.push((rank, claim.row(study, [index, number])));
+                let verdict = claim.counts().then_some(claim.verdict);
+                rows.push((verdict.is_none(), verdict, claim.row(study, [index, number])));
             }
         }
         if rows.is_empty() {
             continue;
         }
-        rows.sort_by_key(|(rank, _)| *rank);
+        rows.sort_by_key(|(replaced, verdict, _)| (*replaced, *verdict));
         let count = rows.len();
-        let rows: String = rows.into_iter().map(|(_, row)| row).collect();
+        let rows: String = rows.into_iter().map(|(.., row)| row).collect();
         let table = format!(
             "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\"><table class=\"claims\"><thead><tr><th>Verdict</th><th>Claim</th><th>Measured against its bound</th><th>Leads to</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         );

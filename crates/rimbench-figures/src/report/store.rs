@@ -37,8 +37,8 @@ pub struct Claim {
     pub run_ids: Vec<String>,
 }
 
-/// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What came of a claim, failures first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// The expectation does not hold.
     NotReproduced,
