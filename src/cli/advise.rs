@@ -1,7 +1,6 @@
-//! `rimbench advise`: which step, which scheme? And how right that is.
+//! `rimbench advise`: which step, which scheme?
 
 use super::advise_text::{Asked, json};
-use super::check_advice::check;
 use super::interruption::Interruption;
 use super::number::seconds as time;
 use super::progress::Progress;
@@ -17,7 +16,6 @@ use rimbench::harness::{
     shortest_macro_step,
 };
 use rimbench::runs::RunRequest;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -27,8 +25,8 @@ pub struct Advise {
     #[command(flatten)]
     run: RunOptions<true, false>,
     /// Rms force error allowed at every phase, of the peak force of the reference: 1% or 0.01
-    #[arg(long, value_name = "E", required_unless_present = "check", allow_hyphen_values = true)]
-    error: Option<String>,
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    error: String,
     /// Cost of one exchange, in micro steps [default: as measured, 9]
     #[arg(long, value_name = "X", allow_negative_numbers = true, conflicts_with = "real_time")]
     exchanges_cost: Option<f64>,
@@ -77,26 +75,13 @@ pub struct Advise {
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
-    /// Hold the answer against phases it never saw and an exhaustive search: for all cases if no --case is given, for errors of 1% and 5% if
-    /// no --error is
-    #[arg(long, conflicts_with_all = ["exhaustive", "format"])]
-    check: bool,
-    /// With --check: phases that no search sees
-    #[arg(long, value_name = "K", default_value_t = 16, requires = "check", value_parser = clap::value_parser!(u16).range(1..=1000))]
-    further: u16,
-    /// With --check: write advice.csv to a folder; the same everywhere
-    #[arg(long, value_name = "FOLDER", requires = "check")]
-    out: Option<PathBuf>,
     /// Why not the others, the runs, and what the answer rests on
-    #[arg(long, conflicts_with_all = ["format", "check"])]
+    #[arg(long, conflicts_with = "format")]
     all: bool,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
 }
-
-/// Errors for which a check asks.
-const CHECKED_ERRORS: [f64; 2] = [0.01, 0.05];
 
 impl Advise {
     /// `files` are the options by which files of cases were given.
@@ -106,10 +91,7 @@ impl Advise {
             files += &file_option("--case-file", file.as_ref());
         }
         let catalogue = &*with_files(catalogue, &mut fixed)?;
-        let errors = match &self.error {
-            Some(text) => vec![share(text)?],
-            None => CHECKED_ERRORS.to_vec(),
-        };
+        let error = share(&self.error)?;
         let usual = Prices::default();
         let prices = Prices {
             exchange: self.exchanges_cost.unwrap_or(usual.exchange),
@@ -117,8 +99,7 @@ impl Advise {
             micro_step: self.micro_cost.unwrap_or(usual.micro_step),
             model_solve: self.model_cost.unwrap_or(usual.model_solve),
         };
-        let grid = |fixed: &RunRequest| macro_steps(catalogue, fixed, self.from, self.to, self.per_decade);
-        let own_grid = if self.check { Vec::new() } else { grid(&fixed)? };
+        let macro_steps = macro_steps(catalogue, &fixed, self.from, self.to, self.per_decade)?;
         let budget = Budget { wall: self.budget.map(seconds).transpose()?, runs: self.most_runs };
         use_threads(self.jobs)?;
         let interruption = Interruption::listen();
@@ -132,14 +113,14 @@ impl Advise {
         let question = Question {
             catalogue,
             fixed: &fixed,
-            error: errors[0],
+            error,
             information: Information {
                 model: !self.no_model,
                 feedback: !self.no_feedback,
                 repetition: !self.real_time,
             },
             prices,
-            macro_steps: &own_grid,
+            macro_steps: &macro_steps,
             phases: self.phases,
             kept_aside: self.kept_aside,
             exhaustive: self.exhaustive,
@@ -148,28 +129,13 @@ impl Advise {
             progress: &told,
             stop: interruption.flags().soon,
         };
-        let stopped = |error: Error| match error {
-            Error::Stopped => {
+        let advice = match advise(question) {
+            Err(Error::Stopped) => {
                 progress.end();
                 print("Stopped. All runs are stored; the same command goes on from there.")?;
-                Ok(ExitCode::from(INTERRUPTED))
+                return Ok(ExitCode::from(INTERRUPTED));
             }
-            error => Err(error.into()),
-        };
-        if self.check {
-            let checked = check(question, &errors, &grid, self.further.into(), self.out.as_deref(), &progress);
-            return match checked {
-                Err(error) => stopped(error),
-                Ok(said) => {
-                    progress.end();
-                    complain(&cache);
-                    print(&said).map(|()| ExitCode::SUCCESS)
-                }
-            };
-        }
-        let advice = match advise(question) {
-            Err(error) => return stopped(error),
-            Ok(advice) => advice,
+            advice => advice?,
         };
         progress.end();
         complain(&cache);

@@ -2,7 +2,6 @@
 
 mod advise;
 mod advise_text;
-mod check_advice;
 mod collect;
 mod corpus;
 mod everything;

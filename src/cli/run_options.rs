@@ -8,9 +8,6 @@ use rimbench::runs::{RunOption, RunRequest};
 /// Options that name one run among those that a command makes itself when it scans.
 const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
 
-/// What must be given; where the command goes through schemes, the scheme need not, nor the case if all are checked.
-const REQUIRED: [&str; 2] = ["case", "scheme"];
-
 /// Case, scheme and everything else that determines a run; without macro step and phase where the command goes through those.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions<const SCANS: bool, const ONE_SCHEME: bool = true> {
@@ -79,11 +76,8 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> Args for RunOptions<SCANS, ONE_S
         let command = Self::options().fold(command, |command, option| {
             let arg = Arg::new(option.key).long(flag(option.key)).value_name(option.takes).help(option.about);
             let arg = if is_time(option) { arg.value_name("TIME").value_parser(seconds) } else { arg };
-            let arg = match option.key {
-                "case" if !ONE_SCHEME => arg.required_unless_present("check"),
-                key => arg.required(REQUIRED.contains(&key) && ONE_SCHEME),
-            };
-            command.arg(arg.allow_negative_numbers(true))
+            let required = option.key == "case" || option.key == "scheme" && ONE_SCHEME;
+            command.arg(arg.required(required).allow_negative_numbers(true))
         });
         let help = "A parameter of the case, key=value (see `rimbench list parameters`); may be repeated";
         command.arg(Arg::new("set").long("set").value_name("KEY=VALUE").action(ArgAction::Append).help(help))

@@ -4,7 +4,6 @@
 pub use crate::prose::{documents, files, prose, read, root};
 use crate::support::{cases, schemes};
 use rimbench::figures::{fill_page, without_filled};
-use rimbench::numerics_version::NUMERICS_VERSION;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -357,61 +356,4 @@ fn the_check_must_see_a_number_of_a_result() {
     ] {
         assert!(typed_results(result).iter().any(|found| found == sentence), "{result}: {:?}", typed_results(result));
     }
-}
-
-/// So is what the page on advice says of how right it is.
-#[test]
-fn the_page_on_advice_says_what_was_measured_last() {
-    let mut file = csv::Reader::from_path(root().join("results/advice/advice.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = file.deserialize().map(Result::unwrap).collect();
-    let asked: BTreeSet<(String, String)> =
-        rows.iter().map(|row| (row["case"].clone(), row["error"].clone())).collect();
-    let measured: BTreeSet<&String> = asked.iter().map(|(case, _)| case).collect();
-    let of_case = |case: &&String| ["0.01", "0.05"].map(|error| ((*case).clone(), error.to_owned()));
-    let expected: BTreeSet<(String, String)> = measured.iter().flat_map(of_case).collect();
-    let gone = measured.iter().find(|name| cases().iter().all(|case| case.name != ***name));
-    assert_eq!((&asked, gone), (&expected, None), "`rimbench advise --check --out results/advice` makes it anew");
-    let verdict = |verdict: &str| rows.iter().filter(|row| row["verdict"] == verdict).count();
-    let choices: Vec<[&str; 3]> = rows
-        .iter()
-        .flat_map(|row| {
-            let advised = [&row["scheme"], &row["further_exceeded"], &row["further_unstable"]];
-            let runner_up = [&row["runner_up"], &row["runner_up_further_exceeded"], &row["runner_up_further_unstable"]];
-            [advised, runner_up].map(|choice| choice.map(String::as_str))
-        })
-        .filter(|[scheme, ..]| !scheme.is_empty())
-        .collect();
-    let some = |column: usize| choices.iter().filter(|choice| choice[column] != "0").count();
-    let page = read(&root().join("docs/guide/advice.md"));
-    let numerics = format!("Numerics version {NUMERICS_VERSION}, {} cases:", measured.len());
-    assert!(page.contains(&numerics), "the page does not say: {numerics}");
-    for (of, count) in [
-        ("answers", rows.len()),
-        ("answers that are none", rows.iter().filter(|row| row["scheme"].is_empty()).count()),
-        ("an exhaustive search finds nothing cheaper", verdict("cheapest")),
-        ("it finds something, within one step of the grid", verdict("within one step")),
-        ("it finds something, by more than one step of the grid", verdict("cheaper exists") + verdict("missed")),
-        ("choices (advised, runner-up) at further phases", choices.len()),
-        ("choices that do not complete at one of them", some(2)),
-        ("choices that exceed the error at one of them", some(1)),
-    ] {
-        assert!(page.contains(&format!("\n| {of} | {count} |\n")), "the page does not say: {of} {count}");
-    }
-    // Those that exceed it stand in a table of their own, each with the worst.
-    let mut lines = 0;
-    for row in &rows {
-        for (prefix, own) in [("", "scheme"), ("runner_up_", "runner_up")] {
-            let (count, worst) =
-                (&row[&format!("{prefix}further_exceeded")], &row[&format!("{prefix}further_worst_error")]);
-            if matches!(count.as_str(), "" | "0") {
-                continue;
-            }
-            let role = if prefix.is_empty() { "advised" } else { "runner-up" };
-            let [error, worst] = [&row["error"], worst].map(|share| 100.0 * share.parse::<f64>().unwrap());
-            let line = format!("| {} | {error} % | `{}` | {role} | {count} | {worst:.2} % |", row["case"], row[own]);
-            assert!(page.contains(&line), "the page does not say: {line}");
-            lines += 1;
-        }
-    }
-    assert_eq!(lines, some(1));
 }

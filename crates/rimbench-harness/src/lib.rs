@@ -32,8 +32,8 @@ mod stock;
 mod store;
 
 pub use advice::{
-    Advice, AdviceVerdict, Budget, CheckedAdvice, Choice, Fallen, Further, Information, LimitFound, METRIC, Prices,
-    Probe, Question, Work, advise, check_advice, milliseconds,
+    Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
+    milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;

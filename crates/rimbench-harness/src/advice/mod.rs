@@ -9,14 +9,12 @@
 
 mod account;
 mod candidate;
-mod check;
 mod form;
 mod limit;
 mod price;
 mod probe;
 mod search;
 
-pub use check::{AdviceVerdict, CheckedAdvice, Further, check_advice};
 pub use form::Information;
 pub use limit::LimitFound;
 pub use price::{Prices, Work};
