@@ -14,7 +14,6 @@ use rimbench::harness::{
     Cache, Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, predicted_stability_limit,
     spectral_stability_limit, stability_limit,
 };
-use rimbench::runs::{RunRequest, interface_oscillation};
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -157,13 +156,12 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
 
 /// Says how far the linearised coupling is stable, where that is known.
 fn print_prediction(search: LimitSearch<'_>) -> anyhow::Result<()> {
-    let Some(predicted) = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })? else {
+    let Some((predicted, oscillation)) = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })? else {
         return Ok(());
     };
     let limit = match (predicted.last_stable, predicted.first_unstable) {
         (Some(stable), Some(_)) => {
-            let request = RunRequest { macro_step_s: Some(stable), ..search.request.clone() };
-            let numbers = interface_oscillation(&request.resolve(search.catalogue)?)
+            let numbers = oscillation
                 .map(|[frequency, damping]| format!(" (Ω = Hω = {:.2}, ζ = {damping:.2})", stable * frequency));
             format!("stable up to {}{}", with_digits(stable, "s", 4), numbers.unwrap_or_default())
         }

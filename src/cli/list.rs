@@ -89,6 +89,7 @@ impl List {
                         Some(Only::Split) => "each actuator has a model",
                         Some(Only::Audit) => "the model is audited",
                         Some(Only::Column) => "the case records it",
+                        Some(Only::Claimed) => "a claim is about it",
                         None => "",
                     };
                     entry(metric.name, metric.about, [("unit", metric.unit.to_owned()), ("where", of.to_owned())])

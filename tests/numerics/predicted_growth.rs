@@ -230,7 +230,7 @@ fn on_the_wedge_box_no_run_fails_that_is_predicted_to_be_stable() {
     for (scheme, sequence, force_return, duration) in forms {
         for macro_step in [0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3, 1e-2, 2e-2] {
             let spec = RunSpec { sequence, force_return, duration, ..wedge_box_spec(scheme, macro_step) };
-            let growth = predicted_growth(&spec).unwrap().unwrap();
+            let (growth, _) = predicted_growth(&spec).unwrap().unwrap();
             let bounds = wedge_box_reference().bounds(&spec).unwrap();
             let completed = [1.0, 0.618].iter().all(|&phase| {
                 run_within(&RunSpec { phase, ..spec.clone() }, bounds.clone()).report.outcome == Outcome::Completed

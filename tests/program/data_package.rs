@@ -64,7 +64,9 @@ fn a_description_explains_every_file_and_every_column() {
     let description: Value = serde_json::from_str(&read(package().join("datapackage.json"))).unwrap();
     let resources = description["resources"].as_array().unwrap();
     let name_of = |resource: &Value| resource["path"].as_str().unwrap().to_owned();
-    for table in ["runs.csv", "cost.csv", "provenance.csv", "parameters.csv", "reference.csv", "claims.csv"] {
+    for table in
+        ["runs.csv", "cost.csv", "provenance.csv", "parameters.csv", "settings.csv", "reference.csv", "claims.csv"]
+    {
         let resource = resources.iter().find(|resource| name_of(resource) == table).unwrap();
         let fields = resource["schema"]["fields"].as_array().unwrap();
         let names: Vec<&str> = fields.iter().map(|field| field["name"].as_str().unwrap()).collect();

@@ -54,7 +54,7 @@ fn run_says(file: &Path, out: &Path, extra: &[&str], wanted: &[&str]) {
 }
 
 fn results(folder: &Path) -> Vec<(PathBuf, String)> {
-    let tables = ["runs.csv", "parameters.csv", "reference.csv"].map(|name| folder.join(name));
+    let tables = ["runs.csv", "parameters.csv", "settings.csv", "reference.csv"].map(|name| folder.join(name));
     let all = tables.into_iter().chain(files(&folder.join("traces")));
     all.map(|path| (path.strip_prefix(folder).unwrap().to_owned(), read(&path))).collect()
 }

@@ -5,6 +5,7 @@
 //! cost.csv        one row per run: wall time, latency of macro steps; machine-dependent
 //! provenance.csv  one row per run: revision, lock file, compiler, processor, load
 //! parameters.csv  every parameter of every case, resolved
+//! settings.csv    what scales the coupling of each set of parameters
 //! reference.csv   uncertainty and observed order of the reference, per column
 //! traces/         one file per run, and the reference, where the experiment asks for them
 //! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
@@ -16,13 +17,21 @@ use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark, cells_of};
 use rimbench_cases::metrics::{Only, only_of};
-use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
+use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec, interface_oscillation};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::trace;
 use std::path::Path;
+
+/// Tells whether the tables of a plan have a column of findings: what only claims ask for if one does.
+fn has_finding(experiment: &Experiment, planned: &[PlannedRun], name: &str) -> bool {
+    match only_of(name) {
+        Some(Only::Claimed) => experiment.claims().iter().any(|claim| claim.metric == name),
+        _ => has(planned, name),
+    }
+}
 
 /// Tells whether the tables of a plan have a column: those of a split or of an audit only if it has such a run.
 fn has(planned: &[PlannedRun], name: &str) -> bool {
@@ -35,7 +44,7 @@ fn has(planned: &[PlannedRun], name: &str) -> bool {
         Some(Only::Split) => planned.iter().any(|run| run.spec.scheme.splits),
         Some(Only::Audit) => planned.iter().any(|run| run.spec.audit),
         Some(Only::Column) => planned.iter().any(|run| run.spec.case.trace_columns.iter().any(|own| own == name)),
-        Some(Only::Friction) | None => true,
+        Some(Only::Friction | Only::Claimed) | None => true,
     }
 }
 
@@ -54,9 +63,9 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
 }
 
 /// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace. They are the same
-/// for every experiment, but for those of a split and of an audit; what does not apply is empty.
-pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    let findings = findings_header().into_iter().filter(|name| has(planned, name)).collect();
+/// for every experiment, but for those of a split, of an audit and of a claim; what does not apply is empty.
+pub(super) fn runs_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'static str> {
+    let findings = findings_header().into_iter().filter(|name| has_finding(experiment, planned, name)).collect();
     [plan_header(planned), findings, vec!["wall_limit_s", "trace"]].concat()
 }
 
@@ -132,8 +141,8 @@ pub(super) fn write_tables(
     store: &Store,
 ) -> Result<()> {
     let plan = plan_header(planned);
-    let kept: Vec<bool> = findings_header().into_iter().map(|name| has(planned, name)).collect();
-    let header = [row(&runs_header(planned)), row(&cost_header()), row(&provenance::HEADER)];
+    let kept: Vec<bool> = findings_header().into_iter().map(|name| has_finding(experiment, planned, name)).collect();
+    let header = [row(&runs_header(experiment, planned)), row(&cost_header()), row(&provenance::HEADER)];
     let mut tables = header.map(|header| header + "\n");
     for run in planned {
         let record = store.get(&run.id).ok_or_else(|| Error::file(folder, format!("record {} has gone", run.id)))?;
@@ -157,7 +166,7 @@ pub(super) fn write_tables(
     Ok(())
 }
 
-/// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
+/// Writes `parameters.csv`, `settings.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
 /// those traces, each with the one of `names` where there are several. A reference that took longer than its runs may take, or that there is none of, has no rows.
 ///
 /// # Errors
@@ -170,6 +179,8 @@ pub(super) fn write_references<'a>(
 ) -> Result<Vec<String>> {
     let mut traces = Vec::new();
     let mut parameters = vec![row(&["case", "set", "parameter", "value", "unit", "source"])];
+    let scales = ["case", "set", "interface_frequency_rad_s", "interface_damping_ratio", "effective_mass_ratio"];
+    let mut settings = vec![row(&scales)];
     let mut columns = vec![row(&["case", "set", "column", "rms_uncertainty", "observed_order", "finest_step_s"])];
     for (index, found) in references.enumerate() {
         let (spec, reference) = found?;
@@ -179,6 +190,8 @@ pub(super) fn write_references<'a>(
             parameters.push(row(&[case, &set, &parameter.name, &value, &parameter.unit, &parameter.source]));
         }
         let Some(reference) = reference else { continue };
+        let [frequency, damping, ratio] = dimensionless(spec, &reference);
+        settings.push(row(&[case, &set, &frequency, &damping, &ratio]));
         for (column, name) in reference.trajectory.columns().iter().enumerate().skip(1) {
             let (uncertainty, order) = (number(reference.uncertainty[column]), number(reference.order[column]));
             columns.push(row(&[case, &set, name, &uncertainty, &order, &number(reference.step)]));
@@ -192,10 +205,20 @@ pub(super) fn write_references<'a>(
             traces.push(name);
         }
     }
-    for (name, rows) in [("parameters.csv", parameters), ("reference.csv", columns)] {
+    for (name, rows) in [("parameters.csv", parameters), ("settings.csv", settings), ("reference.csv", columns)] {
         write_atomically(&folder.join(name), |file| rows.iter().try_for_each(|row| writeln!(file, "{row}")))?;
     }
     Ok(traces)
+}
+
+/// What scales the coupling of a setting: frequency and damping ratio of its interface, by how much contacts change its mass.
+fn dimensionless(spec: &RunSpec, reference: &Reference) -> [String; 3] {
+    let oscillation = interface_oscillation(spec).filter(|_| !spec.case.from_outside);
+    let [frequency, damping] = oscillation.map_or([String::new(), String::new()], |both| both.map(number));
+    let masses = reference.trajectory.index_of("effective_mass_kg");
+    let masses = masses.into_iter().flat_map(|column| reference.trajectory.column(column));
+    let (least, most) = masses.fold((f64::INFINITY, 0.0_f64), |(least, most), mass| (least.min(mass), most.max(mass)));
+    [frequency, damping, if most > 0.0 { number(most / least) } else { String::new() }]
 }
 
 /// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed.
@@ -203,7 +226,15 @@ pub(super) fn write_references<'a>(
 /// # Errors
 /// [`Error::File`] naming a file that has gone meanwhile.
 pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String>) -> Result<()> {
-    let tables = ["runs.csv", "cost.csv", "provenance.csv", "parameters.csv", "reference.csv", "experiment.toml"];
+    let tables = [
+        "runs.csv",
+        "cost.csv",
+        "provenance.csv",
+        "parameters.csv",
+        "settings.csv",
+        "reference.csv",
+        "experiment.toml",
+    ];
     let files = tables.into_iter().map(str::to_owned).chain(traces.map(|name| format!("traces/{name}")));
     checksums::write(folder, files)
 }

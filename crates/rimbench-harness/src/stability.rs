@@ -7,13 +7,10 @@ use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{RunRequest, RunSpec, predicted_growth, simulate};
+use rimbench_cases::runs::{NEUTRAL, RunRequest, RunSpec, predicted_growth, simulate};
 use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use std::fmt;
-
-/// A spectral radius this close to one is one: the accuracy to which it is probed.
-pub(super) const NEUTRAL: f64 = 1e-9;
 
 /// Why a macro step counts as unstable.
 #[derive(Debug, Clone, PartialEq)]
@@ -201,16 +198,18 @@ pub fn spectral_stability_limit(search: LimitSearch<'_>) -> Result<StabilityLimi
     search.run_by_radius(spectral_radius)
 }
 
-/// Predicts the limit without a run, by the growth of the linearised coupling; none where it is not known (see [`predicted_growth`]).
+/// Predicts the limit without a run, by the growth of the linearised coupling, and tells how that coupling [oscillates]; none where the growth
+/// is not known (see [`predicted_growth`]).
+///
+/// [oscillates]: rimbench_cases::runs::LinearCoupling::oscillation
 ///
 /// # Errors
 /// Bad input.
-pub fn predicted_stability_limit(search: LimitSearch<'_>) -> Result<Option<StabilityLimit>> {
+pub fn predicted_stability_limit(search: LimitSearch<'_>) -> Result<Option<(StabilityLimit, Option<[f64; 2]>)>> {
     let Some(&finest) = search.macro_steps.first() else { return Ok(None) };
-    if predicted_growth(&search.at(finest)?)?.is_none() {
-        return Ok(None);
-    }
-    search.run_by_radius(|spec| Ok(predicted_growth(spec)?.unwrap_or(f64::NAN))).map(Some)
+    let Some((_, coupling)) = predicted_growth(&search.at(finest)?)? else { return Ok(None) };
+    let radius = |spec: &RunSpec| Ok(predicted_growth(spec)?.map_or(f64::NAN, |(growth, _)| growth));
+    Ok(Some((search.run_by_radius(radius)?, coupling.oscillation())))
 }
 
 impl LimitSearch<'_> {

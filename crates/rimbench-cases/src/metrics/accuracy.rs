@@ -56,6 +56,16 @@ metrics! {
     "Root mean square of the interface position minus the reference's"
     => |evidence| worst(evidence, |row| rms_error(evidence, row.position));
 
+    POSITION_ERROR_ALIGNED: "position_error_aligned_rms_m" in "m" of Claimed above super::POSITION_FLOOR,
+    "The same with the run's position read half a step of the mechanics back, s − ½ h w, where the mechanics steps semi-implicitly: \
+     there the positions of that rule are those of the communication point, if the force is that of the step"
+    => |evidence| {
+        worst(evidence, |row| {
+            let back = evidence.half_steps.iter().zip(evidence.run.column(row.velocity)).map(|(half, w)| half * w);
+            rms(evidence.pairs(row.position).zip(back).map(|((own, reference), back)| own - back - reference))
+        })
+    };
+
     POSITION_ERROR_END: "position_error_end_m" in "m" above super::POSITION_FLOOR,
     "Interface position minus the reference's at the last communication point reached"
     => |evidence| {
@@ -70,9 +80,11 @@ pub(super) fn worst(evidence: &Evidence<'_>, of_row: impl Fn(&InterfaceRow) -> O
 }
 
 fn rms_error(evidence: &Evidence<'_>, column: usize) -> Option<f64> {
-    let (sum, count) = evidence
-        .pairs(column)
-        .fold((0.0, 0_usize), |(sum, count), (own, reference)| (sum + (own - reference).powi(2), count + 1));
+    rms(evidence.pairs(column).map(|(own, reference)| own - reference))
+}
+
+pub(super) fn rms(errors: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = errors.fold((0.0, 0_usize), |(sum, count), error| (sum + error.powi(2), count + 1));
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 

@@ -31,6 +31,10 @@ pub struct Evidence<'a> {
     pub touch_downs: &'a [[f64; 2]],
     /// What the actuator did inside macro steps, where that was noted.
     pub inside: Option<&'a Inside<'a>>,
+    /// Half of the mechanics' last step before each communication point of the run, s; 0 where its rule is of second order.
+    pub half_steps: &'a [f64],
+    /// See [`predicted_growth`](crate::runs::predicted_growth).
+    pub predicted_growth: Option<f64>,
 }
 
 /// The micro steps of the actuator and the reference at the same times.
@@ -85,6 +89,8 @@ pub enum Only {
     Audit,
     /// Of cases that record the column of which it is the largest value.
     Column,
+    /// Of experiments with a claim about it.
+    Claimed,
 }
 
 /// Declares metrics, one after the other: the constant, the name in data and the unit, the runs that it is for (`of`, where these are not
@@ -126,6 +132,8 @@ impl<'a> Evidence<'a> {
             gaps: &[],
             touch_downs: &[],
             inside: None,
+            half_steps: &[],
+            predicted_growth: None,
         }
     }
 }

@@ -4,7 +4,7 @@
 //! At communication points a scheme has just been told the truth. Between them it guesses, and that is where the actuator's state
 //! goes astray.
 
-use super::accuracy::worst;
+use super::accuracy::{rms, worst};
 use super::evidence::{Evidence, Inside, metrics};
 
 metrics! {
@@ -12,14 +12,14 @@ metrics! {
     "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's"
     => |evidence| {
         let inside = evidence.inside?;
-        worst(evidence, |row| rms(inside, name(evidence, row.force), 0))
+        worst(evidence, |row| error(inside, name(evidence, row.force), 0))
     };
 
     POSITION_ERROR_INSIDE: "position_error_inside_rms_m" in "m" above super::POSITION_FLOOR,
     "Root mean square over micro steps of the interface position that the actuator was given minus the reference's"
     => |evidence| {
         let inside = evidence.inside?;
-        worst(evidence, |row| rms(inside, name(evidence, row.position), 1))
+        worst(evidence, |row| error(inside, name(evidence, row.position), 1))
     };
 }
 
@@ -29,10 +29,8 @@ fn name<'a>(evidence: &'a Evidence<'_>, column: usize) -> &'a str {
 
 /// Of what the actuator's log calls `column`, against the reference at the times in its column `time`; none where the coupling
 /// exchanges something else.
-fn rms(inside: &Inside, column: &str, time: usize) -> Option<f64> {
+fn error(inside: &Inside, column: &str, time: usize) -> Option<f64> {
     let (own, reference) = (inside.log.index_of(column)?, &inside.reference[time]);
     let exact = reference.index_of(column)?;
-    let squares = inside.log.column(own).zip(reference.column(exact)).map(|(own, exact)| (own - exact).powi(2));
-    let (sum, count) = squares.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
-    (count > 0).then(|| (sum / count as f64).sqrt())
+    rms(inside.log.column(own).zip(reference.column(exact)).map(|(own, exact)| own - exact))
 }

@@ -1,6 +1,8 @@
 //! How the rows of an interface feel each other, of schemes that have a model for each.
 
 use super::evidence::metrics;
+use crate::runs::NEUTRAL;
+use rimbench_core::cosim::Outcome;
 
 metrics! {
     LAMBDA: "interface_lambda" in "-" of Split,
@@ -10,4 +12,14 @@ metrics! {
     CORRELATION: "interface_correlation" in "-" of Split,
     "Largest correlation |H_ij|/√(H_ii H_jj) of two rows of the interface over the run"
     => |evidence| Some(evidence.report.scheme.interface?.largest);
+
+    AS_PREDICTED: "completed_as_predicted" in "-" of Claimed,
+    "1 if the run completed and its coupling, linearised at the start, does not grow, or if neither; 0 if only one of the two"
+    => |evidence| {
+        let completed = match evidence.report.outcome {
+            Outcome::Timeout { .. } | Outcome::Panicked { .. } => return None,
+            ref outcome => *outcome == Outcome::Completed,
+        };
+        Some(f64::from(completed == (evidence.predicted_growth? <= 1.0 + NEUTRAL)))
+    };
 }

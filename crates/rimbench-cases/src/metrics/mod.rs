@@ -46,6 +46,7 @@ pub const METRICS: &[Metric] = &[
     accuracy::TOUCH_DOWN_PEAK_RATIO,
     accuracy::VELOCITY_ERROR_RMS,
     accuracy::POSITION_ERROR_RMS,
+    accuracy::POSITION_ERROR_ALIGNED,
     inside::POSITION_ERROR_INSIDE,
     accuracy::POSITION_ERROR_END,
     contact::EFFECTIVE_MASS_MAX,
@@ -87,6 +88,7 @@ pub const METRICS: &[Metric] = &[
     pace::DEFECT_RANK,
     interface::LAMBDA,
     interface::CORRELATION,
+    interface::AS_PREDICTED,
 ];
 
 /// Finds what a metric, by name, must exceed to say more than that it is small.

@@ -161,3 +161,35 @@ fn an_interface_that_is_locked_throughout_has_an_effective_mass_that_does_not_va
     assert_eq!(ratio(&[f64::NAN, f64::INFINITY]), Some(1.0), "what is not known does not count");
     assert_eq!(ratio(&[f64::NAN; 2]), None, "nothing is known");
 }
+
+#[test]
+fn a_position_of_half_a_step_later_is_right_half_a_step_back() {
+    let columns = ["time_s", "s_m", "w_m_s"].map(str::to_owned).to_vec();
+    let moved = |late: f64| (1..5).flat_map(|k| [time(k), 2.0 * (time(k) + late), 2.0]).collect();
+    let [run, reference] = [0.005, 0.0].map(|late| Trajectory::from_data(columns.clone(), moved(late)));
+    let row =
+        InterfaceRow { position: 1, velocity: 2, force: 0, reference_force_peak: 0.0, reference_touch_down_peak: 0.0 };
+    let report = Report::not_run(Outcome::Completed);
+    let error = |name: &str, half_steps: &[f64]| {
+        let metric = METRICS.iter().find(|metric| metric.name == name).unwrap();
+        (metric.compute)(&Evidence { interface: &[row], half_steps, ..Evidence::bare(&run, &reference, &report) })
+            .unwrap()
+    };
+    approx::assert_abs_diff_eq!(error("position_error_rms_m", &[]), 0.01, epsilon = 1e-15);
+    approx::assert_abs_diff_eq!(error("position_error_aligned_rms_m", &[0.005; 4]), 0.0, epsilon = 1e-15);
+    approx::assert_abs_diff_eq!(error("position_error_aligned_rms_m", &[0.0; 4]), 0.01, epsilon = 1e-15);
+}
+
+#[test]
+fn a_run_ends_as_predicted_if_it_completes_and_does_not_grow_or_neither() {
+    let given = |outcome: Outcome, predicted_growth: Option<f64>| {
+        let (given, report) = (Given::new(&OPEN, &OPEN, &[]), Report::not_run(outcome));
+        let evidence = Evidence { predicted_growth, ..Evidence::bare(&given.run, &given.reference, &report) };
+        (METRICS.iter().find(|metric| metric.name == "completed_as_predicted").unwrap().compute)(&evidence)
+    };
+    let failed = || Outcome::OutOfRange { at_s: 1.0, quantity: "x".into(), value: 0.0 };
+    let completed = |growth| given(Outcome::Completed, Some(growth));
+    assert_eq!([0.9, 1.0, 1.1].map(completed), [Some(1.0), Some(1.0), Some(0.0)]);
+    assert_eq!([0.9, 1.1].map(|growth| given(failed(), Some(growth))), [Some(0.0), Some(1.0)]);
+    assert_eq!([given(Outcome::Completed, None), given(Outcome::Timeout { at_s: 1.0 }, Some(0.9))], [None; 2]);
+}

@@ -2,12 +2,13 @@
 
 use super::facts::Fact;
 use super::latency::Latency;
+use super::predicted_growth::predicted_growth;
 use super::reference::{Reference, friction_of, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
-use rimbench_core::cosim::{Jump, Outcome, Trajectory, Work};
+use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, Trajectory, Work, division};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
 
@@ -59,6 +60,7 @@ impl EvaluatedRun {
         let all = METRICS.iter().zip(self.metrics.iter().copied());
         all.filter(move |(metric, value)| match metric.only {
             Some(Only::Friction) => friction,
+            Some(Only::Claimed) => false,
             only => value.is_some() || only.is_none(),
         })
     }
@@ -172,6 +174,9 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         }),
         None => None,
     };
+    // Code from outside is not built once more.
+    let predicted_growth =
+        if spec.case.from_outside { None } else { predicted_growth(spec).ok().flatten().map(|(growth, _)| growth) };
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
@@ -185,6 +190,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         gaps: &gaps,
         touch_downs: &reference.touch_downs,
         inside: inside.as_ref(),
+        half_steps: &half_steps(spec, &result.trajectory),
+        predicted_growth,
     };
     let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
     let metrics: Vec<Option<f64>> =
@@ -210,6 +217,18 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         latency: Latency::of(result.report.latencies_s, spec.macro_step),
         trajectory: result.trajectory,
     })
+}
+
+/// See [`Evidence::half_steps`].
+fn half_steps(spec: &RunSpec, run: &Trajectory) -> Vec<f64> {
+    let half = |length: f64| match (spec.mechanics_integrator.second_order(), spec.mechanics_steps) {
+        (Some(_), _) => 0.0,
+        (None, MechanicsSteps::Count(count)) => 0.5 * length / f64::from(count.get()),
+        (None, MechanicsSteps::AsActuator) => 0.5 * length / division(length, spec.micro_step) as f64,
+    };
+    // Nothing has been stepped at the start.
+    let lengths = run.column(0).skip(1).zip(run.column(0)).map(|(end, start)| end - start);
+    std::iter::once(0.0).chain(lengths.map(half)).collect()
 }
 
 /// The first energy or power that is no finite number: a run whose account of energy cannot be drawn up has not come to its end

@@ -20,7 +20,7 @@ mod step_control;
 pub use evaluation::{EvaluatedRun, evaluate};
 pub use facts::{Fact, FactValue};
 pub use latency::Latency;
-pub use predicted_growth::{LinearCoupling, Recurrence, interface_oscillation, predicted_growth};
+pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use request::{RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};

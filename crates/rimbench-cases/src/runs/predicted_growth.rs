@@ -7,6 +7,9 @@ use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{Condensation, Redundancy, condense};
 use rimbench_core::schemes::ModelMotion;
 
+/// A spectral radius this close to one is one: the accuracy to which it is probed.
+pub const NEUTRAL: f64 = 1e-9;
+
 /// Actuator and mechanics of one interface row, linear, contacts as they are.
 ///
 /// ```text
@@ -64,6 +67,13 @@ impl LinearCoupling {
         map.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max)
     }
 
+    /// Returns natural frequency `ω = √(K/m)`, 1/s, and damping ratio `ζ = c/(2√(K m))` of the actuator on the mechanics; none of a locked
+    /// interface.
+    pub fn oscillation(&self) -> Option<[f64; 2]> {
+        let frequency = (self.stiffness / self.mass).sqrt();
+        (frequency > 0.0).then(|| [frequency, 0.5 * self.damping / (frequency * self.mass)])
+    }
+
     /// Advances position x, velocity w and force F by one macro step.
     fn macro_step(&self, [x, w, start]: [f64; 3], recurrence: Recurrence, h: f64, micro_steps: usize) -> [f64; 3] {
         let delta = h / micro_steps as f64;
@@ -98,25 +108,23 @@ impl LinearCoupling {
     }
 }
 
-/// Predicts how much a run grows per macro step, from mass and actuator at its start with the contacts that are closed there. A mechanics
+/// Predicts how much a run grows per macro step, and by which linear coupling, from mass and actuator at its start with the contacts that are closed there. A mechanics
 /// is taken to have no springs and dampers of its own. None: there is no such map of its scheme, or of its
 /// sides; or the case is linear, and its spectral radius is probed instead.
 ///
 /// # Errors
 /// Those of building the case.
-pub fn predicted_growth(spec: &RunSpec) -> Result<Option<f64>> {
+pub fn predicted_growth(spec: &RunSpec) -> Result<Option<(f64, LinearCoupling)>> {
     let Some(recurrence) = recurrence(spec).filter(|_| spec.case.linear_state.is_empty()) else { return Ok(None) };
     let found = linearise(spec).map_err(|failure| Error::Incompatible(failure.to_string()))?;
     let micro_steps = division(spec.macro_step, spec.micro_step);
-    Ok(found.map(|coupling| coupling.growth(recurrence, spec.macro_step, micro_steps)))
+    Ok(found.map(|coupling| (coupling.growth(recurrence, spec.macro_step, micro_steps), coupling)))
 }
 
-/// Returns natural frequency `ω = √(K/m)`, 1/s, and damping ratio `ζ = c/(2√(K m))` of the actuator on the mechanics at the start of a run,
-/// with the contacts that are closed there; none where the sides do not tell, or the interface is locked.
+/// Returns the [oscillation](LinearCoupling::oscillation) of a run at its start, with the contacts that are closed there; none where the sides do
+/// not tell.
 pub fn interface_oscillation(spec: &RunSpec) -> Option<[f64; 2]> {
-    let LinearCoupling { mass, stiffness, damping, .. } = linearise(spec).ok()??;
-    let frequency = (stiffness / mass).sqrt();
-    (frequency > 0.0).then(|| [frequency, 0.5 * damping / (frequency * mass)])
+    linearise(spec).ok()??.oscillation()
 }
 
 fn recurrence(spec: &RunSpec) -> Option<Recurrence> {

@@ -39,7 +39,7 @@ pub(super) struct Column {
 use Kind::{Boolean, Integer, Number, Text};
 
 /// What every table may have besides settings and metrics.
-const KNOWN: [(&str, Kind, &str); 54] = [
+const KNOWN: [(&str, Kind, &str); 56] = [
     ("run_id", Text, "Identifies what determines the run: 16 hexadecimal digits of a hash"),
     ("label", Text, "Name of the scheme's row in the experiment file"),
     ("set", Text, "Parameters of the case that were set, by name"),
@@ -90,6 +90,8 @@ const KNOWN: [(&str, Kind, &str); 54] = [
     ("value", Text, "Its value: a number or a choice"),
     ("unit", Text, "Its unit"),
     ("source", Text, "Where the value comes from"),
+    ("interface_frequency_rad_s", Number, "Frequency ω of the coupling linearised at the start; Ω = H ω"),
+    ("interface_damping_ratio", Number, "Its damping ratio ζ, of the actuator's feedthrough"),
     ("column", Text, "Column of the trajectory"),
     ("rms_uncertainty", Number, "Rms uncertainty of the reference in this column, in its unit"),
     ("observed_order", Number, "Order at which its refinements approach each other"),
@@ -99,7 +101,7 @@ const KNOWN: [(&str, Kind, &str); 54] = [
 /// Settings that are numbers without a unit.
 const PURE: [&str; 3] = ["gain", "phase", "step_tolerance"];
 
-/// A column of `runs.csv`, `cost.csv`, `provenance.csv`, `parameters.csv`, `reference.csv` or `claims.csv`; none for a name that none
+/// A column of `runs.csv`, `cost.csv`, `provenance.csv`, `parameters.csv`, `settings.csv`, `reference.csv` or `claims.csv`; none for a name that none
 /// of them has.
 pub(super) fn column(name: &str) -> Option<Column> {
     if let Some(metric) = METRICS.iter().find(|metric| metric.name == name) {

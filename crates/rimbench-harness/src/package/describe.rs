@@ -19,7 +19,7 @@ pub(super) struct About<'a> {
 }
 
 /// Tables by name, with what a row of them is.
-const TABLES: [(&str, &str); 6] = [
+const TABLES: [(&str, &str); 7] = [
     (
         "runs.csv",
         "One row per run: what determines it, how it ended, what was measured, exact counts; the same on every machine",
@@ -27,6 +27,7 @@ const TABLES: [(&str, &str); 6] = [
     ("cost.csv", "One row per run: wall times; of the machine named in provenance.csv"),
     ("provenance.csv", "One row per run: source, compiler, machine and its load"),
     ("parameters.csv", "Every parameter of every case, resolved"),
+    ("settings.csv", "What scales the coupling of each set of parameters"),
     ("reference.csv", "Uncertainty and observed order of the references, by column"),
     ("claims.csv", "What the experiment claims, what was measured, and whether it holds"),
 ];

@@ -6,7 +6,7 @@
 //!     README.md           the same for people, and how to load it
 //!     CITATION.cff        how to cite it
 //!     load.py, load.jl, load.m, load.R
-//!     runs.csv, cost.csv, provenance.csv, parameters.csv, reference.csv, traces/, experiment.toml
+//!     runs.csv, cost.csv, provenance.csv, parameters.csv, settings.csv, reference.csv, traces/, experiment.toml
 //!     claims.csv          what the experiment claims and what came out, if it claims anything
 //!     SHA256SUMS          checksums of the package
 //! ```
@@ -279,10 +279,20 @@ macro_steps_s = [5e-3]
 name = "wedge-box-friction"
 [[schemes]]
 scheme = "rim-nonsmooth"
+[[claims]]
+id = "c"
+by = "ours"
+text = "t"
+scheme = "rim-nonsmooth"
+metric = "position_error_aligned_rms_m"
+expect = "<= 1"
+finding = "not-measured"
 "#;
         let experiment = Experiment::parse(Path::new("e.toml"), text.to_owned()).unwrap();
         let planned = experiment.plan(&catalogue, false).unwrap();
-        let tables = [runs_header(&planned), cost_header(), crate::provenance::HEADER.to_vec()];
+        let tables = [runs_header(&experiment, &planned), cost_header(), crate::provenance::HEADER.to_vec()];
+        let has = |metric| tables[0].contains(&metric);
+        assert!(has("position_error_aligned_rms_m") && !has("completed_as_predicted"), "only what is claimed");
         for name in tables.concat() {
             let column = columns::column(name).unwrap_or_else(|| panic!("{name} is not explained"));
             assert!(!column.about.is_empty(), "{name}");
