@@ -11,6 +11,12 @@ const RIGHT: usize = 0;
 const LEFT: usize = 1;
 const DISC_LEDGE: usize = 2;
 
+/// The wedge box at its defaults, and where it starts.
+fn usual() -> (WedgeBoxGeometry, WedgeBox, Vec<f64>) {
+    let model = WedgeBox::new(wedge_box_geometry()).unwrap();
+    (model.geometry().clone(), model.clone(), model.initial_state().0)
+}
+
 /// A pose `(x, y, θ)` of the box as coordinates of box and disc, the disc on its pin.
 fn pose(g: &WedgeBoxGeometry, x: f64, y: f64, angle: f64) -> [f64; 6] {
     let pin = Rotation2::new(angle) * Vector2::from(g.discs[0].pin);
@@ -76,9 +82,7 @@ fn the_box_must_start_in_the_pose_that_rests_on_wedge_and_ledge() {
 
 #[test]
 fn on_the_ledge_the_actuator_must_feel_box_and_disc_as_one_mass() {
-    let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g.clone()).unwrap();
-    let (start, _) = model.initial_state();
+    let (g, mut model, start) = usual();
     // Tip and disc both keep their height, at different arms: ẏ = ω = 0, everything translates.
     for forward in [0.0, 0.03, 0.09] {
         let q = pose(&g, start[0] + forward, start[1], start[2]);
@@ -91,9 +95,8 @@ fn on_the_ledge_the_actuator_must_feel_box_and_disc_as_one_mass() {
 
 #[test]
 fn on_two_wedges_the_actuator_must_feel_the_mass_along_its_own_direction() {
-    let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g.clone()).unwrap();
-    let height = start_height(&g, &model.initial_state().0);
+    let (g, mut model, start) = usual();
+    let height = start_height(&g, &start);
     for x in [0.45, 0.66] {
         let q = pose(&g, x, 0.4, 0.0);
         // Two wedges hold ẏ and ω. The interface velocity is d_x ẋ: T = ½ 250 ẋ² = ½ (250 / d_x²) w².
@@ -136,9 +139,7 @@ fn on_the_ramp(g: &WedgeBoxGeometry, corner_x: f64, angle: f64) -> [f64; 6] {
 
 #[test]
 fn on_the_ramp_the_effective_mass_must_be_that_of_the_minimal_coordinates() {
-    let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g.clone()).unwrap();
-    let (start, _) = model.initial_state();
+    let (g, mut model, start) = usual();
     let height = start_height(&g, &start);
     for angle in [-0.037, -0.02575, -0.01, -0.001] {
         let q = on_the_ramp(&g, corner_x(&g, &start), angle);
@@ -152,9 +153,7 @@ fn on_the_ramp_the_effective_mass_must_be_that_of_the_minimal_coordinates() {
 
 #[test]
 fn three_contacts_with_the_disc_on_the_ramp_must_lock_the_actuator() {
-    let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g.clone()).unwrap();
-    let (start, _) = model.initial_state();
+    let (g, mut model, start) = usual();
     let q = on_the_ramp(&g, corner_x(&g, &start), 0.0);
     let locked = effective_mass(&mut model, &q, &[RIGHT, LEFT, DISC_LEDGE]);
     assert_eq!((locked.effective_mass, locked.rank), (f64::INFINITY, 3));
@@ -172,8 +171,7 @@ fn three_contacts_with_the_disc_on_the_ramp_must_lock_the_actuator() {
 
 #[test]
 fn at_rest_the_contacts_must_carry_the_weight_with_the_right_moment() {
-    let g = wedge_box_geometry();
-    let (start, _) = WedgeBox::new(g.clone()).unwrap().initial_state();
+    let (g, _, start) = usual();
     let mut mechanics = wedge_box_mechanics(PLASTIC);
     let h = 1e-3;
     mechanics.step(0.0, &[0.0], h).unwrap();

@@ -2,6 +2,7 @@
 
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::checksums::sha256;
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::io::ErrorKind;
@@ -94,7 +95,7 @@ impl Cache {
     }
 
     fn path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("{}.bin", hex(&Sha256::digest(key))))
+        self.folder.join(format!("{}.bin", sha256(key)))
     }
 }
 
@@ -114,11 +115,6 @@ fn checksum_of(key: &str, payload: &[u8]) -> [u8; 32] {
     hash.update(Sha256::digest(key));
     hash.update(payload);
     hash.finalize().into()
-}
-
-/// Lower-case hexadecimal text of a digest.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    rimbench_results::checksums::hex(bytes)
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! Where a result comes from: source revision, dependencies, compiler, machine, and whether the machine had other things to do.
 
 use super::build_info::BuildInfo;
-use super::cache::hex;
 use super::load::{Load, Meter};
-use sha2::{Digest, Sha256};
+use rimbench_results::checksums::sha256;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -43,7 +42,7 @@ impl Provenance {
     pub fn collect(build: &BuildInfo) -> Self {
         Provenance {
             build: *build,
-            lock_hash: hex(&Sha256::digest(build.lock_file))[..16].to_owned(),
+            lock_hash: sha256(build.lock_file)[..16].to_owned(),
             // The machine says anew now and then what its load is; asking for each run would cost more than the answer is worth.
             meter: Mutex::new(Meter::start(Duration::from_secs(1))),
             cpu: cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),

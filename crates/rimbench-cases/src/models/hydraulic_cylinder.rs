@@ -214,22 +214,19 @@ impl HydraulicCylinder {
     /// Flows from the pump into the chambers, and from the chambers to the tank, m³/s.
     #[inline]
     fn valve_flows(&self, p: [f64; 2], spool: f64) -> ([f64; 2], [f64; 2]) {
-        let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
-        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
-        let root = |drop: f64| drop.max(0.0).sqrt();
-        (
-            [k_in * root(supply - p[0]), k_out * root(supply - p[1])],
-            [k_out * root(p[0] - tank), k_in * root(p[1] - tank)],
-        )
+        let [first, second] = [0, 1].map(|chamber| self.chamber_flows(chamber, p[chamber], spool));
+        ([first[0], second[0]], [first[1], second[1]])
     }
 
-    /// Conductances from the pump into a chamber, and from it to the tank, as in [`valve_flows`](Self::valve_flows).
+    /// Conductances from the pump into a chamber, and from it to the tank.
+    #[inline]
     fn openings(&self, chamber: usize, spool: f64) -> [f64; 2] {
         let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
         if chamber == 0 { [k_in, k_out] } else { [k_out, k_in] }
     }
 
     /// Flows from the pump into a chamber, and from it to the tank, m³/s.
+    #[inline]
     fn chamber_flows(&self, chamber: usize, p: f64, spool: f64) -> [f64; 2] {
         let [k_in, k_out] = self.openings(chamber, spool);
         let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);

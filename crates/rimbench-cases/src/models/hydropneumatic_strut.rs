@@ -63,17 +63,13 @@ impl HydropneumaticStrut {
         })
     }
 
-    /// Stiffness at the start, N/m: `κ p₀ A²/V₀`.
-    pub fn stiffness(&self) -> f64 {
-        self.gas_stiffness()
-    }
-
     fn pressure(&self) -> f64 {
         let p = &self.parameters;
         self.start_pressure * libm::pow(p.gas_volume_m3 / self.volume, p.gas_exponent)
     }
 
-    fn gas_stiffness(&self) -> f64 {
+    /// Returns the stiffness of the gas, N/m: `κ p A²/V`.
+    pub fn stiffness(&self) -> f64 {
         let p = &self.parameters;
         p.gas_exponent * self.pressure() * p.piston_area_m2 * p.piston_area_m2 / self.volume
     }
@@ -116,7 +112,7 @@ impl Subsystem for HydropneumaticStrut {
 
 impl Capabilities for HydropneumaticStrut {
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
-        let stiffness = self.gas_stiffness();
+        let stiffness = self.stiffness();
         rates.rate[0] = -stiffness * u[1];
         rates.feedthrough.copy_from_slice(&[0.0, -self.parameters.strut_damping_n_s_m]);
         rates.rate_gain.copy_from_slice(&[0.0, -stiffness]);

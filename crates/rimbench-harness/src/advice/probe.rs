@@ -1,7 +1,7 @@
 //! Single runs of an advice: made once, kept by their ids.
 
 use super::price::Work;
-use crate::cache::{Cache, hex};
+use crate::cache::Cache;
 use crate::execution::evaluated;
 use crate::results::{self, findings_header};
 use crate::stock::columns;
@@ -10,7 +10,7 @@ use rimbench_cases::cases::Case;
 use rimbench_cases::runs::{Reference, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
-use sha2::{Digest, Sha256};
+use rimbench_results::checksums::sha256;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -143,7 +143,7 @@ fn store_of(case: &Case) -> (String, String) {
     let sources = [core, contact, rimbench_cases::SOURCES];
     let key =
         format!("{sources:?} {} {:?} {:?} {:?}", case.name, case.defaults, case.recorded_columns(), findings_header());
-    (hex(&Sha256::digest(&key))[..16].to_owned(), key)
+    (sha256(&key)[..16].to_owned(), key)
 }
 
 /// What a record says; none if it is no row of findings.

@@ -22,11 +22,10 @@ pub use columns::Columns;
 pub(crate) use record::cells_of;
 pub use record::{Record, TraceMark};
 
-use super::cache::hex;
 use rayon::prelude::*;
 use record::{checksum, line_of};
 use rimbench_core::error::{Error, Result};
-use sha2::{Digest, Sha256};
+use rimbench_results::checksums::sha256;
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -74,7 +73,7 @@ impl Store {
     /// [`Error::File`] if the store belongs to another experiment, or to another version of rimbench.
     pub fn open(folder: &Path, experiment: &str, reference: &str, columns: Columns) -> Result<Self> {
         let records = folder.join("records");
-        let (name, reference) = (experiment.replace(char::is_whitespace, "_"), &hex(&Sha256::digest(reference))[..12]);
+        let (name, reference) = (experiment.replace(char::is_whitespace, "_"), &sha256(reference)[..12]);
         let header = format!("{MAGIC} {LAYOUT} {name} {reference} {columns}");
         let mut store = Store {
             header: format!("{header} {}", checksum(&header)),

@@ -1,7 +1,6 @@
 //! A record as it stands in its line.
 
-use crate::cache::hex;
-use sha2::{Digest, Sha256};
+use rimbench_results::checksums::sha256;
 
 /// One finished run: what was found, as cells of the three files, without line ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +70,5 @@ pub(super) fn line_of(record: &Record) -> String {
 
 /// The first half of the digits of the SHA-256.
 pub(super) fn checksum(payload: &str) -> String {
-    let mut digits = hex(&Sha256::digest(payload));
-    digits.truncate(16);
-    digits
+    sha256(payload)[..16].to_owned()
 }
