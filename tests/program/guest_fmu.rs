@@ -51,7 +51,7 @@ fn description(token: &str, offers: Offers) -> String {
         #[rustfmt::skip]
         let parts: [(&str, &[usize]); 10] = [
             ("rim.H", &[2, 2]), ("rim.a", &[2]), ("rim.w", &[2]), ("rim.position", &[1]), ("rim.gap", &[1]),
-            ("rim.own_approach", &[1]), ("rim.stabilisation", &[]), ("rim.restitution", &[]),
+            ("rim.discretisation_approach", &[1]), ("rim.stabilisation", &[]), ("rim.restitution", &[]),
             ("rim.contact_stiffness", &[]), ("rim.contact_damping", &[]),
         ];
         for ((name, extents), reference) in parts.into_iter().zip(6..) {

@@ -94,7 +94,7 @@ impl ActiveSetFactor for ModeFactor {
         step: &AffineStep<Self>,
         model: &DiscretisedModel,
         lambda: &[f64],
-        next: &[f64],
+        w_plus: &[f64],
         impulses: &mut [f64],
         tolerance: f64,
     ) -> bool {
@@ -111,7 +111,7 @@ impl ActiveSetFactor for ModeFactor {
             } else {
                 let (direction, mu) = (states[row].friction(), friction[row]);
                 // Friction points against the sliding velocity.
-                let slides = mu == 0.0 || direction * next[contacts + row] <= tolerance;
+                let slides = mu == 0.0 || direction * w_plus[contacts + row] <= tolerance;
                 if impulse < 0.0 || !slides {
                     return false;
                 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub struct LinearModel<'a> {
     /// `H`.
     pub h: &'a [f64],
-    /// Free accelerations.
+    /// Free accelerations, m/s².
     pub a: &'a [f64],
     /// Rows of contacts; with friction normal rows, then tangential ones.
     pub contact_rows: usize,
@@ -23,7 +23,7 @@ pub struct LinearModel<'a> {
 }
 
 impl LinearModel<'_> {
-    /// Returns one entry of `H`.
+    /// Returns one entry of `H`, 1/kg.
     #[inline(always)]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         let n = self.contact_rows;
@@ -119,19 +119,19 @@ impl DiscretisedModel {
         self.length
     }
 
-    /// Returns `H_uu` of the set.
+    /// Returns `H_uu` of the set, n×n, row-major, 1/kg.
     #[inline]
     pub fn h_uu(&self) -> &[f64] {
         &self.h_uu[..self.contacts * self.contacts]
     }
 
-    /// Returns `δ a` of `rows` rows.
+    /// Returns `δ a` of `rows` rows, m/s.
     #[inline]
     pub fn free_increment(&self, rows: usize) -> &[f64] {
         &self.free_increment[..rows]
     }
 
-    /// Returns column `j` of `δ H_·i`, of `rows` rows.
+    /// Returns column `j` of `δ H_·i`, of `rows` rows, s/kg.
     #[inline]
     pub fn force_column(&self, j: usize, rows: usize) -> &[f64] {
         &self.force_columns[j * rows..(j + 1) * rows]
@@ -224,14 +224,14 @@ impl DiscretisedModel {
         }
     }
 
-    /// Writes the velocities after a step without contact impulses to `next`; returns true, as no contact problem is left.
+    /// Writes the velocities after a step without contact impulses to `w_plus`; returns true, as no contact problem is left.
     #[inline(never)]
-    pub fn step_without_contacts(&self, w: &[f64], lambda: &[f64], next: &mut [f64]) -> bool {
+    pub fn step_without_contacts(&self, w: &[f64], lambda: &[f64], w_plus: &mut [f64]) -> bool {
         if let &[force] = lambda {
-            next[0] = w[0] + self.free_increment[0] + force * self.force_columns[0];
+            w_plus[0] = w[0] + self.free_increment[0] + force * self.force_columns[0];
         } else {
             let rows = lambda.len();
-            self.free_velocity(&w[..rows], lambda, &mut next[..rows]);
+            self.free_velocity(&w[..rows], lambda, &mut w_plus[..rows]);
         }
         true
     }

@@ -44,9 +44,15 @@ pub trait ActiveSetFactor: Clone + Sized {
 
     /// Tells whether active rows rest at their gap terms, and no other contact moves further in than its own allows.
     #[inline(always)]
-    fn is_in_region(step: &AffineStep<Self>, law: &StepContactLaw, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
-        let rests = |row: &usize| (next[*row] + law.gap_term(gap, *row)).abs() <= tolerance;
-        !law.is_violated(next, gap, step.accepted(tolerance)) && step.active.iter().all(rests)
+    fn is_in_region(
+        step: &AffineStep<Self>,
+        law: &StepContactLaw,
+        w_plus: &[f64],
+        gap: &[f64],
+        tolerance: f64,
+    ) -> bool {
+        let rests = |row: &usize| (w_plus[*row] + law.gap_term(gap, *row)).abs() <= tolerance;
+        !law.is_violated(w_plus, gap, step.accepted(tolerance)) && step.active.iter().all(rests)
     }
 
     /// Writes the impulses as long as all are admissible; tells whether they are.
@@ -54,7 +60,7 @@ pub trait ActiveSetFactor: Clone + Sized {
         step: &AffineStep<Self>,
         model: &DiscretisedModel,
         lambda: &[f64],
-        next: &[f64],
+        w_plus: &[f64],
         impulses: &mut [f64],
         tolerance: f64,
     ) -> bool;
@@ -73,7 +79,7 @@ pub trait ActiveSetFactor: Clone + Sized {
         false
     }
 
-    /// Bounds how many of the `remaining` micro steps can be skipped, after one that ended with `state.next`.
+    /// Bounds how many of the `remaining` micro steps can be skipped, after one that ended with `state.w_plus`.
     #[inline(always)]
     fn bound_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _l: &[f64], _remaining: usize, _: &MicroState<'_>) {}
 

@@ -60,13 +60,13 @@ const INEXACT: f64 = 1e-9;
 
 /// The state that a micro step changes.
 pub struct MicroState<'a> {
-    /// `[w_u; w_i]` at its start.
+    /// `w = [w_u; w_i]` at its start, m/s.
     pub w: &'a mut [f64],
-    /// `[w_u; w_i]` at its end.
-    pub next: &'a mut [f64],
+    /// `w⁺` at its end, m/s.
+    pub w_plus: &'a mut [f64],
     /// Gaps, m.
     pub gap: &'a mut [f64],
-    /// Contact impulses; those of inactive contacts are zero already.
+    /// Contact impulses `P_u`, N s; those of inactive contacts are zero already.
     pub impulses: &'a mut [f64],
 }
 
@@ -179,15 +179,15 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         self.factor.record_tangent(1, &[], &[]);
     }
 
-    /// Takes a micro step without a look at the contacts, if that is known to stay in the region; of `next` then only interface rows are
+    /// Takes a micro step without a look at the contacts, if that is known to stay in the region; of `w_plus` then only interface rows are
     /// those at its end.
     #[inline(always)]
     pub fn skip(&mut self, law: &StepContactLaw, lambda: &[f64], mut state: MicroState<'_>) -> bool {
         F::skip(self, law, lambda, &mut state)
     }
 
-    /// Takes a micro step under the force `lambda` (N) inside the region, with `remaining` more to come; `next`, gaps and impulses are then
-    /// those at its end. Returns false outside of the region, where only `next` and the impulses have lost their meaning.
+    /// Takes a micro step under the force `lambda` (N) inside the region, with `remaining` more to come; `w_plus`, gaps and impulses are then
+    /// those at its end. Returns false outside of the region, where only `w_plus` and the impulses have lost their meaning.
     #[inline]
     pub fn step(
         &mut self,
@@ -250,9 +250,9 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         state: &mut MicroState<'_>,
     ) -> bool {
         let rows = n + lambda.len();
-        let MicroState { w, next, gap, impulses } = state;
+        let MicroState { w, w_plus, gap, impulses } = state;
         // Tangential rows have no gaps.
-        let (w, next, gap, impulses) = (&w[..rows], &mut next[..rows], &mut gap[..n / F::ROWS], &mut impulses[..n]);
+        let (w, w_plus, gap, impulses) = (&w[..rows], &mut w_plus[..rows], &mut gap[..n / F::ROWS], &mut impulses[..n]);
         self.sigma *= self.decay;
         let mut tolerance = self.tolerance(self.sigma, lambda);
         // A force that is not finite is left to the solver, which reports it.
@@ -262,23 +262,23 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         if F::admits_zero(self, model, law, w, lambda, gap) {
             return false;
         }
-        self.velocities_after(w, lambda, next);
-        if !F::is_in_region(self, law, next, gap, tolerance) {
+        self.velocities_after(w, lambda, w_plus);
+        if !F::is_in_region(self, law, w_plus, gap, tolerance) {
             // Either r has another direction, or another contact closes.
             if !self.update_r(model, law, w, gap, tolerance) {
                 return false;
             }
             tolerance = self.tolerance(self.sigma, lambda);
-            self.velocities_after(w, lambda, next);
-            F::settle(&self.active, law, gap, next);
-            if law.is_violated(next, gap, self.accepted(tolerance)) {
+            self.velocities_after(w, lambda, w_plus);
+            F::settle(&self.active, law, gap, w_plus);
+            if law.is_violated(w_plus, gap, self.accepted(tolerance)) {
                 return false;
             }
         }
-        if !F::write_impulses(self, model, lambda, next, impulses, tolerance) {
+        if !F::write_impulses(self, model, lambda, w_plus, impulses, tolerance) {
             return false;
         }
-        for (gap, w) in gap.iter_mut().zip(&*next) {
+        for (gap, w) in gap.iter_mut().zip(&*w_plus) {
             *gap += law.gap_step * w;
         }
         self.steps += 1;
@@ -304,16 +304,16 @@ impl<F: ActiveSetFactor> AffineStep<F> {
 
     /// Writes `w⁺`.
     #[inline(always)]
-    fn velocities_after(&self, w: &[f64], lambda: &[f64], next: &mut [f64]) {
+    fn velocities_after(&self, w: &[f64], lambda: &[f64], w_plus: &mut [f64]) {
         let rows = w.len();
         let (free, columns) = self.velocities[..rows * (lambda.len() + 2)].split_at(rows);
         let (of_r, forces) = columns.split_at(rows);
         let sigma = self.sigma;
-        for (next, ((w, free), of_r)) in next.iter_mut().zip(w.iter().zip(free).zip(of_r)) {
-            *next = w + free + sigma * of_r;
+        for (w_plus, ((w, free), of_r)) in w_plus.iter_mut().zip(w.iter().zip(free).zip(of_r)) {
+            *w_plus = w + free + sigma * of_r;
         }
         for (&force, column) in lambda.iter().zip(forces.chunks_exact(rows)) {
-            add_multiple(next, force, column);
+            add_multiple(w_plus, force, column);
         }
     }
 

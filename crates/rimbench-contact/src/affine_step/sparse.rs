@@ -77,10 +77,16 @@ impl ActiveSetFactor for SparseSetFactor {
     }
 
     /// Counts violations instead of leaving the pass at the first.
-    fn is_in_region(step: &AffineStep<Self>, law: &StepContactLaw, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
+    fn is_in_region(
+        step: &AffineStep<Self>,
+        law: &StepContactLaw,
+        w_plus: &[f64],
+        gap: &[f64],
+        tolerance: f64,
+    ) -> bool {
         let accepted = -step.accepted(tolerance);
         let mut wrong = 0;
-        for ((w, gap), active) in next.iter().zip(gap).zip(&step.factor.0.active) {
+        for ((w, gap), active) in w_plus.iter().zip(gap).zip(&step.factor.0.active) {
             let slack = w + law.rates.velocity(*gap);
             wrong += u64::from(slack < accepted) + u64::from((active * slack).abs() > tolerance);
         }
@@ -118,15 +124,15 @@ impl ActiveSetFactor for SparseSetFactor {
         }
     }
 
-    fn settle(active: &[usize], law: &StepContactLaw, gap: &[f64], next: &mut [f64]) {
-        active.iter().for_each(|&contact| next[contact] = -law.gap_term(gap, contact));
+    fn settle(active: &[usize], law: &StepContactLaw, gap: &[f64], w_plus: &mut [f64]) {
+        active.iter().for_each(|&contact| w_plus[contact] = -law.gap_term(gap, contact));
     }
 
     #[inline(always)]
     fn skip(step: &mut AffineStep<Self>, law: &StepContactLaw, lambda: &[f64], state: &mut MicroState<'_>) -> bool {
         if step.factor.0.bound.is_open() {
             if let &[force] = lambda
-                && step.skip_one(law, force, state.w, state.next)
+                && step.skip_one(law, force, state.w, state.w_plus)
             {
                 return true;
             }
@@ -144,7 +150,7 @@ impl ActiveSetFactor for SparseSetFactor {
         state: &MicroState<'_>,
     ) {
         // The last micro step looks at all contacts, so that they are up to date at the communication point.
-        step.find_bound(law, lambda, remaining.saturating_sub(1), state.next, state.gap);
+        step.find_bound(law, lambda, remaining.saturating_sub(1), state.w_plus, state.gap);
     }
 
     #[inline]

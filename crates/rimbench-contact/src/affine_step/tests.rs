@@ -58,13 +58,13 @@ fn go(
     (discretised, law): (&DiscretisedModel, &StepContactLaw),
     force: f64,
     ahead: usize,
-    [w, next, gap, impulses]: [&mut Vec<f64>; 4],
+    [w, w_plus, gap, impulses]: [&mut Vec<f64>; 4],
 ) -> Option<bool> {
     let lambda = [force];
-    let skipped = step.skip(law, &lambda, MicroState { w, next, gap, impulses });
-    let went = skipped || step.step(discretised, law, &lambda, ahead + 1, MicroState { w, next, gap, impulses });
+    let skipped = step.skip(law, &lambda, MicroState { w, w_plus, gap, impulses });
+    let went = skipped || step.step(discretised, law, &lambda, ahead + 1, MicroState { w, w_plus, gap, impulses });
     if went {
-        std::mem::swap(w, next);
+        std::mem::swap(w, w_plus);
     }
     went.then_some(skipped)
 }
@@ -76,12 +76,12 @@ fn a_drift_that_each_micro_step_takes_for_rounding_is_seen_once_gaps_have_added_
     let rounding = SparseSetFactor::NEGLIGIBLE * DELTA * PULL;
     for (drift, ahead) in [0.4, 0.01, -0.4].into_iter().flat_map(|part| [(part * rounding, 0), (part * rounding, 98)]) {
         let mut step = step.clone();
-        let (mut w, mut next) = (vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS + 1]);
+        let (mut w, mut w_plus) = (vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS + 1]);
         let (mut gap, mut impulses) = (vec![0.0; CONTACTS], vec![0.0; CONTACTS]);
         w[7] = drift;
         let mut farthest = 0.0_f64;
         for k in 0..20_000 {
-            let state = [&mut w, &mut next, &mut gap, &mut impulses];
+            let state = [&mut w, &mut w_plus, &mut gap, &mut impulses];
             go(&mut step, (&discretised, &law), 0.0, ahead, state).expect("contacts stay");
             if k % 100 == 99 {
                 step.end_skips(&law, &mut w, &mut gap);
@@ -110,9 +110,9 @@ fn rounding_of_one_contact_is_not_corrected_back_and_forth() {
         let mut gap: Vec<f64> = (0..CONTACTS).map(|i| -1e-6 * (1.0 + libm::sin(i as f64))).collect();
         let mut w: Vec<f64> = gap.iter().map(|gap| -law.rates.velocity(*gap)).chain([0.0]).collect();
         (w[7], gap[7]) = (part * rounding, part * rounding * DELTA);
-        let (mut next, mut impulses) = (w.clone(), vec![0.0; CONTACTS]);
+        let (mut w_plus, mut impulses) = (w.clone(), vec![0.0; CONTACTS]);
         for _ in 0..50 {
-            let state = [&mut w, &mut next, &mut gap, &mut impulses];
+            let state = [&mut w, &mut w_plus, &mut gap, &mut impulses];
             go(&mut step, (&discretised, &law), 0.0, 0, state).expect("contacts stay");
         }
         let off = (w[CONTACTS] - *interface.get_or_insert(w[CONTACTS])).abs();
@@ -157,8 +157,8 @@ fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_en
         for k in 0..100 {
             let [all, few] =
                 [(&mut of_all, 0), (&mut of_few, 98_usize.saturating_sub(k))].map(|((step, state), ahead)| {
-                    let [w, next, gap, impulses] = state;
-                    go(step, (&discretised, &law), force(k), ahead, [w, next, gap, impulses])
+                    let [w, w_plus, gap, impulses] = state;
+                    go(step, (&discretised, &law), force(k), ahead, [w, w_plus, gap, impulses])
                 });
             assert_eq!(all.is_some(), few.is_some(), "{turn}: micro step {k}");
             ahead_of_all += usize::from(few == Some(true));

@@ -106,7 +106,7 @@ impl SparseActiveSet {
         &self.factor
     }
 
-    /// Returns `w = H P + b` of the last problem.
+    /// Returns `w = H P + b` of the last problem, m/s.
     pub fn velocities(&self) -> &[f64] {
         &self.w
     }

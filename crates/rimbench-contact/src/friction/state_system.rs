@@ -112,7 +112,7 @@ impl StateSystem {
         self.rank
     }
 
-    /// Returns the entry of `line F_σ` for the unknown `k`; `line` are stacked entries, `[n; t]` first.
+    /// Returns the entry of `line F_σ` for the unknown `k`, 1/kg; `line` are stacked entries, `[n; t]` first.
     #[inline]
     pub fn column_of(&self, k: usize, line: &[f64]) -> f64 {
         self.columns[k].of(line)

@@ -21,7 +21,7 @@ pub struct Stiction {
 }
 
 impl Stiction {
-    /// Returns the coefficient of the step that follows one in which the contact did this.
+    /// Returns μ of the step that follows one in which the contact did this.
     #[inline]
     pub fn after(self, state: ContactState) -> f64 {
         if state == ContactState::Stick { self.at_rest } else { self.in_motion }

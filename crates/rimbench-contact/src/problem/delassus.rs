@@ -14,7 +14,7 @@ pub trait DelassusOperator: Copy {
     /// Returns one row of `w = H P + b`, m/s, summed in the order of this form of H.
     fn velocity(&self, row: usize, b: &[f64], impulses: &[f64]) -> f64;
 
-    /// Computes [`ContactProblem::natural_residual`]; a form of H may have a faster way.
+    /// Computes [`ContactProblem::natural_residual`], m/s; a form of H may have a faster way.
     #[inline(always)]
     fn natural_residual<K: Cone>(problem: &ContactProblem<'_, Self, K>, impulses: &[f64]) -> f64 {
         problem.residual_of(impulses, |row| problem.delassus.velocity(row, problem.b, impulses))
@@ -24,14 +24,14 @@ pub trait DelassusOperator: Copy {
 /// H as a full matrix.
 #[derive(Debug, Clone, Copy)]
 pub struct DenseDelassus<'a> {
-    /// `n×n`, row-major.
+    /// `n×n`, row-major, 1/kg.
     pub h: &'a [f64],
     /// n.
     pub rows: usize,
 }
 
 impl<'a> DenseDelassus<'a> {
-    /// Returns one row.
+    /// Returns one row, n entries in 1/kg.
     #[inline]
     pub fn row(&self, row: usize) -> &'a [f64] {
         &self.h[row * self.rows..(row + 1) * self.rows]
@@ -66,7 +66,7 @@ impl DelassusOperator for DenseDelassus<'_> {
             6 => of_few::<6, K>(problem.delassus.h, problem.b, problem.cone, impulses),
             7 => of_few::<7, K>(problem.delassus.h, problem.b, problem.cone, impulses),
             8 => of_few::<8, K>(problem.delassus.h, problem.b, problem.cone, impulses),
-            _ => problem.residual_of(impulses, |row| problem.delassus.velocity(row, problem.b, impulses)),
+            _ => of_many(problem.delassus.h, problem.b, problem.cone, impulses),
         }
     }
 }
@@ -86,6 +86,13 @@ fn of_few<const N: usize, K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f6
         *w += b;
     }
     ContactProblem { delassus: DenseDelassus { h, rows: N }, b, cone }.residual_of(impulses, |row| w[row])
+}
+
+/// Computes row by row.
+#[inline(never)]
+fn of_many<K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
+    let delassus = DenseDelassus { h, rows: b.len() };
+    ContactProblem { delassus, b, cone }.residual_of(impulses, |row| delassus.velocity(row, b, impulses))
 }
 
 impl DelassusOperator for SymmetricRows<'_> {

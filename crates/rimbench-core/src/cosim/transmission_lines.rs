@@ -27,7 +27,7 @@ impl LineForces {
         *self = LineForces::new(self.impedance.len(), micro_steps, self.smoothing);
     }
 
-    /// Returns α.
+    /// Returns α, in [0, 1).
     pub fn smoothing(&self) -> f64 {
         self.smoothing
     }
@@ -37,18 +37,18 @@ impl LineForces {
         &self.impedance
     }
 
-    /// Begins a macro step with these Z_i.
+    /// Begins a macro step with these Z_i, N·s/m.
     pub fn begin(&mut self, impedance: &[f64]) {
         self.impedance.copy_from_slice(impedance);
         self.course.clear();
     }
 
-    /// Adds C of the next micro step, one value per row.
+    /// Adds C of the next micro step, one value per row, N.
     pub fn push(&mut self, forces: &[f64]) {
         self.course.push(forces);
     }
 
-    /// Returns C in one micro step.
+    /// Returns C in one micro step, one value per row, N.
     pub fn at(&self, micro_step: usize) -> &[f64] {
         self.course.at(micro_step)
     }

@@ -66,7 +66,7 @@ impl AccelerationJumps {
         &mut self.jumps[first..]
     }
 
-    /// Returns the kinks: when each is reached, and by how much accelerations jump there.
+    /// Returns the kinks: when each is reached, s after the communication point, and by how much accelerations of all rows jump there.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[f64])> {
         self.times.iter().copied().zip(self.jumps.chunks_exact(self.rows.max(1)))
     }

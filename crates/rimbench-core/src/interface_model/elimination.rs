@@ -115,7 +115,10 @@ impl Elimination {
         pattern.map(Arc::new)
     }
 
-    /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` with joint stabilisation `γ`.
+    /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` (s) with joint stabilisation `γ`.
+    ///
+    /// # Errors
+    /// If the mass matrix is not positive definite or bilateral rows depend on each other.
     pub fn reduce(
         &mut self,
         eq3: &Linearisation,

@@ -162,7 +162,7 @@ impl ReducedInterfaceModel {
         self.delassus_pattern.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h[..pattern.entries()] })
     }
 
-    /// Returns column `i` of `[H_ui; H_ii]`, where `H_uu` is sparse.
+    /// Returns column `i` of `[H_ui; H_ii]`, n_u + n_i entries in 1/kg, where `H_uu` is sparse.
     #[inline]
     pub fn interface_column(&self, i: usize) -> Option<&[f64]> {
         let (first, rows) = (self.delassus_pattern.as_ref()?.entries(), self.contacts + self.interface);
@@ -239,7 +239,7 @@ impl ReducedInterfaceModel {
         Ok(())
     }
 
-    /// Returns one entry of the stacked `H`; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
+    /// Returns one entry of the stacked `H`, 1/kg; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         self.linear().entry(row, column)
@@ -331,7 +331,7 @@ impl ReducedInterfaceModel {
 
     /// Returns the largest approach w₀ of a contact that is no impact, m/s, and whether the contact is plastic.
     #[inline]
-    pub fn own_approach_of(&self, contact: usize) -> (f64, bool) {
+    pub fn discretisation_approach_of(&self, contact: usize) -> (f64, bool) {
         (self.discretisation_approach.get(contact).copied().unwrap_or(0.0), self.is_plastic(contact))
     }
 

@@ -31,7 +31,7 @@ pub trait MechanicalModel: Send {
     /// Numbers of velocities, rows and switches.
     fn size(&self) -> ModelSize;
 
-    /// Returns start position and velocity.
+    /// Returns q and v at the start; their units are the model's, those of rows and gaps m and m/s.
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>);
 
     /// Takes note of a new state.
@@ -45,7 +45,7 @@ pub trait MechanicalModel: Send {
     /// Writes the entries of `M(q)`: its diagonal, or all of them row by row.
     fn mass_matrix(&self, q: &[f64], entries: &mut [f64]);
 
-    /// Writes `f_a − c`: applied forces minus Coriolis and centrifugal terms.
+    /// Writes `f_a − c`, one entry per velocity: applied forces minus Coriolis and centrifugal terms.
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
 
     /// Writes the part of [`forces`](Self::forces) that depends on the state: springs and dampers, not gravity. False: it is not known.

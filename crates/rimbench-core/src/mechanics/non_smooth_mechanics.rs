@@ -122,12 +122,12 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.stepper.friction_impulses()
     }
 
-    /// Returns the positions.
+    /// Returns q, in the units of the model.
     pub fn position(&self) -> &[f64] {
         &self.stepper.q
     }
 
-    /// Returns the velocities.
+    /// Returns v, in the units of the model.
     pub fn velocity(&self) -> &[f64] {
         &self.stepper.v
     }

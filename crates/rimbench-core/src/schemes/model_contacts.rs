@@ -24,10 +24,10 @@ use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, ro
 /// State of the model between communication points, contacts in the order of the set, with friction their tangential rows after them.
 #[derive(Clone)]
 pub(super) struct ModelState {
-    /// `[w_u; w_i]`.
+    /// `w = [w_u; w_i]` at the start of the micro step, m/s.
     pub(super) w: Vec<f64>,
-    /// `w⁺` in a micro step; between micro steps `w` at the start of the last one.
-    pub(super) next: Vec<f64>,
+    /// `w⁺`, at its end, m/s; at the start of a macro step what is received.
+    pub(super) w_plus: Vec<f64>,
     pub(super) gap: Vec<f64>,
     /// `P_u` of the last micro step.
     pub(super) impulses: Vec<f64>,
@@ -40,12 +40,12 @@ impl ModelState {
     pub(super) fn new(contacts: usize, rows: usize, interface: usize) -> Self {
         let w = vec![0.0; rows + interface];
         let (gap, impulses, position) = (vec![0.0; contacts], vec![0.0; rows], vec![0.0; interface]);
-        ModelState { next: w.clone(), w, gap, impulses, position }
+        ModelState { w_plus: w.clone(), w, gap, impulses, position }
     }
 
     #[inline(always)]
     fn micro(&mut self) -> MicroState<'_> {
-        MicroState { w: &mut self.w, next: &mut self.next, gap: &mut self.gap, impulses: &mut self.impulses }
+        MicroState { w: &mut self.w, w_plus: &mut self.w_plus, gap: &mut self.gap, impulses: &mut self.impulses }
     }
 }
 
@@ -95,7 +95,7 @@ impl<S: ContactSolver> Complementarity<S> {
     fn leave_region(&mut self, law: &StepContactLaw, state: &mut ModelState) {
         self.matrix_changed = true;
         if let Some(affine) = &mut self.affine {
-            affine.leave_region(law, &mut state.w, &mut state.gap);
+            affine.leave_region(law, &mut state.w_plus, &mut state.gap);
         }
     }
 
@@ -134,7 +134,7 @@ impl<S: ContactSolver> Complementarity<S> {
         let FrozenModel { discretised, law, .. } = model;
         let (n, m) = (discretised.contacts(), discretised.contacts() / S::Factor::ROWS);
         let rows = n + lambda.len();
-        discretised.free_velocity(&state.w[..rows], lambda, &mut state.next[..rows]);
+        discretised.free_velocity(&state.w[..rows], lambda, &mut state.w_plus[..rows]);
         if law.restitution > 0.0 {
             self.find_rebounds(model, state, rows)?;
         }
@@ -142,7 +142,7 @@ impl<S: ContactSolver> Complementarity<S> {
         let changed = std::mem::replace(&mut self.matrix_changed, false);
         let posed = Posed { model: discretised, changed, b: &self.b[..n] };
         self.solver.solve(posed, &mut state.impulses[..n])?;
-        let w = &mut state.next[..rows];
+        let w = &mut state.w_plus[..rows];
         discretised.add_impulses(&state.impulses[..n], w);
         self.violation_left = 0.0;
         // A contact that rebounds does not follow its gap term.
@@ -164,13 +164,13 @@ impl<S: ContactSolver> Complementarity<S> {
         Ok(())
     }
 
-    /// Writes `b`, free velocity and contact law, of all contact rows; the free velocities are in `state.next`.
+    /// Writes `b`, free velocity and contact law, of all contact rows; the free velocities are in `state.w_plus`.
     #[inline]
     fn pose(&mut self, model: FrozenModel<'_>, state: &ModelState, solved: Solved) {
         let (law, n) = (model.law, model.discretised.contacts());
         let m = n / S::Factor::ROWS;
         let b = &mut self.b[..n];
-        b.copy_from_slice(&state.next[..n]);
+        b.copy_from_slice(&state.w_plus[..n]);
         for (b, gap) in b[..m].iter_mut().zip(&state.gap) {
             *b += law.rates.velocity(*gap);
         }
@@ -181,19 +181,19 @@ impl<S: ContactSolver> Complementarity<S> {
                     Some(contact) => self.rebounds.term_along(&step, contact, state.w[row]),
                     None => self.rebounds.term(&step, row, law.rates.velocity(state.gap[row]), state.w[row], solved),
                 };
-                *b = state.next[row] + term;
+                *b = state.w_plus[row] + term;
             }
         }
     }
 
-    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.next`.
+    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.w_plus`.
     ///
     /// The rows of a frozen model do not turn, so that contacts at rest approach by what the mechanics' step made and no more.
     fn find_rebounds(&mut self, model: FrozenModel<'_>, state: &mut ModelState, rows: usize) -> Result<(), Failure> {
         let n = model.discretised.contacts();
         let step = impact_step(model, self.solver.tolerance());
-        let own = |slot: usize| model.received.own_approach_of(model.set[slot]);
-        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
+        let own = |slot: usize| model.received.discretisation_approach_of(model.set[slot]);
+        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
         if self.rebounds.record_hits(&step, impact, own) {
             self.look_ahead(model, &step, state, rows)?;
         }
@@ -210,7 +210,7 @@ impl<S: ContactSolver> Complementarity<S> {
         rows: usize,
     ) -> Result<(), Failure> {
         let (discretised, n) = (model.discretised, model.discretised.contacts());
-        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
+        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
         let Complementarity { rebounds, solver, matrix_changed, w_displacement, .. } = self;
         let lasts = rebounds.look_ahead(step, impact, |b, impulses, velocities| {
             let changed = std::mem::replace(matrix_changed, false);
@@ -224,7 +224,7 @@ impl<S: ContactSolver> Complementarity<S> {
             self.pose(model, state, Solved::Displacement);
             let posed = Posed { model: discretised, changed: false, b: &self.b[..n] };
             self.solver.try_solve(posed, &mut state.impulses[..n])?;
-            self.w_displacement[..rows].copy_from_slice(&state.next[..rows]);
+            self.w_displacement[..rows].copy_from_slice(&state.w_plus[..rows]);
             discretised.add_impulses(&state.impulses[..n], &mut self.w_displacement[..rows]);
         }
         Ok(())
@@ -291,7 +291,7 @@ impl ModelContacts {
     }
 
     /// Takes a micro step under the force `lambda` (N) without a contact problem: there is none, or its active set stays. Velocities at its
-    /// end are then in `state.next`. Returns false if the problem is to be solved.
+    /// end are then in `state.w_plus`. Returns false if the problem is to be solved.
     #[inline(always)]
     pub(super) fn step_in_region(
         &mut self,
@@ -304,7 +304,7 @@ impl ModelContacts {
         each!(
             self,
             contacts => contacts.step_in_region(discretised, law, state, lambda, at),
-            discretised.step_without_contacts(&state.w, lambda, &mut state.next)
+            discretised.step_without_contacts(&state.w, lambda, &mut state.w_plus)
         )
     }
 
@@ -322,19 +322,19 @@ impl ModelContacts {
         each!(self, contacts => contacts.solve(model, state, lambda), Ok(()))
     }
 
-    /// Records what contacts with friction did in the micro step that ends with velocities `next`.
+    /// Records what contacts with friction did in the micro step that ends with velocities `w_plus`.
     pub(super) fn record_modes(
         &self,
         discretised: &DiscretisedModel,
         set: &[usize],
-        next: &[f64],
+        w_plus: &[f64],
         modes: &mut RecordedModes,
     ) {
         let ModelContacts::Coulomb(contacts) = self else { return };
         let (m, n) = (set.len(), discretised.contacts());
-        let rows = next[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
+        let rows = w_plus[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
         let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
-        contacts.solver.record_modes(set, &next[m..n], rounding, modes);
+        contacts.solver.record_modes(set, &w_plus[m..n], rounding, modes);
     }
 
     /// Returns what solvers and affine steps have done.

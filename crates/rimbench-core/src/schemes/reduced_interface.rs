@@ -53,7 +53,7 @@ pub(super) struct ReducedInterface {
     contacts: ModelContacts,
     gap_term: GapTerm,
     law: StepContactLaw,
-    /// `w_u, w_i, g, P_u, s`.
+    /// `w, w⁺, g, P_u, s`.
     state: ModelState,
     /// The actuator's force at the last communication point.
     force: Vec<f64>,
@@ -75,7 +75,7 @@ impl ReducedInterface {
         let model = &self.model.received;
         self.law = self.gap_term.law(model, self.micro_step);
         let (n, state) = (self.discretised.contacts(), &mut self.state);
-        for (w, &row) in state.w[..n].iter_mut().zip(self.contacts.rows(self.set.contacts())) {
+        for (w, &row) in state.w_plus[..n].iter_mut().zip(self.contacts.rows(self.set.contacts())) {
             *w = model.w[row];
         }
         for (gap, &contact) in state.gap.iter_mut().zip(self.set.contacts()) {
@@ -83,7 +83,7 @@ impl ReducedInterface {
         }
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
         let w_i = if bilateral { &self.condensation.w[..] } else { &model.w[model.interface_start()..] };
-        state.w[n..n + w_i.len()].copy_from_slice(w_i);
+        state.w_plus[n..n + w_i.len()].copy_from_slice(w_i);
         state.position.copy_from_slice(&model.position);
         self.mass.bilateral = self.condensation.effective_mass;
         Ok(())
@@ -112,10 +112,11 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Takes one micro step of Eq. 4 under the force `lambda` (N): `w⁺` is then in `state.w`, and `w` in `state.next`.
+    /// Takes one micro step of Eq. 4 under the force `lambda` (N), from `w⁺` of the last one.
     #[inline(always)]
     fn step(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
         let ReducedInterface { discretised, law, set, model, contacts, state, .. } = self;
+        std::mem::swap(&mut state.w, &mut state.w_plus);
         if !contacts.step_in_region(discretised, law, state, lambda, at) {
             let frozen = FrozenModel { discretised, law, set: set.contacts(), received: &model.received };
             contacts.solve(frozen, state, lambda)?;
@@ -123,16 +124,15 @@ impl ReducedInterface {
         if at.index == 0 {
             self.record_first_step();
         }
-        std::mem::swap(&mut self.state.w, &mut self.state.next);
         Ok(())
     }
 
-    /// Records which contacts carried impulse in the first micro step, and stick or slip, before `w` and `w⁺` are swapped.
+    /// Records which contacts carried impulse in the first micro step, and stick or slip.
     #[inline(never)]
     fn record_first_step(&mut self) {
         let ReducedInterface { discretised, set, modes, contacts, state, mass, .. } = self;
         mass.record(set.contacts(), &state.impulses[..discretised.contacts()]);
-        contacts.record_modes(discretised, set.contacts(), &state.next, modes);
+        contacts.record_modes(discretised, set.contacts(), &state.w_plus, modes);
     }
 }
 
@@ -173,7 +173,7 @@ impl CouplingScheme for ReducedInterface {
         self.step(own, at)?;
         let (n, n_i) = (self.discretised.contacts(), own.len());
         let (u_position, u_velocity) = u.split_at_mut(n_i);
-        for (i, w) in self.state.w[n..n + n_i].iter().enumerate() {
+        for (i, w) in self.state.w_plus[n..n + n_i].iter().enumerate() {
             // s⁺ = s + δ w_i⁺
             let s = self.state.position[i] + at.length * w;
             self.state.position[i] = s;

@@ -556,8 +556,8 @@ fn append_part(model: &ReducedInterfaceModel, part: Model, found: &mut Vec<f64>)
         Model::W => found.extend_from_slice(&model.w),
         Model::Gap => found.extend_from_slice(&model.gap),
         // A minus sign, also of zero, says that the contact is plastic.
-        Model::OwnApproach => found.extend((0..model.contacts()).map(|contact| {
-            let (own, plastic) = model.own_approach_of(contact);
+        Model::DiscretisationApproach => found.extend((0..model.contacts()).map(|contact| {
+            let (own, plastic) = model.discretisation_approach_of(contact);
             if plastic { -own } else { own }
         })),
         Model::Position => found.extend_from_slice(&model.position),

@@ -17,7 +17,7 @@ pub enum Model {
     /// Gaps, n_u, m.
     Gap,
     /// Approaches that the mechanics' steps make by themselves, n_u, m/s.
-    OwnApproach,
+    DiscretisationApproach,
     /// Interface coordinates, n_i, m.
     Position,
     /// Whether a contact was at its bound in the last step, n_u.
@@ -187,7 +187,13 @@ impl Variables {
                     &[contacts],
                 );
                 let about = "Interface model: approaches that the mechanics' steps make by themselves, of which nothing bounces back";
-                put("rim.own_approach", Kind::Model(Model::OwnApproach), "m/s", about, &[contacts]);
+                put(
+                    "rim.discretisation_approach",
+                    Kind::Model(Model::DiscretisationApproach),
+                    "m/s",
+                    about,
+                    &[contacts],
+                );
                 let about = "Interface model: whether a contact was at its bound in the last step";
                 put("rim.at_bound", Kind::Model(Model::AtBound), "", about, &[contacts]);
             }

@@ -175,7 +175,7 @@ impl Finder<'_> {
         let mut truths = Vec::new();
         if contacts > 0 {
             numbers.push(number("rim.gap", &[contacts])?);
-            numbers.push(number("rim.own_approach", &[contacts])?);
+            numbers.push(number("rim.discretisation_approach", &[contacts])?);
             truths.push(find("rim.at_bound", Type::Boolean, &[contacts])?);
         }
         for name in ["rim.stabilisation", "rim.restitution", "rim.contact_stiffness", "rim.contact_damping"] {

@@ -93,9 +93,15 @@ fn columns(of: &[f64], rows: usize) -> [&[f64]; 3] {
 }
 
 impl AffineStep<SparseSetFactor> {
-    /// Takes a micro step without a look at the contacts, if their bounds still hold; of `next` then only the interface row, behind those of
+    /// Takes a micro step without a look at the contacts, if their bounds still hold; of `w_plus` then only the interface row, behind those of
     /// the contacts, is that at its end.
-    pub(in super::super) fn skip_one(&mut self, law: &StepContactLaw, force: f64, w: &[f64], next: &mut [f64]) -> bool {
+    pub(in super::super) fn skip_one(
+        &mut self,
+        law: &StepContactLaw,
+        force: f64,
+        w: &[f64],
+        w_plus: &mut [f64],
+    ) -> bool {
         let sigma = self.sigma * self.decay;
         let tolerance = self.tolerance(sigma, &[force]);
         let accepted = self.accepted(tolerance);
@@ -123,7 +129,7 @@ impl AffineStep<SparseSetFactor> {
             contact.w = contact.next;
             contact.gap += law.gap_step * contact.next;
         }
-        next[n] = velocity(w[n], n);
+        w_plus[n] = velocity(w[n], n);
         bound.taken += 1;
         for (sums, addend) in [(&mut bound.forces, force), (&mut bound.sigmas, sigma)] {
             sums[0] += addend;

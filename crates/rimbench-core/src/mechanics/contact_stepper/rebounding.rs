@@ -108,7 +108,7 @@ impl Rebounding {
             }
         }
         let state = ImpactRows { gap: &eq4.gap, w: &eq4.w[..rows], free: &self.free };
-        if self.rebounds.record_hits(&step, state, |contact| eq4.own_approach_of(contact)) {
+        if self.rebounds.record_hits(&step, state, |contact| eq4.discretisation_approach_of(contact)) {
             contacts.begin_trials(eq4);
             self.rebounds
                 .look_ahead(&step, state, |b, impulses, velocities| contacts.try_solve(eq4, b, impulses, velocities))?;

@@ -16,7 +16,7 @@ impl ReducedInterface {
             // Velocities of many contacts are out of date within a critical region.
             contacts.leave_region(law, state);
             let rows = contacts.rows(set.contacts());
-            return Some(ModelEnd { rows, w: &state.w[..rows.len()] });
+            return Some(ModelEnd { rows, w: &state.w_plus[..rows.len()] });
         }
         // Bilateral contacts stand still, or follow their gap term; they have no use for impulses.
         let (received, current) = (&model.received, &model.current);

@@ -9,7 +9,7 @@ impl ReducedInterface {
     pub(in super::super) fn row_at_end(&self, to: Side, row: usize, u: &mut [f64]) {
         if to == Side::Actuator && self.feedthrough.is_on() {
             let rows = self.state.position.len();
-            (u[row], u[rows + row]) = (self.state.position[row], self.state.w[self.discretised.contacts() + row]);
+            (u[row], u[rows + row]) = (self.state.position[row], self.state.w_plus[self.discretised.contacts() + row]);
         }
     }
 
@@ -25,13 +25,13 @@ impl ReducedInterface {
         let (n, n_i) = (self.discretised.contacts(), own.len());
         let mut force = std::mem::take(&mut self.feedthrough.start_force);
         force.copy_from_slice(own);
-        self.feedthrough.force_at_start(u, &self.state.position, &self.state.w[n..n + n_i], &mut force);
+        self.feedthrough.force_at_start(u, &self.state.position, &self.state.w_plus[n..n + n_i], &mut force);
         let stepped = self.step(&force, at);
         self.feedthrough.start_force = force;
         stepped?;
         let (u_position, u_velocity) = u.split_at_mut(n_i);
-        for (i, (w, before)) in self.state.w[n..n + n_i].iter().zip(&self.state.next[n..]).enumerate() {
-            let mean = 0.5 * (w + before);
+        for (i, (w, w_plus)) in self.state.w[n..n + n_i].iter().zip(&self.state.w_plus[n..]).enumerate() {
+            let mean = 0.5 * (w_plus + w);
             u_position[i] = self.state.position[i] + 0.5 * at.length * mean;
             u_velocity[i] = mean;
             self.state.position[i] += at.length * mean;
