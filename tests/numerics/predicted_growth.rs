@@ -146,25 +146,6 @@ fn predicted_growth_is_that_of_the_map_of_actual_macro_steps() {
     assert!((100..500).contains(&grows), "{grows} of 700 grow");
 }
 
-/// Springs of the mechanics in a frozen bias: unstable with the exact mass. Sent as a half-kick: stable.
-#[test]
-fn a_frozen_bias_that_depends_on_the_state_is_unstable_with_the_exact_mass_and_a_half_kick_is_not() {
-    // H²k/m = 2, H²K/m = 9; without any damping.
-    let per_square = 1.0 / (H * H);
-    let coupling = LinearCoupling {
-        mass: 1.0,
-        own_stiffness: 2.0 * per_square,
-        own_damping: 0.0,
-        stiffness: 9.0 * per_square,
-        damping: 0.0,
-        leak: 0.0,
-    };
-    let growth = |motion| measured(coupling, ("rim-nonsmooth", ACTUATOR_FIRST, ForceReturn::Mean), motion, 400, |_| ());
-    let [frozen, kicked] = [ModelMotion::Frozen, ModelMotion::HalfKick].map(growth);
-    assert!(frozen > 1.2, "{frozen}");
-    assert!(kicked < 1.02, "{kicked}");
-}
-
 /// H²k/m = 3, H d/m = 0.2, Ω = 3.4 with H = 10 ms and a plastic stop, which is out of reach in the linear runs.
 #[test]
 fn on_the_impact_oscillator_a_frozen_bias_grows_and_a_half_kick_does_not_with_and_without_the_stop() {

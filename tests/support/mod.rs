@@ -381,6 +381,8 @@ pub struct LinearModel {
     pub bends: Option<[f64; 3]>,
     /// A contact that never rebounds, if any.
     pub plastic: Option<usize>,
+    /// Whether the forces are said to depend on the state.
+    pub sprung: bool,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
 }
@@ -442,6 +444,10 @@ impl MechanicalModel for LinearModel {
     }
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
         force.copy_from_slice(&self.force);
+    }
+    fn state_forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) -> bool {
+        force.copy_from_slice(&self.force);
+        self.sprung
     }
     fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.bilateral.write(q, rows);
