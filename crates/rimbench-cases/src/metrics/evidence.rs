@@ -21,6 +21,8 @@ pub struct Evidence<'a> {
     pub reference_friction: &'a [Vec<FrictionPhase>],
     /// How the run ended.
     pub report: &'a Report,
+    /// Whether an account of what its model created was asked for.
+    pub audited: bool,
     /// The rows of the interface.
     pub interface: &'a [InterfaceRow],
     /// Column of the effective mass, where the case has one.
@@ -127,6 +129,7 @@ impl<'a> Evidence<'a> {
             run_friction: &[],
             reference_friction: &[],
             report,
+            audited: false,
             interface: &[],
             effective_mass: None,
             gaps: &[],

@@ -27,7 +27,6 @@ metrics! {
     "Largest eigenvalue of H_mech − H_model over the run, relative to H_ii: above 0 the model was heavier than the mechanics"
     => |evidence| {
         // What was asked for and could not be found is no number, which is not the same as no cell.
-        let asked = evidence.run.index_of("heaviness").map(|_| f64::NAN);
-        evidence.report.audit.model.map(|model| model.heaviness).or(asked)
+        evidence.report.audit.model.map(|model| model.heaviness).or(evidence.audited.then_some(f64::NAN))
     };
 }

@@ -185,6 +185,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         run_friction: &run_friction,
         reference_friction: &reference_friction,
         report: &result.report,
+        audited: spec.audit,
         interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),
         gaps: &gaps,
