@@ -113,7 +113,8 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
 }
 
 /// What an audit says that found nothing out.
-const NOT_AUDITED: &str = "not audited: it does not stay as sent, or a side does not tell its contact impulses";
+const NOT_AUDITED: &str =
+    "not audited: it moves, or locks by its own friction, or a side does not tell its contact impulses";
 
 /// What the first screen is made from.
 struct Said<'a> {

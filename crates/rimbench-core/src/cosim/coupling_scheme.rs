@@ -6,7 +6,7 @@ use super::output_rates::OutputRates;
 use super::side::Side;
 use super::transmission_lines::LineForces;
 use crate::error::Failure;
-use crate::interface_model::ReducedInterfaceModel;
+use crate::interface_model::{ContactModes, ReducedInterfaceModel};
 use rimbench_contact::complementarity::SolverCounters;
 
 /// The sample that one side sends at a communication point.
@@ -100,12 +100,16 @@ pub struct Forecast<'a> {
 }
 
 /// Where the contacts of a scheme's own model end a macro step in which the model stayed as it was sent.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct ModelEnd<'a> {
     /// Rows of the contacts that the model has, in the model that was sent.
     pub rows: &'a [usize],
     /// Their velocities, m/s.
     pub w: &'a [f64],
+    /// All velocities with which the model started, in the order of the model that was sent: with a half-kick, those after it.
+    pub start: &'a [f64],
+    /// What bilateral contacts with friction do; none where there are none.
+    pub bilateral_modes: Option<ContactModes<'a>>,
 }
 
 /// A picture of the other side between communication points: an input for each micro step.

@@ -7,7 +7,8 @@
 //! contacts      what contacts lose in the mechanics beyond what they lose in the model, micro steps included
 //! unfrozen      what the mechanics received beyond the frozen model's account of its own steps: rows that turn
 //! ```
-//! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro steps.
+//! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro steps. A model that
+//! started with a half-kick k has `a − 2k/H` inside, and ends k short of the mechanics: `w_u⁺ − k_u` takes the place of `w_u⁺`.
 //! # Source
 //! `docs/method/no-heavier-than-the-mechanics.md`.
 
@@ -17,6 +18,7 @@ use super::output_history::OutputHistory;
 use crate::interface_model::{
     Condensation, IndependentRows, ReducedInterfaceModel, Redundancy, condense, smallest_eigenvalue,
 };
+use rimbench_contact::friction::{ContactState, StateSystem};
 use rimbench_contact::linear_algebra::body_dot;
 
 /// Below this fraction of the largest an impulse counts as zero, and a change of velocity below this fraction of what it is a difference of.
@@ -89,6 +91,9 @@ pub(crate) struct ModelAudit {
     /// The interface of model and mechanics with the contacts that carried impulse.
     condensed: [Condensation; 2],
     difference: Vec<f64>,
+    /// What bilateral contacts with friction do.
+    states: Vec<ContactState>,
+    system: StateSystem,
 }
 
 impl ModelAudit {
@@ -110,6 +115,8 @@ impl ModelAudit {
             closed: Vec::with_capacity(empty.contacts()),
             condensed: [Condensation::of(empty), Condensation::of(empty)],
             difference: vec![0.0; n_i * n_i],
+            states: vec![ContactState::Open; empty.friction.len()],
+            system: StateSystem::new(empty.friction.len()),
         }
     }
 
@@ -146,7 +153,8 @@ impl ModelAudit {
         self.contacts.iter_mut().zip(impulses).for_each(|(sum, own)| *sum += own);
     }
 
-    /// Closes a macro step under the forces `sent`, with the work sent and received since the start (J).
+    /// Closes a macro step under `forces`, with the work sent and received since the start (J). Of a half-kick the loop counts the share
+    /// `kicked` in the first micro step: all of it with the mean velocity, half with the velocities before and after.
     pub(crate) fn finish(
         &mut self,
         model: &ReducedInterfaceModel,
@@ -154,12 +162,14 @@ impl ModelAudit {
         forces: &OutputHistory,
         scheme: &mut dyn CouplingScheme,
         work: [Option<f64>; 2],
+        kicked: f64,
     ) {
         let first = model.interface_start();
-        let ([Some(sent), Some(received)], true) = (work, self.known) else {
+        let (Some(end), [Some(sent), Some(received)], true) = (scheme.model_end(), work, self.known) else {
             self.known = false;
             return;
         };
+        let kick = |row: usize| end.start[row] - model.w[row];
         // ∫ λ dt, a · ∫ t λ dt
         let count = forces.rows().len() as f64;
         let (delta, mut sent_moment) = (step.length / count, 0.0);
@@ -167,7 +177,8 @@ impl ModelAudit {
             // The force of micro step j is in n − j + 1 of the sums.
             let [sum, sums] = forces.running_sums(i);
             *impulse = delta * sum;
-            sent_moment += delta * delta * a * ((count + 0.5) * sum - sums);
+            sent_moment += delta * delta * (a - 2.0 * kick(first + i) / step.length) * ((count + 0.5) * sum - sums);
+            sent_moment += kick(first + i) * (*impulse - (1.0 - kicked) * delta * forces.at(0)[i]);
         }
         let columns = model.a.len();
         let h = |row: usize| &model.h[row * columns..(row + 1) * columns];
@@ -180,11 +191,7 @@ impl ModelAudit {
         let unfrozen = (received - self.counted[1]) - smooth - self.moment - self.contact_work;
 
         // P̂
-        let Some(end) = scheme.model_end() else {
-            self.known = false;
-            return;
-        };
-        let free = |row: usize| model.w[row] + step.length * model.a[row] + by_impulse(row);
+        let free = |row: usize| model.w[row] + step.length * model.a[row] + by_impulse(row) - kick(row);
         let mut pushed = false;
         for (&row, w) in end.rows.iter().zip(end.w) {
             let free = free(row);
@@ -192,14 +199,19 @@ impl ModelAudit {
             pushed |= (w - free).abs() > ROUNDING * (w.abs() + free.abs());
         }
         self.of_model.fill(0.0);
-        if pushed {
+        if let Some(modes) = end.bilateral_modes {
+            modes.close(&model.w, end.rows, &mut self.states);
+            self.system.factorise(modes.friction, &self.states, |row| model.row(row));
+            self.right.iter_mut().enumerate().for_each(|(row, right)| *right = free(row));
+            end.rows.iter().zip(end.w).for_each(|(&row, w)| self.right[row] -= w);
+            self.system.impulses(&self.right, &mut self.of_model);
+        } else if pushed {
             let (kept, impulses) = self.rows.solve(model, end.rows, |row| self.right[row]);
-            let all = impulses.iter().chain(&self.contacts).chain(&self.impulse);
-            let least = ROUNDING * all.fold(0.0, |most: f64, impulse| most.max(impulse.abs()));
-            for (&row, &impulse) in kept.iter().zip(impulses) {
-                self.of_model[row] = if impulse.abs() > least { impulse } else { 0.0 };
-            }
+            kept.iter().zip(impulses).for_each(|(&row, &impulse)| self.of_model[row] = impulse);
         }
+        let all = self.of_model.iter().chain(&self.contacts).chain(&self.impulse);
+        let least = ROUNDING * all.fold(0.0, |most: f64, impulse| most.max(impulse.abs()));
+        self.of_model.iter_mut().filter(|impulse| impulse.abs() <= least).for_each(|impulse| *impulse = 0.0);
 
         let (mut jump, mut size, mut largest) = (0.0, 0.0, (0.0, 0, Creation::Pull));
         for row in 0..first {
@@ -220,8 +232,8 @@ impl ModelAudit {
             match row.checked_sub(model.contacts()) {
                 Some(contact) => note(w * (p - of_model), contact, Creation::Stick),
                 None => {
-                    // 0 ≤ w + d ⟂ P ≥ 0
-                    let d = if p > 0.0 { -w } else { model.step_gap_velocity(row) };
+                    // 0 ≤ w + d ⟂ P ≥ 0, with the second half-kick in d
+                    let d = if p > 0.0 { -w } else { model.step_gap_velocity(row) + kick(row) };
                     note(d * (of_model - p), row, if d > 0.0 { Creation::Gap } else { Creation::Push });
                     note(-(w + d) * of_model, row, Creation::Pull);
                 }

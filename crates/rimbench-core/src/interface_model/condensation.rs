@@ -43,6 +43,8 @@ pub struct Condensation {
     pub rank: usize,
     /// Effective mass of the heaviest interface direction; `+inf` when it is locked.
     pub effective_mass: f64,
+    /// Whether an entry was below 0, and not by round-off: the interface locks by its own friction, which no motion of the body does.
+    pub locks_itself: bool,
     work: Work,
 }
 
@@ -72,6 +74,7 @@ impl Condensation {
             w: vec![0.0; interface],
             rank: 0,
             effective_mass: f64::NAN,
+            locks_itself: false,
             work: Work {
                 tableau: vec![0.0; rows * columns],
                 pivot_row: vec![0.0; columns],
@@ -150,8 +153,11 @@ pub fn condense_in_modes(
             read_interface(n_c, out);
         }
     }
+    out.locks_itself = false;
     for i in 0..n_i {
-        if n_c > 0 && out.h[i * n_i + i] <= LOCKED_TOLERANCE * model.entry(n_u + i, n_u + i) {
+        let rounding = LOCKED_TOLERANCE * model.entry(n_u + i, n_u + i);
+        if n_c > 0 && out.h[i * n_i + i] <= rounding {
+            out.locks_itself |= out.h[i * n_i + i] < -rounding;
             for j in 0..n_i {
                 out.h[i * n_i + j] = 0.0;
                 out.h[j * n_i + i] = 0.0;

@@ -38,8 +38,6 @@ impl StateWork {
     }
 
     /// Writes `Ĥ_ii`, `â_i`, `ŵ_i` with the contacts `closed` in these modes; returns the rank of `K`.
-    ///
-    /// A contact that the mechanics' last step found open, and is to be closed nevertheless, slides as it moves.
     pub(super) fn condense(
         &mut self,
         model: &ReducedInterfaceModel,
@@ -47,15 +45,9 @@ impl StateWork {
         closed: &[usize],
         [h, a, w]: [&mut [f64]; 3],
     ) -> usize {
-        let (n_u, n_i, first) = (model.contacts(), model.interface(), model.interface_start());
+        let (n_i, first) = (model.interface(), model.interface_start());
         let StateWork { system, states, x, .. } = self;
-        states.fill(ContactState::Open);
-        for &contact in closed {
-            states[contact] = match modes.states[contact] {
-                ContactState::Open => ContactState::of_closed(model.w[n_u + contact], 0.0),
-                known => known,
-            };
-        }
+        modes.close(&model.w, closed, states);
         system.factorise(modes.friction, states, |row| model.row(row));
         // Right-hand sides: the interface columns, then a, then w.
         for column in 0..n_i + 2 {

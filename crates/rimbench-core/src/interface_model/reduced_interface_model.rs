@@ -247,7 +247,7 @@ impl ReducedInterfaceModel {
 
     /// Returns one row of the stacked `H`, which must be dense.
     #[inline]
-    pub(super) fn row(&self, row: usize) -> &[f64] {
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
         &self.h[row * self.rows..(row + 1) * self.rows]
     }
 

@@ -74,9 +74,9 @@ impl MovingModel {
         true
     }
 
-    /// Tells whether the model stays as it was received.
+    /// Tells whether the model stays as it was received, or kicked then.
     pub(super) fn stays(&self) -> bool {
-        self.motion == ModelMotion::Frozen
+        matches!(self.motion, ModelMotion::Frozen | ModelMotion::HalfKick)
     }
 
     /// Lets the model stand still until the next one arrives.

@@ -41,9 +41,10 @@ impl CoupledPair<'_> {
     #[cold]
     fn audit(&mut self, step: MacroStep) {
         let InterfaceWork { sent_j, received_j } = self.interface_work();
-        let PairState { audit, attachments, transmission, .. } = &mut *self.state;
+        let PairState { audit, attachments, transmission, rates, .. } = &mut *self.state;
         if let (Some(audit), Some(model)) = (audit, &attachments.interface_model) {
-            audit.finish(model, step, transmission, &mut *self.scheme, [sent_j, received_j]);
+            let kicked = if rates.is_some() { 1.0 } else { 0.5 };
+            audit.finish(model, step, transmission, &mut *self.scheme, [sent_j, received_j], kicked);
         }
     }
 

@@ -6,24 +6,28 @@ use crate::schemes::model_contacts::ModelContacts;
 
 impl ReducedInterface {
     /// Returns the velocities w (m/s) of the model's contacts at the end of the macro step; none where its matrices moved, where only their
-    /// non-zeros are kept, and of bilateral contacts with friction.
+    /// non-zeros are kept, and where its interface locks by its own friction.
     pub(super) fn end_of_macro_step(&mut self) -> Option<ModelEnd<'_>> {
-        let ReducedInterface { set, model, contacts, law, state, .. } = self;
+        let ReducedInterface { set, model, contacts, modes, law, state, .. } = self;
         if !model.stays() || model.received.delassus_pattern().is_some() {
             return None;
         }
+        let (received, current) = (&model.received, &model.current);
+        let start = &received.w[..];
         if !matches!(contacts, ModelContacts::Bilateral) {
             // Velocities of many contacts are out of date within a critical region.
             contacts.leave_region(law, state);
             let rows = contacts.rows(set.contacts());
-            return Some(ModelEnd { rows, w: &state.w_plus[..rows.len()] });
+            return Some(ModelEnd { rows, w: &state.w_plus[..rows.len()], start, bilateral_modes: None });
         }
         // Bilateral contacts stand still, or follow their gap term; they have no use for impulses.
-        let (received, current) = (&model.received, &model.current);
         for (w, &contact) in state.impulses.iter_mut().zip(set.contacts()) {
             *w = received.w[contact] - current.w[contact];
         }
-        (!received.has_friction())
-            .then(|| ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()] })
+        if self.condensation.locks_itself {
+            return None;
+        }
+        let bilateral_modes = received.has_friction().then(|| modes.get());
+        Some(ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()], start, bilateral_modes })
     }
 }
