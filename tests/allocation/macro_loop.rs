@@ -41,7 +41,7 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         step_rule: variant.step_rule,
         mechanics_steps: variant.mechanics_steps,
         actuator_integrator,
-        ..setup(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
+        ..Setup::new(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
     };
     let points = setup.expected_macro_steps() + 1;
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);

@@ -195,7 +195,7 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
     system.sides.actuator = Box::new(Sealed { inner: sealed });
     assert!(entry.incompatibility(system.sides.lend()).unwrap().contains("cannot be copied"));
     let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
-    let setup = setup(CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap(), 5e-5, sequence, force_return);
+    let setup = Setup::new(CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap(), 5e-5, sequence, force_return);
     let (report, _) = rows_of(&setup, system.sides.lend(), entry);
     assert!(matches!(report.outcome, Outcome::Skipped { .. }), "{}", report.outcome);
 }

@@ -213,7 +213,7 @@ fn a_model_that_is_withdrawn_must_end_the_run_and_not_be_used_stale() {
         let PerSide { mechanics, mut actuator } = usual_system(case_by_name("wedge-box")).sides;
         let mut mechanics = Withdraws { inner: mechanics, offers_left };
         let grid = CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap();
-        let setup = setup(grid, 5e-5, ACTUATOR_FIRST, ForceReturn::Mean);
+        let setup = Setup::new(grid, 5e-5, ACTUATOR_FIRST, ForceReturn::Mean);
         let mut sides = PerSide { mechanics: &mut mechanics as &mut dyn Subsystem, actuator: &mut *actuator };
         let coupling = coupled(scheme_by_name("rim-nonsmooth"), sides.lend());
         observed(&setup, sides, coupling, &mut |_| {})
@@ -239,7 +239,7 @@ fn by_hand(
     let model = LinearModel::new(&[2.0], &[0.0], &[(&[1.0], 0.0)]).moving(&[1.0]);
     let (mut mechanics, mut spring) = (stepper(model, PLASTIC), Springs::new(&[4.0], &[0.0]));
     let grid = CommunicationGrid::new(0.5, 1.0, 1.0).unwrap();
-    let setup = Setup { mechanics_steps, ..setup(grid, 0.25, sequence, force_return) };
+    let setup = Setup { mechanics_steps, ..Setup::new(grid, 0.25, sequence, force_return) };
     let entry = scheme_by_name(scheme);
     let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut spring), entry);
     assert_eq!(report.outcome, Outcome::Completed);

@@ -63,7 +63,8 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
             let model = LinearModel::new(&[1.0, inertia], &[0.0, 0.0], &[(&rows[0], 0.0), (&rows[1], 0.0)]).moving(&v);
             let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), Springs::new(&springs, &[0.0; 2]));
             let sequence = Sequence::GaussSeidel { first: Side::Actuator };
-            let setup = setup(CommunicationGrid::new(H, 1.0, 1000.0 * H).unwrap(), 2e-3, sequence, ForceReturn::Mean);
+            let setup =
+                Setup::new(CommunicationGrid::new(H, 1.0, 1000.0 * H).unwrap(), 2e-3, sequence, ForceReturn::Mean);
             let options = ModelOptions { split, ..ModelOptions::default() };
             let coupling =
                 scheme_by_name("rim-split").couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();

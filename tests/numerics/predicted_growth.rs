@@ -84,7 +84,7 @@ fn measured(
         let mut mechanics = Misreported { inner: stepper(Sprung { body, stiffness, damping }, PLASTIC), change };
         let mut actuator = Leaky { coupling, force: state(2), ports: force_displacement_ports(1).1 };
         let grid = CommunicationGrid::new(H, 1.0, H).unwrap();
-        let setup = setup(grid, H / micro_steps as f64, sequence, force_return);
+        let setup = Setup::new(grid, H / micro_steps as f64, sequence, force_return);
         let options = ModelOptions { motion, ..ModelOptions::default() };
         let built = scheme_by_name(scheme).couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();
         let report = observed(&setup, sides(&mut mechanics, &mut actuator), built, &mut |_| ());

@@ -135,7 +135,7 @@ fn a_system_at_rest_under_load_stays_where_it_is() {
         }
         let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
         let grid = CommunicationGrid::new(1e-3, 0.4, 1e-3 * STEPS as f64).unwrap();
-        let setup = setup(grid, 1e-4, sequence, force_return);
+        let setup = Setup::new(grid, 1e-4, sequence, force_return);
         let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut actuator), scheme);
         assert_eq!(report.outcome, Outcome::Completed, "{}", scheme.name);
         let way = largest(rows.iter().map(|row| (row[1] - 0.75).abs()));

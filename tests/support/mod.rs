@@ -558,20 +558,6 @@ impl Capabilities for Springs {
     }
 }
 
-/// A setup without bounds.
-pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Setup {
-    Setup {
-        grid,
-        step_rule: None,
-        micro_step,
-        mechanics_steps: MechanicsSteps::ONE,
-        actuator_integrator: ActuatorIntegrator::Euler,
-        sequence,
-        force_return,
-        bounds: Bounds::default(),
-    }
-}
-
 /// Runs two sides with a scheme that was built for them.
 pub fn observed(
     setup: &Setup,
@@ -599,7 +585,7 @@ pub fn coupled_rows(
     model: Option<&ModelOptions>,
 ) -> Vec<Vec<f64>> {
     let first = Sequence::GaussSeidel { first: Side::Actuator };
-    let setup = Setup { mechanics_steps: ALL, ..setup(grid, h, first, ForceReturn::Profile) };
+    let setup = Setup { mechanics_steps: ALL, ..Setup::new(grid, h, first, ForceReturn::Profile) };
     let coupling = scheme_by_name(scheme).couple(sides.lend(), model, None).unwrap();
     let mut rows = Vec::new();
     let report = observed(&setup, sides, coupling, &mut |point| rows.push(row_of(&point)));

@@ -10,9 +10,9 @@
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
 //! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
-//! | [`dots`] | ranked dot plots: a row per scheme |
+//! | `dots` | ranked dot plots: a row per scheme |
 //! | [`case_picture`] | a case as it says that it looks: every picture of one, still or moving, is drawn from that |
-//! | [`matrix`] | which scheme is stable at which macro step: a sign per cell |
+//! | `matrix` | which scheme is stable at which macro step: a sign per cell |
 //! | [`animation`] | a case in motion, as an image that moves without a script |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |

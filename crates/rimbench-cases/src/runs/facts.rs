@@ -146,7 +146,7 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 20] = [
+    const CHANGES: &[(&str, &str, &str)] = &[
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
@@ -176,7 +176,7 @@ mod tests {
         let by_name = |request: &RunRequest| -> HashMap<&str, String> {
             resolved(request).facts().into_iter().map(|fact| (fact.name, fact.cell())).collect()
         };
-        for (key, text, scheme) in CHANGES {
+        for &(key, text, scheme) in CHANGES {
             let mut usual = RunRequest::of("wedge-box", scheme);
             if ["step_tolerance", "min_macro_step_s"].contains(&key) {
                 usual.put("step_control", "energy-residual").unwrap();

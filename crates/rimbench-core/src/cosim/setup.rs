@@ -37,6 +37,21 @@ const MOST_EXPECTED: usize = 100_000;
 pub type Bounds = PerSide<Vec<f64>>;
 
 impl Setup {
+    /// Sets up equal macro steps without bounds: one step of the mechanics in each, micro steps of the actuator up to `micro_step` (s) by
+    /// its own rule.
+    pub fn new(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Self {
+        Setup {
+            grid,
+            step_rule: None,
+            micro_step,
+            mechanics_steps: MechanicsSteps::ONE,
+            actuator_integrator: ActuatorIntegrator::default(),
+            sequence,
+            force_return,
+            bounds: Bounds::default(),
+        }
+    }
+
     /// Returns the number of macro steps; where a rule sets their length, the most that there can be, as far as room is made for them
     /// beforehand.
     pub fn expected_macro_steps(&self) -> usize {

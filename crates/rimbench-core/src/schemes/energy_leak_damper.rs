@@ -162,8 +162,8 @@ impl CouplingScheme for EnergyLeakDamper {
 mod tests {
     use super::*;
     use crate::cosim::{
-        Bounds, Capabilities, CommunicationGrid, ExchangeData, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port,
-        Ports, Quantity, RunControl, Sequence, Setup, Subsystem, cosimulate, subsystem_methods,
+        Capabilities, CommunicationGrid, ExchangeData, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port, Ports,
+        Quantity, RunControl, Sequence, Setup, Subsystem, cosimulate, subsystem_methods,
     };
 
     /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
@@ -256,16 +256,9 @@ mod tests {
         let (mut mass, mut spring) = (half(&force, &motion, [0.1, 0.3]), half(&motion, &force, [0.1, 0.0]));
         let mut scheme = EnergyLeakDamper::new(1, 0.3);
         // A phase, several steps of the mechanics and a last step that is shorter: all have to be counted.
-        let setup = Setup {
-            grid: CommunicationGrid::new(1e-2, 0.4, 3.003).unwrap(),
-            step_rule: None,
-            micro_step: 2e-3,
-            mechanics_steps: MechanicsSteps::count(2).unwrap(),
-            actuator_integrator: Default::default(),
-            sequence: Sequence::Jacobi,
-            force_return: ForceReturn::Held,
-            bounds: Bounds::default(),
-        };
+        let grid = CommunicationGrid::new(1e-2, 0.4, 3.003).unwrap();
+        let mechanics_steps = MechanicsSteps::count(2).unwrap();
+        let setup = Setup { mechanics_steps, ..Setup::new(grid, 2e-3, Sequence::Jacobi, ForceReturn::Held) };
         let sides = PerSide { mechanics: &mut mass as &mut dyn Subsystem, actuator: &mut spring };
         let (nothing, nobody) = (ExchangeData::default(), RunControl::default());
         let report = cosimulate(&setup, sides, &mut scheme, nothing, nobody, &mut |_| {});
