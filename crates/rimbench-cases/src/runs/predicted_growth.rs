@@ -108,9 +108,9 @@ impl LinearCoupling {
     }
 }
 
-/// Predicts how much a run grows per macro step, and by which linear coupling, from mass and actuator at its start with the contacts that are closed there. A mechanics
-/// is taken to have no springs and dampers of its own. None: there is no such map of its scheme, or of its
-/// sides; or the case is linear, and its spectral radius is probed instead.
+/// Predicts how much a run grows per macro step, and by which linear coupling, from mass and actuator at its start with the contacts that are
+/// closed there. A mechanics is taken to have no springs and dampers of its own. None: there is no such map of its scheme, or of its sides;
+/// or the case is linear, and its spectral radius is probed instead.
 ///
 /// # Errors
 /// Those of building the case.

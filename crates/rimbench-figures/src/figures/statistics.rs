@@ -166,8 +166,8 @@ pub fn rounded(step: f64) -> f64 {
     (step * 1e6).round() / 1e6
 }
 
-/// A metric as it is shown, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did
-/// not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
+/// A metric as it is shown, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars`
+/// says. Runs that did not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
 pub fn over_phases(
     runs: &Runs<'_>,
     x: impl Fn(usize) -> f64,
