@@ -9,7 +9,6 @@ use super::run_options::RunOptions;
 use super::{Format, INTERRUPTED, complain, file_option, print, with_files};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
     Budget, Cache, Information, Prices, Question, Step, advise, logarithmic_grid, longest_macro_step,
@@ -105,10 +104,10 @@ impl Advise {
         let interruption = Interruption::listen();
         let progress = Progress::begin("advise", None);
         let cache = Cache::of_user();
-        let told = |step: Step<'_>| match step {
+        let told = |step: Step| match step {
             // How many runs a search takes is known when it is done.
             Step::ToDo(_) => {}
-            Step::Done(outcome) => progress.done(*outcome == Outcome::Completed),
+            Step::Done(outcome) => progress.done(outcome),
         };
         let question = Question {
             catalogue,

@@ -4,6 +4,7 @@ use super::print;
 use super::progress::Progress;
 use rimbench::atomic_file::check_writable_file;
 use rimbench::corpus::{Corpus, Harvest, Problem, harvest, harvest_with_friction};
+use rimbench::cosim::OutcomeClass;
 use rimbench::shipped;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ pub(super) fn harvest_to(out: Option<PathBuf>, friction: bool) -> anyhow::Result
     let progress = Progress::begin("solvers", None);
     let mut told = |source: &str| {
         progress.about(source);
-        progress.done(true);
+        progress.done(OutcomeClass::Completed);
     };
     let written = match friction {
         true => written(&harvest_with_friction(&Harvest::with_friction(), &mut told)?, &out),

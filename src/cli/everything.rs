@@ -62,7 +62,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         progress.about(experiment.full_name());
         let folder = experiment.results_folder(out);
         let job = Job::new(experiment, catalogue, &folder, &cache, &BUILD);
-        let summary = match run_job_until(job, &|step| progress.after(&step), interruption.flags()) {
+        let summary = match run_job_until(job, &|step| progress.after(step), interruption.flags()) {
             Ok(summary) if summary.missing == 0 => summary,
             Ok(_) | Err(Error::Stopped) => {
                 progress.end();

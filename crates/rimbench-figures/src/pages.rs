@@ -382,7 +382,8 @@ fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
         "completed" => Cell::Text(row.completed.to_string()),
         "runs" => Cell::Text(row.runs.to_string()),
         "worst" => Cell::Number(row.worst.unwrap_or(f64::NAN)),
-        "share" => Cell::Number(row.completed as f64 / row.runs as f64),
+        // Of the runs that gave an answer.
+        "share" => Cell::Number(row.completed as f64 / (row.completed + row.failed) as f64),
         other => return Err(Error::unknown("stat", other, ["median", "completed", "runs", "worst", "share"])),
     })
 }

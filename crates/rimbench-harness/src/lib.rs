@@ -53,7 +53,7 @@ pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
 pub use stability::{
-    Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, longest_macro_step, predicted_stability_limit,
-    shortest_macro_step, spectral_stability_limit, stability_limit,
+    Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, StepVerdict, longest_macro_step,
+    predicted_stability_limit, shortest_macro_step, spectral_stability_limit, stability_limit,
 };
 pub use store::{Columns, Record, Store, TraceMark};

@@ -46,11 +46,6 @@ pub fn steps(values: &[f64], floor: f64) -> Vec<Step> {
     around.map(|((start, at), end)| Step { at, ratio: (mean(&logs[at..end]) - mean(&logs[start..at])).exp() }).collect()
 }
 
-/// First index of the level that the last value belongs to.
-pub(super) fn start_of_last_level(values: &[f64]) -> usize {
-    steps(values, FLOOR).last().map_or(0, |step| step.at)
-}
-
 fn split(logs: &[f64], offset: usize, sigma: f64, floor: f64, cuts: &mut Vec<usize>) {
     let n = logs.len() as f64;
     let gain = |at: usize| {
@@ -96,7 +91,6 @@ mod tests {
         // The noise moves a mean of ten values by far less than 1e-4.
         approx::assert_abs_diff_eq!(found[0].ratio, 1.02, epsilon = 1e-4);
         approx::assert_abs_diff_eq!(found[1].ratio, 0.9 / 1.02, epsilon = 1e-4);
-        assert_eq!(start_of_last_level(&series), 22);
         assert_eq!(steps(&series[..10], FLOOR), []);
     }
 
@@ -106,7 +100,7 @@ mod tests {
         assert_eq!(steps(&[5.0, 5.0, 5.0, 5.005], FLOOR), []);
         assert_eq!(steps(&[5.0], FLOOR), []);
         // A short history with one step: the level is that of the last two, and not something wide between all three.
-        assert_eq!(start_of_last_level(&[99.8, 83.3479, 83.348]), 1);
+        assert_eq!(steps(&[99.8, 83.3479, 83.348], FLOOR)[0].at, 1);
         assert_eq!(steps(&[99.8, 83.3], FLOOR), [], "two values may be noise as well as a step");
         assert_eq!(steps(&[], FLOOR), []);
     }

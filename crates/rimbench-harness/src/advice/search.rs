@@ -13,7 +13,7 @@ use crate::job::Step;
 use crate::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::runs::NEUTRAL;
-use rimbench_core::cosim::Outcome;
+use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -291,9 +291,7 @@ impl<'a> Search<'a> {
                     Err(error) => Err(error.to_string()),
                 };
                 if let Ok(probe) = &probe {
-                    let completed = probe.completed();
-                    let outcome = if completed { Outcome::Completed } else { Outcome::Timeout { at_s: 0.0 } };
-                    (self.question.progress)(Step::Done(&outcome));
+                    (self.question.progress)(Step::Done(probe.outcome.parse::<OutcomeKind>()?.class()));
                 }
                 Ok((at, probe))
             })

@@ -1,6 +1,7 @@
 //! Who takes part: scheme rows with their runs, problem by problem.
 
 use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::cosim::{OutcomeClass, OutcomeKind};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::results_table::ResultsTable;
@@ -104,15 +105,19 @@ pub(super) fn enter(
     let options = OPTIONS.map(|name| runs.column(name).ok());
     let counters = [runs.column("exchanges")?, runs.column("mechanics_micro_steps")?];
     for row in 0..runs.len() {
-        let (class, tuned_on) = who(row)?;
+        let (information, tuned_on) = who(row)?;
         let key: Vec<String> = problem.iter().map(|&column| runs.text(row, column).to_owned()).collect();
-        let ended = runs.text(row, outcome);
+        let ended: OutcomeKind = runs.text(row, outcome).parse()?;
+        let (class, skipped) = (ended.class(), !ended.was_run());
+        // What was run and gave no answer is no problem that the row has: it then lacks one, and is not ranked.
+        if class == OutcomeClass::NoAnswer && !skipped {
+            continue;
+        }
         let value = runs.number(row, error);
-        let error = if ended == "completed" && value.is_finite() { value.min(CHARGE) } else { CHARGE };
-        let skipped = ended == "skipped";
-        let failed = ended != "completed" && !skipped;
+        let (completed, failed) = (class == OutcomeClass::Completed, class == OutcomeClass::Failed);
+        let error = if completed && value.is_finite() { value.min(CHARGE) } else { CHARGE };
         let entrant = entrants.entry(runs.text(row, label).to_owned()).or_insert_with(|| Entrant {
-            class,
+            class: information,
             tuned_on: BTreeSet::new(),
             outcomes: BTreeMap::new(),
             options: None,
@@ -132,14 +137,14 @@ pub(super) fn enter(
                 return Err(Error::file(runs.path(), message));
             }
         }
-        entrant.class = entrant.class.max(class);
+        entrant.class = entrant.class.max(information);
         entrant.tuned_on.extend(tuned_on);
         // One row that was run several ways on a problem, as with several gains, has the worst of them: none was chosen beforehand.
         let known = entrant.outcomes.entry(key).or_insert(Outcome { error, failed, skipped });
         if error > known.error || failed {
             *known = Outcome { error, failed, skipped };
         }
-        if ended == "completed" {
+        if completed {
             let steps = (runs.number(row, duration) / runs.number(row, step)).max(1.0);
             for (work, &counter) in entrant.work.iter_mut().zip(&counters) {
                 work.push(runs.number(row, counter) / steps);
