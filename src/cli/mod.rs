@@ -5,7 +5,6 @@ mod advise_text;
 mod collect;
 mod corpus;
 mod everything;
-mod export;
 mod figures;
 mod fmu;
 mod interruption;
@@ -72,8 +71,6 @@ enum Command {
     Verify(verify::Verify),
     /// Write one page of any results, or draw their figures, rank their schemes, set the paper
     Report(report::ReportCommand),
-    /// Write the results of an experiment as a data package that others can cite and load
-    Export(export::Export),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
     /// List what there is, by name, and the schemas of files
@@ -94,7 +91,7 @@ enum Command {
 /// Commands by what a person wants.
 const GROUPS: [(&str, &[&str]); 7] = [
     ("One run", &["simulate", "limit", "advise"]),
-    ("Many runs", &["run", "verify", "report", "export"]),
+    ("Many runs", &["run", "verify", "report"]),
     ("The paper", &["reproduce"]),
     ("What there is", &["list"]),
     ("To and from others", &["fmu"]),
@@ -158,7 +155,6 @@ impl Cli {
             Command::Run(command) => return command.run(catalogue, &self.case_file),
             Command::Verify(command) => return command.run(catalogue),
             Command::Report(command) => return command.run(catalogue),
-            Command::Export(command) => command.run(catalogue)?,
             Command::Reproduce(command) => return command.run(catalogue),
             Command::List(command) => command.run(catalogue)?,
             Command::Fmu(command) => command.run(catalogue)?,

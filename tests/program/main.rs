@@ -10,7 +10,6 @@ mod architecture;
 mod command_line;
 mod conveniences;
 mod corpus;
-mod data_package;
 mod documents;
 mod engines;
 mod examples;

@@ -21,7 +21,6 @@ mod foreign;
 mod grid;
 mod job;
 mod load;
-mod package;
 mod provenance;
 mod ranking;
 mod references;
@@ -47,7 +46,6 @@ pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict
 pub use grid::{logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use load::Load;
-pub use package::{Citation, column_in_words, export};
 pub use provenance::Provenance;
 pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
