@@ -3,7 +3,6 @@
 mod advise;
 mod advise_text;
 mod collect;
-mod corpus;
 mod everything;
 mod figures;
 mod fmu;
@@ -28,7 +27,6 @@ mod schema;
 mod screen;
 mod shell;
 mod simulate;
-mod solvers;
 mod submit;
 mod summary;
 mod verify;
@@ -79,8 +77,6 @@ enum Command {
     Fmu(fmu::Fmu),
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
-    /// Give the contact problems of actual runs to every solver and compare
-    Solvers(solvers::Solvers),
     /// Drive an FMU for another process of this program
     #[command(name = rimbench::fmi::import::WORKER, hide = true)]
     FmuWorker,
@@ -95,7 +91,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("The paper", &["reproduce"]),
     ("What there is", &["list"]),
     ("To and from others", &["fmu"]),
-    ("Speed", &["perf", "solvers"]),
+    ("Speed", &["perf"]),
     ("The shell", &["completions"]),
 ];
 
@@ -159,7 +155,6 @@ impl Cli {
             Command::List(command) => command.run(catalogue)?,
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
-            Command::Solvers(command) => command.run(catalogue)?,
             Command::Completions(command) => command.run()?,
             Command::FmuWorker => {}
         }

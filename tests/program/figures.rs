@@ -4,16 +4,12 @@
 
 use crate::program::{assert_has, root};
 use crate::prose::files;
-use crate::support::solvers;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
-use rimbench::complementarity::SolveStats;
-use rimbench::corpus::{Replay, Solve, Start, draw_profile};
 use rimbench::cosim::{Bounds, StopFlag};
 use rimbench::figures::case_picture::picture;
 use rimbench::figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
@@ -21,34 +17,9 @@ use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::line_style::LineStyle;
 use rimbench::figures::render::{self, svg};
 use rimbench::figures::style::Styles;
-use rimbench::solver_entry::SolverEntry;
 
 use rimbench::figures::{FigureList, MadeFigures};
-use rimbench::name::Name;
 use rimbench::runs::{RunRequest, simulate};
-
-/// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
-fn replays() -> Vec<Replay> {
-    let replay = |(index, solver): (usize, &Arc<SolverEntry>), start| {
-        let solve = |problem: usize| Solve {
-            n: 4,
-            stats: SolveStats::default(),
-            solved: index + 3 < solvers().len() || problem % 5 < 3,
-            refused: false,
-            time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
-        };
-        Replay { solver: solver.name.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0, panic: None }
-    };
-    solvers()
-        .iter()
-        .enumerate()
-        .flat_map(|entry| [Start::Warm, Start::Cold].map(|start| replay(entry, start)))
-        .collect()
-}
-
-fn solver_names() -> Vec<Name> {
-    solvers().iter().map(|solver| solver.name.clone()).collect()
-}
 
 /// The style of a built-in scheme, or a variant of one.
 fn style_of(label: &str) -> LineStyle {
@@ -68,25 +39,6 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
     });
     let wrong = "all complete, but the median error is above a tenth of the peak";
     place.check("map", &["macro step H (ms)", "–  not run", wrong, "all diverge"]);
-}
-
-#[test]
-fn performance_profile_of_all_solvers() {
-    let drawing = draw_profile(&replays(), &solver_names());
-    let mut labels = vec!["60 contact problems, warm", "share of problems solved"];
-    labels.extend(solvers().iter().map(|entry| &*entry.name));
-    check(&drawing, "solver-profile", &labels);
-    // A solver keeps its line when others are left out.
-    let alone = draw_profile(&replays()[4..6], &solver_names());
-    let lines = |drawing: &Drawing| {
-        let stroke = |shape: &Shape| match shape {
-            Shape::Path { stroke, closed: false, .. } => stroke.filter(|stroke| stroke.width > 1.0),
-            _ => None,
-        };
-        drawing.shapes.iter().filter_map(stroke).map(|stroke| (stroke.color, stroke.dash)).collect::<Vec<_>>()
-    };
-    let (all, alone) = (lines(&drawing), lines(&alone));
-    assert!(!alone.is_empty() && alone.iter().all(|line| all.contains(line)), "{alone:?}");
 }
 
 #[test]

@@ -9,7 +9,6 @@ mod anywhere;
 mod architecture;
 mod command_line;
 mod conveniences;
-mod corpus;
 mod documents;
 mod engines;
 mod examples;

@@ -14,7 +14,7 @@
 //! reads `r ≤ √gap`, and the gap asked for is the square of the accepted residual, 1e-14. A residual of 1e-9, which pivoting
 //! solvers are held to, would take a gap below the rounding of the objective. The linear systems are refined until that no
 //! longer helps: Clarabel stops at 1e-12 by itself, no better than the feasibility asked for, and goes back and forth where
-//! contacts are redundant. What either is worth on the corpus stands in `docs/results/solvers.md`.
+//! contacts are redundant.
 //!
 //! A body clamped without play has no velocity that opens all its contacts, and its impulses are unbounded: no central path,
 //! so no guarantee. Some of these problems end with impulses of 1e10 and more, which the residual rejects.
@@ -28,9 +28,7 @@
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
-
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
-use rimbench_core::linear_algebra::SymmetricRows;
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// Gap asked of Clarabel, on the scaled program: the square of the residual accepted in the list of solvers.
 const GAP: f64 = 1e-14;
@@ -60,9 +58,6 @@ fn has_answer(status: SolverStatus) -> bool {
     matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress)
 }
 
-/// Where the entries of the upper triangle stand, by columns: starts of the columns, rows of the entries.
-type Structure = (Vec<usize>, Vec<usize>);
-
 /// `1/√H_ii` (1 where there is none) from the diagonal, and `‖b‖_∞ / √(max H_ii)`: the units in which the root of the gap bounds
 /// the residual.
 fn scaling(diagonal: impl Iterator<Item = f64>, b: &[f64]) -> (Vec<f64>, f64) {
@@ -78,101 +73,35 @@ fn scaling(diagonal: impl Iterator<Item = f64>, b: &[f64]) -> (Vec<f64>, f64) {
 /// Guaranteed for symmetric positive semidefinite `H` if some impulses open every contact. Allocates at every problem.
 #[derive(Default)]
 pub struct Clarabel {
-    /// For problems of the last size, and where entries that are zero are left out of the last structure.
-    kept: Option<(usize, Option<Structure>, DefaultSolver<f64>)>,
+    /// For problems of the last size.
+    kept: Option<(usize, DefaultSolver<f64>)>,
 }
 
 impl Clarabel {
-    /// Builds the solver.
-    pub fn new() -> Self {
-        Clarabel::default()
-    }
-
-    /// The solver object with the data of a program of size `n`, of which all entries are kept or those of a structure; `None` if Clarabel
-    /// refuses them.
-    fn with_data(
-        &mut self,
-        n: usize,
-        structure: Option<Structure>,
-        values: Vec<f64>,
-        b: &[f64],
-    ) -> Option<&mut DefaultSolver<f64>> {
-        match self.kept.take_if(|(kept, of, _)| *kept == n && *of == structure) {
-            Some((_, structure, mut solver)) => {
+    /// The solver object with the data of a program of size `n`; `None` if Clarabel refuses them.
+    fn with_data(&mut self, n: usize, values: Vec<f64>, b: &[f64]) -> Option<&mut DefaultSolver<f64>> {
+        let solver = match self.kept.take_if(|(kept, _)| *kept == n) {
+            Some((_, mut solver)) => {
                 solver.update_P(&values).ok()?;
                 solver.update_q(&b.to_vec()).ok()?;
-                Some(&mut self.kept.insert((n, structure, solver)).2)
+                solver
             }
             None => {
                 // Upper triangle by columns.
-                let all = || ((0..=n).map(|j| j * (j + 1) / 2).collect(), (0..n).flat_map(|j| 0..=j).collect());
-                let (starts, rows) = structure.clone().unwrap_or_else(all);
-                let p = CscMatrix::new(n, n, starts, rows, values);
+                let starts = (0..=n).map(|j| j * (j + 1) / 2).collect();
+                let p = CscMatrix::new(n, n, starts, (0..n).flat_map(|j| 0..=j).collect(), values);
                 let minus_identity = CscMatrix::new(n, n, (0..=n).collect(), (0..n).collect(), vec![-1.0; n]);
-                let cones = [NonnegativeConeT(n)];
-                let solver = DefaultSolver::new(&p, b, &minus_identity, &vec![0.0; n], &cones, settings()).ok()?;
-                Some(&mut self.kept.insert((n, structure, solver)).2)
+                DefaultSolver::new(&p, b, &minus_identity, &vec![0.0; n], &[NonnegativeConeT(n)], settings()).ok()?
             }
-        }
-    }
-
-    /// Solves the scaled program, and writes its answer in the units of the problem.
-    fn solve_program(
-        &mut self,
-        (structure, values): (Option<Structure>, Vec<f64>),
-        (scale, unit): (&[f64], f64),
-        b: &[f64],
-        impulses: &mut [f64],
-    ) -> Result<SolveStats, Unsolved> {
-        let unsolved = || Unsolved::NotFound { residual: f64::INFINITY };
-        let b: Vec<f64> = scale.iter().zip(b).map(|(s, b)| s * b / unit).collect();
-        let solver = self.with_data(b.len(), structure, values, &b).ok_or_else(unsolved)?;
-        solver.solve();
-        let stats = SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() };
-        if !has_answer(solver.solution.status) {
-            return Err(unsolved());
-        }
-        for ((p, s), x) in impulses.iter_mut().zip(scale).zip(&solver.solution.x) {
-            *p = (s * unit * x).max(0.0);
-        }
-        Ok(stats)
-    }
-
-    /// Writes a proposal for a problem whose matrix keeps only what is not zero for good, as [`attempt`](ComplementaritySolver::attempt)
-    /// does for one with all entries.
-    ///
-    /// # Errors
-    /// If the algorithm ended without an answer, or the problem is not finite.
-    pub fn attempt_rows(
-        &mut self,
-        h: SymmetricRows<'_>,
-        b: &[f64],
-        impulses: &mut [f64],
-    ) -> Result<SolveStats, Unsolved> {
-        impulses.fill(0.0);
-        if b.iter().chain(h.entries).any(|x| !x.is_finite()) {
-            return Err(Unsolved::NonFinite);
-        }
-        if b.iter().all(|b| *b >= 0.0) {
-            return Ok(SolveStats::default());
-        }
-        let (scale, unit) = scaling((0..h.size()).map(|i| h.diagonal(i)), b);
-        let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
-        for j in 0..h.size() {
-            for (i, entry) in h.row(j).filter(|(i, _)| *i <= j) {
-                rows.push(i);
-                values.push(scale[i] * entry * scale[j]);
-            }
-            starts.push(rows.len());
-        }
-        self.solve_program((Some((starts, rows)), values), (&scale, unit), b, impulses)
+        };
+        Some(&mut self.kept.insert((n, solver)).1)
     }
 }
 
 /// The copy sets its own object up; the answers do not depend on which object gives them.
 impl Clone for Clarabel {
     fn clone(&self) -> Self {
-        Clarabel::new()
+        Clarabel::default()
     }
 }
 
@@ -188,30 +117,35 @@ impl ComplementaritySolver for Clarabel {
         // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
         let values = values.map(|(i, j)| scale[i] * lcp.h()[j * n + i] * scale[j]).collect();
-        self.solve_program((None, values), (&scale, unit), lcp.b, impulses)
+        let b: Vec<f64> = scale.iter().zip(lcp.b).map(|(s, b)| s * b / unit).collect();
+        let unsolved = Unsolved::NotFound { residual: f64::INFINITY };
+        let Some(solver) = self.with_data(n, values, &b) else { return Err(unsolved) };
+        solver.solve();
+        if !has_answer(solver.solution.status) {
+            return Err(unsolved);
+        }
+        for ((p, s), x) in impulses.iter_mut().zip(&scale).zip(&solver.solution.x) {
+            *p = (s * unit * x).max(0.0);
+        }
+        Ok(SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() })
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two bodies apart; the second contact is degenerate if nothing moves it (`q_2 = 0`).
-    #[test]
-    fn a_degenerate_contact_is_found_to_the_root_of_the_gap_and_any_other_to_the_gap() {
-        let h = [4.0, 0.0, 0.0, 0.25];
-        for gap in [1e-8, 1e-10, 1e-12, GAP] {
-            let residual = |b: [f64; 2]| {
-                let (mut solver, lcp, mut impulses) = (Clarabel::new(), Lcp::new(&h, &b), [0.0; 2]);
-                solver.attempt(lcp, &mut impulses).unwrap();
-                let asked = DefaultSettings { tol_gap_abs: gap, ..settings() };
-                solver.kept.as_mut().unwrap().2.update_settings(asked).unwrap();
-                solver.attempt(lcp, &mut impulses).unwrap();
-                lcp.natural_residual(&impulses)
-            };
-            let (degenerate, strict) = (residual([-1.0, 0.0]), residual([-1.0, 1.0]));
-            assert!(degenerate <= gap.sqrt() && degenerate > 0.01 * gap.sqrt(), "{gap}: {degenerate}");
-            assert!(strict <= gap, "{gap}: {strict}");
-        }
+/// Two bodies apart; the second contact is degenerate if nothing moves it (`q_2 = 0`).
+#[test]
+fn a_degenerate_contact_is_found_to_the_root_of_the_gap_and_any_other_to_the_gap() {
+    let h = [4.0, 0.0, 0.0, 0.25];
+    for gap in [1e-8, 1e-10, 1e-12, GAP] {
+        let residual = |b: [f64; 2]| {
+            let (mut solver, lcp, mut impulses) = (Clarabel::default(), Lcp::new(&h, &b), [0.0; 2]);
+            solver.attempt(lcp, &mut impulses).unwrap();
+            let asked = DefaultSettings { tol_gap_abs: gap, ..settings() };
+            solver.kept.as_mut().unwrap().1.update_settings(asked).unwrap();
+            solver.attempt(lcp, &mut impulses).unwrap();
+            lcp.natural_residual(&impulses)
+        };
+        let (degenerate, strict) = (residual([-1.0, 0.0]), residual([-1.0, 1.0]));
+        assert!(degenerate <= gap.sqrt() && degenerate > 0.01 * gap.sqrt(), "{gap}: {degenerate}");
+        assert!(strict <= gap, "{gap}: {strict}");
     }
 }

@@ -1,8 +1,7 @@
 //! Every active set there is: the oracle the solvers are tested against.
 
 use nalgebra::{DMatrix, DVector};
-
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// Largest `n` that is enumerated.
 pub const ENUMERATION_LIMIT: usize = 12;
@@ -23,13 +22,6 @@ const RANK: f64 = 1e-10;
 /// is no solution the best proposal is still written, with its large residual. Allocates.
 #[derive(Debug, Clone, Default)]
 pub struct Enumeration {}
-
-impl Enumeration {
-    /// Builds the solver; it keeps nothing between problems.
-    pub fn new() -> Self {
-        Enumeration {}
-    }
-}
 
 /// Makes a diagonal entry 1. A contact that no impulse moves (zero; semidefinite, so is its whole row) has no scale, and one
 /// whose scale would not be finite, or of whose square the inverse, has none either.
