@@ -12,7 +12,6 @@ mod claims;
 mod clock;
 mod collection;
 mod comparison;
-mod engines;
 mod execution;
 mod experiment;
 mod exported;
@@ -25,6 +24,7 @@ mod provenance;
 mod ranking;
 mod references;
 mod results;
+mod slurm;
 mod spectral;
 mod stability;
 mod stock;
@@ -40,7 +40,6 @@ pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, writ
 pub use clock::monotonic_clock;
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, in_shell, missing_chunks, next_place};
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict, claim_metrics};
 pub use grid::{logarithmic_grid, phase_ensemble};
@@ -49,6 +48,9 @@ pub use load::Load;
 pub use provenance::Provenance;
 pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
+pub use slurm::{
+    Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place,
+};
 pub use spectral::spectral_radius;
 pub use stability::{
     Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, longest_macro_step, predicted_stability_limit,

@@ -1,65 +1,28 @@
-//! From what is missing of an experiment to commands of the engines that people operate.
+//! From what is missing of an experiment to a job array of Slurm, whose jobs go back into the queue when their node fails.
 //!
-//! [`missing_chunks`] makes chunks that last about as long as asked; a [`Submission`] is what one engine needs to work through them:
-//! files to be written and commands to be given, word by word. A chunk is `rimbench run FILE --places FIRST-LAST`: it computes what of
-//! these runs is not stored, so that an engine may begin it twice, lose it, or begin it again. What is done the records say, never an
-//! exit code. The drivers know nothing but the command line of their engine.
+//! [`missing_chunks`] makes chunks that last about as long as asked; a [`Submission`] is what Slurm needs to work through them: files to
+//! be written and commands to be given, word by word. A chunk is `rimbench run FILE --places FIRST-LAST`: it computes what of these runs
+//! is not stored, so that Slurm may begin it twice, lose it, or begin it again. What is done the records say, never an exit code.
 
 mod chunks;
-mod hyperqueue;
-mod slurm;
 
 pub use chunks::{Chunk, ChunkLimits, Chunking, missing_chunks};
 
 use rimbench_core::error::{Error, Result};
-use rimbench_core::name::by_name;
 use std::path::{Path, PathBuf};
 
 /// Where the submissions of an experiment lie in its results folder, numbered from 1; beside the records, and removed with them.
 const SUBMISSIONS: &str = "records/submissions";
 
-/// An engine that works through chunks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Engine {
-    /// A job array of Slurm.
-    Slurm,
-    /// A task array of HyperQueue.
-    HyperQueue,
-}
+/// The program that takes the commands.
+pub const SBATCH: &str = "sbatch";
 
-by_name!(Engine, NAMES, "engine");
-
-impl Engine {
-    /// All of them, with their names.
-    pub const NAMES: [(&'static str, Self); 2] = [("slurm", Engine::Slurm), ("hyperqueue", Engine::HyperQueue)];
-
-    /// Returns the program that takes its commands.
-    pub fn program(self) -> &'static str {
-        match self {
-            Engine::Slurm => slurm::PROGRAM,
-            Engine::HyperQueue => hyperqueue::PROGRAM,
-        }
-    }
-
-    /// Says what the engine needs for an order.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`] for timed runs that would not be alone.
-    pub fn submission(self, order: &Order<'_>) -> Result<Submission> {
-        if order.exclusive && order.cpus != 1 {
-            let message = format!("engine {self} runs what is timed one after the other: --cpus must be 1");
-            return Err(Error::Incompatible(message));
-        }
-        Ok(match self {
-            Engine::Slurm => slurm::submission(order),
-            Engine::HyperQueue => hyperqueue::submission(order),
-        })
-    }
-}
+/// Longest array where nobody configured another: `MaxArraySize` is 1001 and no index reaches it.
+const LONGEST_ARRAY: usize = 1000;
 
 /// What is to be done, and with what.
 #[derive(Debug, Clone)]
-pub struct Order<'a> {
+pub struct SlurmArray<'a> {
     /// Name of the experiment, for lists of jobs.
     pub name: &'a str,
     /// This program, where the chunks run.
@@ -72,21 +35,50 @@ pub struct Order<'a> {
     pub folder: &'a Path,
     /// Where the files of the submission go, as [`next_place`] says.
     pub place: &'a Path,
-    /// Folder of the cache of references, if it is not where each machine has it.
-    pub cache: Option<&'a Path>,
     /// What is to be done.
     pub chunks: &'a [Chunk],
     /// Threads of a chunk.
     pub cpus: usize,
-    /// Chunks at once; as many as the engine likes if absent.
+    /// Chunks at once; as many as Slurm likes if absent.
     pub at_once: Option<usize>,
     /// Whether the runs are timed, and each chunk must have its machine alone.
     pub exclusive: bool,
-    /// Options for the engine's own program.
+    /// Options for `sbatch`.
     pub extra: &'a [String],
 }
 
-impl Order<'_> {
+impl SlurmArray<'_> {
+    /// Says what Slurm needs.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for timed runs that would not be alone.
+    pub fn submission(&self) -> Result<Submission> {
+        if self.exclusive && self.cpus != 1 {
+            let message = "what is timed runs one after the other: --cpus must be 1".to_owned();
+            return Err(Error::Incompatible(message));
+        }
+        let (script, text) = self.script();
+        let mut submission = Submission { files: vec![(script.clone(), text)], commands: Vec::new() };
+        for (index, part) in self.chunks.chunks(LONGEST_ARRAY).enumerate() {
+            let chunks = self.place.join(format!("chunks-{}.txt", index + 1));
+            let at_once = self.at_once.map(|count| format!("%{count}")).unwrap_or_default();
+            let mut command = words([SBATCH]);
+            command.push(format!("--job-name=rimbench-{}", self.name));
+            command.push(format!("--array=1-{}{at_once}", part.len()));
+            command.extend(words(["--requeue", "--open-mode=append", "--ntasks=1"]));
+            command.push(format!("--cpus-per-task={}", self.cpus));
+            if self.exclusive {
+                command.extend(words(["--exclusive"]));
+            }
+            command.push(format!("--output={}", self.place.join("%A-%a.out").display()));
+            command.extend(self.extra.iter().cloned());
+            command.extend([&script, &chunks].map(|path| path.display().to_string()));
+            submission.commands.push(command);
+            submission.files.push((chunks, list(part)));
+        }
+        Ok(submission)
+    }
+
     /// The command that runs some places of the plan.
     fn chunk_command(&self, places: &str) -> Vec<String> {
         let shown = |path: &Path| path.display().to_string();
@@ -97,13 +89,14 @@ impl Order<'_> {
         command
     }
 
-    /// A script that runs the chunk whose number an environment variable holds, from a list that is its argument.
-    fn script(&self, variable: &str) -> (PathBuf, String) {
+    /// A script that runs the chunk whose number Slurm says, from a list that is its argument.
+    fn script(&self) -> (PathBuf, String) {
         let command = in_shell(&self.chunk_command("$places"));
         // The one word that the shell has to fill in.
         let command = command.replace("'$places'", "\"$places\"");
         let text = format!(
-            "#!/bin/sh\n# {variable} counts the lines of the list from 1.\nplaces=$(sed -n \"${{{variable}}}p\" \"$1\") && exec {command}\n"
+            "#!/bin/sh\n# SLURM_ARRAY_TASK_ID counts the lines of the list from 1.\n\
+             places=$(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" \"$1\") && exec {command}\n"
         );
         (self.place.join("chunk.sh"), text)
     }
@@ -114,7 +107,7 @@ fn list(chunks: &[Chunk]) -> String {
     chunks.iter().map(|chunk| format!("{}\n", chunk.places())).collect()
 }
 
-/// What an engine needs: files, then commands.
+/// What Slurm needs: files, then commands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Submission {
     /// Files with their contents.
@@ -151,15 +144,14 @@ mod tests {
         Chunk { first: 105, last: 2000, runs: 3, seconds: 1.0 },
     ];
 
-    fn order(chunks: &[Chunk]) -> Order<'_> {
-        Order {
+    fn array(chunks: &[Chunk]) -> SlurmArray<'_> {
+        SlurmArray {
             name: "cost",
             program: Path::new("/opt/rim bench/rimbench"),
             file: Path::new("/data/it's/cost.toml"),
             more_files: &[],
             folder: Path::new("/data/results/cost"),
             place: Path::new("/data/results/cost/records/submissions/1"),
-            cache: None,
             chunks,
             cpus: 1,
             at_once: None,
@@ -170,23 +162,17 @@ mod tests {
 
     #[test]
     fn timed_runs_are_alone() {
-        let timed = || Order { exclusive: true, ..order(&CHUNKS) };
-        let said = |engine: Engine| in_shell(&engine.submission(&timed()).unwrap().commands[0]);
-        assert!(said(Engine::Slurm).contains(" --exclusive "));
-        assert!(said(Engine::HyperQueue).contains(" '--cpus=all' "));
-        for (name, engine) in Engine::NAMES {
-            assert_eq!(name.parse::<Engine>().unwrap(), engine);
-            let refused = engine.submission(&Order { cpus: 2, ..timed() }).unwrap_err().to_string();
-            assert!(refused.contains("--cpus must be 1"), "{refused}");
-        }
-        assert!("slrum".parse::<Engine>().unwrap_err().to_string().contains("did you mean `slurm`"));
+        let timed = || SlurmArray { exclusive: true, ..array(&CHUNKS) };
+        assert!(in_shell(&timed().submission().unwrap().commands[0]).contains(" --exclusive "));
+        let refused = SlurmArray { cpus: 2, ..timed() }.submission().unwrap_err().to_string();
+        assert!(refused.contains("--cpus must be 1"), "{refused}");
     }
 
     #[test]
     fn an_array_of_slurm_is_no_longer_than_slurm_allows() {
         let many: Vec<Chunk> =
             (0..2500).map(|place| Chunk { first: place, last: place, runs: 1, seconds: 60.0 }).collect();
-        let submission = Engine::Slurm.submission(&order(&many)).unwrap();
+        let submission = array(&many).submission().unwrap();
         let lists: Vec<usize> = submission.files.iter().skip(1).map(|(_, text)| text.lines().count()).collect();
         assert_eq!(lists, [1000, 1000, 500]);
         let arrays = &submission.commands;
@@ -208,30 +194,24 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn the_script_runs_the_line_that_the_engine_counts() {
+    fn the_script_runs_the_line_that_slurm_counts() {
         let folder = tempfile::tempdir().unwrap();
-        let mut order = order(&CHUNKS);
-        order.program = Path::new("/bin/echo");
-        let (_, script) = order.script("TASK");
+        let (_, script) = SlurmArray { program: Path::new("/bin/echo"), ..array(&CHUNKS) }.script();
         let chunks = folder.path().join("chunks.txt");
         std::fs::write(&chunks, list(&CHUNKS)).unwrap();
         let mut shell = std::process::Command::new("sh");
-        let output = shell.args(["-c", &script, "sh"]).arg(&chunks).env("TASK", "2").output().unwrap();
+        let output = shell.args(["-c", &script, "sh"]).arg(&chunks).env("SLURM_ARRAY_TASK_ID", "2").output().unwrap();
         let said = "run /data/it's/cost.toml --out /data/results/cost --jobs 1 --places 100-100\n";
         assert_eq!(String::from_utf8_lossy(&output.stdout), said);
     }
 
     #[test]
-    fn every_engine_hands_the_files_of_cases_on_to_its_tasks() {
+    fn tasks_are_handed_the_files_of_cases() {
         let files = [("--case-file", "/data/my truck.toml"), ("--case-file", "/data/other.toml")];
         let more_files = files.map(|(option, file)| (option, PathBuf::from(file)));
         let wanted = " --case-file '/data/my truck.toml' --case-file /data/other.toml --out /data/results/cost ";
-        for (name, engine) in Engine::NAMES {
-            let submission = engine.submission(&Order { more_files: &more_files, ..order(&CHUNKS) }).unwrap();
-            let commands = submission.commands.iter().map(|command| in_shell(command));
-            let all: String = submission.files.iter().map(|(_, text)| text.clone()).chain(commands).collect();
-            assert!(all.contains(wanted), "{name}: {all}");
-        }
+        let script = SlurmArray { more_files: &more_files, ..array(&CHUNKS) }.script().1;
+        assert!(script.contains(wanted), "{script}");
     }
 
     #[test]
