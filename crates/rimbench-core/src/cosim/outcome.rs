@@ -1,8 +1,89 @@
 //! How a run ended. Every outcome but a stop is data: it stands in the table with its reason.
+//!
+//! ```text
+//! Outcome        what happened, with when and why       of one run
+//! OutcomeKind    its name in data                       read back from a table
+//! OutcomeClass   what it says of the coupling           the one classification; no other place compares names
+//! ```
 
 use crate::error::{Cause, Failure};
-use crate::name::Name;
+use crate::name::{Name, by_name};
 use std::fmt;
+
+/// What a run that ended so says of its coupling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum OutcomeClass {
+    /// It holds: the run reached its end within bounds.
+    Completed,
+    /// It does not hold: the run left its bounds or its models, or could not be solved.
+    Failed,
+    /// Nothing: the run took longer than it may, was stopped or not begun, or the program failed.
+    NoAnswer,
+}
+
+/// An outcome by its name in data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum OutcomeKind {
+    /// [`Outcome::Completed`].
+    Completed,
+    /// [`Outcome::Diverged`].
+    Diverged,
+    /// [`Outcome::OutOfRange`].
+    OutOfRange,
+    /// [`Outcome::SolverFailed`].
+    SolverFailed,
+    /// [`Outcome::SubsystemFailed`].
+    SubsystemFailed,
+    /// [`Outcome::Timeout`].
+    Timeout,
+    /// [`Outcome::Stopped`].
+    Stopped,
+    /// [`Outcome::Panicked`].
+    Panicked,
+    /// [`Outcome::Skipped`].
+    Skipped,
+}
+
+impl OutcomeKind {
+    /// All of them by name.
+    pub const NAMES: [(&'static str, OutcomeKind); 9] = [
+        ("completed", OutcomeKind::Completed),
+        ("diverged", OutcomeKind::Diverged),
+        ("out-of-range", OutcomeKind::OutOfRange),
+        ("solver-failed", OutcomeKind::SolverFailed),
+        ("subsystem-failed", OutcomeKind::SubsystemFailed),
+        ("timeout", OutcomeKind::Timeout),
+        ("stopped", OutcomeKind::Stopped),
+        ("panicked", OutcomeKind::Panicked),
+        ("skipped", OutcomeKind::Skipped),
+    ];
+
+    /// Returns the name in data.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].0
+    }
+
+    /// Says what it counts as.
+    pub fn class(self) -> OutcomeClass {
+        match self {
+            OutcomeKind::Completed => OutcomeClass::Completed,
+            OutcomeKind::Diverged
+            | OutcomeKind::OutOfRange
+            | OutcomeKind::SolverFailed
+            | OutcomeKind::SubsystemFailed => OutcomeClass::Failed,
+            OutcomeKind::Timeout | OutcomeKind::Stopped | OutcomeKind::Panicked | OutcomeKind::Skipped => {
+                OutcomeClass::NoAnswer
+            }
+        }
+    }
+
+    /// Tells whether anything was run: what was skipped is counted in no share.
+    pub fn was_run(self) -> bool {
+        self != OutcomeKind::Skipped
+    }
+}
+
+by_name!(OutcomeKind, NAMES, "outcome");
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,19 +161,29 @@ impl Outcome {
         }
     }
 
+    /// Returns what stands of it in a table: its name.
+    pub fn kind(&self) -> OutcomeKind {
+        match self {
+            Outcome::Completed => OutcomeKind::Completed,
+            Outcome::Diverged { .. } => OutcomeKind::Diverged,
+            Outcome::OutOfRange { .. } => OutcomeKind::OutOfRange,
+            Outcome::SolverFailed { .. } => OutcomeKind::SolverFailed,
+            Outcome::SubsystemFailed { .. } => OutcomeKind::SubsystemFailed,
+            Outcome::Timeout { .. } => OutcomeKind::Timeout,
+            Outcome::Stopped { .. } => OutcomeKind::Stopped,
+            Outcome::Panicked { .. } => OutcomeKind::Panicked,
+            Outcome::Skipped { .. } => OutcomeKind::Skipped,
+        }
+    }
+
     /// Returns the kebab-case name in data.
     pub fn name(&self) -> &'static str {
-        match self {
-            Outcome::Completed => "completed",
-            Outcome::Diverged { .. } => "diverged",
-            Outcome::OutOfRange { .. } => "out-of-range",
-            Outcome::SolverFailed { .. } => "solver-failed",
-            Outcome::SubsystemFailed { .. } => "subsystem-failed",
-            Outcome::Timeout { .. } => "timeout",
-            Outcome::Stopped { .. } => "stopped",
-            Outcome::Panicked { .. } => "panicked",
-            Outcome::Skipped { .. } => "skipped",
-        }
+        self.kind().name()
+    }
+
+    /// Says what it counts as.
+    pub fn class(&self) -> OutcomeClass {
+        self.kind().class()
     }
 
     /// Says when the run left the path of [`Outcome::Completed`], s.
@@ -135,5 +226,37 @@ impl fmt::Display for Outcome {
             None if matches!(self, Outcome::Completed) => f.write_str(self.name()),
             None => write!(f, "{} ({})", self.name(), self.reason()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_outcome_has_one_name_and_counts_as_one_thing() {
+        use OutcomeClass::{Completed, Failed, NoAnswer};
+        let (at_s, quantity, value) = (0.1, Name::from("force"), 1.0);
+        let cause = Cause::Stopped;
+        let all = [
+            (Outcome::Completed, "completed", Completed),
+            (Outcome::Diverged { at_s, quantity: quantity.clone(), value }, "diverged", Failed),
+            (Outcome::OutOfRange { at_s, quantity, value }, "out-of-range", Failed),
+            (Outcome::SolverFailed { at_s, cause: cause.clone() }, "solver-failed", Failed),
+            (Outcome::SubsystemFailed { at_s, cause }, "subsystem-failed", Failed),
+            (Outcome::Timeout { at_s }, "timeout", NoAnswer),
+            (Outcome::Stopped { at_s }, "stopped", NoAnswer),
+            (Outcome::Panicked { message: String::new() }, "panicked", NoAnswer),
+            (Outcome::Skipped { reason: String::new() }, "skipped", NoAnswer),
+        ];
+        assert_eq!(all.len(), OutcomeKind::NAMES.len());
+        for (outcome, name, class) in all {
+            assert_eq!((outcome.name(), outcome.class()), (name, class));
+            assert_eq!(name.parse::<OutcomeKind>().unwrap(), outcome.kind());
+            assert_eq!(outcome.kind().to_string(), name);
+            assert_eq!(outcome.kind().was_run(), name != "skipped");
+        }
+        let message = "Completed".parse::<OutcomeKind>().unwrap_err().to_string();
+        assert!(message.contains("`Completed`") && message.contains("subsystem-failed"), "{message}");
     }
 }
