@@ -54,7 +54,8 @@ pub fn entry() -> SolverEntry {
     SolverEntry {
         name: "gauss-seidel".into(),
         about: "projected Gauss–Seidel from the last impulses, to a residual of 1e-10 or 10000 sweeps".into(),
-        guaranteed: "symmetric positive semidefinite with positive diagonal, feasible; as fast as it is well-conditioned".into(),
+        guaranteed:
+            "symmetric positive semidefinite with positive diagonal, feasible; as fast as it is well-conditioned".into(),
         tolerance: 1e-9,
         fallback: true,
         build: Arc::new(|capacity| Solver::other(ProjectedGaussSeidel { last: vec![0.0; capacity.max(8)], size: 0 })),

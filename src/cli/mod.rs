@@ -1,7 +1,6 @@
 //! One file per subcommand.
 
 mod advise;
-mod advise_text;
 mod collect;
 mod everything;
 mod figures;
@@ -71,7 +70,7 @@ enum Command {
     Report(report::ReportCommand),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
-    /// List what there is, by name, and the schemas of files
+    /// List what there is, by name; schemas of files, completions, manual pages
     List(list::List),
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),
@@ -80,19 +79,16 @@ enum Command {
     /// Drive an FMU for another process of this program
     #[command(name = rimbench::fmi::import::WORKER, hide = true)]
     FmuWorker,
-    /// Print what a shell needs to complete commands and options, or a manual page
-    Completions(shell::Completions),
 }
 
 /// Commands by what a person wants.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     ("One run", &["simulate", "limit", "advise"]),
     ("Many runs", &["run", "verify", "report"]),
     ("The paper", &["reproduce"]),
     ("What there is", &["list"]),
     ("To and from others", &["fmu"]),
     ("Speed", &["perf"]),
-    ("The shell", &["completions"]),
 ];
 
 /// The command line, with its commands in groups.
@@ -155,7 +151,6 @@ impl Cli {
             Command::List(command) => command.run(catalogue)?,
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
-            Command::Completions(command) => command.run()?,
             Command::FmuWorker => {}
         }
         Ok(ExitCode::SUCCESS)

@@ -376,7 +376,8 @@ fn problems_of_others(path: &Path) -> Vec<(Vec<f64>, Vec<f64>)> {
             let h = if kind == 0 {
                 problems[problems.len() - 1].0.clone()
             } else {
-                let cells: Vec<_> = (0..n).flat_map(|i| (if kind == 1 { i } else { 0 }..n).map(move |j| (i, j))).collect();
+                let cells: Vec<_> =
+                    (0..n).flat_map(|i| (if kind == 1 { i } else { 0 }..n).map(move |j| (i, j))).collect();
                 let (mut h, bits) = (vec![0.0; n * n], take(cells.len().div_ceil(8)).to_vec());
                 let filled = cells.into_iter().enumerate().filter(|(k, _)| bits[k / 8] >> (k % 8) & 1 == 1);
                 for (_, (i, j)) in filled {
@@ -399,7 +400,9 @@ fn the_pivoting_solvers_solve_the_problems_of_others() {
     for (file, count) in [("frictional_normal_rows_small.lcp", 42), ("frictional_normal_rows_large.lcp", 2)] {
         let problems = problems_of_others(&folder.join(file));
         assert_eq!(problems.len(), count);
-        for (name, (h, b)) in ["active-set", "lemke"].into_iter().flat_map(|name| problems.iter().map(move |p| (name, p))) {
+        for (name, (h, b)) in
+            ["active-set", "lemke"].into_iter().flat_map(|name| problems.iter().map(move |p| (name, p)))
+        {
             assert!(attempt(name, h, b).1, "{name}, n = {}", b.len());
         }
     }

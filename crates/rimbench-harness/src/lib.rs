@@ -31,8 +31,7 @@ mod stock;
 mod store;
 
 pub use advice::{
-    Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
-    milliseconds,
+    Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
@@ -48,9 +47,7 @@ pub use load::Load;
 pub use provenance::Provenance;
 pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
-pub use slurm::{
-    Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place,
-};
+pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};
 pub use spectral::spectral_radius;
 pub use stability::{
     Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, longest_macro_step, predicted_stability_limit,
