@@ -19,9 +19,8 @@ fn files(folder: &Path) -> Vec<String> {
 #[test]
 fn the_history_of_another_folder_is_not_read() {
     let folder = tempfile::tempdir().unwrap();
-    for arguments in [&["perf", "show"] as &[&str], &["perf", "steps"], &["perf", "compare", "previous", "latest"]] {
-        assert_has(&said(&mut called(folder.path(), arguments), 2), &["results/perf/history.csv"]);
-    }
+    let compared = said(&mut called(folder.path(), &["perf", "compare", "previous", "latest"]), 2);
+    assert_has(&compared, &["results/perf/history.csv"]);
     assert_eq!(files(folder.path()), [""; 0]);
     let record = ["perf", "record", "--benchmark", "kernel/lcp-warm", "--rounds", "0", "--without-instructions"];
     called(folder.path(), &record).assert().success();

@@ -5,15 +5,6 @@ use rimbench_statistics::quantile;
 /// Part of a level below which a difference does not count: what alignment, paths and the environment may do to a count.
 pub(super) const FLOOR: f64 = 0.002;
 
-/// A change of level.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// Index of the first value of the new level.
-    pub at: usize,
-    /// Ratio of the new level to the old one.
-    pub ratio: f64,
-}
-
 /// Standard errors a difference of levels must have; among the ≤ 30² / 2 splits looked at, chance reaches it rarely.
 const SIGNIFICANT: f64 = 5.0;
 /// Differences whose median says something.
@@ -21,13 +12,13 @@ const FEW: usize = 5;
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const MAD: f64 = 1.4826;
 
-/// Finds the steps of a series of values above zero, by binary segmentation of their logarithms.
+/// Finds the first indices of new levels in a series of values above zero, by binary segmentation of their logarithms.
 ///
 /// The best split is where `|mean₂ − mean₁| √(n₁ n₂ / n)` is largest; it is a step if that is above five standard deviations
-/// and the levels differ by more than `floor` (0.2 % for counts), and then both parts are searched. The standard
+/// and the levels differ by more than [`FLOOR`], and then both parts are searched. The standard
 /// deviation is taken from the differences of neighbours, of which a few steps do not disturb the median; of fewer than five
-/// differences one step is already half, so the least of them is taken, and `floor` is what keeps noise apart.
-pub fn steps(values: &[f64], floor: f64) -> Vec<Step> {
+/// differences one step is already half, so the least of them is taken, and the floor is what keeps noise apart.
+fn steps(values: &[f64]) -> Vec<usize> {
     let logs: Vec<f64> = values.iter().map(|value| value.ln()).collect();
     let mut differences: Vec<f64> = logs.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     differences.retain(|difference| difference.is_finite());
@@ -38,20 +29,17 @@ pub fn steps(values: &[f64], floor: f64) -> Vec<Step> {
     };
     let sigma = MAD * typical / 2.0_f64.sqrt();
     let mut cuts = Vec::new();
-    split(&logs, 0, sigma, (1.0 + floor.max(FLOOR)).ln(), &mut cuts);
+    split(&logs, 0, sigma, &mut cuts);
     cuts.sort_unstable();
-    let ends = cuts.iter().skip(1).copied().chain([logs.len()]);
-    let starts = [0].into_iter().chain(cuts.iter().copied());
-    let around = starts.zip(cuts.iter().copied()).zip(ends);
-    around.map(|((start, at), end)| Step { at, ratio: (mean(&logs[at..end]) - mean(&logs[start..at])).exp() }).collect()
+    cuts
 }
 
 /// First index of the level that the last value belongs to.
 pub(super) fn start_of_last_level(values: &[f64]) -> usize {
-    steps(values, FLOOR).last().map_or(0, |step| step.at)
+    steps(values).last().copied().unwrap_or(0)
 }
 
-fn split(logs: &[f64], offset: usize, sigma: f64, floor: f64, cuts: &mut Vec<usize>) {
+fn split(logs: &[f64], offset: usize, sigma: f64, cuts: &mut Vec<usize>) {
     let n = logs.len() as f64;
     let gain = |at: usize| {
         let (left, right) = logs.split_at(at);
@@ -59,10 +47,10 @@ fn split(logs: &[f64], offset: usize, sigma: f64, floor: f64, cuts: &mut Vec<usi
     };
     let Some(at) = (1..logs.len()).max_by(|&a, &b| gain(a).total_cmp(&gain(b))) else { return };
     let (left, right) = logs.split_at(at);
-    if gain(at) > SIGNIFICANT * sigma && (mean(right) - mean(left)).abs() > floor {
+    if gain(at) > SIGNIFICANT * sigma && (mean(right) - mean(left)).abs() > FLOOR.ln_1p() {
         cuts.push(offset + at);
-        split(left, offset, sigma, floor, cuts);
-        split(right, offset + at, sigma, floor, cuts);
+        split(left, offset, sigma, cuts);
+        split(right, offset + at, sigma, cuts);
     }
 }
 
@@ -91,23 +79,19 @@ mod tests {
                     }
             })
             .collect();
-        let found = steps(&series, FLOOR);
-        assert_eq!(found.iter().map(|step| step.at).collect::<Vec<_>>(), [10, 22]);
-        // The noise moves a mean of ten values by far less than 1e-4.
-        approx::assert_abs_diff_eq!(found[0].ratio, 1.02, epsilon = 1e-4);
-        approx::assert_abs_diff_eq!(found[1].ratio, 0.9 / 1.02, epsilon = 1e-4);
+        assert_eq!(steps(&series), [10, 22]);
         assert_eq!(start_of_last_level(&series), 22);
-        assert_eq!(steps(&series[..10], FLOOR), []);
+        assert_eq!(steps(&series[..10]), [0; 0]);
     }
 
     #[test]
     fn a_last_value_that_jumps_is_a_step_and_one_value_or_none_has_none() {
-        assert_eq!(steps(&[5.0, 5.0, 5.0, 5.1], FLOOR).len(), 1);
-        assert_eq!(steps(&[5.0, 5.0, 5.0, 5.005], FLOOR), []);
-        assert_eq!(steps(&[5.0], FLOOR), []);
+        assert_eq!(steps(&[5.0, 5.0, 5.0, 5.1]).len(), 1);
+        assert_eq!(steps(&[5.0, 5.0, 5.0, 5.005]), [0; 0]);
+        assert_eq!(steps(&[5.0]), [0; 0]);
         // A short history with one step: the level is that of the last two, and not something wide between all three.
         assert_eq!(start_of_last_level(&[99.8, 83.3479, 83.348]), 1);
-        assert_eq!(steps(&[99.8, 83.3], FLOOR), [], "two values may be noise as well as a step");
-        assert_eq!(steps(&[], FLOOR), []);
+        assert_eq!(steps(&[99.8, 83.3]), [0; 0], "two values may be noise as well as a step");
+        assert_eq!(steps(&[]), [0; 0]);
     }
 }
