@@ -95,3 +95,20 @@ fn a_plan_as_json_has_every_run_with_its_id_and_its_place() {
     }
     assert_ne!(runs[0]["run_id"], runs[1]["run_id"]);
 }
+
+/// A part of the gate that runs out of time is red in the end, and the parts after it are run.
+#[cfg(unix)]
+#[test]
+fn a_part_of_the_gate_that_takes_too_long_is_no_skip() {
+    let gate = crate::program::read(crate::program::root().join(".ci/run"));
+    let part = |from: &str, to: &str| gate[gate.find(from).unwrap()..].split_inclusive(to).next().unwrap().to_owned();
+    let (optional, end) = (part("late=\"\"\n", "\n}\n"), &gate[gate.find("if [ -n \"$late\"").unwrap()..]);
+    for (seconds, code) in [("0.1", 1), ("9", 0)] {
+        let script = format!(
+            "set -euo pipefail\ntimes=''\n{optional}optional {seconds} slow sleep 1\noptional 9 next echo on\n{end}"
+        );
+        let output = std::process::Command::new("bash").args(["-c", &script]).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        assert!(String::from_utf8_lossy(&output.stdout).contains("on\n"), "{output:?}");
+    }
+}
