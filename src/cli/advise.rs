@@ -224,7 +224,7 @@ impl Asked<'_> {
             let cost = with_digits(met.cost, "-", 3);
             lines.push(row(
                 "",
-                &format!("error {error} at the worst of {} phases; cost {cost}; {time} per H", met.runs.len()),
+                &format!("error {error} at the worst of {} phases; cost {cost}; {time} per macro step", met.runs.len()),
             ));
             let unstable = met.unstable.as_ref().map(|(step, _)| format!(", unstable at {}", milliseconds(*step)));
             if label == "advised" {

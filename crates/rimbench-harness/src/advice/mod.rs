@@ -250,6 +250,7 @@ impl Search<'_> {
             }
             let first: Vec<Judged> =
                 batch.par_iter().map(|&cell| self.judge(cell, self.phases[0], true)).collect::<Result<_>>()?;
+            self.runs += first.iter().filter(|(run, _)| run.is_some()).count();
             for (&cell, judged) in batch.iter().zip(first) {
                 if self.learn(cell, &judged)
                     && self.is_cheaper(
@@ -271,6 +272,7 @@ impl Search<'_> {
         for phases in phases.chunks(8) {
             let judged: Vec<Judged> =
                 phases.par_iter().map(|&phase| self.judge(cell, phase, false)).collect::<Result<_>>()?;
+            self.runs += judged.len();
             for judged in judged {
                 if !self.learn(cell, &judged) {
                     return Ok(());
@@ -364,7 +366,6 @@ impl Search<'_> {
 
     /// Takes note of a run; tells whether it meets the error.
     fn learn(&mut self, (row, step): (usize, usize), (run, fault): &Judged) -> bool {
-        self.runs += usize::from(run.is_some());
         let (row, macro_step) = (&mut self.rows[row], self.question.macro_steps[step]);
         match run.as_ref().map(|run| (run.outcome.class(), run)) {
             Some((OutcomeClass::Completed, run)) => {
