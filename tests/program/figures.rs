@@ -44,8 +44,8 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
 #[test]
 fn an_empty_figure_is_an_empty_page() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let files = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
-    assert!(files.svg.is_file() && files.png.is_file());
+    let file = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
+    assert!(file.is_file());
 }
 
 /// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
@@ -379,14 +379,18 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
     assert_has(&message, &["unknown group of figures `nope`", "study"]);
 }
 
-/// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.
+/// Writes a drawing twice and checks: equal bytes, as pixels too, each label once, nothing outside the page.
 fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let files = render::write(drawing, place.path(), name).expect("a writable folder");
-    let (svg, png) = (read(&files.svg), read(&files.png));
+    let written = || {
+        let svg = render::write(drawing, place.path(), name).expect("a writable folder");
+        let png = place.path().join("pixels.png");
+        render::write_png(drawing, &png, 1.0).expect("a writable folder");
+        [svg, png].map(|file| read(&file))
+    };
+    let [svg, png] = written();
     assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
-    let again = render::write(drawing, place.path(), name).expect("a writable folder");
-    assert!(svg == read(&again.svg) && png == read(&again.png), "{name} is not reproducible");
+    assert!(written() == [svg.clone(), png], "{name} is not reproducible");
 
     let svg = String::from_utf8(svg).expect("an SVG is text");
     let texts = texts_of(&svg);
