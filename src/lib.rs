@@ -12,7 +12,7 @@
 //!
 //! | package | rooms | what they hold |
 //! |---|---|---|
-//! | `rimbench-dev` | [`perf`], [`corpus`], [`panel`] | performance tracker, contact problems of actual runs, rival solvers |
+//! | `rimbench-dev` | [`perf`] | performance tracker |
 //! | `rimbench-fmi` | [`fmi`] | sides of cases as FMUs for others, FMUs of others as sides of cases |
 //! | `rimbench-figures` | [`figures`] | figures and the report, from result files; never simulates |
 //! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
@@ -39,10 +39,10 @@ pub mod shipped;
 
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
-    affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, linear_algebra,
-    mechanics, name, numerics_version, schemes, solver_entry,
+    affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, known_problems,
+    linear_algebra, mechanics, name, numerics_version, schemes, solver_entry,
 };
-pub use rimbench_dev::{corpus, panel, perf};
+pub use rimbench_dev::perf;
 pub use rimbench_figures as figures;
 pub use rimbench_fmi as fmi;
 pub use rimbench_harness as harness;
@@ -60,14 +60,12 @@ pub const BUILD: harness::BuildInfo = harness::BuildInfo {
     target_cpu: env!("RIMBENCH_TARGET_CPU"),
 };
 
-/// Everything that this program can run by name: what is built in, and the panel of rival solvers.
+/// Everything that this program can run by name.
 ///
 /// # Errors
-/// None, unless two of them had the same name.
+/// None; what is built in has different names.
 pub fn everything() -> error::Result<catalogue::Catalogue> {
-    let mut catalogue = catalogue::Catalogue::standard();
-    panel::solvers().into_iter().try_for_each(|solver| catalogue.add_solver(solver))?;
-    Ok(catalogue)
+    Ok(catalogue::Catalogue::standard())
 }
 
 /// Compiles and runs the programs that the documents show.
@@ -77,6 +75,4 @@ mod documents {
     struct Library;
     #[doc = include_str!("../docs/guide/own-case.md")]
     struct OwnCase;
-    #[doc = include_str!("../docs/guide/own-solver.md")]
-    struct OwnSolver;
 }

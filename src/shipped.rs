@@ -1,5 +1,5 @@
-//! What the program carries with it, so that it works from any folder: the experiments, the list of figures, the source of the
-//! report, and the corpus of contact problems, as they were when it was built.
+//! What the program carries with it, so that it works from any folder: the experiments, the list of figures, and the source
+//! of the report, as they were when it was built.
 
 /// Experiment files, each as its path in the source (`experiments/<group>/<name>.toml`) and its text, by path.
 pub const EXPERIMENTS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/experiments.rs"));
@@ -12,14 +12,6 @@ pub const FIGURES: (&str, &str) = ("paper/figures.toml", include_str!("../paper/
 
 /// The source of the report: path and text.
 pub const REPORT: (&str, &str) = ("paper/report.md", include_str!("../paper/report.md"));
-
-/// The corpus of contact problems: path and content.
-pub const CORPUS: (&str, &[u8]) =
-    ("data/contact-problems/corpus.lcp", include_bytes!("../data/contact-problems/corpus.lcp"));
-
-/// The corpus of contact problems with friction: path and content.
-pub const FRICTION_CORPUS: (&str, &[u8]) =
-    ("data/contact-problems/friction.lcp", include_bytes!("../data/contact-problems/friction.lcp"));
 
 /// The experiments of one group, each with its path and text.
 pub fn experiments_of(group: &str) -> impl Iterator<Item = (&'static str, &'static str)> {

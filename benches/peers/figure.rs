@@ -70,7 +70,7 @@ pub fn draw(path: &Path) -> Result<()> {
         return Err(Error::file(path, "holds no system of disc-row or disc-pile: there is nothing to draw"));
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let files = render::write(&figure.draw(), path.parent().unwrap_or(Path::new(".")), &name)?;
-    println!("{}", files.svg.display());
+    let file = render::write(&figure.draw(), path.parent().unwrap_or(Path::new(".")), &name)?;
+    println!("{}", file.display());
     Ok(())
 }

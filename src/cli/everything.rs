@@ -83,7 +83,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         if experiment.group() == PAPER {
             of_paper.extend(claims);
         } else if !claims.is_empty() {
-            write_both(&folder, &claims)?;
+            write_claims(&folder.join("claims.csv"), &claims)?;
         }
     }
     if whole {
@@ -152,7 +152,7 @@ pub(super) fn watched(
         let folder = experiment.results_folder(out);
         files.extend([DIGEST, SUMMARY].map(|name| folder.join(name)));
         if experiment.group() != PAPER && !experiment.claims().is_empty() {
-            files.extend(["claims.csv", "claims.md"].map(|name| folder.join(name)));
+            files.push(folder.join("claims.csv"));
         }
         let own = figures.iter().filter(|figure| figure.experiment == experiment.full_name());
         files.extend(own.map(|figure| folder.join(format!("figures/{}.svg", figure.id))));

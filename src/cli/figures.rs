@@ -23,8 +23,8 @@ pub(super) fn draw_figures(
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
     let mut made = figures.make_all(results, group, &styles)?;
     made.failed.extend(failed);
-    for files in &made.files {
-        print(&files.svg.display().to_string())?;
+    for file in &made.files {
+        print(&file.display().to_string())?;
     }
     for (id, reason) in &made.missing {
         print(&format!("not drawn: {id}: {reason}"))?;

@@ -1,11 +1,8 @@
 //! One file per subcommand.
 
 mod advise;
-mod advise_text;
 mod collect;
-mod corpus;
 mod everything;
-mod export;
 mod figures;
 mod fmu;
 mod interruption;
@@ -29,7 +26,6 @@ mod schema;
 mod screen;
 mod shell;
 mod simulate;
-mod solvers;
 mod submit;
 mod summary;
 mod verify;
@@ -72,34 +68,27 @@ enum Command {
     Verify(verify::Verify),
     /// Write one page of any results, or draw their figures, rank their schemes, set the paper
     Report(report::ReportCommand),
-    /// Write the results of an experiment as a data package that others can cite and load
-    Export(export::Export),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
-    /// List what there is, by name, and the schemas of files
+    /// List what there is, by name; schemas of files, completions, manual pages
     List(list::List),
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
-    /// Give the contact problems of actual runs to every solver and compare
-    Solvers(solvers::Solvers),
     /// Drive an FMU for another process of this program
     #[command(name = rimbench::fmi::import::WORKER, hide = true)]
     FmuWorker,
-    /// Print what a shell needs to complete commands and options, or a manual page
-    Completions(shell::Completions),
 }
 
 /// Commands by what a person wants.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     ("One run", &["simulate", "limit", "advise"]),
-    ("Many runs", &["run", "verify", "report", "export"]),
+    ("Many runs", &["run", "verify", "report"]),
     ("The paper", &["reproduce"]),
     ("What there is", &["list"]),
     ("To and from others", &["fmu"]),
-    ("Speed", &["perf", "solvers"]),
-    ("The shell", &["completions"]),
+    ("Speed", &["perf"]),
 ];
 
 /// The command line, with its commands in groups.
@@ -163,13 +152,10 @@ impl Cli {
             Command::Run(command) => return command.run(catalogue, &self.case_file),
             Command::Verify(command) => return command.run(catalogue),
             Command::Report(command) => return command.run(catalogue),
-            Command::Export(command) => command.run(catalogue)?,
             Command::Reproduce(command) => return command.run(catalogue),
             Command::List(command) => command.run(catalogue)?,
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
-            Command::Solvers(command) => command.run(catalogue)?,
-            Command::Completions(command) => command.run()?,
             Command::FmuWorker => {}
         }
         Ok(ExitCode::SUCCESS)

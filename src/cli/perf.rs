@@ -2,14 +2,14 @@
 
 use super::perf_compare::Compare;
 use super::perf_measuring::{HISTORY, Measuring};
+use super::print;
 use super::screen::Table;
-use super::{Format, print, print_json};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::harness::Provenance;
-use rimbench::perf::{self, BENCHMARKS, History, PerStep, Program, Row, benchmark_by_name, history_steps};
+use rimbench::perf::{self, BENCHMARKS, History, Program, Row, benchmark_by_name};
 use rimbench::statistics::quantile;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,10 +27,6 @@ enum Command {
     Record(Record),
     /// Compare two records, or two git revisions (--rev A --rev B); exit code 1 on a regression
     Compare(Compare),
-    /// Show a record: instructions, time, and time per macro and micro step
-    Show(Show),
-    /// List all steps of the history in words, each with the revisions that it lies between
-    Steps(Steps),
     /// Measure one benchmark in this process
     #[command(hide = true)]
     Sample(Sample),
@@ -41,8 +37,6 @@ impl Perf {
         match self.command {
             Command::Record(command) => command.run()?,
             Command::Compare(command) => return command.run(),
-            Command::Show(command) => command.run()?,
-            Command::Steps(command) => command.run()?,
             Command::Sample(command) => command.run()?,
         }
         Ok(ExitCode::SUCCESS)
@@ -76,7 +70,7 @@ impl Record {
         };
         let rows = perf::record(&program, &provenance, &plan, &mut |benchmark| eprintln!("{benchmark}"))?;
         history.append(&rows)?;
-        print(&steps_table(&rows.iter().collect::<Vec<_>>()))?;
+        print(&rows_table(&rows))?;
         for row in rows.iter().filter(|row| !row.is_ok()) {
             eprintln!("note: {}: {}", row.benchmark, row.status);
         }
@@ -95,81 +89,17 @@ impl Record {
     }
 }
 
-/// Arguments of `perf show`.
-#[derive(Debug, Args)]
-struct Show {
-    /// latest, previous, or digits of a record or git revision
-    #[arg(value_name = "RECORD", default_value = "latest")]
-    record: String,
-    /// The history
-    #[arg(long, value_name = "FILE", default_value = HISTORY)]
-    history: PathBuf,
-    /// How to print
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
-}
-
-impl Show {
-    fn run(self) -> anyhow::Result<()> {
-        let history = History::read(&self.history)?;
-        let rows = history.of_record(history.select(&self.record)?);
-        let [first, ..] = rows.as_slice() else { unreachable!("a record has rows") };
-        if self.format == Format::Json {
-            return print_json(&rows);
-        }
-        print(&format!(
-            "record {}, revision {}, {}, {}, {}",
-            first.record, first.git_revision, first.rustc, first.target, first.cpu
-        ))?;
-        print(&steps_table(&rows))
-    }
-}
-
-/// Times per step of the rows that have times, instructions of all.
-fn steps_table(rows: &[&Row]) -> String {
-    let mut table = Table::new(&[
-        "benchmark",
-        "instructions",
-        "time, ms",
-        "ns per macro step",
-        "ns per micro step",
-        "est. flops per ns",
-    ]);
+/// Times of the rows that have them, instructions of all.
+fn rows_table(rows: &[Row]) -> String {
+    let mut table = Table::new(&["benchmark", "instructions", "time, ms"]);
     for row in rows {
-        let per_step = PerStep::of(row);
-        let number = |of: fn(&PerStep) -> Option<f64>, digits: usize| {
-            per_step.as_ref().and_then(of).map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
-        };
         table.add_row([
             row.benchmark.clone(),
             row.instructions.map_or_else(|| "–".to_owned(), |count| count.to_string()),
             row.wall_s.map_or_else(|| row.status.clone(), |wall| format!("{:.3}", 1e3 * wall)),
-            number(|row| row.macro_step_ns, 0),
-            number(|row| row.micro_step_ns, 0),
-            number(|row| row.flops_per_ns, 2),
         ]);
     }
     table.to_string()
-}
-
-/// Arguments of `perf steps`.
-#[derive(Debug, Args)]
-struct Steps {
-    /// The history
-    #[arg(long, value_name = "FILE", default_value = HISTORY)]
-    history: PathBuf,
-}
-
-impl Steps {
-    fn run(self) -> anyhow::Result<()> {
-        let found = history_steps(&History::read(&self.history)?);
-        let mut table = Table::new(&["from revision", "to revision", "record", "benchmark", "of", "ratio"]);
-        for step in &found {
-            let ratio = format!("{:.4}", step.ratio);
-            table.add_row([&step.before, &step.revision, &step.record, &step.benchmark, step.quantity, &ratio]);
-        }
-        print(&format!("{table}\n{} steps in {}", found.len(), self.history.display()))
-    }
 }
 
 /// Arguments of `perf sample`.

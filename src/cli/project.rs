@@ -1,7 +1,6 @@
 //! The experiments, figures and texts that commands go by: those of the project's folder where the command is called from there,
 //! else those that the program carries. The folder that the program was built in is nowhere looked at.
 
-use rimbench::corpus::Corpus;
 use rimbench::error::{Error, Result};
 use rimbench::figures::FigureList;
 use rimbench::harness::{Experiment, Ranking};
@@ -89,17 +88,6 @@ impl Project {
     /// [`Error::File`] if it cannot be read.
     pub(super) fn report(self) -> Result<(&'static Path, Cow<'static, str>)> {
         self.text(shipped::REPORT)
-    }
-
-    /// A corpus of contact problems.
-    ///
-    /// # Errors
-    /// Those of [`Corpus::read`].
-    pub(super) fn corpus<const F: bool>(self, (path, carried): (&str, &[u8])) -> Result<Corpus<F>> {
-        match self {
-            Project::Here => Corpus::read(Path::new(path)),
-            Project::Carried => Corpus::from_bytes(carried).map_err(|message| Error::file(path, message)),
-        }
     }
 
     fn text(self, (path, carried): (&'static str, &'static str)) -> Result<(&'static Path, Cow<'static, str>)> {

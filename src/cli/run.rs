@@ -34,10 +34,10 @@ pub struct Run {
     /// Only part i of n, for several processes or machines
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
-    /// Number of the first shard: some engines count from 0
+    /// Number of the first shard: some job arrays count from 0
     #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", value_parser = clap::value_parser!(u8).range(0..=1))]
     first_shard: u8,
-    /// Only the runs at these places of the plan, from 0: the task of an engine, after which --collect writes the result files
+    /// Only the runs at these places of the plan, from 0: the task of a job array, after which --collect writes the result files
     #[arg(long, value_name = "FIRST-LAST", conflicts_with_all = ["shard", "fresh"])]
     places: Option<String>,
     /// Forget what is stored and start anew
@@ -47,14 +47,14 @@ pub struct Run {
     /// nothing is
     #[arg(long, value_name = "DIR", num_args = 0.., conflicts_with_all = ["jobs", "shard", "places", "fresh"])]
     collect: Option<Vec<PathBuf>>,
-    /// Run nothing: print the runs, or with --engine its files and commands
+    /// Run nothing: print the runs, or with --slurm its files and commands
     #[arg(long, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
     dry_run: bool,
     /// With --dry-run: all runs, however many
-    #[arg(long, requires = "dry_run", conflicts_with = "engine")]
+    #[arg(long, requires = "dry_run", conflicts_with = "slurm")]
     all: bool,
     /// How to print a dry run; JSON has all runs
-    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run", conflicts_with = "engine")]
+    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run", conflicts_with = "slurm")]
     format: Format,
     #[command(flatten)]
     submit: Submit,
@@ -66,8 +66,8 @@ impl Run {
     pub(super) fn run(self, catalogue: &Catalogue, case_files: &[PathBuf]) -> anyhow::Result<ExitCode> {
         let experiment = Project::experiment(&self.file)?;
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
-        if let Some(engine) = self.submit.engine {
-            self.submit.submit(engine, (&experiment, catalogue, &folder), case_files, self.dry_run)?;
+        if self.submit.slurm {
+            self.submit.submit((&experiment, catalogue, &folder), case_files, self.dry_run)?;
             return Ok(ExitCode::SUCCESS);
         }
         if self.dry_run {
@@ -85,7 +85,7 @@ impl Run {
             (None, None) => None,
         };
         let total = match shard {
-            // A plan takes its time where it is long, and the task of an engine is one of many.
+            // A plan takes its time where it is long, and the task of a job array is one of many.
             Some(Shard::Places { first, last }) => (last - first).saturating_add(1),
             _ => experiment.plan(catalogue, false)?.len(),
         };

@@ -7,11 +7,11 @@ use super::run_options::{RunOptions, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use super::{Format, answered, complain, print, print_json, probe_lines, with_files};
 use clap::Args;
-use rimbench::cases::Value as ParameterValue;
+use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
-use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
+use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
@@ -232,7 +232,7 @@ impl Said<'_> {
                     peak => format!(
                         ", {} times the reference's peak of {}",
                         quantity(value.abs() / peak, "-"),
-                        quantity(peak, &unit)
+                        quantity(peak, unit)
                     ),
                 };
                 in_words(&self.run.outcome) + &times
@@ -246,7 +246,7 @@ impl Said<'_> {
 pub(super) fn in_words(outcome: &Outcome) -> String {
     let reached = |name: &str, value: f64| {
         let (words, unit) = column_in_words(name);
-        format!("the {words} reached {}", quantity(value, &unit))
+        format!("the {words} reached {}", quantity(value, unit))
     };
     match outcome {
         Outcome::Diverged { quantity: name, value, .. } if value.is_finite() => reached(name, *value),
@@ -256,6 +256,12 @@ pub(super) fn in_words(outcome: &Outcome) -> String {
         }
         outcome => outcome.reason(),
     }
+}
+
+/// A column of a trace in words, and its unit: `actuator_force_n` is `actuator force` and `N`.
+fn column_in_words(name: &str) -> (String, &'static str) {
+    let (words, unit) = without_unit(name);
+    (words.replace('_', " "), unit)
 }
 
 /// All metrics and counters.

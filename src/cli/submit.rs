@@ -1,4 +1,4 @@
-//! `rimbench run --engine`: what is missing of an experiment, through an engine.
+//! `rimbench run --slurm`: what is missing of an experiment, as a job array of Slurm.
 
 use super::number::seconds;
 use super::print;
@@ -10,50 +10,40 @@ use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Cache, ChunkLimits, Chunking, Engine, Experiment, Job, Order, Submission, in_shell, missing_chunks, next_place,
-    prepare_folder,
+    Cache, ChunkLimits, Chunking, Experiment, Job, SBATCH, SlurmArray, Submission, in_shell, missing_chunks,
+    next_place, prepare_folder,
 };
 use std::path::{Path, PathBuf, absolute};
 use std::process::Command;
 
-/// Options of `run` that hand runs to an engine.
+/// Options of `run` that hand runs to Slurm.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "On a cluster")]
 pub(super) struct Submit {
-    /// Hand what is missing to an engine, in chunks: slurm or hyperqueue
-    #[arg(long, value_parser = engine, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
-    pub(super) engine: Option<Engine>,
+    /// Hand what is missing to Slurm, in chunks
+    #[arg(long, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
+    pub(super) slurm: bool,
     /// How long a chunk should take, s
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = seconds, requires = "engine")]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = seconds, requires = "slurm")]
     chunk_time: f64,
     /// How long a run is taken to last where the store has none to go by, s
-    #[arg(long, value_name = "TIME", default_value = "20ms", value_parser = seconds, requires = "engine")]
+    #[arg(long, value_name = "TIME", default_value = "20ms", value_parser = seconds, requires = "slurm")]
     run_time: f64,
     /// Threads of a chunk
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "slurm", value_parser = clap::value_parser!(u16).range(1..=1024))]
     cpus: u16,
-    /// Chunks at once [default: what the engine likes]
-    #[arg(long, value_name = "N", requires = "engine", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Chunks at once [default: what Slurm likes]
+    #[arg(long, value_name = "N", requires = "slurm", value_parser = clap::value_parser!(u16).range(1..))]
     at_once: Option<u16>,
     /// The program where the chunks run [default: this one]
-    #[arg(long, value_name = "PATH", requires = "engine")]
+    #[arg(long, value_name = "PATH", requires = "slurm")]
     program: Option<PathBuf>,
     /// The runs are timed: nothing may run beside one; so is an experiment whose file says `timed = true`
-    #[arg(long, requires = "engine")]
+    #[arg(long, requires = "slurm")]
     exclusive: bool,
-    /// Options for the engine's own program
-    #[arg(last = true, value_name = "OPTION", requires = "engine")]
+    /// Options for `sbatch`
+    #[arg(last = true, value_name = "OPTION", requires = "slurm")]
     extra: Vec<String>,
-}
-
-/// Reads the name of an engine.
-fn engine(name: &str) -> std::result::Result<Engine, String> {
-    if ["local", "parallel"].contains(&name) {
-        return Err(
-            "`rimbench run FILE` uses all cores of a machine, and --shard I/N divides runs among several".into()
-        );
-    }
-    name.parse().map_err(|error: Error| error.to_string())
 }
 
 /// Lines of a file that `--dry-run` prints.
@@ -64,7 +54,6 @@ impl Submit {
     /// besides.
     pub(super) fn submit(
         &self,
-        engine: Engine,
         (experiment, catalogue, folder): (&Experiment, &Catalogue, &Path),
         case_files: &[PathBuf],
         dry_run: bool,
@@ -90,12 +79,12 @@ impl Submit {
             ));
         }
         let place = next_place(&folder);
-        let submission = self.submission(engine, experiment, (&file, &more_files), (&folder, &place), &chunking)?;
+        let submission = self.submission(experiment, (&file, &more_files), (&folder, &place), &chunking)?;
         print(&self.said_of(&chunking))?;
         if dry_run {
             return print(&text_of(&submission));
         }
-        check_program(engine)?;
+        check_program()?;
         check_writable_folder(&folder)?;
         prepare_folder(job)?;
         std::fs::create_dir_all(place.parent().unwrap_or(&place))
@@ -110,7 +99,6 @@ impl Submit {
 
     fn submission(
         &self,
-        engine: Engine,
         experiment: &Experiment,
         (file, more_files): (&Path, &[(&'static str, PathBuf)]),
         (folder, place): (&Path, &Path),
@@ -120,21 +108,20 @@ impl Submit {
             Some(program) => program.clone(),
             None => std::env::current_exe().context("where this program lies is not known: say it with --program")?,
         };
-        let cache = std::env::var_os("RIMBENCH_CACHE").map(absolute).transpose().context("RIMBENCH_CACHE")?;
-        Ok(engine.submission(&Order {
+        let array = SlurmArray {
             name: &experiment.name(),
             program: &program,
             file,
             more_files,
             folder,
             place,
-            cache: cache.as_deref(),
             chunks: &chunking.chunks,
             cpus: self.cpus.into(),
             at_once: self.at_once.map(usize::from),
             exclusive: self.exclusive || experiment.timed,
             extra: &self.extra,
-        })?)
+        };
+        Ok(array.submission()?)
     }
 
     fn said_of(&self, chunking: &Chunking) -> String {
@@ -189,15 +176,13 @@ fn text_of(submission: &Submission) -> String {
     text + &commands.join("\n")
 }
 
-/// Refuses an engine whose program is not on the path.
-fn check_program(engine: Engine) -> Result<()> {
+/// Refuses Slurm where its program is not on the path.
+fn check_program() -> Result<()> {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let program = engine.program();
-    if std::env::split_paths(&path).any(|folder| folder.join(program).is_file()) {
+    if std::env::split_paths(&path).any(|folder| folder.join(SBATCH).is_file()) {
         return Ok(());
     }
-    let expected = format!("an engine whose program is on the path; `{program}` is not. --dry-run needs none");
-    Err(Error::invalid("--engine", engine, expected))
+    Err(Error::Incompatible(format!("--slurm needs `{SBATCH}` on the path, and it is not there. --dry-run needs none")))
 }
 
 /// Gives a command to its program.

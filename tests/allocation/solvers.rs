@@ -5,7 +5,7 @@ use crate::support::*;
 use rimbench::complementarity::{ComplementaritySolver, Lcp};
 
 /// Those that state a capacity; that they are all is checked below.
-const ALLOCATION_FREE: [&str; 5] = ["active-set", "lemke", "pgs", "pgs-50", "newton-fischer-burmeister"];
+const ALLOCATION_FREE: [&str; 3] = ["active-set", "lemke", "gauss-seidel"];
 
 /// `M = Bᵀ B` of rank 3 with changing `B` and `q`.
 fn problem(n: usize, step: usize, m: &mut [f64], q: &mut [f64]) {
@@ -35,8 +35,6 @@ fn allocations_of_solving(name: &str, built_for: usize, sizes: &[usize]) -> u64 
 
 #[test]
 fn pivoting_solvers_do_not_allocate_up_to_their_capacity() {
-    // Of large factors faer makes room for one product per thread, at the first.
-    assert!(allocations_of_solving("newton-fischer-burmeister", 80, &[80]) <= 1);
     for name in ALLOCATION_FREE {
         assert_eq!(allocations_of_solving(name, 0, &[1, 4, 8]), 0, "{name} inline");
         assert_eq!(allocations_of_solving(name, 80, &[4, 40, 17, 80]), 0, "{name} on the heap");

@@ -3,7 +3,6 @@
 
 use crate::support::*;
 use nalgebra::{Matrix4, Vector4};
-use rimbench::panel::ENUMERATION_LIMIT;
 
 const ITERATED: &str = "iterated-aitken";
 

@@ -72,30 +72,6 @@ fn the_check_must_see_a_link_that_leads_nowhere() {
     assert!(anchors("## What `a_b` is, in H").contains("what-a_b-is-in-h"));
 }
 
-/// A forge shows it as an image: no script runs in it, and nothing is fetched for it.
-#[test]
-fn the_moving_picture_of_the_readme_is_there_and_small() {
-    let readme = read(&root().join("README.md"));
-    let named = |start: &str| -> Vec<String> {
-        readme.split(start).skip(1).filter_map(|rest| rest.split('"').next()).map(str::to_owned).collect()
-    };
-    let pictures = [named("srcset=\""), named("<img src=\"")].concat();
-    let moving: Vec<&String> = pictures.iter().filter(|path| path.contains("moving")).collect();
-    assert!(pictures.len() == 3 && moving.len() == 2, "{pictures:?}");
-    for path in &pictures {
-        assert!(root().join(path).is_file(), "{path} is not there");
-    }
-    for path in moving {
-        let svg = read(&root().join(path));
-        assert!(svg.len() < 200_000, "{path} has {} bytes", svg.len());
-        assert!(
-            svg.contains("@keyframes") && svg.contains("prefers-reduced-motion"),
-            "{path} does not move, or never rests"
-        );
-        assert!(["<script", "href", "url(http", "@import"].iter().all(|fetched| !svg.contains(fetched)), "{path}");
-    }
-}
-
 #[test]
 fn every_page_is_in_the_summary_and_the_reverse() {
     let book = root().join("docs");

@@ -66,3 +66,10 @@ fn a_case_of_ones_own_is_run_by_every_scheme_of_an_experiment() {
     let of_hold = |line: &&str| line.split_whitespace().take(2).eq(["linear-oscillator", "zero-order-hold"]);
     assert_eq!(table.lines().filter(of_hold).count(), 6 * 2, "{table}");
 }
+
+#[test]
+fn a_solver_from_outside_solves_the_problems_with_known_answers() {
+    let said = printed(&mut Command::new(example("custom_solver")));
+    assert!(said.lines().any(|line| line.starts_with("Murty, 2 × 2: ")), "{said}");
+    assert!(said.lines().last().unwrap().starts_with("42 problems"), "{said}");
+}

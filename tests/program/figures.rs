@@ -4,16 +4,12 @@
 
 use crate::program::{assert_has, root};
 use crate::prose::files;
-use crate::support::solvers;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
-use rimbench::complementarity::SolveStats;
-use rimbench::corpus::{Replay, Solve, Start, draw_profile};
 use rimbench::cosim::{Bounds, StopFlag};
 use rimbench::figures::case_picture::picture;
 use rimbench::figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
@@ -21,34 +17,9 @@ use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::line_style::LineStyle;
 use rimbench::figures::render::{self, svg};
 use rimbench::figures::style::Styles;
-use rimbench::solver_entry::SolverEntry;
 
 use rimbench::figures::{FigureList, MadeFigures};
-use rimbench::name::Name;
 use rimbench::runs::{RunRequest, simulate};
-
-/// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
-fn replays() -> Vec<Replay> {
-    let replay = |(index, solver): (usize, &Arc<SolverEntry>), start| {
-        let solve = |problem: usize| Solve {
-            n: 4,
-            stats: SolveStats::default(),
-            solved: index + 3 < solvers().len() || problem % 5 < 3,
-            refused: false,
-            time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
-        };
-        Replay { solver: solver.name.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0, panic: None }
-    };
-    solvers()
-        .iter()
-        .enumerate()
-        .flat_map(|entry| [Start::Warm, Start::Cold].map(|start| replay(entry, start)))
-        .collect()
-}
-
-fn solver_names() -> Vec<Name> {
-    solvers().iter().map(|solver| solver.name.clone()).collect()
-}
 
 /// The style of a built-in scheme, or a variant of one.
 fn style_of(label: &str) -> LineStyle {
@@ -71,29 +42,10 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
 }
 
 #[test]
-fn performance_profile_of_all_solvers() {
-    let drawing = draw_profile(&replays(), &solver_names());
-    let mut labels = vec!["60 contact problems, warm", "share of problems solved"];
-    labels.extend(solvers().iter().map(|entry| &*entry.name));
-    check(&drawing, "solver-profile", &labels);
-    // A solver keeps its line when others are left out.
-    let alone = draw_profile(&replays()[4..6], &solver_names());
-    let lines = |drawing: &Drawing| {
-        let stroke = |shape: &Shape| match shape {
-            Shape::Path { stroke, closed: false, .. } => stroke.filter(|stroke| stroke.width > 1.0),
-            _ => None,
-        };
-        drawing.shapes.iter().filter_map(stroke).map(|stroke| (stroke.color, stroke.dash)).collect::<Vec<_>>()
-    };
-    let (all, alone) = (lines(&drawing), lines(&alone));
-    assert!(!alone.is_empty() && alone.iter().all(|line| all.contains(line)), "{alone:?}");
-}
-
-#[test]
 fn an_empty_figure_is_an_empty_page() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let files = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
-    assert!(files.svg.is_file() && files.png.is_file());
+    let file = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
+    assert!(file.is_file());
 }
 
 /// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
@@ -427,14 +379,18 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
     assert_has(&message, &["unknown group of figures `nope`", "study"]);
 }
 
-/// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.
+/// Writes a drawing twice and checks: equal bytes, as pixels too, each label once, nothing outside the page.
 fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let files = render::write(drawing, place.path(), name).expect("a writable folder");
-    let (svg, png) = (read(&files.svg), read(&files.png));
+    let written = || {
+        let svg = render::write(drawing, place.path(), name).expect("a writable folder");
+        let png = place.path().join("pixels.png");
+        render::write_png(drawing, &png, 1.0).expect("a writable folder");
+        [svg, png].map(|file| read(&file))
+    };
+    let [svg, png] = written();
     assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
-    let again = render::write(drawing, place.path(), name).expect("a writable folder");
-    assert!(svg == read(&again.svg) && png == read(&again.png), "{name} is not reproducible");
+    assert!(written() == [svg.clone(), png], "{name} is not reproducible");
 
     let svg = String::from_utf8(svg).expect("an SVG is text");
     let texts = texts_of(&svg);

@@ -79,13 +79,10 @@ fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {
     let [file_name, folder_name, experiment] = [&file, &inner, &experiment].map(|path| path.to_str().unwrap());
     for arguments in [
         &["simulate", "--case", "wedge-box", "--scheme", "rim-smooth", "--trace", folder_name] as &[&str],
-        &["solvers", "--harvest", "--out", folder_name],
-        &["solvers", "--harvest", "--out", "nowhere/problems"],
         &["perf", "record", "--history", folder_name],
         &["perf", "record", "--history", file_name],
         &["run", experiment, "--out", file_name],
         &["reproduce", "--quick", "--out", file_name],
-        &["solvers", "--out", file_name],
     ] {
         let message = said(rimbench().current_dir(folder.path()).args(arguments), 2);
         assert!(message.contains("error: ") && message.lines().count() <= 2, "{arguments:?}: {message}");

@@ -3,7 +3,7 @@
 use crate::program::root;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rimbench::perf::{Comparison, History, Paired, PerStep, Row, Verdict, compare_pairs, compare_records};
+use rimbench::perf::{Comparison, History, Paired, Row, Verdict, compare_pairs, compare_records};
 use rimbench::statistics::TimeSummary;
 use std::sync::LazyLock;
 
@@ -224,24 +224,6 @@ fn what_another_has_recorded_in_between_is_not_lost() {
     other.append(&rows[1..]).unwrap();
     assert_eq!(History::read(&path).unwrap().rows, rows);
     assert_eq!(other.rows, rows);
-}
-
-#[test]
-fn time_per_step_is_that_of_the_steps_there_are() {
-    let mut row = level(&mut Pcg64::seed_from_u64(11), 1).rows.remove(0);
-    row.wall_s = Some(3e-3);
-    (row.macro_steps, row.mechanics_micro_steps, row.actuator_micro_steps) = (1000, 2000, 4000);
-    row.flops_estimate = 0;
-    let per_step = PerStep::of(&row).unwrap();
-    assert!((per_step.macro_step_ns.unwrap() - 3000.0).abs() < 1e-9);
-    assert!((per_step.micro_step_ns.unwrap() - 500.0).abs() < 1e-9);
-    assert_eq!(per_step.flops_per_ns, None);
-    (row.macro_steps, row.flops_estimate) = (0, 6_000_000);
-    let per_step = PerStep::of(&row).unwrap();
-    assert_eq!(per_step.macro_step_ns, None);
-    assert!((per_step.flops_per_ns.unwrap() - 2.0).abs() < 1e-9);
-    row.status = "wrong answer".to_owned();
-    assert_eq!(PerStep::of(&row), None, "a wrong answer has no time");
 }
 
 #[test]

@@ -42,27 +42,6 @@ fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_and_compared() {
     assert_eq!(counters.len(), 8);
     assert!(counters.iter().all(|counter| counter["verdict"] == "same"), "{told}");
     assert_has(&told["notes"].to_string(), &["recorded without valgrind"]);
-    let shown = printed(perf(&["show", "--history"]).arg(&history));
-    assert_has(&shown, &["kernel/lcp-warm", "ns per micro"]);
-    let shown = json(perf(&["show", "--format", "json", "--history"]).arg(&history));
-    assert!(shown[0]["benchmark"] == "kernel/lcp-warm" && shown[0]["lcp_solves"].is_u64(), "{shown}");
-}
-
-#[test]
-fn every_step_of_the_history_is_listed_with_the_revisions_it_lies_between() {
-    let folder = tempfile::tempdir().unwrap();
-    let (history, stepped) = (folder.path().join("history.csv"), folder.path().join("stepped.csv"));
-    record(&history);
-    changed(&history, &stepped, 12, |k, name, cell| match name {
-        "record" => format!("{k:08}"),
-        "git_revision" => format!("{k:012}"),
-        "instructions" => if k < 7 { "1000000" } else { "1100000" }.to_owned(),
-        _ => cell.to_owned(),
-    });
-    let said = printed(perf(&["steps", "--history"]).arg(&stepped));
-    let line = said.lines().find(|line| line.contains("instructions")).unwrap();
-    let wanted = ["000000000006", "000000000007", "00000007", "kernel/lcp-warm", "1.1000"];
-    assert!(wanted.iter().all(|wanted| line.contains(wanted)) && said.contains("1 steps in"), "{said}");
 }
 
 #[test]
@@ -101,8 +80,7 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
     for (arguments, says) in [
         (vec!["compare", damaged, "latest"], "missing field"),
         (vec!["record", "--history", damaged], "missing field"),
-        (vec!["show", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
-        (vec!["show", "nonsense"], "record = nonsense is not valid\nhelp: use latest, previous"),
+        (vec!["compare", "latest", "previous", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
         (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid\nhelp: use latest, previous"),
         (vec!["compare", "--rev", "HEAD"], "two revisions"),
         (vec!["compare", "--rev", "no-such-revision", "--rev", "HEAD"], "--rev = no-such-revision is not valid"),

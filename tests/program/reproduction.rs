@@ -21,8 +21,8 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
     let printed = reproduce(root(), first.path());
     let files = deterministic_files(first.path());
     let wanted = "claims.csv claims.md report.html fig1/runs.csv fig2/runs.csv fig2/reference.csv fig2/parameters.csv \
-                  fig2/traces/reference.csv fig1/figures/fig1.svg fig1/figures/fig1.png fig2/figures/fig2.svg \
-                  fig2/figures/fig2.png phases/figures/phases.png convergence/figures/convergence.png";
+                  fig2/traces/reference.csv fig1/figures/fig1.svg fig2/figures/fig2.svg \
+                  phases/figures/phases.svg convergence/figures/convergence.svg";
     for name in wanted.split_whitespace() {
         assert!(files.contains_key(&Path::new("paper").join(name)), "{name} is missing");
     }

@@ -12,6 +12,10 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
+#[path = "rivals/mod.rs"]
+mod rivals;
+pub use rivals::{ENUMERATION_LIMIT, rivals};
+
 /// What most tests speak of.
 pub use rimbench::cases::{Case, Recorder, ReferenceMethod};
 pub use rimbench::cosim::*;
@@ -36,10 +40,14 @@ pub const SEQUENCES: [Sequence; 3] = [
     Sequence::GaussSeidel { first: Side::Mechanics },
 ];
 
-/// What the program runs.
+/// What the program runs, with rival solvers.
 pub fn catalogue() -> &'static Catalogue {
     static CATALOGUE: OnceLock<Catalogue> = OnceLock::new();
-    CATALOGUE.get_or_init(|| rimbench::everything().unwrap())
+    CATALOGUE.get_or_init(|| {
+        let mut catalogue = rimbench::everything().unwrap();
+        rivals().into_iter().for_each(|solver| catalogue.add_solver(solver).unwrap());
+        catalogue
+    })
 }
 
 /// A run of a scheme on a case with these options and parameters.

@@ -35,6 +35,7 @@
 //! | [`complementarity`] | problems without friction: solvers that start from the last active set, the check |
 //! | [`friction`] | problems with Coulomb friction in the plane: solvers that start from the last states |
 //! | [`contact_law`] | gap term, impact and compliance: the parts of `b` and of the diagonal of `H` that a contact law gives |
+//! | [`known_problems`] | problems with their answers, for any solver |
 //! | [`solver_entry`] | solvers by name, with the check and the fallback that belong to each |
 //! | [`affine_step`] | steps without a solve, as long as the active set stays |
 //! | [`linear_algebra`] | factors of active sets, dense and by pattern |
@@ -45,6 +46,7 @@ pub mod affine_step;
 pub mod complementarity;
 pub mod contact_law;
 pub mod friction;
+pub mod known_problems;
 pub mod linear_algebra;
 pub mod problem;
 pub mod solver_entry;

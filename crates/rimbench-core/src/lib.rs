@@ -40,7 +40,9 @@ pub mod name;
 pub mod numerics_version;
 pub mod schemes;
 
-pub use rimbench_contact::{affine_step, complementarity, contact_law, friction, linear_algebra, solver_entry};
+pub use rimbench_contact::{
+    affine_step, complementarity, contact_law, friction, known_problems, linear_algebra, solver_entry,
+};
 
 /// Hashes of the sources that a simulation without a scheme depends on, made when the crates were built: a result of other sources is out of
 /// date.

@@ -1,4 +1,4 @@
-//! From numbers to pictures: charts, stability maps and the manoeuvre drawing, written as SVG and PNG.
+//! From numbers to pictures: charts, stability maps and the manoeuvre drawing, written as SVG.
 //!
 //! This room reads results and never simulates; its toolkit knows nothing of experiments. A figure is described
 //! ([`chart::Figure`]), drawn into a display list (`draw()` gives a [`drawing::Drawing`]) and written
@@ -11,9 +11,8 @@
 //! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
 //! | `dots` | ranked dot plots: a row per scheme |
-//! | [`case_picture`] | a case as it says that it looks: every picture of one, still or moving, is drawn from that |
+//! | [`case_picture`] | a case as it says that it looks: every picture of one is drawn from that |
 //! | `matrix` | which scheme is stable at which macro step: a sign per cell |
-//! | [`animation`] | a case in motion, as an image that moves without a script |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
 //! | `vector` | the display list as SVG: true dashes, a named group per series |
@@ -30,7 +29,6 @@
 //! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the page of a results folder ([`report`]) with the
 //! part that simulates (`live_part`).
 
-pub mod animation;
 pub mod case_picture;
 pub mod chart;
 pub mod days;

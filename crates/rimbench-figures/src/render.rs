@@ -1,4 +1,4 @@
-//! Writes a drawing to disk, as SVG for the report and as PNG for everything that cannot show SVG.
+//! Writes a drawing to disk as SVG; as PNG for the preview, which services that show links cannot read as SVG.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,31 +10,17 @@ pub use super::vector::svg;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 
-/// Pixels of the PNG per px of the SVG: 288 per inch.
-pub const PNG_SCALE: f64 = 3.0;
-
-/// Where a figure was written.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FigureFiles {
-    /// The vector image.
-    pub svg: PathBuf,
-    /// The pixel image, 288 pixels per inch of the vector image.
-    pub png: PathBuf,
-}
-
-/// Writes `<name>.svg` and `<name>.png` into a folder that exists, each whole or not at all. The bytes depend on the drawing only.
+/// Writes `<name>.svg` into a folder that exists, whole or not at all, and returns where. The bytes depend on the drawing only.
 ///
 /// # Errors
 /// [`Error::File`] if the folder cannot be written to.
-pub fn write(drawing: &Drawing, folder: &Path, name: &str) -> Result<FigureFiles> {
-    let files = FigureFiles { svg: folder.join(format!("{name}.svg")), png: folder.join(format!("{name}.png")) };
-    let svg = vector::svg(drawing);
-    write_atomically(&files.svg, |file| file.write_all(svg.as_bytes()))?;
-    write_png(drawing, &files.png, PNG_SCALE)?;
-    Ok(files)
+pub fn write(drawing: &Drawing, folder: &Path, name: &str) -> Result<PathBuf> {
+    let path = folder.join(format!("{name}.svg"));
+    write_atomically(&path, |file| file.write_all(vector::svg(drawing).as_bytes()))?;
+    Ok(path)
 }
 
-/// Writes the pixel image alone.
+/// Writes an image of pixels, `scale` of them per px of the SVG.
 ///
 /// # Errors
 /// [`Error::File`] if it cannot be written.
@@ -67,15 +53,5 @@ mod tests {
         let missing = place.path().join("missing");
         let error = write(&Drawing::new(20.0, 10.0), &missing, "force").unwrap_err();
         assert!(matches!(&error, Error::File { path, .. } if *path == missing.join("force.svg")), "{error}");
-    }
-
-    #[test]
-    fn nothing_but_the_two_files_is_left_behind() {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        write(&Drawing::new(20.0, 10.0), place.path(), "empty").expect("a writable folder");
-        let entries = std::fs::read_dir(place.path()).expect("a folder");
-        let mut names: Vec<_> = entries.map(|entry| entry.expect("an entry").file_name()).collect();
-        names.sort();
-        assert_eq!(names, ["empty.png", "empty.svg"]);
     }
 }

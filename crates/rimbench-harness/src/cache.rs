@@ -37,11 +37,6 @@ impl Cache {
         Cache::in_folder(folder)
     }
 
-    /// Returns the folder, for what is kept beside the numbers.
-    pub(crate) fn folder(&self) -> &Path {
-        &self.folder
-    }
-
     /// What went wrong first, if anything did: without a cache references are computed again by every command.
     pub fn complaint(&self) -> Option<&Error> {
         self.complaint.get()

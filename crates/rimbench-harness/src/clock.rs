@@ -8,7 +8,12 @@ use std::time::Duration;
 #[cfg(unix)]
 pub fn monotonic_clock() -> Duration {
     // POSIX demands this clock.
-    let now = nix::time::clock_gettime(nix::time::ClockId::CLOCK_MONOTONIC);
+    clock(nix::time::ClockId::CLOCK_MONOTONIC)
+}
+
+#[cfg(unix)]
+fn clock(id: nix::time::ClockId) -> Duration {
+    let now = nix::time::clock_gettime(id);
     now.map_or(Duration::ZERO, |now| Duration::new(now.tv_sec() as u64, now.tv_nsec() as u32))
 }
 
@@ -17,6 +22,14 @@ pub fn monotonic_clock() -> Duration {
 pub fn monotonic_clock() -> Duration {
     static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
     START.elapsed()
+}
+
+/// Reads the processor time of this thread; where there is no such clock, the monotonic one.
+pub(crate) fn thread_time() -> Duration {
+    #[cfg(unix)]
+    return clock(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID);
+    #[cfg(not(unix))]
+    monotonic_clock()
 }
 
 #[cfg(test)]

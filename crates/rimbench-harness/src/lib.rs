@@ -12,7 +12,6 @@ mod claims;
 mod clock;
 mod collection;
 mod comparison;
-mod engines;
 mod execution;
 mod experiment;
 mod exported;
@@ -21,19 +20,18 @@ mod foreign;
 mod grid;
 mod job;
 mod load;
-mod package;
 mod provenance;
 mod ranking;
 mod references;
 mod results;
+mod slurm;
 mod spectral;
 mod stability;
 mod stock;
 mod store;
 
 pub use advice::{
-    Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
-    milliseconds,
+    Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
@@ -41,16 +39,15 @@ pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, writ
 pub use clock::monotonic_clock;
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, in_shell, missing_chunks, next_place};
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict, claim_metrics};
 pub use grid::{logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use load::Load;
-pub use package::{Citation, column_in_words, export};
 pub use provenance::Provenance;
 pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
+pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};
 pub use spectral::spectral_radius;
 pub use stability::{
     Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, StepVerdict, longest_macro_step,

@@ -2,7 +2,6 @@
 
 use super::decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
 use super::history::{COUNTERS, History, Row};
-use super::steps::FLOOR;
 use rimbench_core::error::Result;
 use rimbench_statistics::{TimeSummary, ratio_interval};
 use serde::Serialize;
@@ -41,6 +40,8 @@ impl Paired {
     }
 }
 
+/// Part of a count by which programs built in two folders differ: alignment, paths, the environment.
+const FLOOR: f64 = 0.002;
 /// Part of a count by which it differs when the same program is recorded again.
 const REPEAT: f64 = 1e-6;
 

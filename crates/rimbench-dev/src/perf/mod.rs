@@ -15,9 +15,7 @@
 //! | [`callgrind`], `sample` | one measurement by a program, in a process of its own |
 //! | `record` | the suite measured in interleaved pairs |
 //! | `history` | rows of `history.csv` and how they are named |
-//! | `steps`, `history_steps` | steps in a series; all of a history, with their revisions |
 //! | `decision`, `comparison`, `comparison_text` | what is a regression; what is told about it |
-//! | `per_step` | times of a record per macro and micro step |
 //! | `revision` | two git revisions, built side by side |
 
 mod benchmark;
@@ -26,13 +24,10 @@ mod comparison;
 mod comparison_text;
 mod decision;
 mod history;
-mod history_steps;
 mod kernels;
-mod per_step;
 mod record;
 mod revision;
 mod sample;
-mod steps;
 mod suite;
 mod yardstick;
 
@@ -40,10 +35,7 @@ pub use benchmark::{Benchmark, Work};
 pub use comparison::{Comparison, Paired, compare_pairs, compare_records};
 pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
 pub use history::{COUNTERS, History, Row};
-pub use history_steps::{HistoryStep, history_steps};
-pub use per_step::PerStep;
 pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_ratio, record};
 pub use revision::{Checkout, Repository};
 pub use sample::{Program, Sample, measure};
-pub use steps::{Step, steps};
 pub use suite::{BENCHMARKS, benchmark_by_name};

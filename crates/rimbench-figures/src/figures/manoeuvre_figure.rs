@@ -1,9 +1,8 @@
-//! A case at a row of instants, one row per scheme, and the first two schemes in motion.
+//! A case at a row of instants, one row per scheme.
 
 use super::keys::*;
 use super::statistics::read_runs;
 use super::trace_figure::{lost_run, trace_path, without_end};
-use crate::animation::{Animation, Curve, Moving, Page, Timing};
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -26,12 +25,6 @@ keys! {
         enlarged: f64 = key(Takes::Positive, Usual("1"), "by how much the difference from the reference is drawn larger"),
         arrow_force_n: f64 =
             key(Takes::Positive, Usual("2000"), "contact force of the arrow in the legend, N"),
-        animated_s: Option<[f64; 2]> = key(
-            Takes::Interval,
-            Then("stills only"),
-            "part of the run, s, that is shown in motion as well: two images that loop, for light and for dark pages, `<id>-moving-light.svg` and `<id>-moving-dark.svg`"
-        ),
-        slow_s: Option<[f64; 2]> = key(Takes::Interval, Like("animated_s"), "the part of it that plays slowly, s"),
     }
 }
 
@@ -153,49 +146,4 @@ impl ManoeuvreFigure {
         }
         drawing.text(Text::new(words.join(" · "), (x, y), 9.8).centred());
     }
-
-    /// The first two schemes in motion, with the force below: ends of file names, and what stands in the files. Nothing where no
-    /// motion is asked for.
-    ///
-    /// # Errors
-    /// Those of [`draw`](Self::draw); [`Error::Incompatible`] for a case with a shape that cannot be moved there.
-    pub(super) fn animations(&self, folder: &Path, styles: &Styles) -> Result<Vec<(String, String)>> {
-        let Some(shown_s) = self.animated_s else { return Ok(Vec::new()) };
-        let scene = Scene::read(folder)?;
-        let (mut schemes, mut curves) = (Vec::new(), Vec::new());
-        curves.push(Curve { color: None, points: scene.reference.pairs("time_s", FORCE)? });
-        for label in self.schemes.iter().take(2) {
-            let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
-            curves.push(Curve { color: Some(color), points: trace.pairs("time_s", FORCE)? });
-            let (label, verdict) = (styles.shown_name(label), verdict(folder, label)?);
-            schemes.push(Moving { label, verdict, color, motion: scene.motion(&trace, self.enlarged)? });
-        }
-        let still_s = self.instants_s.last().copied().unwrap_or(shown_s[0]);
-        let names: Vec<&str> = schemes.iter().map(|scheme| scheme.label.as_str()).collect();
-        let animation = Animation {
-            title: format!("{}, with {}", scene.of.title[0], names.join(" and with ")),
-            reference: scene.motion(&scene.reference, 1.0)?,
-            of: scene.of,
-            enlarged: self.enlarged,
-            timing: Timing { shown_s, slow_s: self.slow_s.unwrap_or(shown_s), still_s },
-            schemes,
-            curves,
-            force_n: [-4000.0, 4000.0],
-        };
-        let pages = [Page::Light, Page::Dark].map(|page| Ok((page.name().to_owned(), animation.svg(page)?)));
-        pages.into_iter().collect()
-    }
-}
-
-/// Says by how many whole millimetres a contact opens that is closed in the reference; nothing where the run has no such height.
-fn verdict(folder: &Path, label: &str) -> Result<String> {
-    let runs = read_table(&folder.join("runs.csv"))?;
-    let rows = runs.rows_where(runs.column("label")?, label);
-    let height = runs.column("lift_off_height_m")?;
-    let millimetres = rows.first().map_or(f64::NAN, |&row| 1e3 * runs.number(row, height)).round();
-    Ok(match millimetres {
-        _ if !millimetres.is_finite() => String::new(),
-        0.0 => "stays down".to_owned(),
-        _ => format!("lifts off {millimetres:.0} mm"),
-    })
 }

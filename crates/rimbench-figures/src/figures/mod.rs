@@ -25,7 +25,6 @@ use super::render;
 use super::style::Styles;
 use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, shortened};
-use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
 use rimbench_results::input::read_text;
 use rimbench_results::text_place::{line_of, said_at};
@@ -33,7 +32,7 @@ use rimbench_statistics::Runs;
 use serde::Deserialize;
 use statistics::read_runs;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::{Spanned, Table};
 
 /// The file that lists all figures.
@@ -132,7 +131,7 @@ kinds! {
 #[derive(Debug, Clone, Default)]
 pub struct MadeFigures {
     /// Files written.
-    pub files: Vec<render::FigureFiles>,
+    pub files: Vec<PathBuf>,
     /// Figures whose experiments have no results yet: id and reason.
     pub missing: Vec<(String, String)>,
     /// Figures that cannot be drawn from the results there are: id and reason, with the older picture if there is one.
@@ -313,16 +312,10 @@ impl FigureEntry {
     ///
     /// # Errors
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
-    pub fn make(&self, results: &Path, styles: &Styles) -> Result<render::FigureFiles> {
+    pub fn make(&self, results: &Path, styles: &Styles) -> Result<PathBuf> {
         let drawing = self.drawn(results, styles)?;
         let figures = results.join(&self.experiment).join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        if let FigureKind::Manoeuvre(figure) = &self.kind {
-            for (page, svg) in figure.animations(&results.join(&self.experiment), styles)? {
-                let path = figures.join(format!("{}-moving-{page}.svg", self.id));
-                write_atomically(&path, |file| file.write_all(svg.as_bytes()))?;
-            }
-        }
         render::write(&drawing, &figures, &self.id)
     }
 

@@ -1,4 +1,4 @@
-//! Solvers, and the program's own performance: what was, what is, and the revisions in between.
+//! The program's own performance: what was, what is, and the revisions in between.
 
 use crate::days::day_of;
 use crate::vector::escaped;
@@ -6,70 +6,9 @@ use rimbench_results::results_table::{ResultsTable, read_table};
 use std::fmt::Write;
 use std::path::Path;
 
-/// The sections of what a folder of results records; nothing where it records neither.
+/// The section of what a folder of results records; empty where it records nothing.
 pub(super) fn sections(folder: &Path) -> String {
-    let read = |name: &str| read_table(&folder.join(name)).ok();
-    let solvers =
-        read("perf/solvers/work.csv").zip(read("perf/solvers/time.csv")).and_then(|(work, time)| solvers(&work, &time));
-    let performance = read("perf/history.csv").and_then(|history| performance(&history));
-    [solvers, performance].into_iter().flatten().collect()
-}
-
-/// One row per solver: what it failed at and how long it took on problems of a few sizes, warm.
-fn solvers(work: &ResultsTable, time: &ResultsTable) -> Option<String> {
-    let of = |table: &ResultsTable, name: &str| table.column(name).ok();
-    let (solver, start, problems) = (of(work, "solver")?, of(work, "start")?, of(work, "problems")?);
-    let (refused, failures, pivots) = (of(work, "refused")?, of(work, "failures")?, of(work, "pivots")?);
-    let (of_solver, of_start, from) = (of(time, "solver")?, of(time, "start")?, of(time, "n_from")?);
-    let (to, median) = (of(time, "n_to")?, of(time, "median_ns")?);
-    let mut names: Vec<&str> = Vec::new();
-    let mut sizes: Vec<(f64, f64)> = Vec::new();
-    for row in (0..time.len()).filter(|&row| time.text(row, of_start) == "warm") {
-        let name = time.text(row, of_solver);
-        if !names.contains(&name) {
-            names.push(name);
-        }
-        let size = (time.number(row, from), time.number(row, to));
-        match sizes.iter_mut().find(|(from, _)| *from == size.0) {
-            Some((_, to)) => *to = to.max(size.1),
-            None => sizes.push(size),
-        }
-    }
-    let head: String = sizes
-        .iter()
-        .map(|(from, to)| if from == to { format!("<th>n = {from}</th>") } else { format!("<th>{from} to {to}</th>") })
-        .collect();
-    let mut rows = String::new();
-    for name in names {
-        let own: Vec<usize> =
-            work.rows_where(solver, name).into_iter().filter(|&row| work.text(row, start) == "warm").collect();
-        let total = |column: usize| own.iter().map(|&row| work.number(row, column)).sum::<f64>();
-        let _ = write!(
-            rows,
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
-            escaped(name),
-            total(problems),
-            total(refused),
-            total(failures),
-            total(pivots)
-        );
-        for (size, _) in &sizes {
-            let found = time
-                .rows_where(of_solver, name)
-                .into_iter()
-                .find(|&row| time.text(row, of_start) == "warm" && time.number(row, from) == *size);
-            let value = found.map(|row| time.number(row, median)).filter(|value| value.is_finite());
-            let _ = write!(rows, "<td>{}</td>", value.map_or_else(|| "–".to_owned(), |value| format!("{value:.0}")));
-        }
-        rows.push_str("</tr>\n");
-    }
-    (!rows.is_empty()).then(|| {
-        format!(
-            "<section id=\"solvers\"><h2>Solvers</h2>\n<p>Every solver on the same corpus of contact problems, started warm: what it \
-             refused and failed at, its pivots, and the median time of what it solved, in nanoseconds, by the number n of contacts. Counts are \
-             the same everywhere; times belong to one machine.</p>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Solvers\"><table class=\"numbers\"><thead><tr><th>solver</th><th>problems</th><th>refused</th><th>failed</th><th>pivots</th>{head}</tr></thead><tbody>\n{rows}</tbody></table></div></section>\n"
-        )
-    })
+    read_table(&folder.join("perf/history.csv")).ok().and_then(|history| performance(&history)).unwrap_or_default()
 }
 
 /// One row per benchmark: from the first record to the last, with a line through all.

@@ -44,7 +44,6 @@ impl Report<'_> {
             ("grid", "Largest usable step", !grid.is_empty()),
             ("studies", "Studies", true),
             ("runs", "Runs", true),
-            ("solvers", "Solvers", history.contains("id=\"solvers\"")),
             ("performance", "Performance", history.contains("id=\"performance\"")),
             ("missing", "What is missing", true),
         ];

@@ -1,38 +1,48 @@
-//! Which macro step, which scheme? The cheapest scheme and macro step that stay within an error at every phase.
+//! Which macro step, which scheme? The cheapest row of a grid that stays within an error at every phase.
 //!
 //! ```text
-//! forms of all schemes → what information and needs leave (form) → search over H, cheapest first (search) → phases kept aside
-//! → up to where it stays stable (limit)
+//! forms of all schemes (forms) × macro steps → grid, cheapest first → what meets the error at one phase, then at all
 //! ```
-//! Runs are made once and kept by their ids (probe). The search looks at one phase first and at the others only where that one
-//! passes, and asks of each form no more than whether it can be cheaper than what has been found.
+//! Nothing is assumed of how errors grow with H: a cell of the grid is left out only where it is expected to cost more than what has been
+//! found. The search ends when no cell is left that could be cheaper than the cheapest of two schemes.
 
-mod account;
-mod candidate;
-mod form;
-mod limit;
-mod price;
-mod probe;
-mod search;
+mod forms;
 
-pub use form::Information;
-pub use limit::LimitFound;
-pub use price::{Prices, Work};
-pub use probe::{METRIC, Probe};
-pub use search::milliseconds;
+pub use forms::Information;
 
 use super::cache::Cache;
+use super::clock::thread_time;
+use super::execution::evaluated;
 use super::grid::phase_ensemble;
-use super::job::Progress;
+use super::job::{Progress, Step};
 use super::references::obtain_reference;
-use candidate::Candidate;
-use probe::Prober;
+use super::spectral::spectral_radius;
+use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{Reference, RunRequest};
-use rimbench_core::cosim::StopFlag;
+use rimbench_cases::metrics::METRICS;
+use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSpec, simulate};
+use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, OutcomeClass, OutcomeKind, StopFlag};
 use rimbench_core::error::{Error, Result};
-use search::Search;
-use std::time::Duration;
+use rimbench_statistics::Pool;
+use std::collections::BTreeMap;
+
+/// The metric by which a run is judged.
+pub const METRIC: &str = "force_error_rms_of_peak";
+
+/// What is counted: exchanges of the coupling variables, steps of the mechanics with their contact problem, micro steps of the actuator, contact
+/// problems of the scheme's interface model.
+pub const WORK: [&str; 4] = ["exchanges", "mechanics_solves", "micro_steps", "model_solves"];
+
+/// What one of each costs, in micro steps: instructions of the wedge box by Valgrind's count (`rimbench perf record`, November 2026), over
+/// those of a micro step, 437. A mechanics step takes 5699; the model of `rim-nonsmooth-gap` 638 in each micro step; what is left of a
+/// macro step of `zero-order-hold` beside its mechanics step and its micro steps 3947, of which 2733 find the effective mass.
+pub const USUAL_PRICES: [f64; 4] = [9.0, 13.0, 1.0, 1.5];
+
+/// Cells that are looked at together; a number of its own, so that what is found does not depend on how many threads there are.
+const BATCH: usize = 32;
+
+/// Below this share two costs are one.
+const SAME_COST: f64 = 1e-9;
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -45,106 +55,106 @@ pub struct Question<'a> {
     pub error: f64,
     /// What may be known.
     pub information: Information,
-    /// What work costs.
-    pub prices: Prices,
+    /// What each kind of [`WORK`] costs.
+    pub prices: [f64; 4],
     /// Macro steps that are tried, s, ascending.
     pub macro_steps: &'a [f64],
-    /// Phases of the search; the first members of the phase ensemble.
+    /// Phases at which the error must be met.
     pub phases: usize,
-    /// Phases kept aside, the members that follow, at which the advice must hold as well.
-    pub kept_aside: usize,
-    /// Try every macro step at which a form would be cheaper than what is advised, as if the error did not grow with H.
-    pub exhaustive: bool,
-    /// When to stop searching.
-    pub budget: Budget,
-    /// Where references and runs are kept.
+    /// Where references are kept.
     pub cache: &'a Cache,
-    /// Told of what is to be done and of each run that is done.
+    /// Told of each run that is done.
     pub progress: Progress<'a>,
     /// Who may end it.
     pub stop: StopFlag<'a>,
 }
 
-/// When a search ends before it is done; what was found by then is told, with what was left open.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Budget {
-    /// Wall time.
-    pub wall: Option<Duration>,
-    /// Runs asked for, stored ones included, so that a search comes to the same end whatever is stored.
-    pub runs: Option<usize>,
-}
-
 /// What comes of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Advice {
-    /// Largest interface force of the reference, N; of several rows the smallest: each row's error is relative to its own.
+    /// Largest interface force of the reference, N; of several rows the smallest: each row's error is relative to its own. None where
+    /// there is no force to speak of.
     pub reference_peak_n: Option<f64>,
     /// Rms uncertainty of the reference's force over its peak; the worst row.
     pub reference_uncertainty: Option<f64>,
-    /// The cheapest, if any meets the error.
-    pub best: Option<Choice>,
-    /// The cheapest of another scheme.
-    pub runner_up: Option<Choice>,
-    /// All other forms, in the order of the catalogue, and schemes that were not tried.
-    pub fallen: Vec<Fallen>,
-    /// Runs made now.
-    pub computed: usize,
-    /// Runs that were stored.
-    pub reused: usize,
-    /// Forms about which the search was not done when the budget was spent.
-    pub open: usize,
-    /// Forms of which nothing is known because a run took longer than it may.
-    pub timed_out: usize,
+    /// All forms of schemes, in the order of the catalogue.
+    pub rows: Vec<AdviceRow>,
+    /// Schemes that do not compete, and why.
+    pub refused: Vec<(String, String)>,
+    /// Places of the cheapest row that meets the error, and of the cheapest of another scheme.
+    pub chosen: Vec<usize>,
+    /// Runs made.
+    pub runs: usize,
 }
 
-/// A scheme in a form at a macro step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
-    /// What to ask of a run, phase aside.
+/// A form of a scheme, and what has been learnt of it.
+#[derive(Debug, Clone)]
+pub struct AdviceRow {
+    /// What to ask of a run, macro step and phase aside.
     pub request: RunRequest,
-    /// The form in words.
-    pub form: String,
+    /// Its run at the smallest macro step.
+    pub first: RunSpec,
+    /// Where it meets the error at all phases, and at the least cost.
+    pub met: Option<Met>,
+    /// Where and why it missed the error at the smallest macro step that was tried, and with which run.
+    pub missed: Option<(f64, String, Option<Probe>)>,
+    /// Whether a run gave no answer, having taken longer than it may.
+    pub no_answer: bool,
+    /// By place of the macro steps that were tried: whether it was stable there, and why not.
+    stable: BTreeMap<usize, std::result::Result<(), String>>,
+    /// Work of a run that completed, with its macro step.
+    seen: Option<(f64, [f64; 4])>,
+    /// It cannot be run at all.
+    out: bool,
+}
+
+/// A macro step at which a form meets the error.
+#[derive(Debug, Clone)]
+pub struct Met {
     /// H, s.
     pub macro_step: f64,
-    /// Its runs at the phases of the search.
+    /// Whether no larger macro step was tried.
+    pub is_largest: bool,
+    /// Its runs, by phase.
     pub runs: Vec<Probe>,
-    /// Its runs at the phases kept aside.
-    pub kept_aside: Vec<Probe>,
-    /// Work of the dearest of these runs, kind by kind.
-    pub work: Work,
+    /// The largest count of each kind of [`WORK`] in any of them.
+    pub work: [f64; 4],
     /// Its cost.
     pub cost: f64,
-    /// What it is expected to cost at the next macro step of the grid, where there is one: anything dearer than this is within one
-    /// step of the grid of what is advised.
-    pub cost_one_step_on: Option<f64>,
-    /// Spectral radius of the macro-step map, on linear cases.
-    pub spectral_radius: Option<f64>,
-    /// Up to where it stays stable.
-    pub limit: LimitFound,
+    /// Largest macro step up to which, from this one, it was stable wherever it was tried, s.
+    pub last_stable: f64,
+    /// The next one, which was not, s, and what happened there.
+    pub unstable: Option<(f64, String)>,
 }
 
-impl Choice {
-    /// The largest error at any phase.
-    pub fn worst_error(&self) -> f64 {
-        self.runs.iter().chain(&self.kept_aside).filter_map(|run| run.error).fold(0.0, f64::max)
+/// A run of the search.
+#[derive(Debug, Clone)]
+pub struct Probe {
+    /// [`RunSpec::id`].
+    pub run_id: String,
+    /// φ.
+    pub phase: f64,
+    /// How it ended.
+    pub outcome: OutcomeKind,
+    /// Rms force error over the reference's peak; none where there is none.
+    pub error: Option<f64>,
+    /// Whether the model was the mechanics itself.
+    pub model_exact: bool,
+    /// Processor time of this machine per macro step, s.
+    pub time_per_step_s: f64,
+    work: [f64; 4],
+}
+
+impl Met {
+    /// The run with the largest error.
+    pub fn worst(&self) -> Option<&Probe> {
+        self.runs.iter().max_by(|a, b| a.error.unwrap_or(0.0).total_cmp(&b.error.unwrap_or(0.0)))
     }
-}
 
-/// A scheme that is not advised.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fallen {
-    /// The scheme.
-    pub scheme: String,
-    /// What to ask of a run; none where no run is possible or allowed.
-    pub request: Option<RunRequest>,
-    /// The form in words.
-    pub form: String,
-    /// Why.
-    pub reason: String,
-    /// The run that decided.
-    pub run: Option<Probe>,
-    /// The cost at which it meets the error, where it does.
-    pub cost: Option<f64>,
+    /// Median processor time of this machine per macro step, s.
+    pub fn time_per_step_s(&self) -> Option<f64> {
+        Pool::of(self.runs.iter().map(|run| run.time_per_step_s)).median()
+    }
 }
 
 /// Finds the advice.
@@ -153,48 +163,30 @@ pub struct Fallen {
 /// Bad input; a case that has no reference with these parameters; [`Error::Stopped`].
 pub fn advise(question: Question<'_>) -> Result<Advice> {
     question.check()?;
-    let (candidates, refused) = candidate::all(&question)?;
-    let Some(spec) = candidates.first().map(|candidate| candidate.first.clone()) else {
-        return Ok(Advice::none(refused));
-    };
-    let reference = obtain_reference(&spec, question.cache, question.stop)?;
-    let (peak, uncertainty) = force_of(&reference, &candidates[0]);
-    let prober = Prober::new(&spec, &reference, question.cache, question.stop)?;
-    let phases = phase_ensemble(question.phases + question.kept_aside);
-    let mut search = Search::new(&question, &prober, &phases, candidates);
-    let told = if uncertainty.is_some_and(|own| own >= question.error) { None } else { Some(search.run()?) };
-    let mut advice = Advice {
-        reference_peak_n: peak,
-        reference_uncertainty: uncertainty,
-        open: search.open(),
-        timed_out: search.timed_out(),
-        ..Advice::none(Vec::new())
-    };
-    if let Some([best, runner_up]) = told {
-        advice.best = best.map(|index| search.choice(index)).transpose()?;
-        advice.runner_up = runner_up.map(|index| search.choice(index)).transpose()?;
-        advice.fallen = search.fallen([best, runner_up]);
+    let (rows, refused) = forms::all(&question)?;
+    let mut advice = Advice { refused, ..Advice::default() };
+    let Some(first) = rows.first().map(|row| row.first.clone()) else { return Ok(advice) };
+    let reference = obtain_reference(&first, question.cache, question.stop)?;
+    if let Some((peak, uncertainty)) = force_to_speak_of(&reference, &first) {
+        (advice.reference_peak_n, advice.reference_uncertainty) = (Some(peak), Some(uncertainty));
+        if uncertainty < question.error {
+            let (bounds, phases) = (reference.bounds(&first)?, phase_ensemble(question.phases));
+            let mut search = Search { question: &question, reference: &reference, bounds, phases, rows, runs: 0 };
+            advice.chosen = search.run()?;
+            (advice.rows, advice.runs) = (search.rows, search.runs);
+        }
     }
-    advice.fallen.extend(refused);
-    advice.computed = prober.computed.into_inner();
-    advice.reused = prober.reused.into_inner();
     Ok(advice)
 }
 
-impl Advice {
-    fn none(fallen: Vec<Fallen>) -> Self {
-        Advice {
-            reference_peak_n: None,
-            reference_uncertainty: None,
-            best: None,
-            runner_up: None,
-            fallen,
-            computed: 0,
-            reused: 0,
-            open: 0,
-            timed_out: 0,
-        }
-    }
+/// Peak of the reference's force and its relative uncertainty, row by row: the smallest peak and the worst uncertainty; none where the
+/// interface carries no force, to which no error can be relative.
+fn force_to_speak_of(reference: &Reference, spec: &RunSpec) -> Option<(f64, f64)> {
+    let rows = spec.case.interface_columns.iter().filter_map(|row| {
+        let peak = reference.largest[reference.trajectory.index_of(&row.force)?];
+        (peak > 0.0).then(|| Some((peak, reference.uncertainty_of(&row.force)? / peak)))?
+    });
+    rows.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 impl Question<'_> {
@@ -203,47 +195,257 @@ impl Question<'_> {
             let expected = "a share of the reference's peak force above 0, at most 100 %: 1% or 0.01";
             return Err(Error::invalid("error", self.error, expected));
         }
-        let ascending = self.macro_steps.windows(2).all(|pair| pair[0] < pair[1]);
-        if self.macro_steps.is_empty() || !ascending {
-            return Err(Error::Incompatible(
-                "an advice needs macro steps to try, one at least, in ascending order".into(),
-            ));
+        if self.macro_steps.is_empty() || !self.macro_steps.is_sorted_by(|a, b| a < b) {
+            let message = "an advice needs macro steps to try, one at least, in ascending order";
+            return Err(Error::Incompatible(message.to_owned()));
         }
-        for (key, count, least) in [("phases", self.phases, 1), ("kept-aside", self.kept_aside, 0)] {
-            if !(least..=1000).contains(&count) {
-                return Err(Error::invalid(key, count, format!("a whole number from {least} to 1000")));
-            }
+        if !(1..=1000).contains(&self.phases) {
+            return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 1000"));
         }
-        if let Some(kind) = self.fixed.force_return.filter(|kind| !self.information.allows(Some(*kind))) {
+        if let Some(kind) = self.fixed.force_return.filter(|kind| !self.information.allows(*kind)) {
             let message = format!("--force-return {kind} does not go with --no-feedback, which allows `held` only");
             return Err(Error::Incompatible(message));
         }
-        if let Some(runs) = self.budget.runs.filter(|runs| *runs <= self.runs_to_confirm()) {
-            let all = self.phases + self.kept_aside;
-            let expected = format!(
-                "at least {}: what is advised and its runner-up must stand {all} phases each",
-                self.runs_to_confirm() + 1
-            );
-            return Err(Error::invalid("most-runs", runs, expected));
+        if let Some(price) = self.prices.into_iter().find(|price| !(price.is_finite() && *price >= 0.0)) {
+            return Err(Error::invalid("costs", price, "finite numbers, 0 or above"));
         }
-        self.prices.check()
+        if self.prices == [0.0; 4] {
+            let message = "nothing costs anything, so nothing is cheapest: set one cost above 0";
+            return Err(Error::Incompatible(message.to_owned()));
+        }
+        Ok(())
     }
 
-    /// Runs that hold what is advised and its runner-up against all phases.
-    fn runs_to_confirm(&self) -> usize {
-        2 * (self.phases + self.kept_aside)
+    fn cost(&self, work: [f64; 4]) -> f64 {
+        self.prices.iter().zip(work).map(|(price, count)| price * count).sum()
     }
 }
 
-/// Peak of the reference's force and its relative uncertainty, row by row: the smallest peak and the worst uncertainty.
-fn force_of(reference: &Reference, candidate: &Candidate) -> (Option<f64>, Option<f64>) {
-    let rows = candidate.first.case.interface_columns.iter().filter_map(|row| {
-        let peak = reference.largest[reference.trajectory.index_of(&row.force)?];
-        (peak > 0.0).then(|| Some((peak, reference.uncertainty_of(&row.force)? / peak)))?
-    });
-    let rows: Vec<(f64, f64)> = rows.collect();
-    (
-        rows.iter().map(|(peak, _)| *peak).reduce(f64::min),
-        rows.iter().map(|(_, uncertainty)| *uncertainty).reduce(f64::max),
-    )
+struct Search<'a> {
+    question: &'a Question<'a>,
+    reference: &'a Reference,
+    bounds: Bounds,
+    phases: Vec<f64>,
+    rows: Vec<AdviceRow>,
+    runs: usize,
+}
+
+/// A run, if there is one, and what is wrong with it, if anything is.
+type Judged = (Option<Probe>, Option<String>);
+
+impl Search<'_> {
+    /// Tries cells, cheapest first, until none is left that could be cheaper than the cheapest of two schemes; returns these.
+    fn run(&mut self) -> Result<Vec<usize>> {
+        let steps = self.question.macro_steps;
+        let mut open: Vec<(usize, usize)> =
+            (0..self.rows.len()).flat_map(|row| (0..steps.len()).map(move |step| (row, step))).collect();
+        loop {
+            let leaders = self.leaders();
+            let cost = |&(row, step): &(usize, usize)| self.question.cost(self.rows[row].expected(steps[step]));
+            open.retain(|cell| !self.rows[cell.0].out && self.is_cheaper(cell.0, cost(cell), &leaders));
+            open.sort_by(|a, b| cost(a).total_cmp(&cost(b)).then(a.cmp(b)));
+            let batch: Vec<(usize, usize)> = open.drain(..BATCH.min(open.len())).collect();
+            if batch.is_empty() {
+                return Ok(leaders);
+            }
+            let first: Vec<Judged> =
+                batch.par_iter().map(|&cell| self.judge(cell, self.phases[0], true)).collect::<Result<_>>()?;
+            self.runs += first.iter().filter(|(run, _)| run.is_some()).count();
+            for (&cell, judged) in batch.iter().zip(first) {
+                if self.learn(cell, &judged)
+                    && self.is_cheaper(
+                        cell.0,
+                        self.question.cost(self.rows[cell.0].expected(steps[cell.1])),
+                        &self.leaders(),
+                    )
+                {
+                    self.stand_all_phases(cell, judged.0)?;
+                }
+            }
+        }
+    }
+
+    /// Holds a cell that meets the error at the first phase against the other phases, a few at a time: what fails mostly fails soon.
+    fn stand_all_phases(&mut self, cell: (usize, usize), first: Option<Probe>) -> Result<()> {
+        let mut runs: Vec<Probe> = first.into_iter().collect();
+        let phases = self.phases[1..].to_vec();
+        for phases in phases.chunks(8) {
+            let judged: Vec<Judged> =
+                phases.par_iter().map(|&phase| self.judge(cell, phase, false)).collect::<Result<_>>()?;
+            self.runs += judged.len();
+            for judged in judged {
+                if !self.learn(cell, &judged) {
+                    return Ok(());
+                }
+                runs.extend(judged.0);
+            }
+        }
+        let most = |most: [f64; 4], run: &Probe| std::array::from_fn(|kind| most[kind].max(run.work[kind]));
+        let work = runs.iter().fold([0.0; 4], most);
+        let (row, steps) = (&mut self.rows[cell.0], self.question.macro_steps);
+        let (macro_step, is_largest) = (steps[cell.1], cell.1 + 1 == steps.len());
+        // Cells above this one cost less, so that they have been tried.
+        let stable =
+            row.stable.range(cell.1 + 1..).take_while(|(_, stable)| stable.is_ok()).map(|(step, _)| steps[*step]);
+        let last_stable = stable.last().unwrap_or(macro_step);
+        let unstable =
+            row.stable.range(cell.1 + 1..).find_map(|(step, stable)| Some((steps[*step], stable.clone().err()?)));
+        let met = Met { macro_step, is_largest, runs, work, cost: self.question.cost(work), last_stable, unstable };
+        if row.met.as_ref().is_none_or(|known| met.cost < known.cost) {
+            row.met = Some(met);
+        }
+        Ok(())
+    }
+
+    /// The cheapest row that meets the error, and the cheapest of another scheme; of equals the first in the catalogue.
+    fn leaders(&self) -> Vec<usize> {
+        let cost = |&row: &usize| self.rows[row].met.as_ref().map_or(f64::INFINITY, |met| met.cost);
+        let mut met: Vec<usize> = (0..self.rows.len()).filter(|&row| self.rows[row].met.is_some()).collect();
+        met.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let another =
+            met.iter().copied().find(|&row| self.rows[row].first.scheme.name != self.rows[met[0]].first.scheme.name);
+        met.first().copied().into_iter().chain(another).collect()
+    }
+
+    /// Whether a row at some cost would be better than the leader of its own scheme, else than the runner-up.
+    fn is_cheaper(&self, row: usize, cost: f64, leaders: &[usize]) -> bool {
+        let own = |&&leader: &&usize| self.rows[leader].first.scheme.name == self.rows[row].first.scheme.name;
+        let rival = leaders.iter().find(own).or(leaders.get(1)).and_then(|&leader| self.rows[leader].met.as_ref());
+        rival.is_none_or(|rival| cost < rival.cost * (1.0 - SAME_COST))
+    }
+
+    /// Runs a cell at a phase; with `growth` a linear case that grows without end is not run.
+    fn judge(&self, (row, step): (usize, usize), phase: f64, growth: bool) -> Result<Judged> {
+        let (row, step) = (&self.rows[row], self.question.macro_steps[step]);
+        let request = RunRequest { macro_step_s: Some(step), phase: Some(phase), ..row.request.clone() };
+        let spec = match request.resolve_for(self.question.catalogue, &row.first.case, &row.first.parameters) {
+            Ok(spec) => spec,
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            Err(error) => return Ok((None, Some(error.to_string()))),
+        };
+        if growth
+            && !spec.case.linear_state.is_empty()
+            && let Some(radius) = spectral_radius(&spec).ok().filter(|radius| *radius > 1.0 + NEUTRAL)
+        {
+            return Ok((None, Some(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0))));
+        }
+        let begun = thread_time();
+        let run = evaluated(&spec, &self.bounds, self.reference, simulate, self.question.stop)?;
+        let time = (thread_time() - begun).as_secs_f64();
+        if matches!(run.outcome, Outcome::Stopped { .. }) {
+            return Err(Error::Stopped);
+        }
+        (self.question.progress)(Step::Done(run.outcome.class()));
+        let error = METRICS.iter().position(|metric| metric.name == METRIC).and_then(|place| run.metrics[place]);
+        let (outcome, error) = (run.outcome.kind(), error.filter(|error| error.is_finite()));
+        let fault = match error {
+            _ if outcome.class() != OutcomeClass::Completed => {
+                Some(format!("{outcome}: {}", run.outcome.reason()).trim_end_matches(": ").to_owned())
+            }
+            Some(error) if error <= self.question.error => None,
+            Some(error) => Some(format!("error {:.3} % of the peak force", 100.0 * error)),
+            None => Some("no error relative to a peak".to_owned()),
+        };
+        let work = [
+            run.work.cosim.exchanges,
+            run.work.sides.mechanics.micro_steps,
+            run.work.sides.actuator.micro_steps,
+            run.work.scheme.solves + run.work.scheme.parametric,
+        ];
+        let probe = Probe {
+            run_id: spec.id(),
+            phase,
+            outcome,
+            error,
+            model_exact: run.model_exact,
+            time_per_step_s: time / (spec.duration / step).ceil().max(1.0),
+            work: work.map(|count| count as f64),
+        };
+        Ok((Some(probe), fault))
+    }
+
+    /// Takes note of a run; tells whether it meets the error.
+    fn learn(&mut self, (row, step): (usize, usize), (run, fault): &Judged) -> bool {
+        let (row, macro_step) = (&mut self.rows[row], self.question.macro_steps[step]);
+        match run.as_ref().map(|run| (run.outcome.class(), run)) {
+            Some((OutcomeClass::Completed, run)) => {
+                row.seen = Some((macro_step, run.work));
+                row.stable.entry(step).or_insert(Ok(()));
+            }
+            Some((OutcomeClass::NoAnswer, run)) if run.outcome.was_run() => row.no_answer = true,
+            Some((OutcomeClass::NoAnswer, _)) => row.out = true,
+            _ => _ = row.stable.insert(step, Err(fault.clone().unwrap_or_default())),
+        }
+        if let Some(fault) = fault
+            && row.missed.as_ref().is_none_or(|(known, ..)| macro_step <= *known)
+        {
+            row.missed = Some((macro_step, fault.clone(), run.clone()));
+        }
+        fault.is_none()
+    }
+}
+
+impl AdviceRow {
+    fn new(request: RunRequest, first: RunSpec) -> Self {
+        let (met, missed, stable, seen) = (None, None, BTreeMap::new(), None);
+        AdviceRow { request, first, met, missed, no_answer: false, stable, seen, out: false }
+    }
+
+    /// The form in words.
+    pub fn form(&self) -> String {
+        let RunSpec { sequence, force_return, mechanics_steps, .. } = &self.first;
+        let steps = match mechanics_steps {
+            MechanicsSteps::AsActuator => "as many mechanics steps as micro steps".to_owned(),
+            MechanicsSteps::Count(count) if count.get() == 1 => "1 mechanics step".to_owned(),
+            MechanicsSteps::Count(count) => format!("{count} mechanics steps"),
+        };
+        format!("{sequence}, {force_return}, {steps}")
+    }
+
+    /// Why it is not advised.
+    pub fn reason(&self) -> String {
+        match (&self.met, &self.missed) {
+            (Some(met), _) => format!("meets it at {}, for a cost of {:.0}", milliseconds(met.macro_step), met.cost),
+            (None, Some((_, reason, _))) if self.out => reason.clone(),
+            (None, Some((step, reason, run))) => {
+                let phase = run.as_ref().map_or(String::new(), |run| format!(", phase {:.4}", run.phase));
+                format!("at {}{phase}: {reason}", milliseconds(*step))
+            }
+            (None, None) => "not run: costs more at every macro step".to_owned(),
+        }
+    }
+
+    /// Work that a run at this macro step is expected to be: by a run that was made, else the least it can be.
+    fn expected(&self, macro_step: f64) -> [f64; 4] {
+        let first = &self.first;
+        let usual = first.case.defaults.micro_step_s.max(first.micro_step);
+        let micro = |step: f64| (first.duration / step).max(1.0) * (step / step.min(usual)).ceil();
+        let steps = (first.duration / macro_step).max(1.0);
+        let is_fine = first.mechanics_steps == MechanicsSteps::AsActuator;
+        if let Some((seen_at, [exchanges, mechanics, micro_steps, model])) = self.seen {
+            let (factor, fine) = (seen_at / macro_step, micro(macro_step) / micro(seen_at));
+            return [
+                exchanges * factor,
+                mechanics * if is_fine { fine } else { factor },
+                micro_steps * fine,
+                model * fine,
+            ];
+        }
+        let own = match first.mechanics_steps {
+            MechanicsSteps::AsActuator => micro(macro_step),
+            MechanicsSteps::Count(count) => steps * f64::from(count.get()),
+        };
+        // What is taken again is taken twice at least.
+        let times = if first.scheme.real_time() { 1.0 } else { 2.0 };
+        [steps, own * times, micro(macro_step) * times, 0.0]
+    }
+}
+
+/// Writes a macro step (s) in milliseconds; six digits behind the point are more than a grid has, but for the shortest steps.
+pub fn milliseconds(step: f64) -> String {
+    let milliseconds = 1e3 * step;
+    if milliseconds < 1e-3 {
+        return format!("{milliseconds:.3e} ms");
+    }
+    format!("{} ms", (1e6 * milliseconds).round() / 1e6)
 }

@@ -9,7 +9,6 @@ mod measured;
 mod table;
 
 pub use kept::{KeptClaims, check_kept_claims};
-pub(crate) use table::CLAIM_COLUMNS;
 pub use table::{CheckedClaim, write_claims};
 
 use super::checked_results::checked_runs;

@@ -41,28 +41,6 @@ pub struct CheckedClaim {
     pub run_ids: Vec<String>,
 }
 
-/// Columns of `claims.csv`: name, whether it is a number, what it is.
-pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
-    ("experiment", false, "Experiment the claim stands in"),
-    ("id", false, "Short name of the claim"),
-    ("by", false, "Who claims it: the paper, or ours"),
-    ("text", false, "The claim in words"),
-    ("quantity", false, "Metric and statistic"),
-    ("measured", true, "What was measured, in the unit of the metric"),
-    (
-        "low",
-        true,
-        "Lower end of its 95 % interval, by the bootstrap over cases, or over phases where there is one case; of a share Wilson's",
-    ),
-    ("high", true, "Upper end of it"),
-    ("without_exact", true, "The same without cases in which the model is the mechanics itself"),
-    ("expected", false, "What is expected"),
-    ("verdict", false, "Whether it holds"),
-    ("finding", false, "What was found when the experiment was last looked at"),
-    ("superseded", false, "Why the claim has been replaced by another"),
-    ("runs", true, "Number of runs it rests on"),
-];
-
 impl CheckedClaim {
     /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
     pub fn differs(&self) -> bool {

@@ -1,0 +1,89 @@
+//! Contact problems with known answers, for any solver, those of other crates too.
+//!
+//! ```text
+//! w = H P + b        0 ≤ w ⟂ P ≥ 0        w is unique, P is not where contacts are redundant
+//! ```
+//! Problems of the literature are written down here; those of simulations, taken out of runs of fifteen cases, are in
+//! `known_problems.txt` with all digits.
+
+/// A contact problem with its answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownProblem {
+    /// Where it is from.
+    pub name: String,
+    /// Delassus operator by rows, 1/kg.
+    pub h: Vec<f64>,
+    /// Velocities without contact impulses, m/s.
+    pub b: Vec<f64>,
+    /// Velocities with them, m/s.
+    pub w: Vec<f64>,
+}
+
+/// Lists forty-two problems of 1 to 32 contacts, regular, redundant and degenerate.
+///
+/// # Source
+/// Murty, *Linear Complementarity, Linear and Nonlinear Programming* (1988); Fathi, *Computational complexity of LCPs associated with
+/// positive definite symmetric matrices* (1979).
+pub fn known_problems() -> Vec<KnownProblem> {
+    let ones = |n: usize| vec![1.0; n * n];
+    let of = |name: &str, h: Vec<f64>, b: Vec<f64>, w: Vec<f64>| KnownProblem { name: name.to_owned(), h, b, w };
+    let mut problems = vec![
+        of("Murty, 2 × 2", vec![2.0, 1.0, 1.0, 2.0], vec![-5.0, -6.0], vec![0.0; 2]),
+        of("a free pair pushed together", vec![1.0, -1.0, -1.0, 1.0], vec![-1.0, 1.0], vec![0.0; 2]),
+        of("four times the same contact", ones(4), vec![-1.0; 4], vec![0.0; 4]),
+        of("three times, of different gaps", ones(3), vec![-1.0, 0.0, -2.0], vec![1.0, 2.0, 0.0]),
+        of("at rest", ones(3), vec![0.0; 3], vec![0.0; 3]),
+    ];
+    for n in 1..=9 {
+        // Positive definite, exponentially many pivots for Lemke's and Murty's methods; P = (1, 0 … 0).
+        let fathi = |i: usize, j: usize| 4.0 * i.min(j) as f64 + if i == j { 1.0 } else { 2.0 };
+        let w = (0..n).map(|i| if i == 0 { 0.0 } else { 1.0 }).collect();
+        problems.push(of(&format!("Fathi, {n}"), (0..n * n).map(|k| fathi(k / n, k % n)).collect(), vec![-1.0; n], w));
+        // Bodies in a row, all contacts closed.
+        let row = |i: usize, j: usize| [2.0, -1.0, 0.0][i.abs_diff(j).min(2)];
+        let h = (0..n * n).map(|k| row(k / n, k % n)).collect();
+        problems.push(of(&format!("row of {n}"), h, vec![-1.0; n], vec![0.0; n]));
+    }
+    for n in [4, 8, 16, 32] {
+        // One rigid board on n points, pressed in the middle: rank 2.
+        let x = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
+        let h = (0..n * n).map(|k| 1.0 + 3.0 * x(k / n) * x(k % n)).collect();
+        problems.push(of(&format!("board on {n}"), h, vec![-1.0; n], vec![0.0; n]));
+    }
+    for line in include_str!("known_problems.txt").lines().filter(|line| !line.starts_with('#')) {
+        let numbers = |text: &str| text.split(' ').filter_map(|number| number.parse().ok()).collect::<Vec<f64>>();
+        match (line.split_once(' '), problems.last_mut()) {
+            (Some(("H", row)), Some(problem)) => problem.h.extend(numbers(row)),
+            (Some(("b", row)), Some(problem)) => problem.b = numbers(row),
+            (Some(("w", row)), Some(problem)) => problem.w = numbers(row),
+            _ => problems.push(of(line, Vec::new(), Vec::new(), Vec::new())),
+        }
+    }
+    problems
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::complementarity::Lcp;
+    use crate::solver_entry::SolverEntry;
+
+    #[test]
+    fn each_problem_is_whole_and_the_solvers_of_this_crate_find_its_answer() {
+        let problems = known_problems();
+        assert_eq!(problems.len(), 42);
+        for KnownProblem { name, h, b, w } in problems {
+            let n = b.len();
+            assert_eq!((h.len(), w.len()), (n * n, n), "{name}");
+            for entry in [SolverEntry::active_set(), SolverEntry::lemke()] {
+                let (lcp, mut impulses) = (Lcp::new(&h, &b), vec![0.0; n]);
+                entry.checked(n).solve(lcp, &mut impulses).unwrap();
+                let scale = b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
+                for (row, (b, w)) in h.chunks(n).zip(b.iter().zip(&w)) {
+                    let found = row.iter().zip(&impulses).map(|(h, p)| h * p).sum::<f64>() + b;
+                    assert!((found - w).abs() <= 1e-11 * scale, "{name}, {}: {found} is not {w}", entry.name);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! From what is missing of an experiment to a job array of Slurm, whose jobs go back into the queue when their node fails.
+//!
+//! [`missing_chunks`] makes chunks that last about as long as asked; a [`Submission`] is what Slurm needs to work through them: files to
+//! be written and commands to be given, word by word. A chunk is `rimbench run FILE --places FIRST-LAST`: it computes what of these runs
+//! is not stored, so that Slurm may begin it twice, lose it, or begin it again. What is done the records say, never an exit code.
+
+mod chunks;
+
+pub use chunks::{Chunk, ChunkLimits, Chunking, missing_chunks};
+
+use rimbench_core::error::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Where the submissions of an experiment lie in its results folder, numbered from 1; beside the records, and removed with them.
+const SUBMISSIONS: &str = "records/submissions";
+
+/// The program that takes the commands.
+pub const SBATCH: &str = "sbatch";
+
+/// Longest array where nobody configured another: `MaxArraySize` is 1001 and no index reaches it.
+const LONGEST_ARRAY: usize = 1000;
+
+/// What is to be done, and with what.
+#[derive(Debug, Clone)]
+pub struct SlurmArray<'a> {
+    /// Name of the experiment, for lists of jobs.
+    pub name: &'a str,
+    /// This program, where the chunks run.
+    pub program: &'a Path,
+    /// Experiment file, absolute.
+    pub file: &'a Path,
+    /// Files of cases and schemes that the experiment has from outside, absolute, each behind the option that reads it.
+    pub more_files: &'a [(&'static str, PathBuf)],
+    /// Results folder, absolute.
+    pub folder: &'a Path,
+    /// Where the files of the submission go, as [`next_place`] says.
+    pub place: &'a Path,
+    /// What is to be done.
+    pub chunks: &'a [Chunk],
+    /// Threads of a chunk.
+    pub cpus: usize,
+    /// Chunks at once; as many as Slurm likes if absent.
+    pub at_once: Option<usize>,
+    /// Whether the runs are timed, and each chunk must have its machine alone.
+    pub exclusive: bool,
+    /// Options for `sbatch`.
+    pub extra: &'a [String],
+}
+
+impl SlurmArray<'_> {
+    /// Says what Slurm needs.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for timed runs that would not be alone.
+    pub fn submission(&self) -> Result<Submission> {
+        if self.exclusive && self.cpus != 1 {
+            let message = "what is timed runs one after the other: --cpus must be 1".to_owned();
+            return Err(Error::Incompatible(message));
+        }
+        let (script, text) = self.script();
+        let mut submission = Submission { files: vec![(script.clone(), text)], commands: Vec::new() };
+        for (index, part) in self.chunks.chunks(LONGEST_ARRAY).enumerate() {
+            let chunks = self.place.join(format!("chunks-{}.txt", index + 1));
+            let at_once = self.at_once.map(|count| format!("%{count}")).unwrap_or_default();
+            let mut command = words([SBATCH]);
+            command.push(format!("--job-name=rimbench-{}", self.name));
+            command.push(format!("--array=1-{}{at_once}", part.len()));
+            command.extend(words(["--requeue", "--open-mode=append", "--ntasks=1"]));
+            command.push(format!("--cpus-per-task={}", self.cpus));
+            if self.exclusive {
+                command.extend(words(["--exclusive"]));
+            }
+            command.push(format!("--output={}", self.place.join("%A-%a.out").display()));
+            command.extend(self.extra.iter().cloned());
+            command.extend([&script, &chunks].map(|path| path.display().to_string()));
+            submission.commands.push(command);
+            submission.files.push((chunks, list(part)));
+        }
+        Ok(submission)
+    }
+
+    /// The command that runs some places of the plan.
+    fn chunk_command(&self, places: &str) -> Vec<String> {
+        let shown = |path: &Path| path.display().to_string();
+        let mut command = vec![shown(self.program), "run".to_owned(), shown(self.file)];
+        self.more_files.iter().for_each(|(option, file)| command.extend([(*option).to_owned(), shown(file)]));
+        command.extend(["--out".to_owned(), shown(self.folder), "--jobs".to_owned(), self.cpus.to_string()]);
+        command.extend(words(["--places", places]));
+        command
+    }
+
+    /// A script that runs the chunk whose number Slurm says, from a list that is its argument.
+    fn script(&self) -> (PathBuf, String) {
+        let command = in_shell(&self.chunk_command("$places"));
+        // The one word that the shell has to fill in.
+        let command = command.replace("'$places'", "\"$places\"");
+        let text = format!(
+            "#!/bin/sh\n# SLURM_ARRAY_TASK_ID counts the lines of the list from 1.\n\
+             places=$(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" \"$1\") && exec {command}\n"
+        );
+        (self.place.join("chunk.sh"), text)
+    }
+}
+
+/// The places of chunks, one line each.
+fn list(chunks: &[Chunk]) -> String {
+    chunks.iter().map(|chunk| format!("{}\n", chunk.places())).collect()
+}
+
+/// What Slurm needs: files, then commands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Submission {
+    /// Files with their contents.
+    pub files: Vec<(PathBuf, String)>,
+    /// Commands, word by word, to be given in this order.
+    pub commands: Vec<Vec<String>>,
+}
+
+fn words<const N: usize>(words: [&str; N]) -> Vec<String> {
+    words.map(str::to_owned).into()
+}
+
+/// Writes a command as a shell reads it.
+pub fn in_shell(words: &[String]) -> String {
+    // No argument of a process has the one character that cannot be quoted.
+    shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
+}
+
+/// Says where the files of the next submission of a results folder would go.
+pub fn next_place(folder: &Path) -> PathBuf {
+    let submissions = folder.join(SUBMISSIONS);
+    let known = std::fs::read_dir(&submissions).into_iter().flatten();
+    let numbers = known.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
+    submissions.join((numbers.max().unwrap_or(0) + 1).to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHUNKS: [Chunk; 3] = [
+        Chunk { first: 0, last: 99, runs: 100, seconds: 60.0 },
+        Chunk { first: 100, last: 100, runs: 1, seconds: 90.0 },
+        Chunk { first: 105, last: 2000, runs: 3, seconds: 1.0 },
+    ];
+
+    fn array(chunks: &[Chunk]) -> SlurmArray<'_> {
+        SlurmArray {
+            name: "cost",
+            program: Path::new("/opt/rim bench/rimbench"),
+            file: Path::new("/data/it's/cost.toml"),
+            more_files: &[],
+            folder: Path::new("/data/results/cost"),
+            place: Path::new("/data/results/cost/records/submissions/1"),
+            chunks,
+            cpus: 1,
+            at_once: None,
+            exclusive: false,
+            extra: &[],
+        }
+    }
+
+    #[test]
+    fn timed_runs_are_alone() {
+        let timed = || SlurmArray { exclusive: true, ..array(&CHUNKS) };
+        assert!(in_shell(&timed().submission().unwrap().commands[0]).contains(" --exclusive "));
+        let refused = SlurmArray { cpus: 2, ..timed() }.submission().unwrap_err().to_string();
+        assert!(refused.contains("--cpus must be 1"), "{refused}");
+    }
+
+    #[test]
+    fn an_array_of_slurm_is_no_longer_than_slurm_allows() {
+        let many: Vec<Chunk> =
+            (0..2500).map(|place| Chunk { first: place, last: place, runs: 1, seconds: 60.0 }).collect();
+        let submission = array(&many).submission().unwrap();
+        let lists: Vec<usize> = submission.files.iter().skip(1).map(|(_, text)| text.lines().count()).collect();
+        assert_eq!(lists, [1000, 1000, 500]);
+        let arrays = &submission.commands;
+        assert!(arrays[0].contains(&"--array=1-1000".to_owned()) && arrays[2].contains(&"--array=1-500".to_owned()));
+        assert!(arrays[2].last().unwrap().ends_with("chunks-3.txt"), "{arrays:?}");
+        let all: String = submission.files[1..].iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(all, list(&many));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_shell_reads_the_words_that_were_written() {
+        for word in ["plain", "", "two words", "it's", "$HOME", "a\"b", "back\\slash", "{}", "*", "ö"] {
+            let mut shell = std::process::Command::new("sh");
+            let output = shell.args(["-c", &in_shell(&words(["printf", "%s", word]))]).output().unwrap();
+            assert_eq!(String::from_utf8_lossy(&output.stdout), word);
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_script_runs_the_line_that_slurm_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let (_, script) = SlurmArray { program: Path::new("/bin/echo"), ..array(&CHUNKS) }.script();
+        let chunks = folder.path().join("chunks.txt");
+        std::fs::write(&chunks, list(&CHUNKS)).unwrap();
+        let mut shell = std::process::Command::new("sh");
+        let output = shell.args(["-c", &script, "sh"]).arg(&chunks).env("SLURM_ARRAY_TASK_ID", "2").output().unwrap();
+        let said = "run /data/it's/cost.toml --out /data/results/cost --jobs 1 --places 100-100\n";
+        assert_eq!(String::from_utf8_lossy(&output.stdout), said);
+    }
+
+    #[test]
+    fn tasks_are_handed_the_files_of_cases() {
+        let files = [("--case-file", "/data/my truck.toml"), ("--case-file", "/data/other.toml")];
+        let more_files = files.map(|(option, file)| (option, PathBuf::from(file)));
+        let wanted = " --case-file '/data/my truck.toml' --case-file /data/other.toml --out /data/results/cost ";
+        let script = SlurmArray { more_files: &more_files, ..array(&CHUNKS) }.script().1;
+        assert!(script.contains(wanted), "{script}");
+    }
+
+    #[test]
+    fn a_submission_gets_the_next_number() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(next_place(folder.path()).ends_with("records/submissions/1"));
+        for name in ["2", "10", "notes"] {
+            std::fs::create_dir_all(folder.path().join(SUBMISSIONS).join(name)).unwrap();
+        }
+        assert!(next_place(folder.path()).ends_with("records/submissions/11"));
+    }
+}
