@@ -102,7 +102,6 @@ pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
     ),
     ("interface-mass", "interface mass", LineStyle::new([0x5B, 0x6E, 0x1F], Dash::Dashed, Marker::Diamond)),
     ("iterated-aitken", "fixed-point iteration", LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle)),
-    ("waveform", "waveform iteration", LineStyle::new([0x4A, 0x4A, 0x4A], Dash::Dotted, Marker::OpenSquare)),
     ("monolithic", "monolithic solution", LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle)),
 ];
 

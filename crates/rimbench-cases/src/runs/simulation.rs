@@ -80,7 +80,7 @@ impl PreparedRun<'_> {
     /// # Errors
     /// As for [`simulate`].
     pub fn simulate_inside(self, of: &Reference, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-        let bounds = of.bounds_of(&self.system);
+        let bounds = of.bounds_of(&self.spec.case, &self.system);
         run(self, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
     }
 }
@@ -134,10 +134,9 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
         Err(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
         Ok(coupling) => {
             let timer = clock.map(|now| Timer { now, latencies: true, wall_limit: spec.wall_limit });
-            let doubling = spec.step_control.doubling(spec.scheme.order);
             let started = clock.map(|now| now());
             let control = RunControl { timer, ..control };
-            let report = coupling.run(&setup, doubling, sides, control, &mut |point| {
+            let report = coupling.run(&setup, sides, control, &mut |point| {
                 recorder.record(point, &mut trajectory);
             });
             (report, clock.zip(started).map_or(Duration::ZERO, |(now, started)| now() - started))
@@ -179,9 +178,6 @@ fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
         }
         StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
             .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
-        StepControl::StepDoubling(_) => Requirement::Copies
-            .unmet(sides)
-            .map(|reason| format!("step control step-doubling takes steps back: {reason}")),
     }
 }
 

@@ -123,7 +123,7 @@ mod tests {
         for name in ["integral-correction-first-order", "energy-leak-damper", "interface-jacobian", "iterated-aitken"] {
             assert!(!has(&without_feedback, name), "{name}");
         }
-        assert!(!has(&real_time, "waveform") && has(&real_time, "rim-nonsmooth-gap"));
+        assert!(!has(&real_time, "iterated-aitken") && has(&real_time, "rim-nonsmooth-gap"));
     }
 
     #[test]
@@ -138,7 +138,7 @@ mod tests {
         for request in of("zero-order-hold", false) {
             assert!(request.force_return.is_none_or(|kind| kind == ForceReturn::Held), "{request:?}");
         }
-        assert_eq!(of("waveform", true).len(), 1);
+        assert_eq!(of("monolithic", true).len(), 1);
     }
 
     #[test]
