@@ -105,6 +105,7 @@ impl<'a> Values<'a> {
         };
         for &row in runs.rows() {
             let number = table.number(row, metric);
+            let has_order = claim.statistic == Statistic::Order && runs.has_order(row, &claim.metric, floor)?;
             let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
             let ended = runs.outcome(row);
             values.value[row] = match claim.metric.as_str() {
@@ -117,7 +118,7 @@ impl<'a> Values<'a> {
                 }
                 // What a run that did not complete has is no point on the way to H = 0.
                 _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
-                _ if claim.statistic == Statistic::Order && floor.is_some_and(|floor| number <= floor) => f64::NAN,
+                _ if claim.statistic == Statistic::Order && !has_order => f64::NAN,
                 _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
             let tolerance = tolerance.map(|column| table.number(row, column));
