@@ -64,7 +64,7 @@ pub enum Marker {
 
 /// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
 /// with a common deficiency of colour vision (tests compute both). Dash and marker tell the series apart in grey.
-pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
+pub(super) const SCHEMES: [(&str, &str, LineStyle); 22] = [
     ("rim-smooth", "smooth model", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
     (
         "rim-smooth-active",
