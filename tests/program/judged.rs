@@ -104,7 +104,7 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
     let usual: Vec<_> = catalogue
         .schemes()
         .iter()
-        .flat_map(|scheme| RunRequest::of("wedge-box", &scheme.name).resolve(&catalogue).unwrap().facts())
+        .flat_map(|scheme| RunRequest::of("wedge-box", &*scheme.name).resolve(&catalogue).unwrap().facts())
         .collect();
     let mut options = 0;
     for option in RunRequest::OPTIONS.iter().filter(|option| !["case", "scheme", "solver"].contains(&option.key)) {

@@ -160,7 +160,12 @@ impl Reference {
             uncertainty.push(second.max(0.5 * first) / (libm::pow(2.0_f64, trusted) - 1.0));
             order.push(observed);
         }
-        if spec.case.from_outside && coarse.data() == middle.data() && middle.data() == fine.data() {
+        // What rounding sums to over the steps.
+        let summed = f64::EPSILON * reference_steps(spec, 4).steps as f64;
+        let equal = |column: usize| {
+            distance(&coarse, &middle, column).max(distance(&middle, &fine, column)) <= summed * largest[column]
+        };
+        if spec.case.from_outside && interface_of(&spec.case, &fine).all(equal) {
             uncertainty = Self::by_longer_steps(spec, &fine, stop)?;
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
@@ -175,13 +180,17 @@ impl Reference {
         let solution = Self::solution_by(spec, longer, stop)?;
         check_finite(&spec.case, &solution)?;
         let same = fine.resampled(solution.column(0));
-        let columns = 0..fine.columns().len();
-        let apart: Vec<f64> = columns.clone().map(|column| distance(&solution, &same, column)).collect();
-        let stands = |column: usize| fine.column(column).all(|value| value == fine.row(0)[column]);
-        if apart.iter().any(|apart| *apart > 0.0) && columns.skip(1).all(stands) {
+        let apart: Vec<f64> = (0..fine.columns().len()).map(|column| distance(&solution, &same, column)).collect();
+        let stands = |name: &str| {
+            let column = fine.index_of(name);
+            column.is_some_and(|column| fine.column(column).all(|value| value == fine.row(0)[column]))
+        };
+        let moves = |name: &str| fine.index_of(name).is_some_and(|column| apart[column] > 0.0);
+        let mut rows = spec.case.interface_columns.iter();
+        if rows.any(|row| stands(&row.position) && stands(&row.velocity) && moves(&row.position)) {
             return Err(Error::Incompatible(format!(
-                "case {} has no reference: in its steps of {:e} s and less nothing moves, and in steps of {:e} s it does, so that a side \
-                 has longer steps of its own; set reference_step_s to a multiple of them",
+                "case {} has no reference: in its steps of {:e} s and less the interface stands, and in steps of {:e} s it moves, so \
+                 that a side has longer steps of its own; set reference_step_s to a multiple of them",
                 spec.case.name,
                 reference_steps(spec, 1).h,
                 longer.h
@@ -200,9 +209,8 @@ impl Reference {
         contact_gaps: Vec<String>,
     ) -> Self {
         let largest = largest(&trajectory);
-        let names = case.interface_columns.iter().flat_map(|row| [&row.position, &row.velocity, &row.force]);
         let mut columns = vec![0];
-        columns.extend(names.filter_map(|name| trajectory.index_of(name)));
+        columns.extend(interface_of(case, &trajectory));
         for &column in &columns[1..] {
             let scale = case.scale_of(&trajectory.columns()[column]).unwrap_or(0.0);
             uncertainty[column] = uncertainty[column].max(ROUNDING * largest[column].max(scale));
@@ -432,6 +440,12 @@ fn check_finite(case: &Case, solution: &Trajectory) -> Result<()> {
         row[column],
         row[0]
     )))
+}
+
+/// Columns of the interface of a case.
+fn interface_of<'a>(case: &'a Case, trajectory: &'a Trajectory) -> impl Iterator<Item = usize> + 'a {
+    let names = case.interface_columns.iter().flat_map(|row| [&row.position, &row.velocity, &row.force]);
+    names.filter_map(|name| trajectory.index_of(name))
 }
 
 /// Root mean square distance of two solutions in a column.
