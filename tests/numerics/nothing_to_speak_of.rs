@@ -57,7 +57,7 @@ fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
     let mut wrong = Vec::new();
     for case in cases().iter().filter(|case| !case.interface_columns.is_empty()) {
         let spec = usual_spec(&case.name, "zero-order-hold", case.defaults.macro_step_s);
-        let spec = RunSpec { duration: spec.duration.min(2.0), ..spec };
+        let spec = RunSpec { duration: spec.duration.min(10.0), ..spec };
         let solution = match Reference::exact(&spec, StopFlag::never()).unwrap() {
             Some(reference) => reference.trajectory,
             None => Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).unwrap(),

@@ -19,7 +19,7 @@ const SCALES: [(&str, f64, f64, f64); 31] = [
     ("packed-box", 1.5, 0.064, 3100.0),
     ("falling-chain", 2.2e-3, 0.1, 70.0),
     ("crane-heap", 0.55, 0.066, 11e3),
-    ("random-body", 4.2e-3, 0.2, 67.0),
+    ("random-body", 1.2e-3, 0.2, 76.0),
     ("bouncing-ball", 1.0, 4.2, 2.9),
     ("elastic-bar", 1.0, 0.16, 85.0),
     ("impact-oscillator", 0.28, 3.4, 27.0),
