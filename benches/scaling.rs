@@ -175,7 +175,7 @@ impl Stopped {
         let scheme = coupling.scheme.try_clone().unwrap();
         let start = system.sides.mechanics.try_clone().unwrap();
         let mut points = Vec::new();
-        let report = coupling.run(&setup, None, system.sides.lend(), RunControl::default(), &mut |point| {
+        let report = coupling.run(&setup, system.sides.lend(), RunControl::default(), &mut |point| {
             points.push([point.y.mechanics.to_vec(), point.y.actuator.to_vec()]);
         });
         assert_eq!(report.outcome, Outcome::Completed, "{} {:?}", family.case, size.set);

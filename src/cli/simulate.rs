@@ -13,7 +13,7 @@ use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
+use rimbench::runs::{EvaluatedRun, FactValue, NO_FORCE, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -156,9 +156,12 @@ impl Said<'_> {
             all.find(|(metric, _)| metric.name == name).and_then(|(_, value)| *value)
         };
         if let Some(force) = metric("force_error_rms_n") {
-            let peak = metric("force_error_rms_of_peak").map(|share| format!(", {} of the peak", percent(share)));
+            let peak = match metric("force_error_rms_of_peak") {
+                Some(share) => format!(", {} of the peak", percent(share)),
+                None => format!(", {NO_FORCE}"),
+            };
             let own = run.reference_uncertainty[0].map(|own| format!(" (reference ± {})", quantity(own, "N")));
-            let text = format!("{} rms{}{}", quantity(force, "N"), peak.unwrap_or_default(), own.unwrap_or_default());
+            let text = format!("{} rms{}{}", quantity(force, "N"), peak, own.unwrap_or_default());
             lines.push(row("force error", &text));
         }
         if let Some(position) = metric("position_error_rms_m") {
@@ -175,7 +178,7 @@ impl Said<'_> {
         }
         if let Some(contacts) = &self.audited {
             let known = metric("heaviness_max").is_some_and(|heaviness| !heaviness.is_nan());
-            lines.push(row("model", &if known { self.created(contacts) } else { NOT_AUDITED.to_owned() }));
+            lines.push(row("model", &if known { self.largest_jump(contacts) } else { NOT_AUDITED.to_owned() }));
         }
         if let Some(latency) = run.latency {
             let most = quantity(latency.max_s, "s");
@@ -205,10 +208,10 @@ impl Said<'_> {
         lines.join("\n")
     }
 
-    /// What the interface model created, and which contact created most of it, in words.
-    fn created(&self, contacts: &[String]) -> String {
+    /// The jump that gained most, which bounds what the model created there, in words.
+    fn largest_jump(&self, contacts: &[String]) -> String {
         let Some(Jump { time, energy, contact, by }) = self.run.largest_jump else {
-            return "created no energy at any communication point".to_owned();
+            return "no jump to the mechanics gained energy".to_owned();
         };
         let name = contacts.get(contact).map_or_else(|| format!("contact {contact}"), |name| format!("the {name}"));
         let how = match by {
@@ -217,7 +220,7 @@ impl Said<'_> {
             Creation::Stick => "it stuck while the mechanics slid",
             Creation::Push => "the mechanics pushed it out",
         };
-        format!("{name} created {} at {}: {how}", quantity(energy, "J"), quantity(time, "s"))
+        format!("{name} created at most {} at {}: {how}", quantity(energy, "J"), quantity(time, "s"))
     }
 
     /// Why the run did not complete, in words.

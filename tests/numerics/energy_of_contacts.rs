@@ -496,3 +496,21 @@ fn models_of_shares_of_a_body_create_nothing_however_many_actuators_there_are() 
     }
     assert!(heavier > 190, "{heavier}");
 }
+
+/// Energy created has one meaning: that of a trace is minus the interface residual of the same run, and a jump is only a bound.
+#[test]
+fn energy_created_in_a_trace_must_be_minus_the_interface_residual() {
+    for detection in ["margin:1e-3", "active"] {
+        let options = [("macro_step_s", "5e-3"), ("contact_detection", detection)];
+        let spec = spec_with("wedge-box", "rim-nonsmooth", &options, &[]).audited().unwrap();
+        let run = completed(&spec);
+        let (audit, created) = (run.report.audit, *column(&run.trajectory, "created_j").last().unwrap());
+        let (model, residual) = (audit.model.unwrap(), audit.interface_residual().unwrap());
+        let sent = audit.work.sent_j.unwrap().abs();
+        assert!((created + residual).abs() < 1e-11 * (sent + model.jump.abs()), "{created} J, residual {residual} J");
+        assert_eq!(created, model.created());
+        // Across the gap of a margin the model's contacts take nearly all that the jumps gain; closed ones gain nothing by jumps.
+        let bounded = if detection == "active" { model.jump < 0.0 } else { model.jump > 10.0 * created.abs() };
+        assert!(bounded, "{detection}: jumps {} J, created {created} J", model.jump);
+    }
+}

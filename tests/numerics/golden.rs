@@ -5,7 +5,7 @@ use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::runs::RunSpec;
 
 /// The version that `GOLDEN` belongs to.
-const GOLDEN_VERSION: u32 = 12;
+const GOLDEN_VERSION: u32 = 13;
 
 /// Scheme, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
 ///
@@ -33,7 +33,6 @@ const GOLDEN: &[(&str, f64, f64)] = &[
     ("rim-nonsmooth-gap", 2.947914880750162, -105.57837701250082),
     ("rim-split", 0.634993901208292, 2884.615380124392),
     ("iterated-aitken", 2.5162524012692193, 685.5580571345263),
-    ("waveform", 2.5161860004530876, 686.9672945917134),
     ("monolithic", 2.516186000453088, 686.9672945881946),
 ];
 

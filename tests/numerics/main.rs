@@ -32,6 +32,7 @@ mod large_cases;
 mod many_actuators;
 mod many_contacts;
 mod model_steps;
+mod nothing_to_speak_of;
 mod options;
 mod options_in_vain;
 mod oscillator_theory;

@@ -28,7 +28,7 @@ const OPTIONS: [(&str, &[&str]); 10] = [
     ("model_motion", &["extrapolated", "piecewise"]),
     ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
     ("gain", &["0.25"]),
-    ("step_control", &["energy-residual", "model-defect", "step-doubling"]),
+    ("step_control", &["energy-residual", "model-defect"]),
 ];
 
 /// All that is known of a run, as text; none of one that did not begin.

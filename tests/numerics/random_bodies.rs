@@ -121,7 +121,7 @@ pub fn macro_step(
     let setup = Setup { mechanics_steps: MechanicsSteps::count(mechanics_steps).unwrap(), ..usual };
     let coupling = scheme_by_name(scheme).couple(sides(mechanics, actuator), Some(options), None).unwrap();
     let supervision = RunControl { inside: true, audit: true, ..RunControl::default() };
-    let report = coupling.run(&setup, None, sides(mechanics, actuator), supervision, &mut |_| ());
+    let report = coupling.run(&setup, sides(mechanics, actuator), supervision, &mut |_| ());
     assert_eq!(report.outcome, Outcome::Completed);
     report
 }

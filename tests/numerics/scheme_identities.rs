@@ -104,24 +104,6 @@ fn a_true_acceleration_is_not_linear_extrapolation() {
     assert!(far > 1e-5, "{far:e}");
 }
 
-/// Waveforms that agree at every micro step are the monolithic stepper, whatever H and through impacts.
-#[test]
-fn converged_waveforms_are_the_monolithic_stepper_at_any_macro_step() {
-    for (case, duration, steps) in [("wedge-box", 0.4, [5e-5, 5e-4, 1e-2]), ("bouncing-ball", 1.2, [1e-3, 1e-2, 5e-2])]
-    {
-        for macro_step in steps {
-            let of = |scheme: &str| {
-                let spec = usual_spec(case, scheme, macro_step);
-                let micro_step = spec.micro_step.min(steps[0]);
-                trajectory_of(&RunSpec { duration, micro_step, ..spec })
-            };
-            let difference = difference(&of("waveform"), &of("monolithic"));
-            // Tolerance 1e-10 per macro step, amplified over the run.
-            assert!(difference < 1e-6, "{case} at {macro_step} s: {difference:e}");
-        }
-    }
-}
-
 /// Scheme, gain, sequence, limit in ms, relative width within which it must be met, micro steps per macro step.
 type Limit = (&'static str, Option<f64>, &'static str, f64, f64, f64);
 

@@ -15,6 +15,7 @@ mod figures;
 mod fmi;
 mod guest_fmu;
 mod interruption;
+mod judged;
 mod names;
 mod outputs;
 mod paper;

@@ -573,7 +573,7 @@ pub fn observed(
     coupling: Coupling,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    coupling.run(setup, None, sides, RunControl::default(), observe)
+    coupling.run(setup, sides, RunControl::default(), observe)
 }
 
 /// One row per communication point: time, outputs of the mechanics, outputs of the actuator, force received.

@@ -37,13 +37,15 @@ const verdict = (() => {
     }
     const failed = counts_as === "failed";
     const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
-    const ratio = peak(run, force) / peak(reference, force), error = 100 * Number(facts.get("force_error_rms_of_peak"));
+    // Without a share there is no force to speak of, and no ratio of peaks either.
+    const share = facts.get("force_error_rms_of_peak") ?? "", error = 100 * Number(share);
+    const ratio = share === "" ? 0 : peak(run, force) / peak(reference, force);
     const opened = Number(facts.get("lift_off_height_m") ?? 0);
     const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > 2e-4 ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
     const parts = failed
       ? [moved, of_force].filter(Boolean).concat(moved || of_force ? [] : [facts.get("outcome").replaceAll("-", " ")])
-      : [moved || stays, of_force || `error ${digits(error)}\u00a0%`].filter(Boolean);
+      : [moved || stays, of_force || (share === "" ? "no force to speak of" : `error ${digits(error)}\u00a0%`)].filter(Boolean);
     return (run.verdict = { none: false, failed, when, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
   };
   return { row, at, end, extent, peak, digits, milliseconds, seconds, judge };

@@ -64,7 +64,7 @@ pub enum Marker {
 
 /// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
 /// with a common deficiency of colour vision (tests compute both). Dash and marker tell the series apart in grey.
-pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
+pub(super) const SCHEMES: [(&str, &str, LineStyle); 22] = [
     ("rim-smooth", "smooth model", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
     (
         "rim-smooth-active",
@@ -102,7 +102,6 @@ pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
     ),
     ("interface-mass", "interface mass", LineStyle::new([0x5B, 0x6E, 0x1F], Dash::Dashed, Marker::Diamond)),
     ("iterated-aitken", "fixed-point iteration", LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle)),
-    ("waveform", "waveform iteration", LineStyle::new([0x4A, 0x4A, 0x4A], Dash::Dotted, Marker::OpenSquare)),
     ("monolithic", "monolithic solution", LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle)),
 ];
 

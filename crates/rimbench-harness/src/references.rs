@@ -33,7 +33,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     else {
         unreachable!("three refinements give three solutions")
     };
-    let reference = Reference::compared(spec, [coarse, middle, fine])?;
+    let reference = Reference::compared(spec, [coarse, middle, fine], stop)?;
     if !spec.case.from_outside {
         cache.write(&key, &reference.pack());
     }

@@ -303,6 +303,17 @@ impl<'t> Runs<'t> {
         let uncertainty = number(floor.uncertainty);
         Ok(floor.in_unit.map_or(uncertainty, |same| uncertainty * error / number(same)))
     }
+
+    /// Tells whether an order of convergence may be fitted to an error of a run: it is finite and above what the reference is uncertain by,
+    /// which is rounding at least. Of a metric whose errors have no such uncertainty none may.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a metric that is not there.
+    pub fn has_order(&self, row: usize, metric: &str, floor: Option<Floor>) -> Result<bool> {
+        let Some(floor) = floor else { return Ok(false) };
+        let (error, floor) = (self.table.number(row, self.table.column(metric)?), self.floor(row, metric, floor)?);
+        Ok(error.is_finite() && (floor.is_nan() || error > floor))
+    }
 }
 
 /// Tells whether a set of parameters has all the `key=value` of another; those of none are no words to look for.
@@ -401,6 +412,9 @@ mod tests {
         assert_eq!(runs.floor(0, "error", own).unwrap(), 0.1);
         assert!(runs.floor(2, "error", own).unwrap().is_nan());
         assert!(runs.floor(0, "error", Floor { uncertainty: "v", ..own }).unwrap().is_nan());
+        let has_order = |row: usize, floor: Option<Floor>| runs.has_order(row, "error", floor).unwrap();
+        // Without an uncertainty of its own, and where nothing is known of the reference.
+        assert!(!has_order(0, None) && has_order(0, Some(Floor { uncertainty: "v", ..own })));
         let relative = Floor { in_unit: Some("error"), ..own };
         approx::assert_relative_eq!(runs.floor(0, "relative", relative).unwrap(), 1e-3, max_relative = 1e-14);
         assert!(runs.floor(0, "nothing", own).is_err());

@@ -5,7 +5,7 @@ use super::drawing::DrawCase;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
-use rimbench_core::cosim::{MechanicsSteps, PerSide, Subsystem};
+use rimbench_core::cosim::{MechanicsSteps, PerSide, Quantity, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::name::{Name, names};
 use rimbench_core::solver_entry::SolverEntry;
@@ -162,6 +162,29 @@ pub type ChooseReference = Arc<dyn Fn(&Parameters) -> Result<ReferenceMethod> + 
 /// Builds both sides. The solver serves the complementarity problems of the mechanics.
 pub type BuildCase = Arc<dyn Fn(&Parameters, &SolverEntry) -> Result<CoupledSystem> + Send + Sync>;
 
+/// Magnitudes that the motion of an interface has in a case: its own scale, against which a motion or a force may be nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Of positions.
+    pub position_m: f64,
+    /// Of velocities.
+    pub velocity_m_s: f64,
+    /// Of forces.
+    pub force_n: f64,
+}
+
+impl Scale {
+    /// Returns that of a quantity, in its unit; 0 of a pressure, of which none is declared.
+    pub fn of(&self, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Position => self.position_m,
+            Quantity::Velocity => self.velocity_m_s,
+            Quantity::Force => self.force_n,
+            Quantity::Pressure => 0.0,
+        }
+    }
+}
+
 /// A case by name.
 #[derive(Clone)]
 pub struct Case {
@@ -181,6 +204,8 @@ pub struct Case {
     pub drawing_columns: Vec<Name>,
     /// What accuracy is judged by: one entry per row of the interface. With several the worst row counts.
     pub interface_columns: Vec<InterfaceColumns>,
+    /// Its own scale: the largest magnitudes at the defaults; none where these are not known.
+    pub scale: Option<Scale>,
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
     pub linear_state: Vec<StateVariable>,
@@ -238,6 +263,7 @@ impl Case {
             trace_columns: names(&["time_s"]),
             drawing_columns: Vec::new(),
             interface_columns: Vec::new(),
+            scale: None,
             linear_state: Vec::new(),
             constant_mechanics: false,
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
@@ -258,6 +284,17 @@ impl Case {
     /// that what is seen is the coupling.
     pub fn usual_mechanics_steps(&self) -> MechanicsSteps {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
+    }
+
+    /// Returns the scale of a column of the interface, in its unit; none of others, and where the case declares none.
+    pub fn scale_of(&self, column: &str) -> Option<f64> {
+        let scale = self.scale?;
+        self.interface_columns.iter().find_map(|row| match column {
+            _ if *row.position == *column => Some(scale.position_m),
+            _ if *row.velocity == *column => Some(scale.velocity_m_s),
+            _ if *row.force == *column => Some(scale.force_n),
+            _ => None,
+        })
     }
 
     /// Tells whether runs record what contacts with friction do.

@@ -29,6 +29,7 @@ mod random_body;
 mod recorder;
 mod reference_method;
 mod rocking_block;
+mod scales;
 mod slider_crank;
 mod stops;
 mod towed_block;
@@ -39,7 +40,7 @@ mod woodpecker;
 
 pub use case::{
     Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns,
-    PossibleSteps, Purpose, RowFunction, StateVariable,
+    PossibleSteps, Purpose, RowFunction, Scale, StateVariable,
 };
 pub use contacts::Contacts;
 pub use declaration::{ParameterSet, choices, named, parameters};
@@ -79,7 +80,7 @@ mod prelude {
 
 /// Describes every built-in case.
 pub fn standard_cases() -> Vec<Case> {
-    vec![
+    let cases = [
         wedge_boxes::wedge_box(),
         hydraulic_crane::entry(),
         two_masses::linear_oscillator(),
@@ -111,5 +112,6 @@ pub fn standard_cases() -> Vec<Case> {
         cranes::drag(),
         slider_crank::entry(),
         woodpecker::entry(),
-    ]
+    ];
+    cases.into_iter().map(|case| Case { scale: scales::scale_of(&case.name), ..case }).collect()
 }

@@ -5,9 +5,8 @@ use rimbench_core::cosim::{CommunicationPoint, Port, Report, Subsystem, Trajecto
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 
-/// Columns of an audited run, behind those of its case: what jumps have created so far, and how much heavier the model was
-/// before.
-pub const AUDIT_COLUMNS: [&str; 2] = ["created_by_jump_j", "heaviness"];
+/// Columns of an audited run, behind those of its case: what the model has created so far, and how much heavier it was before.
+pub const AUDIT_COLUMNS: [&str; 2] = ["created_j", "heaviness"];
 
 /// A derived column: where it goes, and where its arguments stand in the row.
 struct Derived {
@@ -141,8 +140,8 @@ impl Recorder {
         for (value, &column) in row.iter_mut().zip(&self.columns) {
             *value = self.seen[column];
         }
-        if let Some(jump) = point.jump {
-            row[self.columns.len()..].iter_mut().zip(jump).for_each(|(value, jump)| *value = jump);
+        if let Some(audit) = point.audit {
+            row[self.columns.len()..].iter_mut().zip(audit).for_each(|(value, audited)| *value = audited);
         }
         for derived in &mut self.derived {
             for (argument, &column) in derived.arguments.iter_mut().zip(&derived.from) {

@@ -30,8 +30,8 @@ metrics! {
     };
 
     FORCE_ERROR_OF_PEAK: "force_error_rms_of_peak" in "-" above super::SHARE_FLOOR,
-    "Rms force error as a fraction of the reference's largest force magnitude"
-    => |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / reference_peak(row)?));
+    "Rms force error as a fraction of the reference's largest force magnitude; empty where there is no force to speak of"
+    => |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / row.reference_force_peak?));
 
     FORCE_PEAK: "force_peak_n" in "N",
     "Largest magnitude of the actuator's own force"
@@ -43,8 +43,7 @@ metrics! {
         let near = |t: f64| evidence.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
         worst(evidence, |row| {
             let rows = evidence.run.rows().filter(|values| near(values[0]));
-            let exact = Some(row.reference_touch_down_peak).filter(|peak| *peak > 0.0)?;
-            Some(peak(rows.map(|values| values[row.force]))? / exact)
+            Some(peak(rows.map(|values| values[row.force]))? / row.reference_touch_down_peak?)
         })
     };
 
@@ -90,8 +89,4 @@ pub(super) fn rms(errors: impl Iterator<Item = f64>) -> Option<f64> {
 
 fn peak(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.map(f64::abs).reduce(f64::max)
-}
-
-fn reference_peak(row: &InterfaceRow) -> Option<f64> {
-    Some(row.reference_force_peak).filter(|peak| *peak > 0.0)
 }

@@ -31,8 +31,8 @@ metrics! {
     PENETRATION: "penetration_m" in "m",
     "Deepest penetration of any contact at a communication point"
     => |evidence| {
-        let gaps = evidence.gaps.iter().flat_map(|&gap| evidence.run.column(gap));
-        gaps.reduce(f64::min).map(|lowest| (-lowest).max(0.0))
+        let gaps = evidence.gaps.iter().chain(evidence.least_gaps);
+        gaps.flat_map(|&gap| evidence.run.column(gap)).reduce(f64::min).map(|lowest| (-lowest).max(0.0))
     };
 }
 

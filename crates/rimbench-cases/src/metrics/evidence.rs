@@ -27,8 +27,10 @@ pub struct Evidence<'a> {
     pub interface: &'a [InterfaceRow],
     /// Column of the effective mass, where the case has one.
     pub effective_mass: Option<usize>,
-    /// Columns of the gaps.
+    /// Columns of the gaps of one contact each.
     pub gaps: &'a [usize],
+    /// Columns of the least gap of several contacts.
+    pub least_gaps: &'a [usize],
     /// Times at which a touch-down of the reference shows, from and to, s.
     pub touch_downs: &'a [[f64; 2]],
     /// What the actuator did inside macro steps, where that was noted.
@@ -57,10 +59,10 @@ pub struct InterfaceRow {
     pub velocity: usize,
     /// Column of the force.
     pub force: usize,
-    /// Largest magnitude of the force in the whole reference, N.
-    pub reference_force_peak: f64,
-    /// The same of the reference's touch-downs, N; 0 where there are none.
-    pub reference_touch_down_peak: f64,
+    /// Largest magnitude of the force in the whole reference, N; none where there is no force to speak of.
+    pub reference_force_peak: Option<f64>,
+    /// The same of the reference's touch-downs, N; none where there are none.
+    pub reference_touch_down_peak: Option<f64>,
 }
 
 /// One metric by name.
@@ -138,6 +140,7 @@ impl<'a> Evidence<'a> {
             interface: &[],
             effective_mass: None,
             gaps: &[],
+            least_gaps: &[],
             touch_downs: &[],
             inside: None,
             half_steps: &[],

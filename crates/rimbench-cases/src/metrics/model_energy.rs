@@ -1,10 +1,12 @@
-//! What the interface model of an audited run created, by origin; the parts add up to minus the interface residual.
+//! What the interface model of an audited run created, by origin: the parts add up to minus the interface residual. A jump alone is an upper
+//! bound, because the model's own contacts take energy.
 
 use super::evidence::metrics;
 
 metrics! {
     BY_JUMP: "created_by_jump_j" in "J" (signed) of Audit,
-    "Energy that the interface model created (above 0) or lost as its end was replaced by that of the mechanics"
+    "Energy gained (above 0) or lost as the model's end was replaced by that of the mechanics: one part of what the model created, which is minus \
+     the interface residual"
     => |evidence| evidence.report.audit.model.map(|model| model.jump);
 
     BY_FIRST_MOMENT: "created_by_first_moment_j" in "J" (signed) of Audit,
@@ -20,7 +22,7 @@ metrics! {
     => |evidence| evidence.report.audit.model.map(|model| model.unfrozen);
 
     LARGEST_JUMP: "largest_jump_j" in "J" of Audit,
-    "Most energy that the interface model created at one communication point; 0 if it created none at any"
+    "Most energy gained in one jump, which bounds from above what was created there; 0 if no jump gained any"
     => |evidence| Some(evidence.report.audit.model?.largest.map_or(0.0, |jump| jump.energy));
 
     HEAVINESS: "heaviness_max" in "-" (signed) of Audit,

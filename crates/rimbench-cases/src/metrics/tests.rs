@@ -34,7 +34,7 @@ impl Given<'_> {
 
     fn value(&self, name: &str) -> Option<f64> {
         let metric = METRICS.iter().find(|metric| metric.name == name).unwrap();
-        let (reference_force_peak, reference_touch_down_peak) = (9.0, 4.0);
+        let (reference_force_peak, reference_touch_down_peak) = (Some(9.0), Some(4.0));
         // Position and velocity are not looked at: any column will do.
         let row = InterfaceRow { position: 3, velocity: 3, force: 1, reference_force_peak, reference_touch_down_peak };
         (metric.compute)(&Evidence {
@@ -167,8 +167,13 @@ fn a_position_of_half_a_step_later_is_right_half_a_step_back() {
     let columns = ["time_s", "s_m", "w_m_s"].map(str::to_owned).to_vec();
     let moved = |late: f64| (1..5).flat_map(|k| [time(k), 2.0 * (time(k) + late), 2.0]).collect();
     let [run, reference] = [0.005, 0.0].map(|late| Trajectory::from_data(columns.clone(), moved(late)));
-    let row =
-        InterfaceRow { position: 1, velocity: 2, force: 0, reference_force_peak: 0.0, reference_touch_down_peak: 0.0 };
+    let row = InterfaceRow {
+        position: 1,
+        velocity: 2,
+        force: 0,
+        reference_force_peak: None,
+        reference_touch_down_peak: None,
+    };
     let report = Report::not_run(Outcome::Completed);
     let error = |name: &str, half_steps: &[f64]| {
         let metric = METRICS.iter().find(|metric| metric.name == name).unwrap();

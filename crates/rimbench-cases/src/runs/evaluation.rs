@@ -3,7 +3,7 @@
 use super::facts::Fact;
 use super::latency::Latency;
 use super::predicted_growth::predicted_growth;
-use super::reference::{Reference, friction_of, gap_columns};
+use super::reference::{GAP, Reference, friction_of};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
@@ -146,15 +146,19 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
                 position: column(&row.position)?,
                 velocity: column(&row.velocity)?,
                 force: column(&row.force)?,
-                reference_force_peak: reference
-                    .trajectory
-                    .index_of(&row.force)
-                    .map_or(0.0, |force| reference.largest[force]),
-                reference_touch_down_peak: reference.touch_down_peak(&row.force),
+                reference_force_peak: reference.force_peak(&spec.case, &row.force),
+                reference_touch_down_peak: reference.known_peak(
+                    &spec.case,
+                    &row.force,
+                    reference.touch_down_peak(&row.force),
+                ),
             })
         })
         .collect::<Result<Vec<InterfaceRow>>>()?;
-    let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
+    let names = result.trajectory.columns();
+    let (gaps, least_gaps): (Vec<usize>, Vec<usize>) = (0..names.len())
+        .filter(|&gap| names[gap].starts_with(GAP))
+        .partition(|&gap| reference.is_contact_gap(&names[gap]));
     let exact = exact_at(spec, reference, result.trajectory.column(0))?;
     let aligned = exact.unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));
     let reference_contacts: Vec<_> = gaps
@@ -193,6 +197,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),
         gaps: &gaps,
+        least_gaps: &least_gaps,
         touch_downs: &reference.touch_downs,
         inside: inside.as_ref(),
         half_steps: &half_steps(spec, &result.trajectory),
@@ -201,7 +206,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
     let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
     let metrics: Vec<Option<f64>> =
         METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
-    let outcome = match (result.report.outcome, without_account(&metrics)) {
+    // A run whose account of energy cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
+    let outcome = match (result.report.outcome, result.report.audit.not_finite()) {
         (Outcome::Completed, Some(quantity)) => {
             Outcome::from_failure(Failure::non_finite(quantity), result.report.ended_at_s)
         }
@@ -236,14 +242,6 @@ fn half_steps(spec: &RunSpec, run: &Trajectory) -> Vec<f64> {
     std::iter::once(0.0).chain(lengths.map(half)).collect()
 }
 
-/// The first energy or power that is no finite number: a run whose account of energy cannot be drawn up has not come to its end
-/// within bounds, whatever its interface quantities say.
-fn without_account(metrics: &[Option<f64>]) -> Option<&'static str> {
-    let account = METRICS.iter().zip(metrics).filter(|(metric, _)| ["J", "W"].contains(&metric.unit));
-    let lost = |(metric, value): (&Metric, &Option<f64>)| value.filter(|value| !value.is_finite()).map(|_| metric.name);
-    account.filter_map(lost).next()
-}
-
 /// The closed form at the communication points of a run, where the case has one: no error of interpolation.
 fn exact_at(
     spec: &RunSpec,
@@ -266,22 +264,4 @@ fn reference_at(spec: &RunSpec, reference: &Reference, log: &Trajectory, time: u
     let columns = names.filter_map(|name| reference.judged.index_of(name));
     let columns: Vec<usize> = std::iter::once(0).chain(columns).collect();
     Ok(reference.judged.selected(&columns).resampled(log.column(time)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_run_without_an_account_of_energy_is_told_from_one_without_an_error() {
-        let position = |name: &str| METRICS.iter().position(|metric| metric.name == name).unwrap();
-        let mut metrics = vec![Some(1.0); METRICS.len()];
-        metrics[position("audit_closure_j")] = None;
-        metrics[position("touch_down_peak_ratio")] = Some(f64::INFINITY);
-        assert_eq!(without_account(&metrics), None);
-        for value in [f64::NAN, f64::INFINITY] {
-            metrics[position("audit_closure_j")] = Some(value);
-            assert_eq!(without_account(&metrics), Some("audit_closure_j"));
-        }
-    }
 }

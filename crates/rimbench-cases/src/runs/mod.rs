@@ -21,7 +21,7 @@ pub use evaluation::{EvaluatedRun, evaluate};
 pub use facts::{Fact, FactValue};
 pub use latency::Latency;
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
-pub use reference::{DIVERGENCE_FACTOR, Reference};
+pub use reference::{DIVERGENCE_FACTOR, NO_FORCE, Reference};
 pub use request::{RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
 pub use spec::RunSpec;

@@ -2,11 +2,13 @@
 
 use super::spec::RunSpec;
 use super::spec::use_integrators;
-use crate::cases::{Case, CoupledSystem, ExactSolution, Recorder, ReferenceMethod};
+use crate::cases::{Case, CoupledSystem, ExactSolution, Recorder, ReferenceMethod, Scale};
 use crate::metrics::{
     ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state, touch_downs,
 };
-use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
+use rimbench_core::cosim::{
+    ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Quantity, Side, StopFlag, Trajectory,
+};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 use rimbench_core::solver_entry::SolverEntry;
@@ -14,6 +16,25 @@ use std::borrow::Cow;
 
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
 pub const DIVERGENCE_FACTOR: f64 = 3.0;
+
+/// Share of a case's own scale that counts as the maximum of a reference that stays below it, where divergence is judged: of a
+/// system near rest, the first macro step under a held force moves more than all of the reference. Ours.
+const STIRRED: f64 = 0.1;
+
+/// Share of a case's own scale below which a peak is none to relate an error to. Ours.
+const NO_PEAK: f64 = 1e-6;
+
+/// How many times its uncertainty a peak must be to relate an error to: the first digit of it is known then. Ours.
+const KNOWN_PEAK: f64 = 10.0;
+
+/// What is said where an error has no peak to be related to.
+pub const NO_FORCE: &str = "no force to speak of";
+
+/// Rounding of a value that a side computes, relative to the largest of its column and to the case's own scale.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Columns that are infinite, or no number, where an interface is locked or a mass is none: data, and no lack of it.
+const MAY_BE_INFINITE: &str = "effective_mass";
 
 /// The finest monolithic solution, and how far to trust it.
 ///
@@ -23,7 +44,9 @@ pub const DIVERGENCE_FACTOR: f64 = 3.0;
 ///                                                             or [0.5, 2] where the solution is of the second order
 /// ```
 /// The coarser pair has a say because jumps of the force move with the grid: two solutions can agree by chance there.
-/// Norms are root mean squares over the stored points, column by column.
+/// Norms are root mean squares over the stored points, column by column. No column of the interface is known better than to
+/// rounding, not even by a closed form, and differences that are rounding have no order. Every value is finite but an effective
+/// mass, or there is no reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// The solution with step h/4.
@@ -45,6 +68,8 @@ pub struct Reference {
     pub touch_downs: Vec<[f64; 2]>,
     /// Its finest step, s.
     pub step: f64,
+    /// Gap columns that are the gap of one contact each; others hold the least of several.
+    contact_gaps: Vec<String>,
 }
 
 impl Reference {
@@ -61,10 +86,10 @@ impl Reference {
         }
         let spec = &spec.of_the_reference();
         let [coarse, middle, fine] = Self::REFINEMENTS.map(|refinement| Self::solution(spec, refinement, stop));
-        Self::compared(spec, [coarse?, middle?, fine?])
+        Self::compared(spec, [coarse?, middle?, fine?], stop)
     }
 
-    /// Samples the closed form of the run's case, which has no uncertainty; none if there is no closed form.
+    /// Samples the closed form of the run's case, which is uncertain by rounding; none if there is no closed form.
     ///
     /// # Errors
     /// Bad parameters; [`Error::Stopped`].
@@ -79,12 +104,15 @@ impl Reference {
     /// # Errors
     /// As for [`compute`](Self::compute).
     pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Trajectory> {
+        Self::solution_by(spec, reference_steps(spec, refinement), stop)
+    }
+
+    fn solution_by(spec: &RunSpec, steps: ReferenceSteps, stop: StopFlag<'_>) -> Result<Trajectory> {
         let case = &spec.case;
         // The run's own solver has no say in what it is held against: references are kept and shared.
         let mut system = (case.build)(&spec.parameters, &SolverEntry::active_set())?;
         let mut recorder = Recorder::new(case, &mut system)?.with_active_effective_mass(&mut system);
-        let steps = reference_steps(spec, refinement);
-        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points(spec) + 1);
+        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps.steps / steps.every + 1);
         let solved = match (case.reference)(&spec.parameters)? {
             ReferenceMethod::Own(integrate) => integrate(steps, stop, &mut trajectory),
             method @ (ReferenceMethod::Refined | ReferenceMethod::EventDriven | ReferenceMethod::Exact(_)) => {
@@ -110,43 +138,91 @@ impl Reference {
 
     /// Compares the solutions of [`REFINEMENTS`](Self::REFINEMENTS), the coarsest first.
     ///
+    /// Three equal solutions say nothing where code from outside may take steps of its own: a fourth one, by the case's macro step,
+    /// then tells what the length of a step does.
+    ///
     /// # Errors
-    /// Bad parameters.
-    pub fn compared(spec: &RunSpec, [coarse, middle, fine]: [Trajectory; 3]) -> Result<Self> {
+    /// Bad parameters; a value that is not finite; a side that does not move in the steps of the reference.
+    pub fn compared(spec: &RunSpec, [coarse, middle, fine]: [Trajectory; 3], stop: StopFlag<'_>) -> Result<Self> {
         let best = match (spec.case.reference)(&spec.parameters)? {
             ReferenceMethod::EventDriven => 2.0,
             _ => 1.0,
         };
+        [&coarse, &middle, &fine].into_iter().try_for_each(|solution| check_finite(&spec.case, solution))?;
         let columns = fine.columns().len();
-        let distance = |a: &Trajectory, b: &Trajectory, column: usize| {
-            let squares: f64 =
-                a.column(column).zip(b.column(column)).map(|(x, y)| finite_difference(x, y).powi(2)).sum();
-            (squares / a.len() as f64).sqrt()
-        };
+        let largest = largest(&fine);
         let (mut uncertainty, mut order) = (Vec::with_capacity(columns), Vec::with_capacity(columns));
         for column in 0..columns {
             let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
-            let observed = libm::log2(first / second);
-            let trusted = if observed.is_finite() { observed.clamp(0.5, best) } else { best };
+            let rounding = ROUNDING * largest[column];
+            let observed = if first.min(second) > rounding { libm::log2(first / second) } else { f64::NAN };
+            let trusted = if observed.is_nan() { best } else { observed.clamp(0.5, best) };
             uncertainty.push(second.max(0.5 * first) / (libm::pow(2.0_f64, trusted) - 1.0));
-            order.push(if second > 0.0 { observed } else { f64::NAN });
+            order.push(observed);
+        }
+        // What rounding sums to over the steps.
+        let summed = f64::EPSILON * reference_steps(spec, 4).steps as f64;
+        let equal = |column: usize| {
+            distance(&coarse, &middle, column).max(distance(&middle, &fine, column)) <= summed * largest[column]
+        };
+        if spec.case.from_outside && interface_of(&spec.case, &fine).all(equal) {
+            uncertainty = Self::by_longer_steps(spec, &fine, stop)?;
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
-        Ok(Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h))
+        let contact_gaps = contact_gaps(spec)?;
+        Ok(Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h, contact_gaps))
+    }
+
+    /// Tells by how much a solution by the case's macro step differs from one that is the same for all steps of a reference.
+    fn by_longer_steps(spec: &RunSpec, fine: &Trajectory, stop: StopFlag<'_>) -> Result<Vec<f64>> {
+        let steps = (spec.duration / spec.case.defaults.macro_step_s).ceil().max(1.0) as usize;
+        let longer = ReferenceSteps { h: spec.duration / steps as f64, steps, every: 1 };
+        let solution = Self::solution_by(spec, longer, stop)?;
+        check_finite(&spec.case, &solution)?;
+        let same = fine.resampled(solution.column(0));
+        let apart: Vec<f64> = (0..fine.columns().len()).map(|column| distance(&solution, &same, column)).collect();
+        let stands = |name: &str| {
+            let column = fine.index_of(name);
+            column.is_some_and(|column| fine.column(column).all(|value| value == fine.row(0)[column]))
+        };
+        let moves = |name: &str| fine.index_of(name).is_some_and(|column| apart[column] > 0.0);
+        let mut rows = spec.case.interface_columns.iter();
+        if rows.any(|row| stands(&row.position) && stands(&row.velocity) && moves(&row.position)) {
+            return Err(Error::Incompatible(format!(
+                "case {} has no reference: in its steps of {:e} s and less the interface stands, and in steps of {:e} s it moves, so \
+                 that a side has longer steps of its own; set reference_step_s to a multiple of them",
+                spec.case.name,
+                reference_steps(spec, 1).h,
+                longer.h
+            )));
+        }
+        Ok(apart)
     }
 
     /// Derives once what every run is held against.
-    fn of(case: &Case, trajectory: Trajectory, uncertainty: Vec<f64>, order: Vec<f64>, step: f64) -> Self {
-        let names = case.interface_columns.iter().flat_map(|row| [&row.position, &row.velocity, &row.force]);
+    fn of(
+        case: &Case,
+        trajectory: Trajectory,
+        mut uncertainty: Vec<f64>,
+        order: Vec<f64>,
+        step: f64,
+        contact_gaps: Vec<String>,
+    ) -> Self {
+        let largest = largest(&trajectory);
         let mut columns = vec![0];
-        columns.extend(names.filter_map(|name| trajectory.index_of(name)));
-        columns.extend(gap_columns(trajectory.columns()));
+        columns.extend(interface_of(case, &trajectory));
+        for &column in &columns[1..] {
+            let scale = case.scale_of(&trajectory.columns()[column]).unwrap_or(0.0);
+            uncertainty[column] = uncertainty[column].max(ROUNDING * largest[column].max(scale));
+        }
+        columns.extend(contact_gaps.iter().filter_map(|name| trajectory.index_of(name)));
         let judged = with_impulses(case, trajectory.selected(&columns));
-        let contacts: Vec<_> = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
+        let gaps = contact_gaps.iter().filter_map(|gap| judged.index_of(gap));
+        let contacts: Vec<_> = gaps.map(|gap| contact_intervals(&judged, gap)).collect();
         let touch_downs = touch_downs(&contacts);
         let friction = friction_of(&trajectory);
         Reference {
-            largest: largest(&trajectory),
+            largest,
             judged,
             touch_downs,
             contacts,
@@ -155,6 +231,7 @@ impl Reference {
             uncertainty,
             order,
             step,
+            contact_gaps,
         }
     }
 
@@ -166,27 +243,32 @@ impl Reference {
             solution(spec.duration * point as f64 / points as f64, stop, trajectory.push_row());
             stop.check().map_err(|_| Error::Stopped)?;
         }
+        check_finite(&spec.case, &trajectory)?;
         let count = trajectory.columns().len();
-        Ok(Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0))
+        let contact_gaps = contact_gaps(spec)?;
+        Ok(Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0, contact_gaps))
     }
 
     /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling
-    /// variable, if the case's runs are to be bounded.
+    /// variable, if the case's runs are to be bounded. A largest one below a tenth of the case's own scale counts as that, and one
+    /// that is not known as ten times its uncertainty.
     ///
     /// # Errors
     /// Those of building the case.
     pub fn bounds(&self, spec: &RunSpec) -> Result<Bounds> {
-        Ok(self.bounds_of(&(spec.case.build)(&spec.parameters, &spec.solver)?))
+        Ok(self.bounds_of(&spec.case, &(spec.case.build)(&spec.parameters, &spec.solver)?))
     }
 
-    /// Returns the bounds of a system that is at hand.
-    pub(super) fn bounds_of(&self, system: &CoupledSystem) -> Bounds {
+    /// Returns the bounds of a system of the case that is at hand.
+    pub(super) fn bounds_of(&self, case: &Case, system: &CoupledSystem) -> Bounds {
         PerSide::from_fn(|side: Side| {
             let outputs = system.sides[side].ports().outputs.iter();
             outputs
                 .map(|port| match self.trajectory.index_of(&port.name) {
                     Some(column) if !system.unbounded => {
-                        DIVERGENCE_FACTOR * self.largest[column].max(port.quantity.negligible())
+                        let scale = case.scale.map_or_else(|| self.own_scale(case), |scale| scale).of(port.quantity);
+                        let least = (STIRRED * scale).max(KNOWN_PEAK * self.uncertainty[column]);
+                        DIVERGENCE_FACTOR * self.largest[column].max(least).max(port.quantity.negligible())
                     }
                     _ => f64::INFINITY,
                 })
@@ -194,10 +276,39 @@ impl Reference {
         })
     }
 
+    /// The scale of a case that declares none: the speed at which its interface would cover its own position within the run.
+    fn own_scale(&self, case: &Case) -> Scale {
+        let columns = case.interface_columns.iter().filter_map(|row| self.trajectory.index_of(&row.position));
+        let position = columns.map(|column| self.largest[column]).fold(0.0, f64::max);
+        let duration = self.trajectory.end_time().unwrap_or(f64::INFINITY);
+        Scale { position_m: 0.0, velocity_m_s: position / duration, force_n: 0.0 }
+    }
+
+    /// Returns a peak (N) of a force column to which errors can be related; none if there is [no force to speak of](NO_FORCE): it is not
+    /// known, or below a millionth of the case's own scale.
+    pub fn known_peak(&self, case: &Case, force: &str, peak: f64) -> Option<f64> {
+        let least = NO_PEAK * case.scale_of(force).unwrap_or(Quantity::Force.negligible());
+        (peak > least && peak > KNOWN_PEAK * self.uncertainty_of(force)?).then_some(peak)
+    }
+
+    /// Returns the largest force (N) of a row of the interface in the reference, if errors can be related to it; see
+    /// [`known_peak`](Self::known_peak).
+    pub fn force_peak(&self, case: &Case, force: &str) -> Option<f64> {
+        self.known_peak(case, force, self.largest[self.trajectory.index_of(force)?])
+    }
+
+    /// Tells whether a column of a run is the gap of one contact; of a column that the reference lacks its name says so.
+    pub fn is_contact_gap(&self, column: &str) -> bool {
+        column.starts_with(GAP) && (self.contact_gaps.iter().any(|gap| gap == column) || !self.has(column))
+    }
+
+    fn has(&self, column: &str) -> bool {
+        self.trajectory.index_of(column).is_some()
+    }
+
     /// When the contact of a gap column is closed, if the reference has that column.
     pub fn contacts_of(&self, gap: &str) -> Option<&Vec<ContactInterval>> {
-        let column = gap_columns(self.judged.columns()).position(|index| self.judged.columns()[index] == gap)?;
-        self.contacts.get(column)
+        self.contacts.get(self.contact_gaps.iter().position(|name| name == gap)?)
     }
 
     /// Returns what the contact with the state column `state` does; none if the reference does not know it.
@@ -220,7 +331,9 @@ impl Reference {
     /// Returns all of it as numbers, to be kept: the rows, then what is known about the columns, then the step, because
     /// what is read back is cut off from the end.
     pub fn pack(&self) -> Vec<f64> {
-        [self.trajectory.data(), &self.uncertainty, &self.order, &[self.step]].concat()
+        let is_gap = self.trajectory.columns().iter().map(|name| f64::from(self.contact_gaps.contains(name)));
+        let gaps: Vec<f64> = is_gap.collect();
+        [self.trajectory.data(), &gaps, &self.uncertainty, &self.order, &[self.step]].concat()
     }
 
     /// Reads back what [`pack`](Self::pack) made of a reference of this case; none if the numbers do not fit.
@@ -228,12 +341,16 @@ impl Reference {
         let columns = case.recorded_columns();
         let n = columns.len();
         let step = data.pop()?;
-        let order = data.split_off(data.len().checked_sub(n)?);
-        let uncertainty = data.split_off(data.len().checked_sub(n)?);
+        let mut cut = || Some(data.split_off(data.len().checked_sub(n)?));
+        let (order, uncertainty, is_gap) = (cut()?, cut()?, cut()?);
         if data.is_empty() || !data.len().is_multiple_of(n) {
             return None;
         }
-        Some(Self::of(case, Trajectory::from_data(columns, data), uncertainty, order, step))
+        let gaps = columns.iter().zip(is_gap).filter(|(_, is_gap)| *is_gap == 1.0).map(|(name, _)| name.clone());
+        let gaps: Vec<String> = gaps.collect();
+        let trajectory = Trajectory::from_data(columns, data);
+        check_finite(case, &trajectory).ok()?;
+        Some(Self::of(case, trajectory, uncertainty, order, step, gaps))
     }
 }
 
@@ -293,9 +410,48 @@ fn with_impulses(case: &Case, judged: Trajectory) -> Trajectory {
     extended
 }
 
-/// Positions of the gap columns among the recorded ones.
-pub(super) fn gap_columns(columns: &[String]) -> impl Iterator<Item = usize> + '_ {
-    (0..columns.len()).filter(|&index| columns[index].starts_with("gap_"))
+/// How the name of a gap column begins.
+pub(super) const GAP: &str = "gap_";
+
+/// The recorded columns that are the gap of one contact each: those of the contacts that the mechanics names; all gap columns of a
+/// mechanics from outside that names none.
+fn contact_gaps(spec: &RunSpec) -> Result<Vec<String>> {
+    let gaps = spec.case.recorded_columns().into_iter().filter(|name| name.starts_with(GAP));
+    if spec.case.from_outside {
+        return Ok(gaps.collect());
+    }
+    let mut system = (spec.case.build)(&spec.parameters, &SolverEntry::active_set())?;
+    let contacts = system.sides.mechanics.capabilities().contact_names();
+    let of_contact = |gap: &String| contacts.iter().any(|name| **gap == format!("{GAP}{name}_m"));
+    Ok(gaps.filter(of_contact).collect())
+}
+
+/// Refuses a solution with a value that is not finite.
+fn check_finite(case: &Case, solution: &Trajectory) -> Result<()> {
+    let bad = solution.rows().find_map(|row| {
+        let bad = |index: &usize| !row[*index].is_finite() && !solution.columns()[*index].contains(MAY_BE_INFINITE);
+        (0..row.len()).find(bad).map(|column| (column, row))
+    });
+    let Some((column, row)) = bad else { return Ok(()) };
+    Err(Error::Incompatible(format!(
+        "case {} has no reference with these parameters: its {} is {} at {:.4} s",
+        case.name,
+        solution.columns()[column],
+        row[column],
+        row[0]
+    )))
+}
+
+/// Columns of the interface of a case.
+fn interface_of<'a>(case: &'a Case, trajectory: &'a Trajectory) -> impl Iterator<Item = usize> + 'a {
+    let names = case.interface_columns.iter().flat_map(|row| [&row.position, &row.velocity, &row.force]);
+    names.filter_map(|name| trajectory.index_of(name))
+}
+
+/// Root mean square distance of two solutions in a column.
+fn distance(a: &Trajectory, b: &Trajectory, column: usize) -> f64 {
+    let squares: f64 = a.column(column).zip(b.column(column)).map(|(x, y)| finite_difference(x, y).powi(2)).sum();
+    (squares / a.len() as f64).sqrt()
 }
 
 /// What each contact with friction does, with its state column.

@@ -84,7 +84,7 @@ run_options! {
     gain: f64, "X";
     /// Macro step H, s
     macro_step_s: f64, "S";
-    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, model-defect and model-defect-blind (of schemes with an interface model), step-doubling
+    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, model-defect and model-defect-blind (of schemes with an interface model)
     step_control: StepControlKind, "HOW";
     /// Error allowed per macro step where the step is controlled, a pure number
     step_tolerance: f64, "TOL";

@@ -48,7 +48,7 @@ impl RunSpec {
     /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of the trajectory.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a scheme, a force return or a step control of which there is no such account.
+    /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
     pub fn audited(self) -> Result<Self> {
         match self.not_auditable() {
             None => Ok(RunSpec { audit: true, ..self }),
@@ -61,9 +61,6 @@ impl RunSpec {
         let RunSpec { scheme, force_return, .. } = self;
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
-            _ if matches!(self.step_control, StepControl::StepDoubling(_)) => {
-                Some("step_control = step-doubling goes on with copies, of which there is no account".to_owned())
-            }
             ForceReturn::Mean | ForceReturn::Profile => None,
             _ => Some(format!(
                 "force return `{force_return}` is not the impulse that the model received; use `mean` or `profile`"
@@ -90,7 +87,7 @@ impl PreparedRun<'_> {
     /// # Errors
     /// As for [`simulate`].
     pub fn simulate_inside(self, of: &Reference, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-        let bounds = of.bounds_of(&self.system);
+        let bounds = of.bounds_of(&self.spec.case, &self.system);
         run(self, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
     }
 }
@@ -144,10 +141,9 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
         Err(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
         Ok(coupling) => {
             let timer = clock.map(|now| Timer { now, latencies: true, wall_limit: spec.wall_limit });
-            let doubling = spec.step_control.doubling(spec.scheme.order);
             let started = clock.map(|now| now());
             let control = RunControl { timer, ..control };
-            let report = coupling.run(&setup, doubling, sides, control, &mut |point| {
+            let report = coupling.run(&setup, sides, control, &mut |point| {
                 recorder.record(point, &mut trajectory);
             });
             (report, clock.zip(started).map_or(Duration::ZERO, |(now, started)| now() - started))
@@ -189,9 +185,6 @@ fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
         }
         StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
             .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
-        StepControl::StepDoubling(_) => Requirement::Copies
-            .unmet(sides)
-            .map(|reason| format!("step control step-doubling takes steps back: {reason}")),
     }
 }
 

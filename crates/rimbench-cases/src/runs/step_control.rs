@@ -2,7 +2,6 @@
 
 use rimbench_core::cosim::{ErrorEstimator, StepRule};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::iterative::StepDoubling;
 use rimbench_core::name::by_name;
 
 /// By what the length of the macro steps is found.
@@ -15,8 +14,6 @@ pub enum StepControlKind {
     EnergyResidual,
     /// The same as libcosim has it.
     EnergyResidualLibcosim,
-    /// Comparing one step with two halves.
-    StepDoubling,
     /// By how much the scheme's model of the mechanics was wrong, and by what it says will close.
     ModelDefect,
     /// The same, but blind to what will close.
@@ -24,11 +21,10 @@ pub enum StepControlKind {
 }
 
 impl StepControlKind {
-    const NAMES: [(&'static str, StepControlKind); 6] = [
+    const NAMES: [(&'static str, StepControlKind); 5] = [
         ("none", StepControlKind::None),
         ("energy-residual", StepControlKind::EnergyResidual),
         ("energy-residual-libcosim", StepControlKind::EnergyResidualLibcosim),
-        ("step-doubling", StepControlKind::StepDoubling),
         ("model-defect", StepControlKind::ModelDefect),
         ("model-defect-blind", StepControlKind::ModelDefectBlind),
     ];
@@ -42,7 +38,6 @@ by_name!(StepControlKind, NAMES, "step control");
 /// none             t_k of the communication grid
 /// energy-residual  H_{k+1} = H_k σ ε_k^(−k_I−k_P) ε_{k−1}^(k_P)                      no step is ever taken back
 /// model-defect     the same with k_I, k_P by the order of the defect, σ = 1; just after closings    the same
-/// step-doubling    one step H against two of H/2, both on copies; H ← 0.9 H ε^(−1/(p+1))  taken back where ε > 1
 /// ```
 /// `ε` is an error in units of what the rule allows; see [`StepRule`]. The first macro step of the grid is the first one
 /// here, its `H` is the longest.
@@ -53,8 +48,6 @@ pub enum StepControl {
     None,
     /// By the power residual of the interface (ECCO).
     EnergyResidual(StepRule),
-    /// By comparing one step with two halves.
-    StepDoubling(StepRule),
     /// By how much the scheme's model of the mechanics was wrong.
     ModelDefect {
         /// What it is to keep to; `controller` is found when the run begins.
@@ -80,12 +73,11 @@ impl StepControl {
                 return idle.map_or(Ok(StepControl::None), |key| {
                     Err(Error::Incompatible(format!(
                         "{key} is given but nothing controls the step: add step_control = \"energy-residual\", \
-                         \"energy-residual-libcosim\", \"model-defect\" or \"step-doubling\""
+                         \"energy-residual-libcosim\" or \"model-defect\""
                     )))
                 });
             }
             StepControlKind::EnergyResidual | StepControlKind::EnergyResidualLibcosim => StepControl::EnergyResidual,
-            StepControlKind::StepDoubling => StepControl::StepDoubling,
             StepControlKind::ModelDefect => |rule| StepControl::ModelDefect { rule, closings: true },
             StepControlKind::ModelDefectBlind => |rule| StepControl::ModelDefect { rule, closings: false },
         };
@@ -109,7 +101,6 @@ impl StepControl {
                 ErrorEstimator::Published => StepControlKind::EnergyResidualLibcosim,
                 _ => StepControlKind::EnergyResidual,
             },
-            StepControl::StepDoubling(_) => StepControlKind::StepDoubling,
             StepControl::ModelDefect { closings: true, .. } => StepControlKind::ModelDefect,
             StepControl::ModelDefect { closings: false, .. } => StepControlKind::ModelDefectBlind,
         }
@@ -119,9 +110,7 @@ impl StepControl {
     pub fn rule(&self) -> Option<&StepRule> {
         match self {
             StepControl::None => None,
-            StepControl::EnergyResidual(rule)
-            | StepControl::StepDoubling(rule)
-            | StepControl::ModelDefect { rule, .. } => Some(rule),
+            StepControl::EnergyResidual(rule) | StepControl::ModelDefect { rule, .. } => Some(rule),
         }
     }
 
@@ -133,15 +122,7 @@ impl StepControl {
                 let controller = ErrorEstimator::ModelDefect { order, closings: *closings };
                 Some(StepRule { controller, ..*rule })
             }
-            StepControl::None | StepControl::StepDoubling(_) => None,
-        }
-    }
-
-    /// What the tries with a scheme of order `order` are to keep to.
-    pub(super) fn doubling(&self, order: u32) -> Option<StepDoubling> {
-        match self {
-            StepControl::StepDoubling(rule) => Some(StepDoubling { rule: *rule, order }),
-            StepControl::None | StepControl::EnergyResidual(_) | StepControl::ModelDefect { .. } => None,
+            StepControl::None => None,
         }
     }
 }
@@ -152,13 +133,11 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused_with_the_key_and_what_is_valid() {
-        use StepControlKind::{
-            EnergyResidual, EnergyResidualLibcosim, ModelDefect, ModelDefectBlind, None as Grid, StepDoubling,
-        };
+        use StepControlKind::{EnergyResidual, EnergyResidualLibcosim, ModelDefect, ModelDefectBlind, None as Grid};
         let new = |kind, tolerance, shortest| StepControl::new(kind, tolerance, shortest, 1e-2);
         let refused = |control: Result<StepControl>| control.unwrap_err().to_string();
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(refused(new(StepDoubling, Some(tolerance), None)).contains("step_tolerance"));
+            assert!(refused(new(EnergyResidual, Some(tolerance), None)).contains("step_tolerance"));
         }
         for shortest in [0.0, -1e-3, f64::NAN, 2e-2] {
             let message = refused(new(EnergyResidual, Some(1e-2), Some(shortest)));
@@ -167,12 +146,12 @@ mod tests {
         assert!(refused(new(EnergyResidual, None, None)).contains("lacks step_tolerance"));
         assert!(refused(new(Grid, Some(1e-3), None)).contains("nothing controls the step"));
         assert!(refused(new(Grid, None, Some(1e-3))).contains("min_macro_step_s"));
-        let message = "stepdoubling".parse::<StepControlKind>().unwrap_err().to_string();
-        assert!(message.contains("did you mean `step-doubling`"), "{message}");
+        let message = "modeldefect".parse::<StepControlKind>().unwrap_err().to_string();
+        assert!(message.contains("did you mean `model-defect`"), "{message}");
         assert_eq!(new(Grid, None, None).unwrap(), StepControl::None);
-        let rule = *new(StepDoubling, Some(1e-3), None).unwrap().rule().unwrap();
+        let rule = *new(EnergyResidual, Some(1e-3), None).unwrap().rule().unwrap();
         assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4, controller: ErrorEstimator::Audited });
-        for kind in [Grid, EnergyResidual, EnergyResidualLibcosim, StepDoubling, ModelDefect, ModelDefectBlind] {
+        for kind in [Grid, EnergyResidual, EnergyResidualLibcosim, ModelDefect, ModelDefectBlind] {
             assert_eq!(kind.to_string().parse::<StepControlKind>().unwrap(), kind);
         }
     }

@@ -14,9 +14,9 @@ pub struct CommunicationPoint<'a> {
     /// Effective mass that the scheme had in the macro step that ends here, kg: it belongs to the communication point before, and
     /// is known only now. That of the last communication point stands in the [`Report`](super::Report).
     pub effective_mass: Option<f64>,
-    /// Energy that jumps from the scheme's interface model to the mechanics have created so far, J, and how much heavier the model was in the
+    /// Energy that the scheme's interface model has created so far, J, and how much heavier the model was in the
     /// macro step that ends here (see [`ModelEnergy`](super::ModelEnergy)).
-    pub jump: Option<[f64; 2]>,
+    pub audit: Option<[f64; 2]>,
     /// The mechanics' own step in the macro step that starts here, s.
     pub mechanics_step: f64,
     /// Both sides.

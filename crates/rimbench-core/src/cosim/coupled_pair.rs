@@ -14,7 +14,7 @@ use super::run_control::StopFlag;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::step_rule::ErrorEstimator;
-use super::step_size_control::{BondPowers, ErrorEstimate, MacroInterval};
+use super::step_size_control::{BondResiduals, ErrorEstimate, MacroInterval};
 use super::subsystem::Sides;
 use super::work::Work;
 use crate::error::{Cause, Failure};
@@ -139,7 +139,7 @@ impl CoupledPair<'_> {
             y: self.state.y.as_ref().map(Vec::as_slice),
             received: &self.state.received,
             effective_mass,
-            jump: self.state.audit.as_ref().and_then(|audit| audit.so_far()),
+            audit: self.state.audit.as_ref().and_then(|audit| audit.so_far()),
             mechanics_step,
             sides: self.sides.lend(),
         });
@@ -162,20 +162,21 @@ impl CoupledPair<'_> {
     pub(crate) fn estimate(&mut self, by: Option<ErrorEstimator>, end: f64) -> Result<ErrorEstimate, Failure> {
         match by {
             None | Some(ErrorEstimator::Audited) => Ok(ErrorEstimate::None),
-            Some(ErrorEstimator::Published) => self.bond_powers().map(ErrorEstimate::Powers),
+            Some(ErrorEstimator::Published) => self.bond_residuals().map(ErrorEstimate::Powers),
             Some(ErrorEstimator::ModelDefect { .. }) => self.model_defect(end).map(ErrorEstimate::Defect),
         }
     }
 
-    /// What each side says crosses the interface: its outputs at the end of a macro step, with the inputs that it had.
-    fn bond_powers(&mut self) -> Result<BondPowers, Failure> {
+    /// By how much what each side says crosses a row of the interface differs: its outputs at the end of a macro step, with the inputs that it
+    /// had.
+    fn bond_residuals(&mut self) -> Result<BondResiduals, Failure> {
         let PairState { own, u, work_sent, .. } = &mut *self.state;
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
-        Ok(BondPowers {
-            actuator: work_sent.power(&own.actuator, &u.actuator),
-            mechanics: work_sent.power(&u.mechanics, &own.mechanics),
-        })
+        let sent = work_sent.powers(&own.actuator, &u.actuator);
+        Ok(BondResiduals::of(
+            sent.zip(work_sent.powers(&u.mechanics, &own.mechanics)).map(|(sent, received)| sent - received),
+        ))
     }
 
     /// By how much the motion that the actuator was given by the scheme's model is wrong at the `end` (s) of a macro step.

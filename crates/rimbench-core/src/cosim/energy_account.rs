@@ -83,6 +83,24 @@ impl EnergyAudit {
         Some(self.total(|account| account.integration)? + quadrature)
     }
 
+    /// Names the first entry that is no finite number; none where the account can be drawn up, or is not kept.
+    pub fn not_finite(&self) -> Option<&'static str> {
+        let model = |part: fn(&ModelEnergy) -> f64| self.model.as_ref().map(part);
+        let entries = [
+            ("work_sent_j", self.work.sent_j),
+            ("work_received_j", self.work.received_j),
+            ("stored_energy_change_j", self.total(|account| account.stored)),
+            ("pump_work_j", self.total(|account| account.pump)),
+            ("integration_residual_j", self.integration()),
+            ("audit_closure_j", self.closure()),
+            ("created_by_jump_j", model(|model| model.jump)),
+            ("created_by_first_moment_j", model(|model| model.first_moment)),
+            ("created_by_contacts_j", model(|model| model.contacts)),
+            ("created_unfrozen_j", model(|model| model.unfrozen)),
+        ];
+        entries.into_iter().find(|(_, value)| value.is_some_and(|value| !value.is_finite())).map(|(name, _)| name)
+    }
+
     /// Says what the audit does not explain, J: round-off.
     pub fn closure(&self) -> Option<f64> {
         let losses = self.total(EnergyAccount::losses)?;
@@ -125,5 +143,22 @@ mod tests {
             Some(-1.5)
         );
         assert_eq!(EnergyAudit { accounts: PerSide { mechanics: None, ..audit.accounts }, ..audit }.closure(), None);
+    }
+
+    #[test]
+    fn an_account_that_cannot_be_drawn_up_is_told_from_one_that_is_not_kept() {
+        let account = |contact: f64| Some(EnergyAccount { contact, ..EnergyAccount::default() });
+        let work = InterfaceWork { sent_j: Some(1.0), received_j: Some(1.0) };
+        let audit = |mechanics: Option<EnergyAccount>| EnergyAudit {
+            accounts: PerSide { mechanics, actuator: account(0.0) },
+            work,
+            model: None,
+        };
+        assert_eq!([account(1.0), None].map(|mechanics| audit(mechanics).not_finite()), [None, None]);
+        for lost in [f64::NAN, f64::INFINITY] {
+            assert_eq!(audit(account(lost)).not_finite(), Some("audit_closure_j"));
+            let work = InterfaceWork { sent_j: Some(lost), ..work };
+            assert_eq!(EnergyAudit { work, ..audit(None) }.not_finite(), Some("work_sent_j"));
+        }
     }
 }

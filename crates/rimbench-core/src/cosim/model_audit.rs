@@ -37,7 +37,7 @@ pub enum Creation {
     Push,
 }
 
-/// A jump that created energy.
+/// A jump that gained energy: at most that much was created there, because the model's own contacts take some of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
     /// The communication point, s.
@@ -53,7 +53,8 @@ pub struct Jump {
 /// Energy that an interface model created (above 0) or lost since the start, J, by origin; the sum is minus the interface residual.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelEnergy {
-    /// Created as the end of the model was replaced by that of the mechanics.
+    /// Gained as the end of the model was replaced by that of the mechanics: `Σ (T⁺ − T̂)`. What contacts take in the model is in
+    /// `contacts`.
     pub jump: f64,
     /// Created by the bias, because the mechanics received the force at other times than it acted.
     pub first_moment: f64,
@@ -64,8 +65,15 @@ pub struct ModelEnergy {
     /// Largest eigenvalue of `H_mech − H_model` over all macro steps, each with the contacts that carried impulse, relative to the largest
     /// entry of `H_ii`: above 0 the model was heavier than the mechanics in some direction.
     pub heaviness: f64,
-    /// The jump that created most.
+    /// The jump that gained most.
     pub largest: Option<Jump>,
+}
+
+impl ModelEnergy {
+    /// Returns the energy that the model created (above 0) or lost, J: minus the interface residual.
+    pub fn created(&self) -> f64 {
+        self.jump + self.first_moment + self.contacts + self.unfrozen
+    }
 }
 
 /// Keeps the account of a run; everything is reserved beforehand.
@@ -125,9 +133,9 @@ impl ModelAudit {
         (self.known && self.last.is_some()).then_some(self.energy)
     }
 
-    /// Returns what jumps have created so far (J), and the heaviness in the last macro step.
+    /// Returns what the model has created so far (J), and the heaviness in the last macro step.
     pub(crate) fn so_far(&self) -> Option<[f64; 2]> {
-        self.last.filter(|_| self.known).map(|heaviness| [self.energy.jump, heaviness])
+        self.last.filter(|_| self.known).map(|heaviness| [self.energy.created(), heaviness])
     }
 
     /// Adds a step of the mechanics under the force `lambda` (N) with these contact impulses (N·s).

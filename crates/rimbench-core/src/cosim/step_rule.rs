@@ -6,12 +6,11 @@ use crate::error::{Error, Result};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepRule {
     /// Error allowed per macro step, a pure number: by the energy residual relative to the largest mean power that has crossed the
-    /// interface in a macro step, by the model's defect to the largest force of each row so far, by step doubling to the largest value
-    /// that each coupling variable has had.
+    /// interface in a macro step, by the model's defect to the largest force of each row so far.
     pub tolerance: f64,
     /// Shortest macro step, s. One this short is taken whatever its error; only the last one may be shorter.
     pub shortest: f64,
-    /// The estimate that is made into a step, and how; step doubling does not look at it.
+    /// The estimate that is made into a step, and how.
     pub controller: ErrorEstimator,
 }
 
@@ -20,8 +19,8 @@ pub struct StepRule {
 /// ```text
 /// audited    δE = sent − received as both sides count it         ε = |δE|/H / (tolerance · P_k),  P_k the largest mean power so far
 ///            σ = 0.8, ε held within [1e-3, 1e3]
-/// published  P_a = Σ λ_{k+1} w_k,  P_b = Σ w_{k+1} λ_k           outputs at the end of the step, inputs that were held during it
-///            ε = |P_a − P_b| H / (tolerance · 1 J + tolerance · |max(P_a, P_b)| H)        σ = 0.99
+/// published  r_i = |λ_{k+1} w_k − w_{k+1} λ_k| of each row       outputs at the end of the step, inputs that were held during it
+///            ε = H √(mean r_i²) / (tolerance · 1 J + tolerance · H max r_i)               σ = 0.99
 ///            while ε or the one before is 0 the step stays as it is
 /// defect     e = |K (s_model − s)| at t_{k+1},  K = −∂Ḟ/∂w     ε = max e_i / (tolerance · |F_i|),  |F_i| the largest force so far
 ///            σ = 1, ε held within [1e-3, 1e3]
@@ -32,9 +31,9 @@ pub struct StepRule {
 /// gains of libcosim's examples; of the model's defect 3, or 2 where the mechanics' own step is of the first order.
 ///
 /// *published* is what libcosim's `ecco_algorithm` does, with the parameters of its quarter-truck example (one tolerance for both
-/// of its two); the tolerance is the level at which the residual settles. In *audited* the residual and its reference are ours.
+/// of its two); the tolerance is the level at which the residual settles, and ε is at most one over it. In *audited* the residual and its reference are ours.
 /// # Source
-/// open-simulation-platform/libcosim, `ecco_algorithm.cpp` (commit 0cc35102) and its test configuration.
+/// open-simulation-platform/libcosim, `ecco_algorithm.cpp` as released in v0.11.0 (commit 5c2c7c14, March 2025), and its test configuration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ErrorEstimator {
     /// Works counted by both sides.

@@ -5,13 +5,27 @@ use super::interface_work::InterfaceWork;
 use super::model_defect::ModelDefect;
 use super::step_rule::{ErrorEstimator, StepRule};
 
-/// Power that each side says crosses the interface at the end of a macro step, W.
+/// Differences of the powers that both sides say cross a row of the interface at the end of a macro step, W.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct BondPowers {
-    /// Σ output of the actuator · velocity that it was given.
-    pub(crate) actuator: f64,
-    /// Σ velocity that the mechanics has · force that it was given.
-    pub(crate) mechanics: f64,
+pub(crate) struct BondResiduals {
+    /// Largest magnitude of the rows.
+    pub(crate) largest: f64,
+    /// Root mean square of the rows.
+    pub(crate) rms: f64,
+}
+
+impl BondResiduals {
+    /// Takes one difference per row.
+    pub(crate) fn of(rows: impl Iterator<Item = f64>) -> Self {
+        let (mut largest, mut squares, mut count) = (0.0_f64, 0.0, 0);
+        for residual in rows {
+            // What is not a number is none of the largest, and makes the mean one.
+            largest = largest.max(residual.abs());
+            squares += residual * residual;
+            count += 1;
+        }
+        BondResiduals { largest, rms: if count > 0 { (squares / f64::from(count)).sqrt() } else { 0.0 } }
+    }
 }
 
 /// A macro step and the time at which it ends, to the bit.
@@ -32,7 +46,7 @@ impl MacroInterval {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ErrorEstimate {
     None,
-    Powers(BondPowers),
+    Powers(BondResiduals),
     Defect(ModelDefect),
 }
 
@@ -121,8 +135,8 @@ impl StepSizeControl {
             return (index < self.grid.macro_steps()).then(|| self.of_grid(index));
         };
         let change = match (rule.controller, estimate) {
-            (ErrorEstimator::Published, ErrorEstimate::Powers(powers)) => {
-                let error = published_error(rule.tolerance, done.step.length, powers);
+            (ErrorEstimator::Published, ErrorEstimate::Powers(residuals)) => {
+                let error = published_error(rule.tolerance, done.step.length, residuals);
                 let last = self.last_error.replace(error).unwrap_or(0.0);
                 if error == 0.0 || last == 0.0 { 1.0 } else { change(PUBLISHED_SAFETY, RESIDUAL_ORDER, [error, last]) }
             }
@@ -187,10 +201,8 @@ fn change(safety: f64, order: u32, [error, last]: [f64; 2]) -> f64 {
 }
 
 /// ε of [`ErrorEstimator::Published`].
-fn published_error(tolerance: f64, length: f64, powers: BondPowers) -> f64 {
-    let residual = (powers.actuator - powers.mechanics) * length;
-    let energy = powers.actuator.max(powers.mechanics) * length;
-    residual.abs() / (tolerance + tolerance * energy.abs())
+fn published_error(tolerance: f64, length: f64, residuals: BondResiduals) -> f64 {
+    residuals.rms * length / (tolerance + tolerance * residuals.largest * length)
 }
 
 /// Returns the macro step of `length` (s) from `start`, or what is left until the `duration`; none if nothing is left.
@@ -236,20 +248,22 @@ mod tests {
         let rule = StepRule { tolerance: 1e-2, shortest: 1e-3, controller: ErrorEstimator::Published };
         let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let nothing = InterfaceWork::default();
-        let powers = |actuator, mechanics| ErrorEstimate::Powers(BondPowers { actuator, mechanics });
+        let residuals = |rows: &[f64]| ErrorEstimate::Powers(BondResiduals::of(rows.iter().copied()));
         // The first residual only sets the memory: the step stays.
-        let second = pace.after(pace.first(), nothing, powers(3.0, 2.0)).unwrap();
+        let second = pace.after(pace.first(), nothing, residuals(&[1.0])).unwrap();
         assert_eq!(second.step.length, 0.1);
-        // ε₁ = 0.1/(0.01 + 0.01·0.3); then a residual of 0.05 J against 0.01 J, the greater of the signed values.
-        let third = pace.after(second, nothing, powers(-0.4, 0.1)).unwrap();
-        let (before, now) = (0.1_f64 / 0.013, 0.05_f64 / (0.01 + 0.01 * 0.01));
+        // ε₁ = 0.1/(0.01 + 0.01·0.1); then 0.3 J and −0.4 J in two rows, whose squares have the mean 0.125 J², against the level of 0.4 J.
+        let third = pace.after(second, nothing, residuals(&[3.0, -4.0])).unwrap();
+        let (before, now) = (0.1_f64 / 0.011, 0.125_f64.sqrt() / (0.01 + 0.01 * 0.4));
         let expected = 0.1 * 0.99 * libm::pow(now, -0.35) * libm::pow(before, 0.2);
         approx::assert_relative_eq!(third.step.length, expected, max_relative = 1e-12);
         // No residual: the step stays, and so it does the next time.
-        let fourth = pace.after(third, nothing, powers(1.0, 1.0)).unwrap();
+        let fourth = pace.after(third, nothing, residuals(&[0.0, 0.0])).unwrap();
         assert_eq!(fourth.step.length, third.step.length);
-        let fifth = pace.after(fourth, nothing, powers(9.0, 1.0)).unwrap();
+        let fifth = pace.after(fourth, nothing, residuals(&[8.0, 0.0])).unwrap();
         assert_eq!(fifth.step.length, third.step.length);
+        // However large a residual is, ε is no more than one over the tolerance.
+        assert!(published_error(1e-2, 0.1, BondResiduals::of([1e30].into_iter())) <= 1e2);
     }
 
     /// k_I = 0.1, k_P = 0.4/3 where the defect falls with H³.

@@ -38,10 +38,16 @@ impl WorkMeter {
         self.sent += 0.5 * length * self.power(outputs, inputs);
     }
 
+    /// Returns `F · w` of each interface row, W.
+    #[inline]
+    pub(crate) fn powers(&self, forces: &[f64], motion: &[f64]) -> impl Iterator<Item = f64> {
+        self.ports.iter().map(|&(force, velocity)| forces[force] * motion[velocity])
+    }
+
     /// Returns `Σ F · w` over the interface rows, W.
     #[inline]
-    pub(crate) fn power(&self, forces: &[f64], motion: &[f64]) -> f64 {
-        self.ports.iter().map(|&(force, velocity)| forces[force] * motion[velocity]).sum()
+    fn power(&self, forces: &[f64], motion: &[f64]) -> f64 {
+        self.powers(forces, motion).sum()
     }
 
     /// Returns the work sent so far, J.

@@ -13,8 +13,8 @@ const RANK_TOLERANCE: f64 = 1e-10;
 /// Below this fraction of `H_ii` the condensed `Ĥ_ii` is round-off: the interface is locked.
 const LOCKED_TOLERANCE: f64 = 1e-12;
 
-/// Number of closed contacts up to which the pseudo-inverse is available.
-const PSEUDO_INVERSE_LIMIT: usize = 16;
+/// Number of contacts up to which the pseudo-inverse is available.
+pub const PSEUDO_INVERSE_LIMIT: usize = 16;
 
 /// Number of interface rows up to which the heaviest direction is found.
 const EIGENVALUE_LIMIT: usize = 8;
@@ -108,8 +108,8 @@ impl Condensation {
 
 /// Closes the contacts `closed` of `model` for good and writes what the interface then looks like to `out`.
 ///
-/// Dependent contacts are handled as `redundancy` says; for [`Redundancy::PseudoInverse`] with more than
-/// 16 closed contacts dependent rows are dropped.
+/// Dependent contacts are handled as `redundancy` says. [`Redundancy::PseudoInverse`] has room for [`PSEUDO_INVERSE_LIMIT`] of them, and
+/// beyond that the result is NaN; schemes refuse it for models that may have more.
 pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
     condense_in_modes(model, model.modes(), closed, redundancy, out);
 }
@@ -132,13 +132,12 @@ pub fn condense_in_modes(
             condense_by_pattern(model, closed, epsilon * trace / n_c.max(1) as f64, out);
             out.rank = rank;
         }
-        Redundancy::PseudoInverse if out.work.factor.is_some() && n_c > PSEUDO_INVERSE_LIMIT => {
-            condense_by_pattern(model, closed, 0.0, out)
-        }
         Redundancy::Drop if n_i == 1 && n_c <= 2 => project_scalar(model, closed, out),
-        Redundancy::PseudoInverse if (1..=PSEUDO_INVERSE_LIMIT).contains(&n_c) => {
-            subtract_projection(model, closed, out)
+        Redundancy::PseudoInverse if n_c > PSEUDO_INVERSE_LIMIT => {
+            [&mut out.h, &mut out.a, &mut out.w].into_iter().for_each(|values| values.fill(f64::NAN));
+            out.rank = 0;
         }
+        Redundancy::PseudoInverse if n_c > 0 => subtract_projection(model, closed, out),
         Redundancy::Drop | Redundancy::PseudoInverse => {
             load(model, closed, 0.0, &mut out.work);
             out.rank = eliminate(n_c, n_i, &mut out.work);

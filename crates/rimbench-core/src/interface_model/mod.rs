@@ -39,7 +39,7 @@ mod redundancy;
 
 pub use acceleration_jumps::AccelerationJumps;
 pub(crate) use condensation::smallest_eigenvalue;
-pub use condensation::{Condensation, condense, condense_in_modes};
+pub use condensation::{Condensation, PSEUDO_INVERSE_LIMIT, condense, condense_in_modes};
 pub use contact_modes::ContactModes;
 pub use elimination::Elimination;
 pub(crate) use half_kick::HalfKick;

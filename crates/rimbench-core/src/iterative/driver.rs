@@ -2,10 +2,8 @@
 
 use super::copied_pair::CopiedPair;
 use super::iteration::Iteration;
-use super::waveform::Waveform;
 use crate::cosim::{
-    CommunicationPoint, CoupledPair, Log, MacroInterval, MechanicsSteps, Report, Setup, StepRule, Timer, cover,
-    macro_steps,
+    CommunicationPoint, CoupledPair, Log, MacroInterval, MechanicsSteps, Report, Setup, Timer, cover, macro_steps,
 };
 use crate::error::Failure;
 
@@ -17,44 +15,31 @@ pub enum IterativeDriver {
     Explicit,
     /// Each macro step again and again until what was guessed comes back.
     Iterated(Iteration),
-    /// Each macro step again and again until what was exchanged at every micro step stays.
-    Waveform(Waveform),
     /// Both sides together at the micro step, with no macro step between them.
     Monolithic,
-}
-
-/// Step doubling: each macro step is tried whole and in halves before it counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepDoubling {
-    /// The tolerance of the steps.
-    pub rule: StepRule,
-    /// Order p of the scheme in H: the error falls as `H^(p+1)`.
-    pub order: u32,
 }
 
 impl IterativeDriver {
     /// Returns the steps that the sides take: together the mechanics takes every micro step.
     pub(crate) fn setup(self, setup: &Setup) -> Setup {
         let mechanics_steps = match self {
-            IterativeDriver::Monolithic | IterativeDriver::Waveform(_) => MechanicsSteps::AsActuator,
+            IterativeDriver::Monolithic => MechanicsSteps::AsActuator,
             IterativeDriver::Explicit | IterativeDriver::Iterated(_) => setup.mechanics_steps,
         };
         Setup { mechanics_steps, ..setup.clone() }
     }
 
-    /// Runs a pair beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)); with `doubling` the length of the macro steps is
-    /// found by trying.
+    /// Runs a pair beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)).
     ///
-    /// What goes on with copies (iterated or doubled steps) leaves the subsystems given where they were: what is to be known of
-    /// them then is what `observe` sees and what the report holds.
+    /// Iterated steps go on with copies and leave the subsystems given where they were: what is to be known of them then is what
+    /// `observe` sees and what the report holds.
     pub(crate) fn run(
         self,
-        doubling: Option<StepDoubling>,
         mut given: CoupledPair<'_>,
         timer: Option<Timer>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        if self == IterativeDriver::Monolithic && doubling.is_none() {
+        if self == IterativeDriver::Monolithic {
             return cover(|pair, interval| pair.advance_together(interval), given, timer, observe);
         }
         let mut log = Log::new(timer, given.setup);
@@ -65,19 +50,14 @@ impl IterativeDriver {
                 return log.report(&mut given, work, Err(failure));
             }
         };
-        let ended = match doubling {
-            Some(doubling) => self.doubled_steps(doubling, &mut pair, &mut log, observe),
-            None => {
-                let advance = |pair: &mut CopiedPair<'_>, interval| self.cover(pair, interval);
-                macro_steps(&mut pair, CopiedPair::lend, advance, &mut log, observe)
-            }
-        };
+        let advance = |pair: &mut CopiedPair<'_>, interval| self.cover(pair, interval);
+        let ended = macro_steps(&mut pair, CopiedPair::lend, advance, &mut log, observe);
         let work = pair.work();
         log.report(&mut pair.lend(), work, ended)
     }
 
     /// Lets both sides cover a macro step after its exchange.
-    pub(super) fn cover(self, pair: &mut CopiedPair<'_>, interval: MacroInterval) -> Result<(), Failure> {
+    fn cover(self, pair: &mut CopiedPair<'_>, interval: MacroInterval) -> Result<(), Failure> {
         match self {
             IterativeDriver::Explicit => pair.lend().advance(interval),
             IterativeDriver::Iterated(iteration) => {
@@ -85,7 +65,6 @@ impl IterativeDriver {
                 pair.state.counters.macro_steps += 1;
                 Ok(())
             }
-            IterativeDriver::Waveform(waveform) => pair.relax_waveforms(waveform, interval),
             IterativeDriver::Monolithic => pair.lend().advance_together(interval),
         }
     }

@@ -1,5 +1,4 @@
-//! Drivers that real-time schemes are held against: macro steps repeated until both sides agree, tried whole and in halves, or both sides
-//! in one loop. They take steps on copies, beside the loop of [`cosim`](crate::cosim), which knows nothing of them; they use its
+//! Drivers that real-time schemes are held against: macro steps repeated until both sides agree, or both sides in one loop. They take steps on copies, beside the loop of [`cosim`](crate::cosim), which knows nothing of them; they use its
 //! exchange and its way through a macro step.
 
 mod copied_pair;
@@ -7,9 +6,6 @@ mod driver;
 mod iteration;
 mod monolithic;
 mod relaxation;
-mod step_doubling;
-mod waveform;
 
-pub use driver::{IterativeDriver, StepDoubling};
+pub use driver::IterativeDriver;
 pub use iteration::Iteration;
-pub use waveform::Waveform;

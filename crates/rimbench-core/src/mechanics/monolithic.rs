@@ -53,7 +53,7 @@ pub fn monolithic(
         sides.actuator.outputs(&motion, &mut force)?;
         if steps.shows(step) {
             observe(CommunicationPoint {
-                jump: None,
+                audit: None,
                 time: step as f64 * h,
                 y: PerSide { mechanics: &motion, actuator: &force },
                 received: if together && step > 0 { &mean } else { &force },

@@ -272,6 +272,12 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.is_compliant() {
             return Err("contacts that give way are stepped by the semi-implicit rule");
         }
+        if rule == SecondOrder::Midpoint && self.stepper.rebounds() {
+            return Err(
+                "contacts with restitution rebound at events, which the midpoint rule does not locate: use `event-split` or `semi-implicit`, \
+                 or set restitution to 0",
+            );
+        }
         if self.stepper.has_friction() {
             return Err(
                 "contacts with friction are stepped by the semi-implicit rule: where they start to slide is not located",

@@ -4,7 +4,7 @@ use crate::cosim::{
     CommunicationPoint, CoupledPair, CouplingScheme, ExchangeData, PairState, Report, RunControl, Setup, Sides,
     cosimulate,
 };
-use crate::iterative::{IterativeDriver, StepDoubling};
+use crate::iterative::IterativeDriver;
 
 /// A scheme with room for what its subsystems exchange, and by what it is run.
 pub struct Coupling {
@@ -22,17 +22,16 @@ impl Coupling {
     pub fn run(
         mut self,
         setup: &Setup,
-        doubling: Option<StepDoubling>,
         mut sides: Sides<'_>,
         supervision: RunControl<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        if self.driver == IterativeDriver::Explicit && doubling.is_none() {
+        if self.driver == IterativeDriver::Explicit {
             return cosimulate(setup, sides, &mut *self.scheme, self.attachments, supervision, observe);
         }
         let setup = &self.driver.setup(setup);
         let state = &mut PairState::new(setup, sides.lend(), self.attachments);
         let pair = CoupledPair { setup, sides, scheme: &mut *self.scheme, state, stop: supervision.stop };
-        self.driver.run(doubling, pair, supervision.timer, observe)
+        self.driver.run(pair, supervision.timer, observe)
     }
 }

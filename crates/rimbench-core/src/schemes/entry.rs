@@ -158,7 +158,7 @@ impl SchemeEntry {
 
     /// Tells whether both sides move as one between communication points, where nothing is exchanged and neither goes first.
     pub fn moves_as_one(&self) -> bool {
-        matches!(self.driver, IterativeDriver::Monolithic | IterativeDriver::Waveform(_))
+        self.driver == IterativeDriver::Monolithic
     }
 
     /// Tells whether the scheme is made from a reduced interface model, and so has the options of one.

@@ -50,7 +50,7 @@ impl InformationClass {
         };
         let of_driver = match scheme.driver {
             IterativeDriver::Explicit => InformationClass::Samples,
-            IterativeDriver::Iterated(_) | IterativeDriver::Waveform(_) => InformationClass::Repetition,
+            IterativeDriver::Iterated(_) => InformationClass::Repetition,
             IterativeDriver::Monolithic => InformationClass::Whole,
         };
         scheme.needs.iter().map(of_need).fold(of_driver, Self::max)
@@ -78,7 +78,6 @@ mod tests {
             ("interface-jacobian", "model"),
             ("rim-nonsmooth-gap", "model"),
             ("iterated-aitken", "repetition"),
-            ("waveform", "repetition"),
             ("monolithic", "whole"),
         ] {
             assert_eq!(class(name), wanted, "{name}");

@@ -45,7 +45,6 @@ mod split;
 mod taylor_force;
 mod transmission_line;
 mod true_acceleration;
-mod waveform;
 mod zero_order_hold;
 
 pub use construction::{Construction, ModelConstruction};
@@ -82,7 +81,6 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         rim_nonsmooth_gap::entry(),
         rim_split::entry(),
         iterated_aitken::entry(),
-        waveform::entry(),
         monolithic::entry(),
     ]
 }

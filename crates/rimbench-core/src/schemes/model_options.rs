@@ -3,7 +3,7 @@
 use super::contact_detection::ContactDetection;
 use super::split::Split;
 use crate::error::{Error, Result};
-use crate::interface_model::{ReducedInterfaceModel, Redundancy};
+use crate::interface_model::{PSEUDO_INVERSE_LIMIT, ReducedInterfaceModel, Redundancy};
 use crate::name::by_name;
 use rimbench_contact::solver_entry::SolverEntry;
 use std::sync::Arc;
@@ -70,12 +70,21 @@ impl ModelOptions {
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for what knows no friction, where there is some, and for a half-kick of what is not known.
+    /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known, and for a
+    /// pseudo-inverse of more contacts than it has room for.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
         if self.motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
             return Err(Error::Incompatible(format!(
                 "model_motion = {}: the mechanics does not say which part of its free acceleration depends on the state; use `frozen`",
                 self.motion
+            )));
+        }
+        if self.redundancy == Redundancy::PseudoInverse && model.contacts() > PSEUDO_INVERSE_LIMIT {
+            return Err(Error::Incompatible(format!(
+                "redundancy = {}: available for up to {PSEUDO_INVERSE_LIMIT} contacts, and this mechanics has {}; use `drop` or \
+                 `regularised`",
+                self.redundancy,
+                model.contacts()
             )));
         }
         if model.has_friction() { self.check_friction() } else { Ok(()) }

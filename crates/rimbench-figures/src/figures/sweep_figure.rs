@@ -167,9 +167,8 @@ impl SweepPanel {
         let mut pairs = Vec::new();
         for &row in runs.completed().rows() {
             let (step, error) = (runs.macro_step_ms(row), runs.table().number(row, column));
-            let floor = floor.map(|floor| runs.floor(row, &self.metric, floor)).transpose()?;
-            let is_known = error.is_finite() && floor.is_none_or(|floor| floor.is_nan() || error > floor);
-            pairs.extend((is_known && (low..=high).contains(&step)).then_some((step, error)));
+            let has_order = runs.has_order(row, &self.metric, floor)?;
+            pairs.extend((has_order && (low..=high).contains(&step)).then_some((step, error)));
         }
         Ok(order_of_medians(pairs))
     }

@@ -104,6 +104,7 @@ impl<'a> Values<'a> {
         for &row in runs.rows() {
             let number = table.number(row, metric);
             let number = if claim.is_by_magnitude() { number.abs() } else { number };
+            let has_order = claim.statistic == Statistic::Order && runs.has_order(row, &claim.metric, floor)?;
             let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
             let failed = runs.class(row) == OutcomeClass::Failed;
             values.value[row] = match claim.metric.as_str() {
@@ -114,7 +115,7 @@ impl<'a> Values<'a> {
                 _ if claim.statistic == Statistic::ShareBetter && failed => f64::INFINITY,
                 // What a run that failed has is no point on the way to H = 0.
                 _ if (claim.statistic == Statistic::Order || cost.is_some()) && failed => f64::NAN,
-                _ if claim.statistic == Statistic::Order && floor.is_some_and(|floor| number <= floor) => f64::NAN,
+                _ if claim.statistic == Statistic::Order && !has_order => f64::NAN,
                 _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
             let tolerance = tolerance.map(|column| table.number(row, column));

@@ -1,0 +1,204 @@
+//! Errors over a peak of nothing, references that are none, and orders of rounding.
+
+use crate::support::*;
+use rimbench::cases::BuildSide;
+use rimbench::catalogue::Catalogue;
+use rimbench::error::Error;
+use rimbench_core::cosim::subsystem_methods;
+
+/// A system at rest, in weightlessness, or held by what sticks: the force of the reference is rounding.
+const AT_REST: [(&str, &[(&str, &str)]); 4] = [
+    ("wedge-box", &[("spool_final", "0.5")]),
+    ("wedge-box-reversal", &[("spool_final", "0.5"), ("holding_pull_n", "1e-12")]),
+    ("bouncing-ball", &[("gravity_m_s2", "0")]),
+    ("gripper", &[("spool_close", "0.5"), ("spool_open", "0.5")]),
+];
+
+fn reference_of(spec: &RunSpec) -> Reference {
+    Reference::compute(spec, StopFlag::never()).unwrap()
+}
+
+#[test]
+fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
+    for (case, set) in AT_REST {
+        for scheme in ["zero-order-hold", "rim-nonsmooth", "rim-nonsmooth-gap"] {
+            let spec = spec_with(case, scheme, &[("macro_step_s", "1e-3"), ("duration_s", "0.5")], set);
+            let reference = reference_of(&spec);
+            for row in &spec.case.interface_columns {
+                assert_eq!(reference.force_peak(&spec.case, &row.force), None, "{case}: {}", row.force);
+                assert!(reference.uncertainty_of(&row.force).unwrap() > 0.0, "{case}: ± 0");
+            }
+            let run = run_within(&spec, reference.bounds(&spec).unwrap());
+            assert_eq!(run.report.outcome, Outcome::Completed, "{case} {scheme}");
+            let facts = evaluate(&spec, run, &reference).unwrap().findings();
+            let share = facts.iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap().cell();
+            assert!(share.is_empty(), "{case} {scheme}: {share}");
+        }
+    }
+}
+
+/// The first step of a held force moves a system near rest more than all of its reference.
+#[test]
+fn a_system_near_rest_must_not_count_as_diverged_for_what_its_case_would_not_notice() {
+    let set = [("spool_final", "0.499")];
+    let spec = spec_with("wedge-box", "zero-order-hold", &[("macro_step_s", "1e-3"), ("duration_s", "0.5")], &set);
+    let reference = reference_of(&spec);
+    let (scale, bounds) = (spec.case.scale.unwrap(), reference.bounds(&spec).unwrap());
+    let peak = reference.largest[reference.trajectory.index_of("actuator_velocity_m_s").unwrap()];
+    assert!(peak < 0.1 * scale.velocity_m_s, "{peak} m/s is not near rest");
+    // Position and velocity, and the force.
+    assert_eq!(bounds.mechanics[1], DIVERGENCE_FACTOR * (0.1 * scale.velocity_m_s));
+    assert!(bounds.actuator[0] >= DIVERGENCE_FACTOR * (0.1 * scale.force_n));
+}
+
+/// Of each case with an interface, so that what is nothing for it is known. Numbers are those of a reference, coarse.
+#[test]
+fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
+    let mut wrong = Vec::new();
+    for case in cases().iter().filter(|case| !case.interface_columns.is_empty()) {
+        let spec = usual_spec(&case.name, "zero-order-hold", case.defaults.macro_step_s);
+        let spec = RunSpec { duration: spec.duration.min(10.0), ..spec };
+        let solution = match Reference::exact(&spec, StopFlag::never()).unwrap() {
+            Some(reference) => reference.trajectory,
+            None => Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).unwrap(),
+        };
+        let most = |name: &str| largest(column(&solution, name).iter().map(|value| value.abs()));
+        let over = |of: fn(&rimbench::cases::InterfaceColumns) -> &Name| {
+            largest(case.interface_columns.iter().map(|row| most(of(row))))
+        };
+        let found = [over(|row| &row.position), over(|row| &row.velocity), over(|row| &row.force)];
+        let declared = case.scale.map(|scale| [scale.position_m, scale.velocity_m_s, scale.force_n]);
+        let near = |(declared, found): (&f64, &f64)| (0.5..=2.0).contains(&(declared / found));
+        if !declared.is_some_and(|declared| declared.iter().zip(&found).all(near)) {
+            wrong.push(format!("{}: {found:?}, declared {declared:?}", case.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A mass from outside with a fault.
+
+struct Faulty {
+    mass: Box<dyn Subsystem>,
+    /// Steps below this give no number, s.
+    no_number_below: f64,
+    /// Steps below this do nothing, s.
+    own_step: f64,
+    lost: bool,
+}
+
+impl Capabilities for Faulty {}
+
+impl Subsystem for Faulty {
+    subsystem_methods!(capabilities no_clone);
+
+    fn ports(&self) -> &Ports {
+        self.mass.ports()
+    }
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.mass.outputs(u, y)?;
+        if self.lost {
+            y.fill(f64::NAN);
+        }
+        Ok(())
+    }
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.lost |= h < self.no_number_below;
+        if h >= self.own_step { self.mass.step(t, u, h) } else { Ok(()) }
+    }
+    fn counters(&self) -> SubsystemCounters {
+        self.mass.counters()
+    }
+}
+
+fn from_outside(no_number_below: f64, own_step: f64) -> rimbench::error::Result<Reference> {
+    let original = case_by_name("linear-oscillator").clone();
+    let inside = original.clone();
+    let build: BuildSide = std::sync::Arc::new(move |parameters, _| {
+        let mass = (inside.build)(parameters, solver())?.sides.mechanics;
+        Ok(Box::new(Faulty { mass, no_number_below, own_step, lost: false }))
+    });
+    let mut case = original.with_side("outside", Side::Mechanics, build).unwrap();
+    case.defaults.reference_step_s = 4e-4;
+    case.defaults.reference_sampling_s = 4e-4;
+    case.defaults.macro_step_s = 1e-3;
+    let mut catalogue = Catalogue::standard();
+    catalogue.add_case(case).unwrap();
+    let mut request = RunRequest::of("outside", "zero-order-hold");
+    request.put("duration_s", "0.1").unwrap();
+    Reference::compute(&request.resolve(&catalogue).unwrap(), StopFlag::never())
+}
+
+#[test]
+fn a_reference_with_a_value_that_is_no_number_must_be_none() {
+    assert!(from_outside(0.0, 0.0).is_ok());
+    for below in [1.5e-4, 3e-4, 5e-4] {
+        match from_outside(below, 0.0) {
+            Err(Error::Incompatible(reason)) => assert!(reason.contains("has no reference"), "{reason}"),
+            other => panic!("{:?}", other.map(|reference| reference.uncertainty)),
+        }
+    }
+}
+
+#[test]
+fn a_side_that_stands_in_the_steps_of_a_reference_must_have_none() {
+    match from_outside(0.0, 7e-4) {
+        Err(Error::Incompatible(reason)) => assert!(reason.contains("longer steps of its own"), "{reason}"),
+        other => panic!("{:?}", other.map(|reference| reference.uncertainty)),
+    }
+}
+
+#[test]
+fn the_midpoint_rule_must_be_refused_where_contacts_rebound() {
+    let mut machines = 0;
+    for case in cases() {
+        let set = |e: &str| {
+            let mut spec = usual_spec(&case.name, "zero-order-hold", case.defaults.macro_step_s);
+            spec.parameters.set("restitution", e).ok()?;
+            spec.mechanics_integrator = MechanicsIntegrator::Midpoint;
+            spec.duration = 2.0 * spec.macro_step;
+            Some(run(&spec).report.outcome)
+        };
+        let Some(with) = set("0.8") else { continue };
+        machines += 1;
+        let Outcome::Skipped { reason } = with else { panic!("{}: {with:?}", case.name) };
+        // Contacts with friction, by the dozen, or listed anew are refused for that.
+        let plain = !matches!(set("0"), Some(Outcome::Skipped { .. }) | None);
+        assert!(!plain || reason.contains("restitution"), "{}: {reason}", case.name);
+    }
+    assert!(machines >= 17, "{machines} machines");
+}
+
+#[test]
+fn a_pseudo_inverse_must_be_refused_beyond_the_contacts_that_it_has_room_for() {
+    let refused = |case: &str| {
+        let mut request = RunRequest::of(case, "rim-smooth");
+        request.put("redundancy", "pseudo-inverse").unwrap();
+        request.resolve(catalogue()).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(refused("gripper"), Ok(()));
+    for case in ["disc-row", "disc-pile", "packed-box", "crane-heap"] {
+        let reason = refused(case).unwrap_err();
+        assert!(reason.contains("redundancy = pseudo-inverse: available for up to 16 contacts"), "{case}: {reason}");
+    }
+}
+
+#[test]
+fn the_least_of_many_gaps_must_be_no_contact() {
+    for case in cases() {
+        let mut system = usual_system(case);
+        let contacts: Vec<String> =
+            system.sides.mechanics.capabilities().contact_names().iter().map(|name| format!("gap_{name}_m")).collect();
+        let gaps = case.recorded_columns().into_iter().filter(|name| name.starts_with("gap_"));
+        for gap in gaps {
+            let least = ["gap_lowest_m", "gap_supports_least_m", "gap_wedges_least_m"].contains(&gap.as_str());
+            assert_eq!(contacts.contains(&gap), !least, "{}: {gap}", case.name);
+        }
+    }
+    let spec = spec_with("n-wedge-box", "zero-order-hold", &[("duration_s", "0.05")], &[]);
+    let reference = reference_of(&spec);
+    assert!(!reference.is_contact_gap("gap_supports_least_m") && reference.is_contact_gap("gap_left_support_m"));
+    let unpacked = Reference::unpack(&spec.case, reference.pack()).unwrap();
+    assert!(unpacked.trajectory == reference.trajectory && unpacked.contacts == reference.contacts);
+    assert!(!unpacked.is_contact_gap("gap_supports_least_m") && unpacked.is_contact_gap("gap_left_support_m"));
+}

@@ -1,0 +1,123 @@
+//! Nothing is offered that nothing judges: each scheme, case and value of an option is in a row that a claim or a figure names.
+
+use crate::program::{read, root};
+use rimbench::cases::Purpose;
+use rimbench::error::Error;
+use rimbench::runs::RunRequest;
+use std::collections::BTreeSet;
+use toml::{Table, Value};
+
+/// What rows that are named hold: pairs of a key of a row, or `case`, and its value without its number.
+type Named = BTreeSet<(String, String)>;
+
+fn tables<'t>(table: &'t Table, key: &str) -> impl Iterator<Item = &'t Table> {
+    table.get(key).and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table)
+}
+
+fn texts<'t>(table: &'t Table, key: &str) -> Vec<&'t str> {
+    match table.get(key) {
+        Some(Value::String(text)) => vec![text],
+        Some(Value::Array(list)) => list.iter().filter_map(Value::as_str).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// `margin:1e-3` is `margin`, `mean:shares` is itself: a number is no name.
+fn without_number(text: &str) -> &str {
+    match text.split_once(':') {
+        Some((name, number)) if number.starts_with(|c: char| c.is_ascii_digit() || c == '<') => name,
+        _ => text,
+    }
+}
+
+/// The names of scheme rows that figures of an experiment have; `None` of one that has all.
+fn drawn(figures: &Table, experiment: &str) -> Vec<Option<Vec<String>>> {
+    let of_experiment = tables(figures, "figure").filter(|figure| texts(figure, "experiment") == [experiment]);
+    of_experiment
+        .map(|figure| {
+            let mut labels = Vec::new();
+            for part in std::iter::once(figure).chain(tables(figure, "panels")) {
+                ["labels", "series", "schemes"].iter().for_each(|key| labels.extend(texts(part, key)));
+            }
+            (!labels.is_empty()).then(|| labels.into_iter().map(str::to_owned).collect())
+        })
+        .collect()
+}
+
+/// All that is in a row that a claim or a figure names, with the cases of experiments that have one.
+fn named() -> Named {
+    let figures: Table = read(root().join("paper/figures.toml")).parse().unwrap();
+    let mut named = Named::new();
+    for group in ["paper", "published", "study"] {
+        for file in std::fs::read_dir(root().join("experiments").join(group)).unwrap() {
+            let path = file.unwrap().path();
+            let experiment: Table = read(&path).parse().unwrap();
+            let drawn = drawn(&figures, &format!("{group}/{}", path.file_stem().unwrap().to_str().unwrap()));
+            let mut labels: BTreeSet<&str> = BTreeSet::new();
+            for claim in tables(&experiment, "claims") {
+                labels.extend(texts(claim, "scheme"));
+                labels.extend(texts(claim, "relative_to"));
+            }
+            if labels.is_empty() && drawn.is_empty() {
+                continue;
+            }
+            for case in tables(&experiment, "cases") {
+                named.extend(texts(case, "name").into_iter().map(|name| ("case".to_owned(), name.to_owned())));
+            }
+            for row in tables(&experiment, "schemes") {
+                let label = *texts(row, "label").first().unwrap_or(&texts(row, "scheme")[0]);
+                let in_figure = |labels: &Option<Vec<String>>| {
+                    labels.as_ref().is_none_or(|labels| labels.iter().any(|drawn| drawn == label))
+                };
+                if labels.contains(label) || drawn.iter().any(in_figure) {
+                    let keys = row.keys().flat_map(|key| texts(row, key).into_iter().map(move |text| (key, text)));
+                    named.extend(keys.map(|(key, text)| (key.clone(), without_number(text).to_owned())));
+                }
+            }
+        }
+    }
+    named
+}
+
+#[test]
+fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
+    let catalogue = rimbench::everything().unwrap();
+    let named = named();
+    let has = |key: &str, name: &str| named.contains(&(key.to_owned(), name.to_owned()));
+    let mut missing: Vec<String> = Vec::new();
+    let mut judge = |key: &str, name: &str, elsewhere: bool| {
+        if !elsewhere && !has(key, name) {
+            missing.push(format!("{key} {name}"));
+        }
+    };
+    // Schemes without a claim in either direction would do as a figure only: the monolithic solution is what others are held against.
+    catalogue.schemes().iter().for_each(|scheme| judge("scheme", &scheme.name, &*scheme.name == "monolithic"));
+    let benches = read(root().join("benches/scaling.rs"));
+    for case in catalogue.cases() {
+        judge("case", &case.name, case.purpose == Purpose::Speed && benches.contains(&format!("\"{}\"", case.name)));
+    }
+    let solvers = read(root().join("docs/results/solvers.md"));
+    for solver in catalogue.solvers() {
+        judge("solver", &solver.name, solvers.contains(&*solver.name));
+    }
+    // What runs have that ask for nothing is in every row.
+    let usual: Vec<_> = catalogue
+        .schemes()
+        .iter()
+        .flat_map(|scheme| RunRequest::of("wedge-box", &*scheme.name).resolve(&catalogue).unwrap().facts())
+        .collect();
+    let mut options = 0;
+    for option in RunRequest::OPTIONS.iter().filter(|option| !["case", "scheme", "solver"].contains(&option.key)) {
+        let Err(Error::UnknownName { valid, .. }) = RunRequest::default().put(option.key, "no name of a value") else {
+            continue;
+        };
+        options += 1;
+        for value in &valid {
+            let value = without_number(value);
+            let is_usual = usual.iter().any(|fact| fact.name == option.key && fact.cell() == value);
+            judge(option.key, value, is_usual);
+        }
+    }
+    assert!(options >= 7, "{options} options with names");
+    assert!(missing.is_empty(), "judged by no claim and drawn in no figure: {missing:#?}");
+}
