@@ -10,7 +10,7 @@ use clap::Args;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, StopFlag};
-use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
+use rimbench::fmi::import::{ProbeQuality, take_probe_errors, take_warnings};
 use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
@@ -58,15 +58,21 @@ impl Simulate {
         complain(&cache);
         // Those of the reference are not of the run.
         take_probe_errors();
+        take_warnings();
         let result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
-        let probed = take_probe_errors();
+        let (probed, warned) = (take_probe_errors(), take_warnings());
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;
         }
         if self.format == Format::Json {
-            return print_json(&json(&spec, &run, &probed));
+            let mut said = json(&spec, &run, &probed);
+            if !warned.is_empty() {
+                said["fmu_warnings"] =
+                    warned.iter().map(|(file, count)| (file.display().to_string(), *count)).collect();
+            }
+            return print_json(&said);
         }
         let audited = self.audit.then_some(contacts);
         let said = Said { asked: &asked, spec: &spec, run: &run, reference: &reference, trace: self.trace, audited };
@@ -74,7 +80,8 @@ impl Simulate {
         if self.all {
             print(&tables(&spec, &run))?;
         }
-        probe_lines(&probed).iter().try_for_each(|line| print(line))
+        let warnings = warned.iter().map(|(file, count)| format!("{} returned Warning {count} times", file.display()));
+        probe_lines(&probed).into_iter().chain(warnings).try_for_each(|line| print(&line))
     }
 }
 

@@ -20,6 +20,7 @@ mod guest_fmu;
 mod interruption;
 mod names;
 mod outputs;
+mod outside;
 mod paper;
 mod parsers;
 mod perf;
