@@ -34,7 +34,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
-use rimbench::fmi::import::{ProbeQuality, read_case};
+use rimbench::fmi::import::{ProbeQuality, Programs, WORKER, read_case, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
 use screen::{Mood, headline, paragraph, width};
@@ -77,7 +77,7 @@ enum Command {
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
     /// Drive an FMU for another process of this program
-    #[command(name = rimbench::fmi::import::WORKER, hide = true)]
+    #[command(name = WORKER, hide = true)]
     FmuWorker,
 }
 
@@ -183,7 +183,8 @@ fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
     // FMUs in processes of their own: those of this program.
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
-    let case = read_case(file, Some(&program))?;
+    let python = std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from);
+    let case = read_case(file, Programs { worker: Some(vec![program, WORKER.into()]), python })?;
     let name = case.name.to_string();
     catalogue.add_case(case)?;
     Ok(name)
@@ -207,7 +208,12 @@ fn with_files<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<
 fn print(text: &str) -> anyhow::Result<()> {
     use std::io::{ErrorKind, Write};
     let text = text.replace(number::TIED, " ");
-    match writeln!(std::io::stdout().lock(), "{text}") {
+    let written = match standard_output() {
+        // An FMU in this process has the usual one.
+        Some(mut ours) => writeln!(ours, "{text}"),
+        None => writeln!(std::io::stdout().lock(), "{text}"),
+    };
+    match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
     }

@@ -10,7 +10,7 @@ use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
-use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
+use rimbench::fmi::import::{ProbeQuality, take_probe_errors, take_warnings};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, NO_FORCE, Reference, RunRequest, RunSpec, evaluate};
@@ -60,15 +60,21 @@ impl Simulate {
         complain(&cache);
         // Those of the reference are not of the run.
         take_probe_errors();
+        take_warnings();
         let result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
-        let probed = take_probe_errors();
+        let (probed, warned) = (take_probe_errors(), take_warnings());
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;
         }
         if self.format == Format::Json {
-            print_json(&json(&spec, &run, &probed))?;
+            let mut said = json(&spec, &run, &probed);
+            if !warned.is_empty() {
+                said["fmu_warnings"] =
+                    warned.iter().map(|(file, count)| (file.display().to_string(), *count)).collect();
+            }
+            print_json(&said)?;
             return Ok(answered(run.outcome.class() != OutcomeClass::NoAnswer));
         }
         let audited = self.audit.then_some(contacts);
@@ -77,7 +83,8 @@ impl Simulate {
         if self.all {
             print(&tables(&spec, &run))?;
         }
-        probe_lines(&probed).iter().try_for_each(|line| print(line))?;
+        let warnings = warned.iter().map(|(file, count)| format!("{} returned Warning {count} times", file.display()));
+        probe_lines(&probed).into_iter().chain(warnings).try_for_each(|line| print(&line))?;
         Ok(answered(run.outcome.class() != OutcomeClass::NoAnswer))
     }
 }

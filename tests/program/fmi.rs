@@ -125,6 +125,36 @@ fn an_fmu_that_refuses_a_step_is_quoted_with_its_file() {
 }
 
 #[test]
+fn an_exported_side_starts_with_what_the_other_says_and_has_no_output_but_numbers() {
+    let folder = exported("wedge-box", &["--macro-step", "1e-3", "--duration", "0.01"]);
+    for side in ["mechanics", "actuator"] {
+        let bytes = fs::read(folder.path().join(format!("{side}.fmu"))).unwrap();
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).unwrap();
+        let mut text = String::new();
+        archive.by_name("modelDescription.xml").unwrap().read_to_string(&mut text).unwrap();
+        let row = rows_of(folder.path().join(format!("{side}.csv"))).swap_remove(0);
+        let (mut inputs, mut outputs) = (0, 0);
+        for line in text.lines() {
+            let attribute =
+                |name: &str| line.split_once(&format!(" {name}=\"")).and_then(|(_, rest)| rest.split('"').next());
+            match attribute("causality") {
+                Some("input") => {
+                    let start: f64 = attribute("start").unwrap().parse().unwrap();
+                    assert_eq!(start, row[attribute("name").unwrap()].parse::<f64>().unwrap(), "{side}: {line}");
+                    inputs += 1;
+                }
+                Some("output") => {
+                    assert!(line.contains("<Float64") && !line.contains("<Dimension"), "{side}: {line}");
+                    outputs += 1;
+                }
+                _ => {}
+            }
+        }
+        assert!(inputs > 0 && outputs > 0, "{text}");
+    }
+}
+
+#[test]
 fn a_case_of_fmus_is_in_lists_and_experiments_by_its_name() {
     let folder = exported("bouncing-ball", &[]);
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -278,7 +308,7 @@ mechanics.fmu | case.toml | case.toml & no zip archive
 position = "interface_position_m" | position = "interface_positon_m" | mechanics.fmu & unknown variable `interface_positon_m` & `interface_position_m`
 position = "interface_position_m" | position = "actuator_force_n" | mechanics.fmu & `actuator_force_n` is of causality input & must be output
 position = "interface_position_m" | position = "interface_velocity_m_s" | mechanics.fmu & `interface_velocity_m_s` is in `m/s` & no unit like m
-position = "interface_position_m" | position = "rim.a" | mechanics.fmu & `rim.a` is not one number
+position = "interface_position_m" | position = "rim.a" | mechanics.fmu & `rim.a` is of causality local & must be output
 "mechanics.fmu" | "mechanics.fmu"\nstart = { serialisable = 1 } | mechanics.fmu & `serialisable` & true or false
 "mechanics.fmu" | "mechanics.fmu"\nobserve = ["time_s"] | mechanics.fmu & unknown variable `time_s`
 force = "actuator_force_n" | force = { variable = "actuator_force_n", factor = 1.0, offset = 3.0 } | case.toml & { variable = "…", factor = … }

@@ -18,6 +18,7 @@ mod interruption;
 mod judged;
 mod names;
 mod outputs;
+mod outside;
 mod paper;
 mod parsers;
 mod perf;

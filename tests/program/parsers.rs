@@ -12,7 +12,7 @@ use rimbench::checksums;
 use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
-use rimbench::fmi::import::read_case;
+use rimbench::fmi::import::{Programs, read_case};
 use rimbench::harness::{Columns, Experiment, Ranking, Store};
 use rimbench::perf::History;
 use rimbench::results_table::read_table;
@@ -216,7 +216,7 @@ static FMUS: LazyLock<(tempfile::TempDir, String)> = LazyLock::new(|| {
 fn case_of(text: &[u8]) -> Result<String, Error> {
     let path = FMUS.0.path().join("case.toml");
     std::fs::write(&path, text).unwrap();
-    read_case(&path, None).map(|case| case.name.to_string())
+    read_case(&path, Programs::default()).map(|case| case.name.to_string())
 }
 
 #[test]

@@ -134,7 +134,7 @@ pub enum Cause {
     /// The scheme needs something of a subsystem that it does not offer, or no longer.
     NotOffered {
         /// What, for example `the mechanics offers no reduced interface model`.
-        what: &'static str,
+        what: Cow<'static, str>,
     },
     /// A subsystem says in words that it cannot go on: a program of its own, or a foreign one.
     Reported {

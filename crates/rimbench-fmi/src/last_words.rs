@@ -1,5 +1,7 @@
 //! The end of what a process has printed, kept for the person who wants to know why the process failed.
 
+#![cfg_attr(not(unix), allow(dead_code, reason = "processes of their own need a Unix"))]
+
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{ErrorKind, Read, Write};

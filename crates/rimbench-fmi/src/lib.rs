@@ -11,7 +11,6 @@
 mod binary;
 pub mod export;
 pub mod import;
-#[cfg(unix)]
 mod last_words;
 
 /// The library that this crate is built as, and that every exported FMU holds: its name without prefix and ending.

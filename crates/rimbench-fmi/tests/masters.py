@@ -263,6 +263,20 @@ def every_case_comes_back_from_its_fmus_with_the_same_digits():
     print(f"{len(cases()) - len(others)} cases, {points} communication points, to the bit")
 
 
+def every_exported_side_takes_a_step_alone_in_a_master_that_reads_all_outputs():
+    from fmpy import simulate_fmu
+
+    for case in cases():
+        for side in SIDES:
+            said = []
+            log = lambda environment, status, category, message: said.append(message)
+            try:
+                seen = simulate_fmu(str(export(case, side)), stop_time=2e-3, output_interval=1e-3, logger=log)
+            except Exception as error:
+                raise AssertionError((case, side, said, error)) from error
+            assert len(seen) == 3, (case, side, len(seen))
+
+
 def the_examples_of_the_guide_run():
     guide = (Path(__file__).resolve().parents[3] / "docs/guide/fmi.md").read_text()
     block = lambda language: guide.split(f"```{language}\n")[1].split("```")[0]
@@ -442,6 +456,7 @@ TESTS = [
     fmus_of_others_are_simulated_swept_and_limited,
     every_exported_fmu_is_valid_and_driven_by_fmpy_gives_the_digits_of_the_golden_run,
     every_case_comes_back_from_its_fmus_with_the_same_digits,
+    every_exported_side_takes_a_step_alone_in_a_master_that_reads_all_outputs,
 ]
 
 if __name__ == "__main__":

@@ -247,12 +247,23 @@ pub fn run(
     quick: bool,
     fresh: bool,
     progress: Option<Py<PyAny>>,
+    cases: Vec<Py<PyCase>>,
 ) -> PyResult<PathBuf> {
+    let mut catalogue = everything().clone();
+    for case in cases.iter().map(|case| &case.get().case) {
+        if case.from_outside {
+            return Err(refused(Error::Incompatible(format!(
+                "case {}: results are kept, and nothing tells when the code of a class changes; valid: a case file that names the class",
+                case.name
+            ))));
+        }
+        catalogue.add_case(case.clone()).map_err(refused)?;
+    }
     let cache = Cache::of_user();
     let (folder, _) = interruptible(py, false, progress.as_ref(), |stop, count| {
         let experiment = Experiment::read(&file)?;
         let folder = out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
-        let job = Job { quick, fresh, ..Job::new(&experiment, everything(), &folder, &cache, &rimbench::BUILD) };
+        let job = Job { quick, fresh, ..Job::new(&experiment, &catalogue, &folder, &cache, &rimbench::BUILD) };
         let told = |step: Step| {
             match step {
                 Step::ToDo(runs) => count.total.store(runs, Ordering::Relaxed),

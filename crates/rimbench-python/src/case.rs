@@ -2,16 +2,21 @@
 
 use crate::errors::{self, RimbenchError, exception, with_raised};
 use crate::everything;
-use crate::subsystem::PySubsystem;
+use crate::subsystem::{Doubted, PySubsystem};
+use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::cases::{
-    BuildSide, Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range, Value,
+    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameter, Parameters, Range, Value,
+    doubts_of, first_outputs,
 };
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
 use rimbench::error::{Error, Result};
+use rimbench::fmi::import::{Programs, read_case, serve};
 use rimbench::name::Name;
 use rimbench::runs::{Reference, RunRequest, RunSpec};
+use std::ffi::CString;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A case of which Python makes one side or both.
@@ -37,7 +42,8 @@ impl PyCase {
 }
 
 /// One side, made by calling `make` with the parameters.
-fn side(name: &str, side: Side, make: Py<PyAny>) -> BuildSide {
+fn side(name: &str, side: Side, make: Py<PyAny>, doubted: &Arc<Doubted>) -> BuildSide {
+    let doubted = doubted.clone();
     let which = if side == Side::Mechanics { "mechanics" } else { "actuator" };
     let whose = format!("the {which} of case {name}");
     Arc::new(move |parameters: &Parameters, ports: &Ports| {
@@ -49,11 +55,61 @@ fn side(name: &str, side: Side, make: Py<PyAny>) -> BuildSide {
                     Value::Choice(choice) => values.set_item(&*parameter.name, &**choice)?,
                 }
             }
-            PySubsystem::new(&make.bind(py).call1((values,))?, ports, &whose)
+            PySubsystem::new(&make.bind(py).call1((values,))?, ports, &whose, doubted.clone())
         };
         let built = Python::attach(|py| built(py).map_err(|error| errors::error(py, error)))?;
         Ok(Box::new(built) as Box<dyn Subsystem>)
     })
+}
+
+/// Tries a case of which Python makes the sides that are `given`, by a few steps, and notes what is not to be believed of them. Returns
+/// what is odd and may be meant.
+fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> Result<Vec<String>> {
+    let solver = everything().solvers()[0].clone();
+    let parameters = case.default_parameters().lasting(case.defaults.duration_s);
+    let step = case.defaults.micro_step_s;
+    let mut system = (case.build)(&parameters, &solver)?;
+    let Doubts { state, model, reversed, notes, first_outputs: first } = doubts_of(system.sides.lend(), step);
+    let wrong = |words: String| Err(Error::Incompatible(format!("case {}: {words}", case.name)));
+    let mut twin = (case.build)(&parameters, &solver)?;
+    let again = first_outputs(twin.sides.lend(), system.sides.lend(), step);
+    for (side, which) in [(Side::Mechanics, "mechanics"), (Side::Actuator, "actuator")] {
+        let bits =
+            |list: &[PerSide<Vec<f64>>]| list.iter().flat_map(|y| &y[side]).map(|y| y.to_bits()).collect::<Vec<_>>();
+        if given[side] && bits(&first) != bits(&again) {
+            return wrong(format!(
+                "a second {which} does not put out the same as the first: they share what they are made of (a mutable class attribute, a \
+                 global), or leave something to chance"
+            ));
+        }
+        if let Some(words) = state[side].clone().filter(|_| given[side]) {
+            let _ = doubted[side].copies.set(words);
+        }
+    }
+    if let Some(words) = model.filter(|_| given.mechanics) {
+        let _ = doubted.mechanics.model.set(words);
+    }
+    match reversed.filter(|_| given.mechanics) {
+        Some(words) => wrong(words),
+        None => Ok(notes),
+    }
+}
+
+/// Opens a case file, its FMUs and classes of Python in processes of their own that `python` starts.
+#[pyfunction]
+pub fn open_case(file: PathBuf, python: PathBuf) -> PyResult<PyCase> {
+    let worker = "from rimbench import _native; _native.fmu_worker()";
+    let programs = Programs { worker: Some(vec![python.clone(), "-c".into(), worker.into()]), python: Some(python) };
+    let wrong = |error: Error| RimbenchError::new_err(error.to_string());
+    let case = read_case(&file, programs).map_err(wrong)?;
+    everything().clone().add_case(case.clone()).map_err(wrong)?;
+    Ok(PyCase { case, references: Mutex::default() })
+}
+
+/// Is a worker that drives one FMU through its standard input.
+#[pyfunction]
+pub fn fmu_worker(py: Python<'_>) -> PyResult<()> {
+    py.detach(serve).map_err(|error| RimbenchError::new_err(error.to_string()))
 }
 
 /// Whether a call would take a setting of this name for something else than a parameter of the case.
@@ -128,6 +184,8 @@ impl PyCase {
                 return Err(refused(Error::invalid("reference", &reference, "own, original").to_string()));
             }
             let given = PerSide { mechanics, actuator };
+            let are_given = given.as_ref().map(Option::is_some);
+            let doubted = PerSide::from_fn(|_| Arc::new(Doubted::default()));
             let mut case = match like {
                 Some(like) => {
                     if parameters.is_some() || interface.is_some() {
@@ -139,7 +197,7 @@ impl PyCase {
                     for which in Side::BOTH {
                         let make = if which == Side::Mechanics { &given.mechanics } else { &given.actuator };
                         if let Some(make) = make {
-                            let made = side(&name, which, make.clone_ref(py));
+                            let made = side(&name, which, make.clone_ref(py), &doubted[which]);
                             case = case.with_side(name.clone(), which, made).map_err(wrong)?;
                         }
                     }
@@ -184,12 +242,16 @@ impl PyCase {
                     }
                     let description = Description { parameters, interface, times };
                     let sides = [(Side::Mechanics, mechanics), (Side::Actuator, actuator)];
-                    of_both(&name, description, sides.map(|(which, make)| side(&name, which, make))).map_err(wrong)?
+                    of_both(&name, description, sides.map(|(which, make)| side(&name, which, make, &doubted[which])))
+                        .map_err(wrong)?
                 }
             };
             case.name = Name::from(name);
             // A name that cannot be is found here and not in every run.
             everything().clone().add_case(case.clone()).map_err(wrong)?;
+            for note in tried(&case, are_given, &doubted).map_err(wrong)? {
+                PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(note)?, 2)?;
+            }
             Ok(case)
         };
         let (made, raised) = with_raised(make);

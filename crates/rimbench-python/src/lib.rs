@@ -32,6 +32,8 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scheme::PyScheme>()?;
     module.add_class::<scheme::PySample>()?;
     module.add_class::<scheme::PyMicroStep>()?;
+    module.add_function(wrap_pyfunction!(case::open_case, module)?)?;
+    module.add_function(wrap_pyfunction!(case::fmu_worker, module)?)?;
     module.add_function(wrap_pyfunction!(calls::cases, module)?)?;
     module.add_function(wrap_pyfunction!(calls::schemes, module)?)?;
     module.add_function(wrap_pyfunction!(calls::metrics, module)?)?;

@@ -7,10 +7,10 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
-use rimbench::error::Failure;
+use rimbench::error::{Cause, Failure};
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::name::Name;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// An object with `outputs(u)` and `step(t, u, h)`.
 ///
@@ -33,19 +33,22 @@ pub struct PySubsystem {
     /// What `observe` raised, which cannot fail itself.
     failed: Option<Failure>,
     counters: SubsystemCounters,
-    /// Whether a copy leaves the original alone, once that has been tried.
-    copies_apart: OnceLock<bool>,
+    doubted: Arc<Doubted>,
 }
 
-/// Step of a copy by which it is tried whether it leaves the original alone, s.
-const TRIED_STEP: f64 = 1e-3;
+/// What the check of a case has found of a side: why there are no copies of it, and why its model is none.
+#[derive(Default)]
+pub struct Doubted {
+    pub copies: OnceLock<String>,
+    pub model: OnceLock<String>,
+}
 
 impl PySubsystem {
     /// Takes an object that stands for a side with these ports; `whose` says which in errors.
     ///
     /// # Errors
     /// Methods that are missing, attributes that are no numbers.
-    pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str) -> PyResult<Self> {
+    pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str, doubted: Arc<Doubted>) -> PyResult<Self> {
         let feedthrough = attribute(object, "direct_feedthrough")?;
         let direct_feedthrough = feedthrough.map_or(Ok(ports.direct_feedthrough), |value| value.is_truthy())?;
         let names: Vec<String> = attribute(object, "observables")?.map_or(Ok(Vec::new()), |names| names.extract())?;
@@ -75,23 +78,7 @@ impl PySubsystem {
             model,
             failed: None,
             counters: SubsystemCounters::default(),
-            copies_apart: OnceLock::new(),
-        })
-    }
-
-    /// Steps a copy and asks the original whether it has moved, which it has where they share what they are made of.
-    fn try_copy(&self) -> PyResult<bool> {
-        Python::attach(|py| {
-            let copy = py.import("copy")?.call_method1("deepcopy", (&self.object,))?;
-            let u = PyTuple::new(py, vec![1.0; self.ports.inputs.len()])?;
-            let asked = || -> PyResult<Vec<u64>> {
-                let mut y = vec![0.0; self.ports.outputs.len()];
-                fill(&self.outputs.bind(py).call1((&u,))?, "outputs", &mut y)?;
-                Ok(y.into_iter().map(f64::to_bits).collect())
-            };
-            let before = asked()?;
-            copy.call_method1("step", (0.0, &u, TRIED_STEP))?;
-            Ok(before == asked()?)
+            doubted,
         })
     }
 
@@ -137,24 +124,33 @@ impl Subsystem for PySubsystem {
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        // What is raised in the trial is raised in the run as well.
-        if !self.copies_apart.get_or_init(|| self.try_copy().unwrap_or(true)) {
+        if self.doubted.copies.get().is_some() {
             return None;
         }
         let object = copied(&self.object)?;
-        let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy")).ok()?;
+        let doubted = self.doubted.clone();
+        let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", doubted)).ok()?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
-        let copies_apart = self.copies_apart.clone();
-        Some(Box::new(PySubsystem { known, is_known, counters, copies_apart, ..copy }))
+        Some(Box::new(PySubsystem { known, is_known, counters, ..copy }))
     }
 }
 
 impl Capabilities for PySubsystem {
+    fn without_copies(&mut self) -> Option<&str> {
+        self.doubted.copies.get().map(String::as_str)
+    }
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        if self.doubted.model.get().is_some() {
+            return None;
+        }
         self.model.as_ref().map(|(empty, _)| empty.clone())
     }
 
     fn interface_model(&mut self, h: f64, into: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        if let Some(words) = self.doubted.model.get() {
+            return Err(Cause::NotOffered { what: words.clone().into() }.into());
+        }
         if self.model.is_none() {
             return Ok(false);
         }

@@ -23,6 +23,7 @@ mod hydraulic_crane_reference;
 mod hydraulics;
 mod lift_table;
 mod memory;
+mod opening;
 mod outside;
 mod parameters;
 mod random_body;
@@ -51,6 +52,7 @@ pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape, offered
 pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
+pub use opening::{Doubts, WHAT_REMAINS, doubts_of, first_outputs};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use recorder::{AUDIT_COLUMNS, Recorder};

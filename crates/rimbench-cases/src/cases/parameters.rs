@@ -96,6 +96,8 @@ pub struct Parameters {
     given: Arc<Vec<bool>>,
     /// All of them as text, made when it is first asked for and shared as well: a plan asks once per run.
     text: Arc<OnceLock<String>>,
+    /// How long the run is for which a case is built, s, where that is known. Part of the run and not of what it is set to.
+    duration: Option<f64>,
 }
 
 impl PartialEq for Parameters {
@@ -109,7 +111,19 @@ impl Parameters {
     pub fn defaults(case: Name, declared: &[Parameter]) -> Self {
         let values = Arc::new(declared.iter().map(|parameter| parameter.default.clone()).collect());
         let given = Arc::new(vec![false; declared.len()]);
-        Parameters { case, declared: declared.into(), values, given, text: Arc::default() }
+        Parameters { case, declared: declared.into(), values, given, text: Arc::default(), duration: None }
+    }
+
+    /// The same for a run of this duration, s: a side from outside is told when it ends.
+    #[must_use]
+    pub fn lasting(mut self, duration: f64) -> Self {
+        self.duration = Some(duration);
+        self
+    }
+
+    /// Returns how long the run is, s, where that is known.
+    pub fn duration(&self) -> Option<f64> {
+        self.duration
     }
 
     /// Returns the name of the case.

@@ -162,7 +162,7 @@ impl RunRequest {
         let control = step_control.unwrap_or_default();
         let mut spec = RunSpec {
             case: case.clone(),
-            parameters: parameters.clone(),
+            parameters: parameters.clone().lasting(duration_s.unwrap_or(case.defaults.duration_s)),
             model: scheme.has_model().then_some(model),
             gain: scheme.gain_value(*gain)?,
             scheme: scheme.clone(),

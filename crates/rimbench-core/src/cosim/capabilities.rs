@@ -28,6 +28,11 @@ pub trait Capabilities {
         Ok(false)
     }
 
+    /// Says why no copies of it are given, where more is to be said than that.
+    fn without_copies(&mut self) -> Option<&str> {
+        None
+    }
+
     /// Writes how the outputs move at time `t` with input `u`. False: no directional derivatives.
     ///
     /// # Errors

@@ -81,16 +81,16 @@ impl CoupledPair<'_> {
         if let Some(model) = &mut attachments.interface_model
             && !self.sides.mechanics.capabilities().interface_model(mechanics_step, model)?
         {
-            return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL }.into());
+            return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
         }
         if let Some(rates) = &mut attachments.output_rates
             && !self.sides.actuator.capabilities().output_rates(step.start, &u.actuator, rates)?
         {
-            return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+            return Err(Cause::NotOffered { what: NO_OUTPUT_RATES.into() }.into());
         }
         if let Some(forces) = &mut attachments.line_forces {
             let lines = self.sides.actuator.capabilities().oil_lines();
-            let lines = lines.ok_or(Cause::NotOffered { what: NO_OIL_LINES })?;
+            let lines = lines.ok_or(Cause::NotOffered { what: NO_OIL_LINES.into() })?;
             lines.exchange(step, self.setup.actuator_steps(step), &u.actuator, forces);
         }
         Ok(())
@@ -184,12 +184,12 @@ impl CoupledPair<'_> {
     fn model_defect(&mut self, end: f64) -> Result<ModelDefect, Failure> {
         let PairState { own, u, y, defect, .. } = &mut *self.state;
         let (Some(meter), Some(forecast)) = (defect, self.scheme.forecast()) else {
-            return Err(Cause::NotOffered { what: NO_FORECAST }.into());
+            return Err(Cause::NotOffered { what: NO_FORECAST.into() }.into());
         };
         self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         if !self.sides.actuator.capabilities().output_rates(end, &u.actuator, meter.rates())? {
-            return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+            return Err(Cause::NotOffered { what: NO_OUTPUT_RATES.into() }.into());
         }
         meter.note_forces(&y.actuator);
         meter.note_forces(&own.actuator);

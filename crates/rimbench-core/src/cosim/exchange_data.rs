@@ -39,7 +39,7 @@ impl ExchangeData {
         let Ports { inputs, outputs, .. } = sides.actuator.ports();
         let rates = OutputRates::zeros(outputs.len(), inputs.len());
         let model = match interface_model.then(|| sides.mechanics.capabilities().empty_interface_model()) {
-            Some(None) => return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL }.into()),
+            Some(None) => return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into()),
             Some(model) => model,
             None => None,
         };

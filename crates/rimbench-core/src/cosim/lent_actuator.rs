@@ -15,7 +15,7 @@ impl JointActuator for LentActuator<'_> {
         if self.0.capabilities().output_rates(t, u, rates)? {
             return Ok(());
         }
-        Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into())
+        Err(Cause::NotOffered { what: NO_OUTPUT_RATES.into() }.into())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {

@@ -196,12 +196,19 @@ impl ReducedInterfaceModel {
     /// Checks that a dense `H` is symmetric and positive semidefinite, as for every mechanics. For models from outside.
     ///
     /// # Errors
-    /// What is wrong, with the rows. Numbers that are not finite end a run in any case, and pass here.
+    /// What is wrong, with the rows.
     pub fn check(&self) -> std::result::Result<(), String> {
         const SLACK: f64 = 1e-6;
         let n = self.rows;
-        if self.delassus_pattern.is_some() || self.h.iter().any(|entry| !entry.is_finite()) {
+        if self.delassus_pattern.is_some() {
             return Ok(());
+        }
+        for (name, numbers) in
+            [("H", &self.h), ("a", &self.a), ("w", &self.w), ("gap", &self.gap), ("position", &self.position)]
+        {
+            if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
+                return Err(format!("{name} has {} at place {at}, which is no finite number", numbers[at]));
+            }
         }
         let at = |row: usize, column: usize| self.h[row * n + column];
         for row in 0..n {
@@ -219,6 +226,12 @@ impl ReducedInterfaceModel {
         let mut left = self.h.clone();
         for row in 0..n {
             let (pivot, own) = (left[row * n + row], at(row, row));
+            if own < 0.0 && row >= self.interface_start() {
+                return Err(format!(
+                    "the sign of the force is reversed: H[{row}, {row}] = {own:e} says that a force above 0 drives its own row of the \
+                     interface backwards"
+                ));
+            }
             if own < 0.0 || pivot < -SLACK * own {
                 return Err(format!(
                     "H is not positive semidefinite: row {row} has the pivot {pivot:e}, of {own:e} on the diagonal"

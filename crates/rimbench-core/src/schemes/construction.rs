@@ -46,15 +46,15 @@ impl<'a> Construction<'a> {
 
 /// Returns the model of a sample, for a scheme that is sent one at every communication point.
 pub(super) fn sent(model: Option<&ReducedInterfaceModel>) -> Result<&ReducedInterfaceModel, Failure> {
-    model.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no interface model was sent" }))
+    model.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no interface model was sent".into() }))
 }
 
 /// Returns the directional derivatives of a sample, for a scheme that is sent them at every communication point.
 pub(super) fn sent_rates(rates: Option<&OutputRates>) -> Result<&OutputRates, Failure> {
-    rates.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent" }))
+    rates.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent".into() }))
 }
 
 /// Returns what the lines of a sample do, for a scheme that is sent it at every communication point.
 pub(super) fn sent_lines(lines: Option<&LineForces>) -> Result<&LineForces, Failure> {
-    lines.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no line forces were sent" }))
+    lines.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no line forces were sent".into() }))
 }

@@ -78,10 +78,11 @@ impl Requirement {
                 // One that fails offers them, and will fail in the run, with its reason.
                 (offered.unwrap_or(true), NO_OUTPUT_RATES)
             }
-            Requirement::Copies => (
-                mechanics.try_clone().is_some() && actuator.try_clone().is_some(),
-                "a subsystem cannot be copied, and so no step can be taken again",
-            ),
+            Requirement::Copies => {
+                let without = [mechanics, actuator].into_iter().find(|side| side.try_clone().is_none())?;
+                let why = without.capabilities().without_copies().map_or(String::new(), |why| format!(": {why}"));
+                return Some(format!("a subsystem cannot be copied, and so no step can be taken again{why}"));
+            }
         };
         (!met).then(|| reason.to_owned())
     }

@@ -592,12 +592,14 @@ fn initial(case: &Case, contents: &Contents) -> Result<Parameters, Refusal> {
 }
 
 fn start(contents: &Contents, parameters: Parameters, inputs: usize) -> State {
+    let mut u = contents.input_starts.clone();
+    u.resize(inputs, 0.0);
     State {
         parameters,
         longest: contents.longest_step_s,
         model_step: contents.model_step_s,
         serialisable: true,
-        u: vec![0.0; inputs],
+        u,
         time: 0.0,
         phase: Phase::Instantiated,
         history: History::default(),

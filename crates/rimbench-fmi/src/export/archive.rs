@@ -68,7 +68,7 @@ fn is_ours(bytes: &[u8]) -> bool {
 /// Those of building the case.
 pub fn pack(spec: &RunSpec, side: Side, library: &[u8]) -> Result<Vec<u8>> {
     let variables = Variables::of(&spec.case, side, &spec.parameters)?;
-    let contents = Contents::of(spec, side);
+    let contents = Contents::of(spec, side)?;
     let resource = serde_json::to_string_pretty(&contents).map_err(|error| Error::Incompatible(error.to_string()))?;
     let mut files = vec![
         ("modelDescription.xml".to_owned(), description(spec, &contents, &variables).into_bytes()),

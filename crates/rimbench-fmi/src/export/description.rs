@@ -93,8 +93,8 @@ fn write_variable(
     let mut more = String::new();
     let causality = match variable.kind {
         Kind::Time => "causality=\"independent\" variability=\"continuous\"",
-        Kind::Input(_) => {
-            start = Some("0".to_owned());
+        Kind::Input(k) => {
+            start = Some(format!("{:?}", contents.input_starts.get(k).copied().unwrap_or(0.0)));
             "causality=\"input\" variability=\"continuous\""
         }
         Kind::Output(_) => "causality=\"output\" variability=\"continuous\"",
@@ -127,16 +127,16 @@ fn write_variable(
             start = Some(format!("{:?}", contents.model_step_s));
             "causality=\"parameter\" variability=\"tunable\""
         }
+        // Local, so that a master that reads all outputs as numbers, one each, is not stopped by what it does not know.
         Kind::Model(Model::AtBound) => {
             kind = "Boolean";
-            "causality=\"output\" variability=\"discrete\""
+            "causality=\"local\" variability=\"discrete\""
         }
         Kind::Model(Model::State | Model::SolvedState | Model::KinkCount) => {
             kind = "Int32";
-            "causality=\"output\" variability=\"discrete\""
+            "causality=\"local\" variability=\"discrete\""
         }
-        Kind::Model(_) => "causality=\"output\" variability=\"continuous\"",
-        Kind::Observable(_) | Kind::InterfaceWork => "causality=\"local\" variability=\"continuous\"",
+        Kind::Model(_) | Kind::Observable(_) | Kind::InterfaceWork => "causality=\"local\" variability=\"continuous\"",
     };
     for extent in &variable.dimensions {
         inner += &format!("<Dimension start=\"{extent}\"/>");
@@ -161,17 +161,14 @@ fn write_structure(xml: &mut String, variables: &Variables) -> std::fmt::Result 
     let list = || variables.list.iter().enumerate();
     let inputs: Vec<String> =
         list().filter(|(_, other)| matches!(other.kind, Kind::Input(_))).map(|(at, _)| at.to_string()).collect();
-    let outputs = || list().filter(|(_, other)| matches!(other.kind, Kind::Output(_) | Kind::Rate(_) | Kind::Model(_)));
+    let outputs = || list().filter(|(_, other)| matches!(other.kind, Kind::Output(_) | Kind::Rate(_)));
     writeln!(xml, "  <ModelStructure>")?;
     for (at, variable) in outputs() {
         match variable.kind {
             Kind::Output(_) if !variables.feedthrough => {
                 writeln!(xml, "    <Output valueReference=\"{at}\" dependencies=\"\"/>")?
             }
-            Kind::Output(_) | Kind::Rate(_) => {
-                writeln!(xml, "    <Output valueReference=\"{at}\" dependencies=\"{}\"/>", inputs.join(" "))?;
-            }
-            _ => writeln!(xml, "    <Output valueReference=\"{at}\"/>")?,
+            _ => writeln!(xml, "    <Output valueReference=\"{at}\" dependencies=\"{}\"/>", inputs.join(" "))?,
         }
     }
     for (at, _) in outputs() {

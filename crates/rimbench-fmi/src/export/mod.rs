@@ -13,8 +13,8 @@ pub use variables::{Kind, Model, Variable, Variables};
 
 use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
 use rimbench_cases::runs::RunSpec;
-use rimbench_core::cosim::{Side, Subsystem};
-use rimbench_core::error::Result;
+use rimbench_core::cosim::{PerSide, Side, Subsystem};
+use rimbench_core::error::{Error, Result};
 use rimbench_core::solver_entry::SolverEntry;
 use rimbench_results::checksums::hex;
 use serde::{Deserialize, Serialize};
@@ -42,6 +42,8 @@ pub struct Contents {
     pub longest_step_s: f64,
     /// Step for which the interface model is given at first, s.
     pub model_step_s: f64,
+    /// Inputs before any are set: what the other side puts out at the beginning.
+    pub input_starts: Vec<f64>,
 }
 
 /// Name of a side.
@@ -66,24 +68,44 @@ pub fn build_side(case: &Case, side: Side, parameters: &Parameters) -> Result<Bo
 
 impl Contents {
     /// Describes one side of the case of a run, with the run's parameters and steps.
-    pub fn of(spec: &RunSpec, side: Side) -> Self {
+    ///
+    /// # Errors
+    /// Those of building the case, and outputs that fail at the start.
+    pub fn of(spec: &RunSpec, side: Side) -> Result<Self> {
         let set = spec.parameters.iter().filter(|(parameter, value)| parameter.default != **value);
         let set = set.map(|(parameter, value)| (parameter.name.to_string(), text(value))).collect();
         let alone = side == Side::Mechanics && spec.case.linear_state.is_empty();
-        Contents {
+        Ok(Contents {
             sources: crate::sources(),
             case: spec.case.name.to_string(),
             side: side_name(side).to_owned(),
             set,
             longest_step_s: if alone { 0.0 } else { spec.micro_step },
             model_step_s: spec.macro_step,
-        }
+            input_starts: first_inputs(spec, side)?,
+        })
     }
 
     /// What distinguishes this FMU from all others: a hash of everything above.
     pub fn token(&self) -> String {
         hex(&Sha256::digest(format!("{self:?}"))[..16])
     }
+}
+
+/// What a side of the case of a run is given at the start: the side without direct feedthrough speaks first.
+fn first_inputs(spec: &RunSpec, side: Side) -> Result<Vec<f64>> {
+    let CoupledSystem { mut sides, .. } = (spec.case.build)(&spec.parameters, &spec.solver)?;
+    let first = if sides.mechanics.ports().direct_feedthrough { Side::Actuator } else { Side::Mechanics };
+    let mut told = PerSide::from_fn(|side| vec![0.0; sides[side].ports().outputs.len()]);
+    for side in [first, first.other()] {
+        let u = match side == first {
+            true => vec![0.0; sides[side].ports().inputs.len()],
+            false => told[first].clone(),
+        };
+        let outputs = sides[side].outputs(&u, &mut told[side]);
+        outputs.map_err(|failure| Error::Incompatible(format!("case {}: {failure}", spec.case.name)))?;
+    }
+    Ok(std::mem::take(&mut told[side.other()]))
 }
 
 /// A value as it would be typed, to the bit.

@@ -4,7 +4,7 @@ use super::description::Description;
 use crate::export::{LAYERED_STANDARD, platform};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::hex;
-use rimbench_results::input::{read_bytes, read_text};
+use rimbench_results::input::read_bytes;
 use sha2::{Digest, Sha256};
 use std::env::consts::{DLL_SUFFIX, OS};
 use std::io::{Cursor, Read};
@@ -46,10 +46,11 @@ impl Unpacked {
             .map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
         check_size(&mut archive, MOST_BYTES).map_err(&wrong)?;
         archive.extract(folder.path()).map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
-        let text = read_text(&folder.path().join("modelDescription.xml")).map_err(|error| {
+        let text = read_bytes(&folder.path().join("modelDescription.xml"), MOST_BYTES).map_err(|error| {
             let Error::File { message, .. } = error else { return error };
             wrong(format!("is no FMU: modelDescription.xml {message}"))
         })?;
+        let text = decoded(text).map_err(|message| wrong(format!("modelDescription.xml {message}")))?;
         let description =
             Description::parse(&text).map_err(|message| wrong(format!("modelDescription.xml: {message}")))?;
         let binaries = folder.path().join("binaries");
@@ -88,6 +89,27 @@ fn check_size(archive: &mut ZipArchive<Cursor<Vec<u8>>>, most: u64) -> std::resu
         rest = rest.checked_sub(size).ok_or_else(|| format!("holds more than {most} bytes when it is unpacked"))?;
     }
     Ok(())
+}
+
+/// An XML file as text: UTF-8, or UTF-16 or Latin-1 where it says so.
+fn decoded(bytes: Vec<u8>) -> std::result::Result<String, String> {
+    let utf_16 = |of: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| of([pair[0], pair[1]])).collect();
+        String::from_utf16(&units).map_err(|_| "is no UTF-16".to_owned())
+    };
+    match &bytes[..] {
+        [0xff, 0xfe, ..] => return utf_16(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => return utf_16(u16::from_be_bytes),
+        _ => {}
+    }
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).to_ascii_uppercase();
+    let declaration = head.split("?>").next().unwrap_or_default();
+    if ["ISO-8859-1", "LATIN1", "US-ASCII"].iter().any(|name| declaration.contains(name)) {
+        return Ok(bytes.into_iter().map(char::from).collect());
+    }
+    let text =
+        String::from_utf8(bytes).map_err(|_| "is no UTF-8, and says no other encoding that is known".to_owned())?;
+    Ok(text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned))
 }
 
 /// The name of this platform in an FMU for FMI 2.0.

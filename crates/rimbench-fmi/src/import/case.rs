@@ -1,28 +1,116 @@
 //! The case that a case file and its FMUs make.
 
-use super::case_file::{CaseFile, ProcessKind, SHORTEST_ANSWER, check_parameter, columns, parameters};
+use super::case_file::{CaseFile, ParameterTable, ProcessKind, SHORTEST_ANSWER, check_parameter, columns, parameters};
 use super::member::{FmuMember, Process};
+use super::python::PythonMember;
+use super::side::ImportedSide;
 use crate::export::side_name;
-use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameters, PossibleSteps};
-use rimbench_core::cosim::{PerSide, Side, check_coupling};
-use rimbench_core::error::{Error, Result};
+use crate::last_words::tell_once;
+use rimbench_cases::cases::{
+    Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameters, PossibleSteps, WHAT_REMAINS, doubts_of,
+    first_outputs,
+};
+use rimbench_core::cosim::{PerSide, Ports, Side, check_coupling};
+use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::{Name, check_new_name};
-use rimbench_core::solver_entry::SolverEntry;
 use rimbench_results::checksums::hex;
 use rimbench_results::input::read_text;
 use rimbench_results::text_place::said_at;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Reads a case file with its FMUs, and tries both sides once. `program` is rimbench itself, for FMUs in processes of their own; without
-/// it they all run in this one.
+/// What sides that do not run in this process are started with.
+#[derive(Debug, Clone, Default)]
+pub struct Programs {
+    /// The command that makes a process for an FMU, rimbench with [`WORKER`](super::WORKER); without it FMUs all run in this process.
+    pub worker: Option<Vec<PathBuf>>,
+    /// The interpreter of Python; `python3` if none is named.
+    pub python: Option<PathBuf>,
+}
+
+/// One side.
+enum Member {
+    Fmu(Box<FmuMember>),
+    Python(Box<PythonMember>),
+}
+
+impl Member {
+    fn ports(&self) -> &Ports {
+        match self {
+            Member::Fmu(fmu) => &fmu.ports,
+            Member::Python(python) => &python.ports,
+        }
+    }
+
+    fn observables(&self) -> &[Name] {
+        match self {
+            Member::Fmu(fmu) => &fmu.offers.observables,
+            Member::Python(python) => &python.offers.observables,
+        }
+    }
+
+    fn file(&self) -> &Path {
+        match self {
+            Member::Fmu(fmu) => &fmu.unpacked.file,
+            Member::Python(python) => &python.file,
+        }
+    }
+
+    fn digest(&self) -> &str {
+        match self {
+            Member::Fmu(fmu) => &fmu.unpacked.digest,
+            Member::Python(python) => &python.digest,
+        }
+    }
+
+    /// Whether it takes steps of any length, and its own, s.
+    fn steps(&self) -> (bool, Option<f64>) {
+        match self {
+            Member::Fmu(fmu) => (fmu.unpacked.description.any_step, fmu.unpacked.description.internal_step),
+            Member::Python(_) => (true, None),
+        }
+    }
+
+    fn side(&self, parameters: &Parameters, process: &Process) -> Result<ImportedSide> {
+        let made = match self {
+            Member::Fmu(fmu) => fmu.side(parameters, process),
+            Member::Python(python) => python.side(parameters),
+        };
+        made.map_err(Error::Incompatible)
+    }
+
+    /// Gives a side that has begun its interface model, which is asked for once, for a step (s).
+    fn give_model(&self, side: &mut ImportedSide, step: f64) -> Result<(), String> {
+        let (size, smooth) = match self {
+            Member::Fmu(fmu) => (fmu.model, fmu.offers.smooth),
+            Member::Python(python) => (python.model, false),
+        };
+        match size {
+            Some(size) => side.give_model(step, size),
+            None if smooth => {
+                side.give_smooth_model(self.ports().inputs.len());
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn doubt(&mut self, state: Option<String>, model: Option<String>) {
+        match self {
+            Member::Fmu(fmu) => fmu.doubt(state, model),
+            Member::Python(python) => python.doubt(state, model),
+        }
+    }
+}
+
+/// Reads a case file with its sides, and tries both once by a few steps.
 ///
 /// # Errors
 /// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
-pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
+pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
     let text = read_text(path)?;
     let file: CaseFile = toml::from_str(&text)
@@ -57,15 +145,38 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     }
     let folder = path.parent().unwrap_or(Path::new(""));
     let rows = columns(&file.interface);
+    let usual = |digest: &str| {
+        let parameters = parameters(&file, digest.to_owned());
+        Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s)
+    };
+    let python = programs.python.clone().unwrap_or_else(|| "python3".into());
     let member = |side: Side| {
-        FmuMember::open(&file, &folder.join(&file.side(side).fmu), side, &rows).map_err(|error| match error {
+        let table = file.side(side);
+        let opened = match (&table.fmu, &table.python, &table.class) {
+            (Some(fmu), None, None) => {
+                FmuMember::open(&file, &folder.join(fmu), side, &rows).map(|fmu| Member::Fmu(Box::new(fmu)))
+            }
+            (None, Some(script), Some(class)) => {
+                let side = PythonMember::open(&file, (&folder.join(script), class), side, &rows, &python, &usual(""));
+                side.map(|python| Member::Python(Box::new(python)))
+            }
+            _ => {
+                let valid = "fmu = \"….fmu\", or python = \"….py\" and class = \"…\"";
+                return Err(wrong(format!("[{}] is no side; valid: {valid}", side_name(side))));
+            }
+        };
+        opened.map_err(|error| match error {
             Error::File { .. } => error,
             other => wrong(other.to_string()),
         })
     };
-    let members =
-        PerSide { mechanics: Arc::new(member(Side::Mechanics)?), actuator: Arc::new(member(Side::Actuator)?) };
-    check_coupling(members.as_ref().map(|member| &member.ports)).map_err(|error| {
+    let of_python = Side::BOTH.into_iter().any(|side| file.side(side).python.is_some());
+    let unused = |table: &&ParameterTable| table.mechanics.is_none() && table.actuator.is_none();
+    if let Some((name, _)) = file.parameters.iter().find(|(_, table)| !of_python && unused(table)) {
+        return Err(wrong(format!("[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\"")));
+    }
+    let mut members = PerSide { mechanics: member(Side::Mechanics)?, actuator: member(Side::Actuator)? };
+    check_coupling(members.as_ref().map(Member::ports)).map_err(|error| {
         wrong(format!(
             "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
         ))
@@ -78,7 +189,7 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     trace.extend(rows.iter().flatten().cloned().map(Name::from));
     trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
     for side in Side::BOTH {
-        trace.extend(members[side].offers.observables.iter().cloned());
+        trace.extend(members[side].observables().iter().cloned());
     }
     if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
         return Err(wrong(format!(
@@ -92,19 +203,20 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     }
     let mut hash = Sha256::new();
     hash.update(&text);
-    Side::BOTH.into_iter().for_each(|side| hash.update(&members[side].unpacked.digest));
+    Side::BOTH.into_iter().for_each(|side| hash.update(members[side].digest()));
     let digest = hex(&hash.finalize()[..8]);
-    let process = match (file.process, program) {
-        (ProcessKind::Own, Some(program)) => Process::Own {
-            program: program.to_owned(),
+    let process = match (file.process, programs.worker) {
+        (ProcessKind::Own, Some(worker)) => Process::Own {
+            worker,
             // What is longer is for ever.
             answer_within: Duration::from_secs_f64(patience.min(1e9)),
         },
         _ => Process::Same,
     };
     let steps = members.as_ref().map(|member| {
-        let description = &member.unpacked.description;
-        PossibleSteps { equal: !description.any_step, multiple_of: description.internal_step }
+        let (any, own) = member.steps();
+        // Of one that takes steps of any length its own step is a wish.
+        PossibleSteps { equal: !any, multiple_of: own.filter(|_| !any) }
     });
     let macro_step_s = file.macro_step_s;
     let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
@@ -126,19 +238,130 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
         reference_step_s,
         reference_sampling_s: micro_step_s,
     };
+    note_odd_steps(&members, &defaults);
+    let usual = usual(&digest);
+    let parameters = parameters(&file, digest);
+    let tried =
+        if Side::BOTH.into_iter().all(|side| steps[side].allows(micro_step_s)) { micro_step_s } else { macro_step_s };
+    let doubts = try_out(&members, &usual, &process, [macro_step_s, tried])?;
+    if let Some(words) = doubts.reversed {
+        return Err(Error::file(
+            members.mechanics.file(),
+            format!("{words}; valid: force = {{ variable = \"…\", factor = -1 }}"),
+        ));
+    }
+    for note in doubts.notes {
+        tell_once(&format!("note: {}: {note}\n", path.display()));
+    }
+    let PerSide { mechanics, actuator } = doubts.state;
+    members.mechanics.doubt(mechanics, doubts.model);
+    members.actuator.doubt(actuator, None);
+    let members = Arc::new(members);
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-        let made = |side: Side| members[side].side(parameters, &process, macro_step_s).map_err(Error::Incompatible);
-        Ok(CoupledSystem::of(PerSide { mechanics: made(Side::Mechanics)?, actuator: made(Side::Actuator)? }))
+        let mut sides = begun(&members, parameters, &process)?;
+        for side in Side::BOTH {
+            members[side].give_model(&mut sides[side], macro_step_s).map_err(Error::Incompatible)?;
+        }
+        Ok(CoupledSystem::new(sides.mechanics, sides.actuator))
     };
     let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
     let case = Case {
         trace_columns: trace,
         interface_columns,
         steps,
-        ..Case::with_parameters(file.name.clone(), about, defaults, parameters(&file, digest), build)
+        ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
     };
-    (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
     Ok(case)
+}
+
+/// Most rounds in which both sides tell each other with what they begin.
+const ROUNDS: usize = 10;
+
+/// Makes both sides and lets them begin.
+///
+/// Both are in initialisation mode first. The mechanics says where it is, the actuator takes that and answers with its force, which the
+/// mechanics takes, and so on until no force changes any more, or [`ROUNDS`] times. Then the mechanics leaves initialisation mode with
+/// that force, and the actuator with where the mechanics is by then.
+fn begun(members: &PerSide<Member>, parameters: &Parameters, process: &Process) -> Result<PerSide<ImportedSide>> {
+    let mut mechanics = members.mechanics.side(parameters, process)?;
+    let mut actuator = members.actuator.side(parameters, process)?;
+    let zeros = |member: &Member| vec![0.0; member.ports().outputs.len()];
+    let (mut force, mut motion) = (zeros(&members.actuator), zeros(&members.mechanics));
+    let mut told = force.clone();
+    let mut begin = || -> Result<(), Failure> {
+        for _ in 0..ROUNDS {
+            mechanics.initial_outputs(&force, &mut motion)?;
+            actuator.initial_outputs(&motion, &mut told)?;
+            if told == force {
+                break;
+            }
+            force.copy_from_slice(&told);
+        }
+        mechanics.begin(&force)?;
+        mechanics.initial_outputs(&force, &mut motion)?;
+        actuator.begin(&motion)
+    };
+    begin().map_err(|failure| Error::Incompatible(failure.to_string()))?;
+    Ok(PerSide { mechanics, actuator })
+}
+
+/// Tries both sides by steps of `h` (s); in one process a second time beside them, for sides that share what they are made of.
+fn try_out(
+    members: &PerSide<Member>,
+    parameters: &Parameters,
+    process: &Process,
+    [macro_step, h]: [f64; 2],
+) -> Result<Doubts> {
+    let boxed = || -> Result<(CoupledSystem, Option<String>)> {
+        let mut sides = begun(members, parameters, process)?;
+        let given = members.mechanics.give_model(&mut sides.mechanics, macro_step);
+        Ok((CoupledSystem::new(sides.mechanics, sides.actuator), given.err()))
+    };
+    let (mut system, refused) = boxed()?;
+    let mut doubts = doubts_of(system.sides.lend(), h);
+    if let Some(words) = refused {
+        doubts.model = Some(format!("{words}; {WHAT_REMAINS}"));
+    }
+    if matches!(process, Process::Same) && !doubts.first_outputs.is_empty() {
+        let (mut twin, _) = boxed()?;
+        let again = first_outputs(twin.sides.lend(), system.sides.lend(), h);
+        let differ = |side: Side| {
+            let all = |list: &[PerSide<Vec<f64>>]| {
+                list.iter().flat_map(|y| &y[side]).map(|y| y.to_bits()).collect::<Vec<_>>()
+            };
+            all(&again) != all(&doubts.first_outputs)
+        };
+        if let Some(side) = Side::BOTH.into_iter().find(|side| differ(*side)) {
+            return Err(Error::file(
+                members[side].file(),
+                "does not put out the same a second time in this process: instances share what they are made of, or leave something to \
+                 chance; valid: process = \"own\"",
+            ));
+        }
+    }
+    Ok(doubts)
+}
+
+/// Notes steps of a case that are no multiples of what an FMU says is its own.
+fn note_odd_steps(members: &PerSide<Member>, times: &CaseDefaults) {
+    for member in [&members.mechanics, &members.actuator] {
+        let Some(own) = member.steps().1 else { continue };
+        let steps = PossibleSteps { equal: false, multiple_of: Some(own) };
+        let odd = [
+            ("macro_step_s", times.macro_step_s),
+            ("micro_step_s", times.micro_step_s),
+            // The finest of the three solutions takes a quarter of the step.
+            ("a quarter of reference_step_s", 0.25 * times.reference_step_s),
+        ];
+        let odd: Vec<&str> = odd.iter().filter(|(_, step)| !steps.allows(*step)).map(|(name, _)| *name).collect();
+        if !odd.is_empty() {
+            let file = member.file().display();
+            tell_once(&format!(
+                "note: {file} would rather take multiples of its own step of {own:e} s (fixedInternalStepSize): {} are none\n",
+                odd.join(", ")
+            ));
+        }
+    }
 }
 
 /// Whether a name stands in a table of comma-separated values as it is.

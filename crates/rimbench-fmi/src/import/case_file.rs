@@ -72,8 +72,15 @@ pub(super) enum ProcessKind {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SideTable {
-    /// The file, relative to this one.
-    pub(super) fmu: PathBuf,
+    /// The file of an FMU, relative to this one.
+    pub(super) fmu: Option<PathBuf>,
+    /// Instead of an FMU: a file with a class of Python, relative to this one.
+    pub(super) python: Option<PathBuf>,
+    /// The class in it.
+    pub(super) class: Option<String>,
+    /// Whether the log of the FMU is switched on, and shown as it comes.
+    #[serde(default)]
+    pub(super) log: bool,
     /// Libraries whose symbols the FMU takes for granted, loaded before it.
     #[serde(default)]
     pub(super) needs: Vec<PathBuf>,
@@ -104,7 +111,8 @@ pub(super) struct Row {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Ends {
-    pub(super) position: End,
+    /// None: the side knows velocity and force alone.
+    pub(super) position: Option<End>,
     pub(super) velocity: End,
     pub(super) force: End,
 }
@@ -114,10 +122,14 @@ pub(super) struct Ends {
 #[serde(
     untagged,
     deny_unknown_fields,
-    expecting = "valid: the name of a variable, or { variable = \"…\", factor = … }"
+    expecting = "valid: the name of a variable, or { variable = \"…\", factor = … }; for the position of a mechanics { start = … } as well"
 )]
 pub(super) enum End {
     Plain(String),
+    /// The integral of the velocity, from this position on, m.
+    Integral {
+        start: f64,
+    },
     Scaled {
         variable: String,
         #[schemars(extend("not" = { "const": 0 }))]
@@ -140,7 +152,7 @@ pub(super) struct ParameterTable {
 }
 
 /// The parameter that says what a case is made from.
-const DIGEST: &str = "fmu_digest";
+pub(super) const DIGEST: &str = "fmu_digest";
 
 /// Shortest time that a process is given for an answer, s.
 pub(super) const SHORTEST_ANSWER: f64 = 1e-3;
@@ -191,12 +203,40 @@ pub(super) fn parameters(file: &CaseFile, digest: String) -> Vec<Parameter> {
 }
 
 impl Row {
-    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by, if that is said.
-    pub(super) fn end(&self, side: Side, which: usize) -> (&str, Option<f64>) {
-        let ends = if side == Side::Mechanics { &self.mechanics } else { &self.actuator };
-        match [&ends.position, &ends.velocity, &ends.force][which] {
-            End::Plain(variable) => (variable, None),
-            End::Scaled { variable, factor } => (variable, Some(*factor)),
+    fn ends(&self, side: Side) -> &Ends {
+        if side == Side::Mechanics { &self.mechanics } else { &self.actuator }
+    }
+
+    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by, if that is said;
+    /// none: the side has no such variable.
+    pub(super) fn end(&self, side: Side, which: usize) -> Option<(&str, Option<f64>)> {
+        let ends = self.ends(side);
+        match [ends.position.as_ref(), Some(&ends.velocity), Some(&ends.force)][which]? {
+            End::Plain(variable) => Some((variable, None)),
+            End::Scaled { variable, factor } => Some((variable, Some(*factor))),
+            End::Integral { .. } => None,
+        }
+    }
+
+    /// Where the integral of the velocity starts, m, where that is the position of the mechanics.
+    ///
+    /// # Errors
+    /// An integral that is none, or a start that is missing or no number.
+    pub(super) fn integral(&self) -> Result<Option<f64>, String> {
+        let integral = |end: &Option<End>| matches!(end, Some(End::Integral { .. }));
+        let no_integral =
+            [&self.mechanics.velocity, &self.mechanics.force, &self.actuator.velocity, &self.actuator.force];
+        if no_integral.into_iter().any(|end| matches!(end, End::Integral { .. })) || integral(&self.actuator.position) {
+            return Err("{ start = … } stands for the position of the mechanics alone, which is then the integral of its velocity".to_owned());
+        }
+        match &self.mechanics.position {
+            Some(End::Integral { start }) if start.is_finite() => Ok(Some(*start)),
+            Some(End::Integral { start }) => Err(format!("position = {{ start = {start} }} is not valid; valid: a finite number")),
+            // Nobody looks at it.
+            None if self.actuator.position.is_none() => Ok(Some(0.0)),
+            None => Err("the mechanics has no position, and the actuator takes one; valid: position = \"…\", or position = { start = … }, \
+                         from which it is the integral of the velocity".to_owned()),
+            _ => Ok(None),
         }
     }
 }

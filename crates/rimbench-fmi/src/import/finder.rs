@@ -1,8 +1,8 @@
 //! Looks up in an FMU what a case file names.
 
 use super::archive::Unpacked;
-use super::description::{ENERGY, Exponents, FmuVariable, Type};
-use super::host::{ModelVariables, Scaled, Start};
+use super::description::{ENERGY, Exponents, FORCE, FmuVariable, LENGTH, VELOCITY};
+use super::host::{Element, ModelVariables, Scaled, Start, Type, Values};
 use super::side::ModelSize;
 use crate::export::side_name;
 use rimbench_core::cosim::Side;
@@ -10,6 +10,33 @@ use rimbench_core::error::{Error, Result};
 
 /// Most rows of an interface model, whose square must have room.
 const MOST_ROWS: usize = 4096;
+
+/// What stands for a length, a velocity and a force where something turns: with the radian or without.
+const TURNING: [(Exponents, [Exponents; 2]); 3] = [
+    (LENGTH, [[0, 0, 0, 1, 0, 0, 0, 0], [0; 8]]),
+    (VELOCITY, [[0, 0, -1, 1, 0, 0, 0, 0], [0, 0, -1, 0, 0, 0, 0, 0]]),
+    (FORCE, [ENERGY, [1, 2, -2, -1, 0, 0, 0, 0]]),
+];
+
+/// A variable, or an element of one.
+pub(super) struct Found<'a> {
+    pub(super) variable: &'a FmuVariable,
+    pub(super) element: Option<Element>,
+}
+
+impl Found<'_> {
+    /// Whether it is one value.
+    fn is_one(&self) -> bool {
+        self.element.is_some() || self.variable.dimensions.is_empty()
+    }
+
+    /// As a number that crosses the boundary.
+    pub(super) fn scaled(&self, factor: f64) -> Scaled {
+        let FmuVariable { reference, kind, .. } = *self.variable;
+        let (own, offset) = (self.variable.factor, self.variable.offset);
+        Scaled { reference, kind, element: self.element, factor: factor * own, offset: factor * offset }
+    }
+}
 
 /// Looks variables up in an FMU.
 pub(super) struct Finder<'a> {
@@ -21,25 +48,41 @@ impl Finder<'_> {
         Error::file(&self.unpacked.file, message)
     }
 
-    /// A variable by its name; of others those with `causality` are offered instead.
-    fn variable(&self, name: &str, causality: &str) -> Result<&FmuVariable> {
+    /// A variable by its name, or an element of one, `name[2]` or `name[1,3]`; of others those with `causality` are offered instead.
+    fn find(&self, name: &str, causality: &str) -> Result<Found<'_>> {
         let description = &self.unpacked.description;
-        description.variable(name).ok_or_else(|| {
-            let others = description.variables.iter().filter(|variable| variable.causality == causality);
-            self.wrong(Error::unknown("variable", name, others.map(|variable| &*variable.name)).to_string())
-        })
+        if let Some(variable) = description.variable(name) {
+            return Ok(Found { variable, element: None });
+        }
+        if let Some((array, indices)) = name.strip_suffix(']').and_then(|name| name.rsplit_once('['))
+            && let Some(variable) = description.variable(array).filter(|variable| !variable.dimensions.is_empty())
+        {
+            let indices: Vec<usize> = indices.split(',').map(|index| index.trim().parse().unwrap_or(0)).collect();
+            let inside = |(index, extent): (&usize, &usize)| (1..=*extent).contains(index);
+            let extents = &variable.dimensions;
+            if indices.len() != extents.len() || !indices.iter().zip(extents).all(inside) {
+                return Err(self.wrong(format!(
+                    "variable `{array}` has no element `{name}`; valid: indices from 1 to {extents:?}"
+                )));
+            }
+            let at = indices.iter().zip(extents).fold(0, |at, (index, extent)| at * extent + index - 1);
+            return Ok(Found { variable, element: Some(Element { at, of: variable.size() }) });
+        }
+        let others = description.variables.iter().filter(|variable| variable.causality == causality);
+        Err(self.wrong(Error::unknown("variable", name, others.map(|variable| &*variable.name)).to_string()))
     }
 
-    /// A coupling variable.
+    /// A coupling variable, and what the case file multiplies it by.
     pub(super) fn coupling(
         &self,
-        name: &str,
+        (name, factor): (&str, Option<f64>),
         causality: &str,
         side: Side,
         exponents: Exponents,
         unit: &str,
-    ) -> Result<&FmuVariable> {
-        let variable = self.variable(name, causality)?;
+    ) -> Result<Scaled> {
+        let found = self.find(name, causality)?;
+        let variable = found.variable;
         if variable.causality != causality {
             let side = side_name(side);
             let message = format!(
@@ -48,84 +91,183 @@ impl Finder<'_> {
             );
             return Err(self.wrong(message));
         }
-        if variable.kind != Type::Number || !variable.dimensions.is_empty() {
+        if variable.kind != Type::Float64 || !found.is_one() {
             return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
         }
-        if variable.exponents.is_some_and(|own| own != exponents) {
+        let turns = TURNING
+            .iter()
+            .any(|(of, turning)| *of == exponents && variable.exponents.is_some_and(|own| turning.contains(&own)));
+        if variable.exponents.is_some_and(|own| own != exponents) && !(turns && factor.is_some()) {
+            let way_out = if turns {
+                format!(
+                    "; valid where it turns: the lever as a factor, {{ variable = \"{name}\", factor = … }}, in m for an angle and its \
+                     velocity, in 1/m for a torque"
+                )
+            } else {
+                String::new()
+            };
+            let unit_of_it = &variable.unit;
             return Err(
-                self.wrong(format!("variable `{name}` is in `{}`, which is no unit like {unit}", variable.unit))
+                self.wrong(format!("variable `{name}` is in `{unit_of_it}`, which is no unit like {unit}{way_out}"))
             );
         }
-        Ok(variable)
+        if variable.is_in_unknown_unit() && factor.is_none() {
+            return Err(self.wrong(format!(
+                "variable `{name}` is in `{}`, which the FMU does not define by SI base units; valid: a unit that it defines, or a factor \
+                 to {unit}, {{ variable = \"{name}\", factor = … }}",
+                variable.unit
+            )));
+        }
+        let factor = factor.unwrap_or(1.0);
+        if !(factor.is_finite() && factor != 0.0) {
+            return Err(
+                self.wrong(format!("variable `{name}`: factor = {factor} is not valid; valid: a finite number but 0"))
+            );
+        }
+        Ok(found.scaled(factor))
     }
 
     /// A variable that can be set before a run.
-    pub(super) fn settable(&self, name: &str) -> Result<&FmuVariable> {
-        let variable = self.variable(name, "parameter")?;
+    pub(super) fn settable(&self, name: &str) -> Result<Found<'_>> {
+        let found = self.find(name, "parameter")?;
+        let variable = found.variable;
         if variable.causality == "structuralParameter" {
             return Err(self.wrong(format!(
                 "variable `{name}` is a structural parameter, which changes the sizes of others: it stays what the FMU has it; valid: a \
                  parameter"
             )));
         }
-        if ["parameter", "input", "local"].contains(&&*variable.causality) && variable.dimensions.is_empty() {
-            return Ok(variable);
+        if variable.settable {
+            return Ok(found);
         }
         Err(self.wrong(format!(
-            "variable `{name}` is of causality {}; what is set at the start must be a parameter",
+            "variable `{name}` is of causality {} and has no start value that may be set; what is set at the start must be a parameter, an \
+             input, or have initial = exact or approx",
             variable.causality
         )))
     }
 
-    /// A start value, which goes to the FMU as it is, in the FMU's own unit.
-    pub(super) fn start(&self, side: Side, name: &str, value: &toml::Value) -> Result<Start> {
-        let variable = self.settable(name)?;
-        let reference = variable.reference;
-        let start = match (variable.kind, value) {
-            (Type::Number, toml::Value::Float(number)) if !number.is_finite() => {
-                return Err(Error::Incompatible(format!(
-                    "start of [{}]: {name} = {number} is not valid; valid: a finite number",
-                    side_name(side)
-                )));
-            }
-            (Type::Number, toml::Value::Float(number)) => Start::Number(reference, *number),
-            (Type::Number, toml::Value::Integer(number)) => Start::Number(reference, *number as f64),
-            (Type::Integer, toml::Value::Integer(number)) => match i32::try_from(*number) {
-                Ok(number) => Start::Integer(reference, number),
-                Err(_) => return Err(self.wrong(format!("variable `{name}` = {number} has no room in 32 bits"))),
-            },
-            (Type::Boolean, toml::Value::Boolean(truth)) => Start::Boolean(reference, *truth),
-            (Type::Text, toml::Value::String(text)) => Start::Text(reference, text.clone()),
-            (kind, value) => {
-                let wanted = match kind {
-                    Type::Number => "a number",
-                    Type::Integer => "a whole number",
-                    Type::Boolean => "true or false",
-                    Type::Text => "a text",
-                    Type::Other => "of a type that cannot be set here",
-                };
-                return Err(self.wrong(format!(
-                    "variable `{name}`: its start value is of type {}; valid: {wanted}",
-                    value.type_str()
-                )));
-            }
+    /// Adds a start value, or the values of an array, which go to the FMU as they are, in the FMU's own unit.
+    pub(super) fn start(&self, side: Side, name: &str, value: &toml::Value, starts: &mut Vec<Start>) -> Result<()> {
+        let found = self.settable(name)?;
+        let size = if found.element.is_some() { 1 } else { found.variable.size() };
+        let list = match value {
+            toml::Value::Array(list) if !found.is_one() => flat(list),
+            one if found.is_one() => vec![one],
+            _ => Vec::new(),
         };
-        Ok(start)
+        if list.len() != size {
+            return Err(self.wrong(format!(
+                "variable `{name}` has {} values, and its start has {}; valid: a list of {size}",
+                found.variable.size(),
+                if list.is_empty() { "one".to_owned() } else { list.len().to_string() }
+            )));
+        }
+        let values = self.values(side, name, found.variable.kind, &list)?;
+        self.put_start(&found, name, values, starts)
     }
 
-    /// A number to be looked at, in SI.
-    pub(super) fn readable(&self, name: &str) -> Result<Scaled> {
-        let variable = self.variable(name, "output")?;
-        if variable.kind != Type::Number || !variable.dimensions.is_empty() {
-            return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
+    /// Puts values among those that are set before a run: those of a variable, or one of an array that is set as a whole.
+    pub(super) fn put_start(
+        &self,
+        found: &Found<'_>,
+        name: &str,
+        values: Values,
+        starts: &mut Vec<Start>,
+    ) -> Result<()> {
+        let (reference, kind) = (found.variable.reference, found.variable.kind);
+        let same = |start: &Start| start.reference == reference && start.kind == kind;
+        let known = starts.iter().position(same);
+        let Some(Element { at, .. }) = found.element else {
+            if known.is_some() {
+                return Err(self.wrong(format!("variable `{name}` is set twice")));
+            }
+            starts.push(Start { reference, kind, values });
+            return Ok(());
+        };
+        let place = match known {
+            Some(place) => place,
+            None => {
+                let written: Vec<toml::Value> =
+                    found.variable.start.iter().map(|text| as_written(kind, text)).collect();
+                if written.len() != found.variable.size() {
+                    return Err(self.wrong(format!(
+                        "variable `{name}` is an element of an array of which the FMU says no start values; valid: the array as a whole"
+                    )));
+                }
+                let whole = self.values(Side::Mechanics, name, kind, &written.iter().collect::<Vec<_>>())?;
+                starts.push(Start { reference, kind, values: whole });
+                starts.len() - 1
+            }
+        };
+        match (&mut starts[place].values, values) {
+            (Values::Numbers(all), Values::Numbers(one)) => all[at] = one[0],
+            (Values::Whole(all), Values::Whole(one)) => all[at] = one[0],
+            (Values::Truths(all), Values::Truths(one)) => all[at] = one[0],
+            (Values::Texts(all), Values::Texts(mut one)) => all[at] = one.swap_remove(0),
+            _ => {}
         }
-        Ok(Scaled { reference: variable.reference, factor: variable.factor, offset: variable.offset })
+        Ok(())
+    }
+
+    /// Values of a type.
+    fn values(&self, side: Side, name: &str, kind: Type, list: &[&toml::Value]) -> Result<Values> {
+        let wrong = |value: &toml::Value, wanted: &str| {
+            self.wrong(format!("variable `{name}`: its start value is of type {}; valid: {wanted}", value.type_str()))
+        };
+        if kind.is_real() {
+            let number = |value: &&toml::Value| match *value {
+                toml::Value::Float(number) if !number.is_finite() => Err(Error::Incompatible(format!(
+                    "start of [{}]: {name} = {number} is not valid; valid: a finite number",
+                    side_name(side)
+                ))),
+                toml::Value::Float(number) => Ok(*number),
+                toml::Value::Integer(number) => Ok(*number as f64),
+                other => Err(wrong(other, "a number")),
+            };
+            return list.iter().map(number).collect::<Result<_>>().map(Values::Numbers);
+        }
+        if let Some([least, most]) = kind.whole() {
+            let whole = |value: &&toml::Value| match *value {
+                toml::Value::Integer(number) if (least..=most).contains(&i128::from(*number)) => Ok(*number),
+                toml::Value::Integer(number) => {
+                    Err(self.wrong(format!("variable `{name}` = {number} is not valid; valid: {least} to {most}")))
+                }
+                other => Err(wrong(other, "a whole number")),
+            };
+            return list.iter().map(whole).collect::<Result<_>>().map(Values::Whole);
+        }
+        match kind {
+            Type::Boolean => {
+                let truth = |value: &&toml::Value| value.as_bool().ok_or_else(|| wrong(value, "true or false"));
+                list.iter().map(truth).collect::<Result<_>>().map(Values::Truths)
+            }
+            Type::Text => {
+                let text =
+                    |value: &&toml::Value| value.as_str().map(str::to_owned).ok_or_else(|| wrong(value, "a text"));
+                list.iter().map(text).collect::<Result<_>>().map(Values::Texts)
+            }
+            _ => Err(self.wrong(format!("variable `{name}` is of a type that cannot be set here"))),
+        }
+    }
+
+    /// A number to be looked at, in SI; a truth is 1 or 0.
+    pub(super) fn readable(&self, name: &str) -> Result<Scaled> {
+        let found = self.find(name, "output")?;
+        let kind = found.variable.kind;
+        if !(kind.is_real() || kind.whole().is_some() || kind == Type::Boolean) || !found.is_one() {
+            return Err(self.wrong(format!("variable `{name}` is not one number or truth")));
+        }
+        Ok(found.scaled(1.0))
     }
 
     /// An account of work, in J.
     pub(super) fn work(&self, name: &str) -> Result<Scaled> {
         let scaled = self.readable(name)?;
-        let variable = self.variable(name, "output")?;
+        let variable = self.find(name, "output")?.variable;
+        if scaled.kind != Type::Float64 || scaled.element.is_some() {
+            return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
+        }
         if variable.exponents.is_some_and(|own| own != ENERGY) || variable.is_in_unknown_unit() {
             return Err(self.wrong(format!(
                 "variable `{name}` is in `{}`, which is no unit like J; as interface_work it must be an energy",
@@ -165,7 +307,7 @@ impl Finder<'_> {
         if n > MOST_ROWS {
             return Err(self.wrong(format!("its interface model has {n} rows; at most {MOST_ROWS} make sense")));
         }
-        let number = |name: &str, dimensions: &[usize]| find(name, Type::Number, dimensions);
+        let number = |name: &str, dimensions: &[usize]| find(name, Type::Float64, dimensions);
         let mut numbers = vec![
             number("rim.H", &[n, n])?,
             number("rim.a", &[n])?,
@@ -188,17 +330,50 @@ impl Finder<'_> {
                 friction.push(number(name, &[])?);
             }
             for name in ["rim.state", "rim.solved_state"] {
-                states.push(find(name, Type::Integer, &[contacts])?);
+                states.push(find(name, Type::Int32, &[contacts])?);
             }
         }
         let (mut kinks, mut places) = (None, 0);
         if description.variable("rim.kink_count").is_some() {
             places = extent("rim.kink_time")?;
             let parts = [number("rim.kink_time", &[places])?, number("rim.kink_jump", &[places, n])?];
-            kinks = Some((find("rim.kink_count", Type::Integer, &[])?.0, parts));
+            kinks = Some((find("rim.kink_count", Type::Int32, &[])?.0, parts));
         }
         let step = number("rim.step", &[])?.0;
         let size = ModelSize { contacts, interface, friction: has_friction, kinks: places };
         Ok(Some((ModelVariables { step, numbers, truths, friction, states, kinks }, size)))
+    }
+}
+
+/// The numbers of a list of lists, row by row.
+fn flat(list: &[toml::Value]) -> Vec<&toml::Value> {
+    list.iter().flat_map(|value| value.as_array().map_or_else(|| vec![value], |inner| flat(inner))).collect()
+}
+
+/// A start value as a description has it.
+fn as_written(kind: Type, text: &str) -> toml::Value {
+    let value = match kind {
+        Type::Boolean => Some(toml::Value::Boolean(text == "true" || text == "1")),
+        Type::Text => None,
+        _ if kind.is_real() => text.parse().ok().map(toml::Value::Float),
+        _ => text.parse().ok().map(toml::Value::Integer),
+    };
+    value.unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+/// A number as a value of some type.
+///
+/// # Errors
+/// What would be valid.
+pub(super) fn number_as(kind: Type, number: f64) -> std::result::Result<Values, String> {
+    match kind.whole() {
+        Some([least, most]) if number.fract() != 0.0 || !(least..=most).contains(&(number as i128)) => {
+            Err(format!("a whole number from {least} to {most}"))
+        }
+        Some(_) => Ok(Values::Whole(vec![number as i64])),
+        None if kind == Type::Boolean && (number == 0.0 || number == 1.0) => Ok(Values::Truths(vec![number == 1.0])),
+        None if kind == Type::Boolean => Err("0 or 1".to_owned()),
+        None if kind.is_real() => Ok(Values::Numbers(vec![number])),
+        None => Err("nothing: it takes no number".to_owned()),
     }
 }

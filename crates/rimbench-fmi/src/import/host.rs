@@ -24,11 +24,29 @@ pub(super) enum Ask {
     Copy,
     /// Nothing in, nothing out: this copy is done with.
     Drop,
+    /// Inputs in, nothing out: ends its initialisation with them.
+    Begin,
+    /// Nothing in; how often it has warned, and the bytes of what it said first out.
+    Heard,
+    /// Of an object of Python, nothing in; whether outputs follow inputs at once (−1: it does not say), whether it counts work, whether it
+    /// has an interface model, its contacts, and the bytes of what it observes out.
+    Describe,
 }
 
 impl Ask {
-    const ALL: [Ask; 8] =
-        [Ask::Outputs, Ask::Step, Ask::Rates, Ask::Model, Ask::Observe, Ask::Work, Ask::Copy, Ask::Drop];
+    const ALL: [Ask; 11] = [
+        Ask::Outputs,
+        Ask::Step,
+        Ask::Rates,
+        Ask::Model,
+        Ask::Observe,
+        Ask::Work,
+        Ask::Copy,
+        Ask::Drop,
+        Ask::Begin,
+        Ask::Heard,
+        Ask::Describe,
+    ];
 
     pub(super) fn of(byte: u8) -> Option<Ask> {
         Ask::ALL.into_iter().find(|ask| *ask as u8 == byte)
@@ -44,23 +62,100 @@ pub(super) trait Host: Send {
     fn ask(&mut self, ask: Ask, id: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String>;
 }
 
-/// A value that is set before a run.
+/// Type of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Type {
+    Float64,
+    Float32,
+    Int8,
+    UInt8,
+    Int16,
+    UInt16,
+    Int32,
+    UInt32,
+    Int64,
+    UInt64,
+    Boolean,
+    Text,
+    /// What is of no use here.
+    Other,
+}
+
+impl Type {
+    /// The type of a variable whose element has this name; an enumeration is a whole number.
+    pub(super) fn of_element(name: &str, two: bool) -> Type {
+        match name {
+            "Real" | "Float64" => Type::Float64,
+            "Float32" => Type::Float32,
+            "Int8" => Type::Int8,
+            "UInt8" => Type::UInt8,
+            "Int16" => Type::Int16,
+            "UInt16" => Type::UInt16,
+            "Integer" | "Int32" => Type::Int32,
+            "Enumeration" if two => Type::Int32,
+            "UInt32" => Type::UInt32,
+            "Int64" | "Enumeration" => Type::Int64,
+            "UInt64" => Type::UInt64,
+            "Boolean" => Type::Boolean,
+            "String" => Type::Text,
+            _ => Type::Other,
+        }
+    }
+
+    /// The least and the largest whole number of a type of whole numbers.
+    pub(super) fn whole(self) -> Option<[i128; 2]> {
+        let (bits, signed) = match self {
+            Type::Int8 => (8, true),
+            Type::UInt8 => (8, false),
+            Type::Int16 => (16, true),
+            Type::UInt16 => (16, false),
+            Type::Int32 => (32, true),
+            Type::UInt32 => (32, false),
+            Type::Int64 => (64, true),
+            Type::UInt64 => (64, false),
+            _ => return None,
+        };
+        Some(if signed { [-(1 << (bits - 1)), (1 << (bits - 1)) - 1] } else { [0, (1 << bits) - 1] })
+    }
+
+    /// Whether its values are numbers that may have digits behind the point.
+    pub(super) fn is_real(self) -> bool {
+        matches!(self, Type::Float64 | Type::Float32)
+    }
+}
+
+/// Values of a variable, one or those of an array.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) enum Start {
-    /// Reference and number.
-    Number(u32, f64),
-    /// Reference and whole number.
-    Integer(u32, i32),
-    /// Reference and truth.
-    Boolean(u32, bool),
-    /// Reference and text.
-    Text(u32, String),
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Whole(Vec<i64>),
+    Truths(Vec<bool>),
+    Texts(Vec<String>),
+}
+
+/// Values that are set before a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Start {
+    pub(super) reference: u32,
+    pub(super) kind: Type,
+    pub(super) values: Values,
+}
+
+/// A place in an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Element {
+    pub(super) at: usize,
+    /// How many there are.
+    pub(super) of: usize,
 }
 
 /// A number that crosses the boundary: `SI = factor × value + offset`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Scaled {
     pub(super) reference: u32,
+    pub(super) kind: Type,
+    /// Which of an array it is; none: the only value of its variable.
+    pub(super) element: Option<Element>,
     pub(super) factor: f64,
     pub(super) offset: f64,
 }
@@ -127,9 +222,19 @@ pub(super) struct Plan {
     pub(super) resources: PathBuf,
     pub(super) version_2: bool,
     pub(super) token: String,
+    /// Whether its log is switched on, and shown as it comes.
+    pub(super) log: bool,
+    /// Whether what it changes of the process that it is in is set back after each call.
+    pub(super) lodger: bool,
+    /// What one of its unit of time is, s.
+    pub(super) time_unit: f64,
+    /// When the run ends, s, where that is known.
+    pub(super) stop: Option<f64>,
     pub(super) starts: Vec<Start>,
     pub(super) inputs: Vec<Scaled>,
     pub(super) outputs: Vec<Scaled>,
+    /// How many of the outputs are positions; velocities stand behind them.
+    pub(super) positions: usize,
     /// Rates of the outputs, where all of them have one.
     pub(super) rates: Option<Vec<Scaled>>,
     pub(super) derivatives: bool,

@@ -2,18 +2,26 @@
 
 #![allow(unsafe_code, reason = "functions of a library that others wrote")]
 
+#[cfg(unix)]
+mod lodger;
+#[cfg(not(unix))]
+#[path = "library/no_lodger.rs"]
+mod lodger;
+mod printf;
 mod probing;
 mod three;
 mod two;
 mod version;
 
+use self::lodger::House;
 use self::probing::Probed;
 use self::three::Three;
 use self::two::Two;
 use self::version::{Common, Instance, Keep, Made, Opened, Version};
-use super::host::{Ask, Host, Plan, Probe, Scaled};
-use std::cell::Cell;
+use super::host::{Ask, Element, Host, Plan, Probe, Scaled, Type};
+use std::cell::{Cell, RefCell};
 use std::ffi::{c_char, c_int, c_void};
+use std::io::Write;
 use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::Mutex;
@@ -49,24 +57,48 @@ pub(super) fn leave_at_once() -> ! {
     unsafe { system::_exit(1) }
 }
 
+/// Our own standard output, where an FMU in this process has the usual one.
+pub fn standard_output() -> Option<std::fs::File> {
+    lodger::standard_output()
+}
+
 /// What the library has said since it was last asked.
-type Said = Mutex<String>;
+#[derive(Default)]
+struct Saying {
+    text: String,
+    /// Whether one of it was a warning.
+    warned: bool,
+    /// Whether it is shown as it comes, and how the FMU is called there.
+    shown_as: Option<String>,
+}
+
+type Said = Mutex<Saying>;
+
+/// The status of a warning.
+const WARNING: c_int = 1;
 
 /// # Safety
 /// `said` is a [`Said`], and `message` a text that ends in zero, or null.
-unsafe fn note(said: *mut c_void, message: *const c_char) {
+unsafe fn note(said: *mut c_void, status: c_int, message: *const c_char) {
     // SAFETY: what it points to is a `Said`, as the caller says.
     let (Some(said), false) = (unsafe { said.cast::<Said>().as_ref() }, message.is_null()) else { return };
     // SAFETY: it is not null, so that it ends in zero, as the caller says.
     let message = unsafe { std::ffi::CStr::from_ptr(message) }.to_string_lossy();
     if let Ok(mut said) = said.lock() {
-        if !said.is_empty() {
-            said.push_str("; ");
+        let Saying { text, warned, shown_as } = &mut *said;
+        let from = text.len();
+        if from > 0 {
+            text.push_str("; ");
         }
-        said.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }));
+        text.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }));
+        *warned |= status == WARNING;
+        if let Some(name) = shown_as {
+            // Where nobody listens nobody is told.
+            let _ = writeln!(std::io::stderr().lock(), "{name}: {}", text[from..].trim_start_matches("; "));
+        }
         // Why a call failed is said last.
-        if let Some((beyond, _)) = said.char_indices().rev().nth(LONGEST_LOG - 1) {
-            said.drain(..beyond);
+        if let Some((beyond, _)) = text.char_indices().rev().nth(LONGEST_LOG - 1) {
+            text.drain(..beyond);
         }
     }
 }
@@ -80,6 +112,41 @@ struct Slot {
     used: bool,
 }
 
+/// An array of which elements are coupled.
+struct Array {
+    reference: u32,
+    values: Vec<f64>,
+}
+
+/// Where numbers that cross the boundary are in an FMU.
+#[derive(Default)]
+struct Places {
+    /// Variables of one value, in order.
+    single: Vec<u32>,
+    arrays: Vec<Array>,
+    /// Elements: place among all numbers, which array, place in it.
+    of_arrays: Vec<(usize, usize, usize)>,
+}
+
+impl Places {
+    fn of(list: &[Scaled]) -> Places {
+        let mut places = Places::default();
+        for (place, Scaled { reference, element, .. }) in list.iter().enumerate() {
+            let Some(Element { at, of }) = *element else {
+                places.single.push(*reference);
+                continue;
+            };
+            let known = places.arrays.iter().position(|array| array.reference == *reference);
+            let array = known.unwrap_or_else(|| {
+                places.arrays.push(Array { reference: *reference, values: vec![0.0; of] });
+                places.arrays.len() - 1
+            });
+            places.of_arrays.push((place, array, at));
+        }
+        places
+    }
+}
+
 /// An FMU in this process.
 pub(super) struct Loaded {
     plan: Plan,
@@ -88,10 +155,9 @@ pub(super) struct Loaded {
     version: ManuallyDrop<Box<dyn Version>>,
     copies: Vec<Slot>,
     present: usize,
-    inputs: Vec<u32>,
-    outputs: Vec<u32>,
-    rates: Vec<u32>,
-    observed: Vec<u32>,
+    inputs: Places,
+    outputs: Places,
+    rates: Places,
     room: Vec<f64>,
     truths: Vec<u8>,
     integers: Vec<i32>,
@@ -100,6 +166,10 @@ pub(super) struct Loaded {
     probed: Probed,
     /// Whether it has come to step mode, from which it may be asked to terminate.
     stepping: bool,
+    /// How often it has warned, and what it said first.
+    warnings: RefCell<(u64, String)>,
+    /// What is set back after each call, where it is in our process.
+    house: Option<House>,
     /// The worst status so far.
     worst: Cell<c_int>,
 }
@@ -110,27 +180,31 @@ unsafe impl Send for Loaded {}
 impl Loaded {
     /// Loads, makes an instance, sets its start values, and lets it begin.
     pub(super) fn new(plan: Plan) -> Result<Self, String> {
-        let said = Box::new(Said::default());
+        let house = plan.lodger.then(House::enter).transpose().map_err(|error| error.to_string())?;
+        let shown_as = plan.log.then(|| plan.file.display().to_string());
+        let said = Box::new(Said::new(Saying { shown_as, ..Saying::default() }));
         let environment: *mut c_void = (&raw const *said).cast_mut().cast();
         let opened = Opened::new(&plan)?;
         let make = if plan.version_2 { Two::make } else { Three::make };
-        let Made { instance, common, version } = make(&opened, &plan, environment)?;
+        let made = make(&opened, &plan, environment);
+        if let Some(house) = &house {
+            house.tidy();
+        }
+        let Made { instance, common, version } = made?;
         if instance.is_null() {
-            let said = said.lock().map(|said| said.clone()).unwrap_or_default();
+            let said = said.lock().map(|said| said.text.clone()).unwrap_or_default();
             let said = if said.is_empty() { "it does not say why".to_owned() } else { said };
             return Err(opened.wrong(format_args!("no instance can be made: {said}")));
         }
-        let references = |list: &[Scaled]| list.iter().map(|variable| variable.reference).collect::<Vec<_>>();
         let mut loaded = Loaded {
             instance,
             common,
             version: ManuallyDrop::new(version),
             copies: vec![Slot { kept: None, used: true }],
             present: 0,
-            inputs: references(&plan.inputs),
-            outputs: references(&plan.outputs),
-            rates: plan.rates.as_deref().map(references).unwrap_or_default(),
-            observed: references(&plan.observed),
+            inputs: Places::of(&plan.inputs),
+            outputs: Places::of(&plan.outputs),
+            rates: plan.rates.as_deref().map(Places::of).unwrap_or_default(),
             room: Vec::new(),
             truths: Vec::new(),
             integers: Vec::new(),
@@ -138,30 +212,62 @@ impl Loaded {
             opened: ManuallyDrop::new(opened),
             probed: Probed::default(),
             stepping: false,
+            warnings: RefCell::default(),
+            house,
             worst: Cell::new(0),
             plan,
         };
-        loaded.begin()?;
-        loaded.stepping = true;
-        Ok(loaded)
+        let entered = loaded.enter();
+        loaded.tidy();
+        entered.map(|()| loaded)
     }
 
-    /// From instantiation to step mode.
-    fn begin(&mut self) -> Result<(), String> {
+    /// From instantiation to initialisation mode.
+    fn enter(&mut self) -> Result<(), String> {
         for start in &self.plan.starts {
             let status = self.version.set_start(&self.opened, self.instance, start)?;
             self.check(status, "setting a start value")?;
         }
-        let (status, what) = self.version.enter(&self.opened, self.instance)?;
-        self.check(status, what)?;
-        // SAFETY: the instance is alive and being initialised.
-        let status = unsafe { (self.common.exit_initialization)(self.instance) };
-        self.check(status, "ExitInitializationMode")
+        // An array that is coupled in part is set as a whole, and begins with what it has.
+        let mut arrays = std::mem::take(&mut self.inputs.arrays);
+        for array in &mut arrays {
+            self.get(&[array.reference], &mut array.values)?;
+        }
+        self.inputs.arrays = arrays;
+        let end = self.plan.stop.map(|stop| stop / self.plan.time_unit);
+        let (status, what) = self.version.enter(&self.opened, self.instance, end)?;
+        self.check(status, what)
     }
 
-    /// A status as a result: `OK` and `Warning` are none.
+    /// From initialisation to step mode, with these inputs.
+    fn begin(&mut self, u: &[f64]) -> Result<(), String> {
+        self.put(u)?;
+        // SAFETY: the instance is alive and being initialised.
+        let status = unsafe { (self.common.exit_initialization)(self.instance) };
+        self.check(status, "ExitInitializationMode")?;
+        self.stepping = true;
+        Ok(())
+    }
+
+    /// Sets back what the library may have changed of the process that it is in.
+    fn tidy(&self) {
+        if let Some(house) = &self.house {
+            house.tidy();
+        }
+    }
+
+    /// A status as a result: `OK` and `Warning` are none, but warnings are counted, whether the status says so or the log.
     fn check(&self, status: c_int, what: &str) -> Result<(), String> {
-        if (0..=1).contains(&status) {
+        if (0..=WARNING).contains(&status) {
+            let mut said = self.said.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            if status == WARNING || said.warned {
+                let mut warnings = self.warnings.borrow_mut();
+                warnings.0 += 1;
+                if warnings.1.is_empty() {
+                    warnings.1 = std::mem::take(&mut said.text);
+                }
+                said.warned = false;
+            }
             return Ok(());
         }
         self.worst.set(self.worst.get().max(if (0..=5).contains(&status) { status % 5 } else { FATAL }));
@@ -171,7 +277,7 @@ impl Loaded {
             .and_then(|status| name.get(status))
             .copied()
             .unwrap_or("a status that there is not");
-        let said = self.said.lock().map(|mut said| std::mem::take(&mut *said)).unwrap_or_default();
+        let said = self.said.lock().map(|mut said| std::mem::take(&mut said.text)).unwrap_or_default();
         let said = if said.is_empty() { String::new() } else { format!(": {said}") };
         Err(self.opened.wrong(format_args!("{what} returned {name}{said}")))
     }
@@ -198,23 +304,77 @@ impl Loaded {
 
     /// Sets the inputs, given in SI.
     fn put(&mut self, u: &[f64]) -> Result<(), String> {
-        if u.len() != self.inputs.len() {
-            return Err(format!("{} inputs for {}", u.len(), self.inputs.len()));
+        if u.len() != self.plan.inputs.len() {
+            return Err(format!("{} inputs for {}", u.len(), self.plan.inputs.len()));
         }
         let mut room = std::mem::take(&mut self.room);
         room.clear();
-        room.extend(u.iter().zip(&self.plan.inputs).map(|(u, scale)| scale.inwards(*u)));
-        let done = self.set(&self.inputs, &room);
+        let Places { single, arrays, of_arrays } = &mut self.inputs;
+        for (u, scale) in u.iter().zip(&self.plan.inputs).filter(|(_, scale)| scale.element.is_none()) {
+            room.push(scale.inwards(*u));
+        }
+        for &(place, array, at) in &*of_arrays {
+            arrays[array].values[at] = self.plan.inputs[place].inwards(u[place]);
+        }
+        let status = if single.is_empty() { 0 } else { self.version.set(self.instance, single, &room) };
+        let mut done = self.check(status, "setting a number");
+        for array in &self.inputs.arrays {
+            done = done.and_then(|()| {
+                let status = self.version.set(self.instance, &[array.reference], &array.values);
+                self.check(status, "setting an array")
+            });
+        }
         self.room = room;
         done
     }
 
+    /// Appends the outputs, in SI.
+    fn take_outputs(&mut self, output: &mut Vec<f64>) -> Result<(), String> {
+        let mut places = std::mem::take(&mut self.outputs);
+        let done = self.take(&mut places, &self.plan.outputs, output);
+        self.outputs = places;
+        done
+    }
+
     /// Appends the values of some variables, in SI.
-    fn take(&self, references: &[u32], scales: &[Scaled], output: &mut Vec<f64>) -> Result<(), String> {
+    fn take(&self, places: &mut Places, scales: &[Scaled], output: &mut Vec<f64>) -> Result<(), String> {
         let from = output.len();
-        output.resize(from + references.len(), 0.0);
-        self.get(references, &mut output[from..])?;
+        if places.arrays.is_empty() {
+            output.resize(from + places.single.len(), 0.0);
+            self.get(&places.single, &mut output[from..])?;
+        } else {
+            let mut singles = vec![0.0; places.single.len()];
+            self.get(&places.single, &mut singles)?;
+            for array in &mut places.arrays {
+                self.get(&[array.reference], &mut array.values)?;
+            }
+            let mut singles = singles.into_iter();
+            output.extend(
+                scales.iter().map(|scale| scale.element.map_or_else(|| singles.next().unwrap_or(f64::NAN), |_| 0.0)),
+            );
+            for &(place, array, at) in &places.of_arrays {
+                output[from + place] = places.arrays[array].values[at];
+            }
+        }
         output[from..].iter_mut().zip(scales).for_each(|(value, scale)| *value = scale.outwards(*value));
+        Ok(())
+    }
+
+    /// Appends what is observed, in SI, of whatever type it is.
+    fn look(&self, observed: &[Scaled], output: &mut Vec<f64>) -> Result<(), String> {
+        let mut array = Vec::new();
+        for scale in observed {
+            let Element { at, of } = scale.element.unwrap_or(Element { at: 0, of: 1 });
+            array.clear();
+            array.resize(of, 0.0);
+            let status = if scale.kind == Type::Float64 {
+                self.version.get(self.instance, &[scale.reference], &mut array)
+            } else {
+                self.version.read(&self.opened, self.instance, scale.kind, scale.reference, &mut array)?
+            };
+            self.check(status, "getting a number")?;
+            output.push(scale.outwards(array[at]));
+        }
         Ok(())
     }
 
@@ -255,11 +415,11 @@ impl Loaded {
     fn jacobian(&self, unknowns: &[u32], first: usize, of_rates: bool, output: &mut Vec<f64>) -> Result<(), String> {
         let scales = if of_rates { self.plan.rates.as_deref().unwrap_or_default() } else { &*self.plan.outputs };
         let scales = &scales[first..];
-        let (rows, columns) = (unknowns.len(), self.inputs.len());
+        let (rows, columns) = (unknowns.len(), self.plan.inputs.len());
         let from = output.len();
         output.resize(from + rows * columns, 0.0);
         let mut column = vec![0.0; rows];
-        for (at, (input, scale)) in self.inputs.iter().zip(&self.plan.inputs).enumerate() {
+        for (at, (input, scale)) in self.inputs.single.iter().zip(&self.plan.inputs).enumerate() {
             let status = self.version.derivative(self.instance, unknowns, *input, &mut column);
             let status = status.ok_or("it has no directional derivatives")?;
             self.check(status, "a directional derivative")?;
@@ -324,7 +484,8 @@ impl Loaded {
     }
 
     fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
-        let status = self.version.step(self.instance, t, h).map_err(|why| self.opened.wrong(why))?;
+        let unit = self.plan.time_unit;
+        let status = self.version.step(self.instance, t / unit, h / unit).map_err(|why| self.opened.wrong(why))?;
         self.check(status, "DoStep")
     }
 }
@@ -337,7 +498,21 @@ impl Host for Loaded {
         }
         // What it said of calls that went well explains no other.
         if let Ok(mut said) = self.said.lock() {
-            said.clear();
+            said.text.clear();
+        }
+        let done = self.answer(ask, id, input, output);
+        self.tidy();
+        done
+    }
+}
+
+impl Loaded {
+    fn answer(&mut self, ask: Ask, id: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
+        if ask == Ask::Heard {
+            let warnings = self.warnings.get_mut();
+            output.push(warnings.0 as f64);
+            output.extend(warnings.1.bytes().map(f64::from));
+            return Ok(());
         }
         if ask == Ask::Drop {
             // Its room is for the next copy.
@@ -348,13 +523,14 @@ impl Host for Loaded {
         match ask {
             Ask::Outputs => {
                 self.put(input)?;
-                self.take(&self.outputs, &self.plan.outputs, output)
+                self.take_outputs(output)
             }
+            Ask::Begin => self.begin(input),
             Ask::Step => {
                 let [t, h, u @ ..] = input else { return Err("a step needs a time and a length".to_owned()) };
                 self.put(u)?;
                 self.step(*t, *h)?;
-                self.take(&self.outputs, &self.plan.outputs, output)
+                self.take_outputs(output)
             }
             Ask::Rates => {
                 let [t, u @ ..] = input else { return Err("rates need a time".to_owned()) };
@@ -363,15 +539,19 @@ impl Host for Loaded {
                     return self.probe(Probe { step: probe.step.min(*longest), ..probe }, *t, u, output);
                 }
                 self.put(u)?;
-                self.take(&self.rates, self.plan.rates.as_deref().unwrap_or_default(), output)?;
+                let mut places = std::mem::take(&mut self.rates);
+                let taken = self.take(&mut places, self.plan.rates.as_deref().unwrap_or_default(), output);
+                self.rates = places;
+                taken?;
                 if self.plan.smooth {
                     // Positions and velocities do not follow forces at once, and an FMU may refuse to say by how much.
-                    let (rows, columns) = (self.outputs.len(), self.inputs.len());
-                    output.resize(output.len() + rows * columns + rows / 2 * columns, 0.0);
-                    return self.jacobian(&self.rates[rows / 2..], rows / 2, true, output);
+                    let (rows, columns, positions) =
+                        (self.plan.outputs.len(), self.plan.inputs.len(), self.plan.positions);
+                    output.resize(output.len() + rows * columns + positions * columns, 0.0);
+                    return self.jacobian(&self.rates.single[positions..], positions, true, output);
                 }
-                self.jacobian(&self.outputs, 0, false, output)?;
-                self.jacobian(&self.rates, 0, true, output)
+                self.jacobian(&self.outputs.single, 0, false, output)?;
+                self.jacobian(&self.rates.single, 0, true, output)
             }
             Ask::Model => {
                 // Room that is there already, lent for the while.
@@ -384,11 +564,11 @@ impl Host for Loaded {
                 if let Some(step) = self.plan.step {
                     self.set(&[step], input)?;
                 }
-                self.take(&self.observed, &self.plan.observed, output)
+                self.look(&self.plan.observed, output)
             }
             Ask::Work => {
                 let Some(work) = self.plan.work else { return Err("it counts no work".to_owned()) };
-                self.take(&[work.reference], &[work], output)
+                self.look(&[work], output)
             }
             Ask::Copy => {
                 let free = (0..self.copies.len()).find(|at| !self.copies[*at].used && *at != self.present);
@@ -401,7 +581,7 @@ impl Host for Loaded {
                 output.push(id as f64);
                 Ok(())
             }
-            Ask::Drop => Ok(()),
+            Ask::Drop | Ask::Heard | Ask::Describe => Ok(()),
         }
     }
 }

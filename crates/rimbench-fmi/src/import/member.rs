@@ -1,16 +1,16 @@
 //! The FMU of a side, with all that a case file names in it.
 
 use super::archive::Unpacked;
-use super::case_file::{CaseFile, ProcessKind};
-use super::description::{Exponents, FORCE, LENGTH, Type, VELOCITY};
-use super::finder::Finder;
-use super::host::{Host, Plan, Probe, Scaled, Start};
+use super::case_file::{CaseFile, ProcessKind, SideTable};
+use super::description::{Description, Exponents, FORCE, LENGTH, VELOCITY};
+use super::finder::{Finder, number_as};
+use super::host::{Element, Host, Plan, Probe, Scaled, Start, Type, Values};
 use super::library::Loaded;
 use super::process::Remote;
-use super::side::{ImportedSide, ModelSize, Offers};
+use super::side::{ImportedSide, ModelSize, Offers, Shape};
 use crate::export::side_name;
 use rimbench_cases::cases::Parameters;
-use rimbench_core::cosim::{Port, Ports, Quantity, Side, Subsystem};
+use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 use std::path::{Path, PathBuf};
@@ -34,16 +34,33 @@ const NO_RATES: &str = "its FMU has no directional derivatives of them, and cann
 const NO_MODEL: &str = "its FMU has none, no directional derivatives of how its velocities move, and cannot be probed for them, which \
                         takes states to be kept and set, and steps of any length";
 
+/// A parameter of the case, and the variable that takes it.
+struct Taken {
+    parameter: String,
+    variable: String,
+    reference: u32,
+    kind: Type,
+    element: Option<Element>,
+}
+
 /// One FMU with what the case makes of it.
 pub(super) struct FmuMember {
     pub(super) unpacked: Unpacked,
     plan: Plan,
     pub(super) ports: Ports,
     pub(super) offers: Offers,
+    shape: Shape,
     /// The size of its interface model.
-    model: Option<ModelSize>,
-    /// Parameters of the case with the variables that take them.
-    parameters: Vec<(String, Scaled)>,
+    pub(super) model: Option<ModelSize>,
+    parameters: Vec<Taken>,
+}
+
+/// The coupling variables that an FMU has.
+struct Coupled {
+    outputs: Vec<Scaled>,
+    inputs: Vec<Scaled>,
+    ports: Ports,
+    shape: Shape,
 }
 
 impl FmuMember {
@@ -58,113 +75,22 @@ impl FmuMember {
             ));
         }
         let finder = Finder { unpacked: &unpacked };
-        let [given, taken] = given_and_taken(side, rows.len());
-        let coupled = |list: &[(usize, usize)], causality: &str| -> Result<Vec<(Port, Scaled)>> {
-            let one = |&(row, which): &(usize, usize)| {
-                let (quantity, exponents, unit) = UNITS[which];
-                let (name, factor) = file.interface[row].end(side, which);
-                let variable = finder.coupling(name, causality, side, exponents, unit)?;
-                if variable.is_in_unknown_unit() && factor.is_none() {
-                    return Err(finder.wrong(format!(
-                        "variable `{name}` is in `{}`, which the FMU does not define by SI base units; valid: a unit that it defines, or a \
-                         factor to {unit}, {{ variable = \"{name}\", factor = … }}",
-                        variable.unit
-                    )));
-                }
-                let factor = factor.unwrap_or(1.0);
-                if !(factor.is_finite() && factor != 0.0) {
-                    return Err(finder.wrong(format!(
-                        "variable `{name}`: factor = {factor} is not valid; valid: a finite number but 0"
-                    )));
-                }
-                let scaled = Scaled {
-                    reference: variable.reference,
-                    factor: factor * variable.factor,
-                    offset: factor * variable.offset,
-                };
-                Ok((Port::new(rows[row][which].clone(), quantity), scaled))
-            };
-            list.iter().map(one).collect()
-        };
-        let outputs = coupled(&given, "output")?;
-        let inputs = coupled(&taken, "input")?;
-        let description = &unpacked.description;
-        let depends = || {
-            let depends = |output: &Scaled, input: &Scaled| description.depends(output.reference, input.reference);
-            let said = outputs.iter().all(|(_, output)| description.dependencies.contains_key(&output.reference));
-            // Where nothing is said: positions and velocities are states, forces may follow them at once.
-            if !said && side == Side::Mechanics {
-                return false;
-            }
-            outputs.iter().any(|(_, output)| inputs.iter().any(|(_, input)| depends(output, input)))
-        };
-        let ports = Ports {
-            inputs: inputs.iter().map(|(port, _)| port.clone()).collect(),
-            outputs: outputs.iter().map(|(port, _)| port.clone()).collect(),
-            direct_feedthrough: table.direct_feedthrough.unwrap_or_else(depends),
-        };
-        let starts = table.start.iter().map(|(name, value)| finder.start(side, name, value)).collect::<Result<_>>()?;
-        let mut parameters: Vec<(String, Scaled)> = Vec::new();
-        for (name, parameter) in &file.parameters {
-            let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
-            if parameter.mechanics.is_none() && parameter.actuator.is_none() {
-                return Err(Error::Incompatible(format!(
-                    "[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""
-                )));
-            }
-            if let Some(to) = to {
-                let variable = finder.settable(to)?;
-                if variable.kind != Type::Number {
-                    return Err(
-                        finder.wrong(format!("variable `{to}` is no Float64: parameters of a case are numbers"))
-                    );
-                }
-                let units = [&*parameter.unit, &*variable.unit].map(|unit| if unit == "-" { "" } else { unit });
-                if units.iter().all(|unit| !unit.is_empty()) && units[0] != units[1] {
-                    return Err(finder.wrong(format!(
-                        "variable `{to}` is in `{}`, and [parameters.{name}] says unit = {:?}; valid: the same, or none, for its values \
-                         go to the FMU as they are",
-                        variable.unit, parameter.unit
-                    )));
-                }
-                if table.start.contains_key(to) {
-                    return Err(Error::Incompatible(format!(
-                        "variable `{to}` is set twice: in start of [{}] and by [parameters.{name}]",
-                        side_name(side)
-                    )));
-                }
-                if let Some((other, _)) = parameters.iter().find(|(_, scaled)| scaled.reference == variable.reference) {
-                    return Err(Error::Incompatible(format!(
-                        "variable `{to}` of [{}] is set twice: by [parameters.{other}] and [parameters.{name}]",
-                        side_name(side)
-                    )));
-                }
-                parameters.push((name.clone(), Scaled { reference: variable.reference, factor: 1.0, offset: 0.0 }));
-            }
-        }
+        let Coupled { outputs, inputs, ports, shape } = coupled(file, &finder, side, rows)?;
+        let (starts, parameters) = starts(file, &finder, side)?;
         let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.readable(name)).collect::<Result<_>>()?;
         let work = table.interface_work.as_ref().map(|name| finder.work(name)).transpose()?;
-        let rate_of = |(_, output): &(Port, Scaled)| -> Option<Scaled> {
-            let rate = description.variables.iter().find(|variable| variable.derivative == Some(output.reference))?;
-            // What the case file says of the output holds of its rate; the unit is the rate's own, where it has one.
-            let of = description.variables.iter().find(|variable| variable.reference == output.reference)?;
-            if rate.is_in_unknown_unit() {
-                return None;
-            }
-            let units = if rate.exponents.is_some() { rate.factor / of.factor } else { 1.0 };
-            Some(Scaled { reference: rate.reference, factor: output.factor * units, offset: 0.0 })
-        };
-        let rates: Option<Vec<Scaled>> =
-            outputs.iter().map(rate_of).collect::<Option<_>>().filter(|_| description.derivatives);
-        let plain = inputs.iter().chain(&outputs).all(|(_, scaled)| scaled.factor == 1.0);
-        let model = if side == Side::Mechanics && plain && unpacked.layered { finder.model(rows.len())? } else { None };
+        let description = &unpacked.description;
+        check_roles(&finder, &[&*inputs, &*outputs, work.as_slice()].concat(), &starts)?;
+        let rates = rates(description, &outputs).filter(|_| inputs.iter().all(|input| input.element.is_none()));
+        let plain = inputs.iter().chain(&outputs).all(|scaled| scaled.factor == 1.0);
         let mechanics = side == Side::Mechanics;
-        let probe =
-            (rates.is_none() && model.is_none() && description.keeps_state && description.any_step).then(|| Probe {
-                step: table.probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s),
-                change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
-                feedthrough: ports.direct_feedthrough,
-            });
+        let model = if mechanics && plain && unpacked.layered { finder.model(rows.len())? } else { None };
+        let probed = rates.is_none() && model.is_none() && description.keeps_state && description.any_step;
+        let probe = probed.then(|| Probe {
+            step: table.probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s),
+            change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
+            feedthrough: ports.direct_feedthrough,
+        });
         let moves = rates.is_some() || probe.is_some();
         // Velocities that jump with a force have no accelerations.
         let smooth = mechanics && model.is_none() && moves && !ports.direct_feedthrough;
@@ -173,11 +99,12 @@ impl FmuMember {
             probed: probe.is_some(),
             smooth,
             without: match (mechanics, moves) {
-                (false, false) => Some(NO_RATES),
-                (true, _) if !smooth => Some(NO_MODEL),
+                (false, false) => Some(NO_RATES.into()),
+                (true, _) if !smooth => Some(NO_MODEL.into()),
                 _ => None,
             },
             copies: description.keeps_state,
+            without_copies: None,
             work: work.is_some(),
             observables: table.observe.iter().cloned().map(Name::from).collect(),
         };
@@ -189,9 +116,14 @@ impl FmuMember {
             resources: unpacked.folder.path().join("resources"),
             version_2: description.is_version_2(),
             token: description.token.clone(),
+            log: table.log,
+            lodger: false,
+            time_unit: description.time_unit,
+            stop: None,
             starts,
-            inputs: inputs.into_iter().map(|(_, scaled)| scaled).collect(),
-            outputs: outputs.into_iter().map(|(_, scaled)| scaled).collect(),
+            positions: if mechanics { outputs.len() - rows.len() } else { 0 },
+            inputs,
+            outputs,
             rates,
             derivatives: description.derivatives,
             smooth,
@@ -202,35 +134,64 @@ impl FmuMember {
             observed,
             work,
         };
-        Ok(FmuMember { plan, ports, offers, model: model_size, parameters, unpacked })
+        Ok(FmuMember { plan, ports, offers, shape, model: model_size, parameters, unpacked })
     }
 
-    /// Makes the side for a run; `step` (s) is one for which it may be asked for its interface model.
-    pub(super) fn side(
-        &self,
-        parameters: &Parameters,
-        process: &Process,
-        step: f64,
-    ) -> Result<Box<dyn Subsystem>, String> {
-        let side = ImportedSide::new(self.host(parameters, process)?, self.ports.clone(), self.offers.clone());
-        let side = side.of_file(&self.unpacked.file);
-        Ok(Box::new(match self.model {
-            Some(size) => side.with_model(step, size)?,
-            None if self.offers.smooth => side.with_smooth_model(self.ports.inputs.len()),
-            None => side,
-        }))
+    /// Starts it for a run that ends at `stop` (s), as far as the end of its start values: it waits to be told with which inputs it begins.
+    pub(super) fn side(&self, parameters: &Parameters, process: &Process) -> Result<ImportedSide, String> {
+        let host = self.host(parameters, process)?;
+        let side = ImportedSide::new(host, self.ports.clone(), self.offers.clone(), self.shape.clone());
+        Ok(side.of_file(&self.unpacked.file))
+    }
+
+    /// Takes back what it says that it offers, where a check has found that it does not.
+    pub(super) fn doubt(&mut self, state: Option<String>, model: Option<String>) {
+        if let Some(words) = state {
+            self.offers.copies = false;
+            if self.offers.probed {
+                (self.offers.rates, self.offers.smooth, self.plan.smooth, self.plan.probe) =
+                    (false, false, false, None);
+                self.offers.probed = false;
+                self.offers.without = Some(words.clone().into());
+            }
+            self.offers.without_copies = Some(words);
+        }
+        if let Some(words) = model {
+            (self.model, self.offers.smooth, self.plan.smooth) = (None, false, false);
+            self.offers.without = Some(words.into());
+        }
     }
 
     /// Starts what drives it.
     fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
         let mut plan = self.plan.clone();
-        for (name, variable) in &self.parameters {
-            let number = parameters.setting(name).ok_or_else(|| format!("parameter {name} is not one of the case"))?;
-            plan.starts.push(Start::Number(variable.reference, variable.inwards(number)));
+        plan.lodger = matches!(process, Process::Same);
+        // Probing at the end of a run goes beyond it.
+        plan.stop = parameters.duration().map(|end| end + plan.probe.map_or(0.0, |probe| probe.step));
+        for Taken { parameter, variable, reference, kind, element } in &self.parameters {
+            let number =
+                parameters.setting(parameter).ok_or_else(|| format!("parameter {parameter} is not one of the case"))?;
+            let value = number_as(*kind, number).map_err(|valid| {
+                let file = self.unpacked.file.display();
+                format!(
+                    "{file}: variable `{variable}` = {number} by parameter {parameter} is not valid; valid: {valid}"
+                )
+            })?;
+            let Some(Element { at, .. }) = *element else {
+                plan.starts.push(Start { reference: *reference, kind: *kind, values: value });
+                continue;
+            };
+            let array = plan.starts.iter_mut().find(|start| start.reference == *reference && start.kind == *kind);
+            match (array.map(|start| &mut start.values), value) {
+                (Some(Values::Numbers(all)), Values::Numbers(one)) => all[at] = one[0],
+                (Some(Values::Whole(all)), Values::Whole(one)) => all[at] = one[0],
+                (Some(Values::Truths(all)), Values::Truths(one)) => all[at] = one[0],
+                _ => {}
+            }
         }
         match process {
             Process::Same => Ok(Box::new(Loaded::new(plan)?)),
-            Process::Own { program, answer_within } => Ok(Box::new(Remote::start(&plan, program, *answer_within)?)),
+            Process::Own { worker, answer_within } => Ok(Box::new(Remote::start(&plan, worker, *answer_within)?)),
         }
     }
 }
@@ -238,7 +199,141 @@ impl FmuMember {
 /// Where FMUs run.
 pub(super) enum Process {
     Same,
-    Own { program: PathBuf, answer_within: Duration },
+    /// Each in one that this command makes.
+    Own {
+        worker: Vec<PathBuf>,
+        answer_within: Duration,
+    },
+}
+
+/// Finds the coupling variables.
+fn coupled(file: &CaseFile, finder: &Finder<'_>, side: Side, rows: &[[String; 3]]) -> Result<Coupled> {
+    let mechanics = side == Side::Mechanics;
+    let [given, taken] = given_and_taken(side, rows.len());
+    let found = |&(row, which): &(usize, usize), causality: &str| -> Result<Option<Scaled>> {
+        let (_, exponents, unit) = UNITS[which];
+        let Some(end) = file.interface[row].end(side, which) else { return Ok(None) };
+        finder.coupling(end, causality, side, exponents, unit).map(Some)
+    };
+    let port = |&(row, which): &(usize, usize)| Port::new(rows[row][which].clone(), UNITS[which].0);
+    let outputs: Vec<_> = given.iter().map(|place| found(place, "output")).collect::<Result<_>>()?;
+    let inputs: Vec<_> = taken.iter().map(|place| found(place, "input")).collect::<Result<_>>()?;
+    let mut shape =
+        Shape { taken: (0..inputs.len()).filter(|at| inputs[*at].is_some()).collect(), integrals: Vec::new() };
+    if mechanics {
+        for (at, row) in file.interface.iter().enumerate() {
+            if let Some(start) = row.integral().map_err(Error::Incompatible)? {
+                shape.integrals.push((at, start));
+            }
+        }
+    }
+    let (outputs, inputs): (Vec<Scaled>, Vec<Scaled>) =
+        (outputs.into_iter().flatten().collect(), inputs.into_iter().flatten().collect());
+    let description = &finder.unpacked.description;
+    let depends = || {
+        let depends = |output: &Scaled, input: &Scaled| description.depends(output.reference, input.reference);
+        let said = outputs.iter().all(|output| description.dependencies.contains_key(&output.reference));
+        // Where nothing is said: positions and velocities are states, forces may follow them at once.
+        (said || !mechanics) && outputs.iter().any(|output| inputs.iter().any(|input| depends(output, input)))
+    };
+    let ports = Ports {
+        inputs: taken.iter().map(port).collect(),
+        outputs: given.iter().map(port).collect(),
+        direct_feedthrough: file.side(side).direct_feedthrough.unwrap_or_else(depends),
+    };
+    Ok(Coupled { outputs, inputs, ports, shape })
+}
+
+/// Finds what is set before a run, by the file itself and by parameters of the case.
+fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start>, Vec<Taken>)> {
+    let SideTable { start, .. } = file.side(side);
+    let (mut starts, mut taken) = (Vec::new(), Vec::<Taken>::new());
+    start.iter().try_for_each(|(name, value)| finder.start(side, name, value, &mut starts))?;
+    for (parameter, table) in &file.parameters {
+        let to = if side == Side::Mechanics { &table.mechanics } else { &table.actuator };
+        let Some(to) = to else { continue };
+        let found = finder.settable(to)?;
+        let (variable, element) = (found.variable, found.element);
+        if element.is_none() && !variable.dimensions.is_empty() {
+            return Err(
+                finder.wrong(format!("variable `{to}` is an array; valid: one of its elements, such as `{to}[1]`"))
+            );
+        }
+        let value = number_as(variable.kind, table.default).map_err(|valid| {
+            finder.wrong(format!(
+                "variable `{to}` = {} by [parameters.{parameter}] is not valid; valid: {valid}",
+                table.default
+            ))
+        })?;
+        let units = [&*table.unit, &*variable.unit].map(|unit| if unit == "-" { "" } else { unit });
+        if units.iter().all(|unit| !unit.is_empty()) && units[0] != units[1] {
+            return Err(finder.wrong(format!(
+                "variable `{to}` is in `{}`, and [parameters.{parameter}] says unit = {:?}; valid: the same, or none, for its values \
+                 go to the FMU as they are",
+                variable.unit, table.unit
+            )));
+        }
+        let (reference, kind) = (variable.reference, variable.kind);
+        let set = |start: &Start| start.reference == reference && start.kind == kind && element.is_none();
+        if start.contains_key(to) || starts.iter().any(set) {
+            return Err(Error::Incompatible(format!(
+                "variable `{to}` is set twice: in start of [{}] and by [parameters.{parameter}]",
+                side_name(side)
+            )));
+        }
+        let same = |other: &&Taken| other.reference == reference && other.kind == kind && other.element == element;
+        if let Some(Taken { parameter: other, .. }) = taken.iter().find(same) {
+            return Err(Error::Incompatible(format!(
+                "variable `{to}` of [{}] is set twice: by [parameters.{other}] and [parameters.{parameter}]",
+                side_name(side)
+            )));
+        }
+        if element.is_some() {
+            finder.put_start(&found, to, value, &mut starts)?;
+        }
+        taken.push(Taken { parameter: parameter.clone(), variable: to.clone(), reference, kind, element });
+    }
+    Ok((starts, taken))
+}
+
+/// Refuses a variable that stands for two things: coupling variables, the account of work, values that are set.
+fn check_roles(finder: &Finder<'_>, roles: &[Scaled], starts: &[Start]) -> Result<()> {
+    let name = |reference: u32, kind: Type| {
+        let variables = &finder.unpacked.description.variables;
+        let found = variables.iter().find(|variable| variable.reference == reference && variable.kind == kind);
+        found.map_or(String::new(), |variable| variable.name.clone())
+    };
+    for (at, role) in roles.iter().enumerate() {
+        let same = |other: &Scaled| other.reference == role.reference && other.element == role.element;
+        if roles[..at].iter().any(same) {
+            let name = name(role.reference, role.kind);
+            return Err(finder
+                .wrong(format!("variable `{name}` stands in two places of the case; valid: one for each quantity")));
+        }
+        if starts.iter().any(|start| start.reference == role.reference && start.kind == role.kind) {
+            let name = name(role.reference, role.kind);
+            return Err(finder.wrong(format!(
+                "variable `{name}` is coupled and has a start value as well; valid: one of both, for the other side says what it starts with"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The variables that are the rates of outputs, where each has one and there are directional derivatives.
+fn rates(description: &Description, outputs: &[Scaled]) -> Option<Vec<Scaled>> {
+    let numbers = || description.variables.iter().filter(|variable| variable.kind == Type::Float64);
+    let rate_of = |output: &Scaled| -> Option<Scaled> {
+        let rate = numbers().find(|variable| variable.derivative == Some(output.reference))?;
+        // What the case file says of the output holds of its rate; the unit is the rate's own, where it has one.
+        let of = numbers().find(|variable| variable.reference == output.reference)?;
+        if rate.is_in_unknown_unit() || output.element.is_some() {
+            return None;
+        }
+        let units = if rate.exponents.is_some() { rate.factor / of.factor } else { 1.0 / description.time_unit };
+        Some(Scaled { reference: rate.reference, factor: output.factor * units, offset: 0.0, ..*output })
+    };
+    outputs.iter().map(rate_of).collect::<Option<_>>().filter(|_| description.derivatives)
 }
 
 /// What a side of an interface with so many rows puts out and takes, as pairs of row and variable: positions of all rows, then

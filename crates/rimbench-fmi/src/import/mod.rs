@@ -20,9 +20,11 @@ mod process;
 #[cfg(not(unix))]
 #[path = "no_process.rs"]
 mod process;
+mod python;
 mod side;
 
-pub use case::read_case;
+pub use case::{Programs, read_case};
 pub use case_file::case_file_schema;
-pub use probing::{ProbeQuality, take_probe_errors};
+pub use library::standard_output;
+pub use probing::{ProbeQuality, take_probe_errors, take_warnings};
 pub use process::{WORKER, serve};

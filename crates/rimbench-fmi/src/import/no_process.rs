@@ -2,7 +2,7 @@
 
 use super::host::{Ask, Host, Plan};
 use rimbench_core::error::{Error, Result};
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The hidden command by which the program is a worker.
@@ -14,8 +14,14 @@ const NEEDS_UNIX: &str = "processes of their own need a Unix; say `process = \"s
 pub(super) enum Remote {}
 
 impl Remote {
-    pub(super) fn start(_: &Plan, _: &Path, _: Duration) -> Result<Self, String> {
+    pub(super) fn start(_: &Plan, _: &[PathBuf], _: Duration) -> Result<Self, String> {
         Err(NEEDS_UNIX.to_owned())
+    }
+}
+
+impl Remote {
+    pub(super) fn started(_: &[u8], _: &str, _: &[PathBuf], _: Duration, _: bool) -> Result<Self, String> {
+        Err("sides of Python need a Unix".to_owned())
     }
 }
 

@@ -1,5 +1,6 @@
-//! By how much what FMUs were probed for may be wrong, for the person in front of the program.
+//! What is to be said of FMUs after a run: by how much what they were probed for may be wrong, and of what they have warned.
 
+use crate::last_words::tell_once;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -19,6 +20,14 @@ impl ProbeErrors {
     /// Notes one.
     pub(super) fn note(&mut self, error: f64) {
         self.errors.push(error);
+    }
+
+    /// Tells, once, what an FMU has warned of, and counts it.
+    pub(super) fn warned(&self, count: u64, text: &str) {
+        let file = self.file.display();
+        let text = if text.is_empty() { "it does not say of what" } else { text };
+        tell_once(&format!("warning: {file} returned Warning: {text}\n"));
+        *WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).entry(self.file.clone()).or_default() += count;
     }
 
     /// Those that a copy begins with.
@@ -45,6 +54,13 @@ pub struct ProbeQuality {
     pub median: f64,
     /// The largest; 1: no digit is right.
     pub largest: f64,
+}
+
+static WARNINGS: Mutex<BTreeMap<PathBuf, u64>> = Mutex::new(BTreeMap::new());
+
+/// Takes how often FMUs have warned since this was last asked, by their files.
+pub fn take_warnings() -> BTreeMap<PathBuf, u64> {
+    std::mem::take(&mut *WARNINGS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 static ALL: Mutex<BTreeMap<PathBuf, Vec<f64>>> = Mutex::new(BTreeMap::new());

@@ -16,7 +16,7 @@ use rimbench_core::error::{Error, Result};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream as Socket;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -71,16 +71,33 @@ fn read_numbers(from: &mut impl Read, room: &mut Vec<u8>, numbers: &mut Vec<f64>
 
 impl Remote {
     /// Starts a worker for an FMU.
-    pub(super) fn start(plan: &Plan, program: &Path, answer_within: Duration) -> Result<Self, String> {
-        let file = plan.file.display().to_string();
+    pub(super) fn start(plan: &Plan, worker: &[PathBuf], answer_within: Duration) -> Result<Self, String> {
+        let text = serde_json::to_vec(plan).map_err(|error| error.to_string())?;
+        Self::started(&text, &plan.file.display().to_string(), worker, answer_within, plan.log)
+    }
+
+    /// Starts a worker by its command, and hands it its plan; what it logs is shown as it comes.
+    pub(super) fn started(
+        plan: &[u8],
+        file: &str,
+        worker: &[PathBuf],
+        answer_within: Duration,
+        log: bool,
+    ) -> Result<Self, String> {
+        let file = file.to_owned();
         let wrong = |error: std::io::Error| format!("{file}: its process cannot be started: {error}");
         let (own, theirs) = Socket::pair().map_err(wrong)?;
         let (output, said) = std::io::pipe().map_err(wrong)?;
+        let [program, arguments @ ..] = worker else {
+            return Err(format!("{file}: there is no command for its process"));
+        };
+        // A log that is wanted is shown as it comes.
+        let errors = if log { Stdio::inherit() } else { Stdio::from(said.try_clone().map_err(wrong)?) };
         let child = Command::new(program)
-            .arg(WORKER)
+            .args(arguments)
             .stdin(Stdio::from(std::os::fd::OwnedFd::from(theirs)))
-            .stdout(said.try_clone().map_err(wrong)?)
-            .stderr(said)
+            .stdout(said)
+            .stderr(errors)
             // Ctrl-C in a terminal is for this program, which ends its runs as it should; the worker follows it.
             .process_group(0)
             .spawn()
@@ -88,7 +105,6 @@ impl Remote {
         own.set_read_timeout(Some(answer_within)).map_err(wrong)?;
         let printed = LastWords::of(output);
         let mut remote = Remote { socket: own, child, file, printed, bytes: Vec::new(), answer_within };
-        let plan = serde_json::to_vec(plan).map_err(|error| error.to_string())?;
         let mut message = (plan.len() as u64).to_le_bytes().to_vec();
         message.extend(plan);
         let sent = remote.socket.write_all(&message);

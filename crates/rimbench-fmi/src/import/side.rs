@@ -2,14 +2,30 @@
 
 use super::host::{Ask, Host};
 use super::probing::ProbeErrors;
+use rimbench_cases::cases::WHAT_REMAINS;
 use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::friction::{ContactState, Stiction};
 use rimbench_core::interface_model::{AccelerationJumps, ReducedInterfaceModel};
 use rimbench_core::name::Name;
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// The estimated error from which on what was probed at the start says nothing.
+const PROBED_IN_VAIN: f64 = 0.9;
+/// By how much an H from rates may differ from a symmetric one.
+const UNSYMMETRIC: f64 = 0.05;
+
+/// What of an interface the FMU itself has.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Shape {
+    /// Rows whose position is the integral of the velocity, with where it starts, m.
+    pub(super) integrals: Vec<(usize, f64)>,
+    /// Which of the inputs it takes.
+    pub(super) taken: Vec<usize>,
+}
 
 /// What it can do besides.
 #[derive(Debug, Clone, Default)]
@@ -22,7 +38,9 @@ pub(super) struct Offers {
     /// What its outputs' rates say is its interface model: a mechanics that has no other.
     pub(super) smooth: bool,
     /// Why it has neither rates nor an interface model, where more is to be said than that.
-    pub(super) without: Option<&'static str>,
+    pub(super) without: Option<Cow<'static, str>>,
+    /// Why it gives no copies, likewise.
+    pub(super) without_copies: Option<String>,
     pub(super) observables: Vec<Name>,
 }
 
@@ -56,6 +74,10 @@ pub(super) struct ImportedSide {
     id: u32,
     ports: Ports,
     offers: Offers,
+    /// Its integrals are those of this copy.
+    shape: Shape,
+    /// Whether it has been told with which inputs it begins.
+    begun: bool,
     /// An empty interface model.
     model: Option<ReducedInterfaceModel>,
     input: Vec<f64>,
@@ -77,7 +99,7 @@ pub(super) struct ImportedSide {
 
 impl ImportedSide {
     /// Takes what drives it.
-    pub(super) fn new(host: Box<dyn Host>, ports: Ports, offers: Offers) -> ImportedSide {
+    pub(super) fn new(host: Box<dyn Host>, ports: Ports, offers: Offers, shape: Shape) -> ImportedSide {
         let (y, u) = (vec![0.0; ports.outputs.len()], vec![0.0; ports.inputs.len()]);
         ImportedSide {
             host: Arc::new(Mutex::new(host)),
@@ -85,6 +107,8 @@ impl ImportedSide {
             ports,
             model: None,
             offers,
+            shape,
+            begun: false,
             input: Vec::new(),
             output: Vec::new(),
             y,
@@ -98,14 +122,13 @@ impl ImportedSide {
         }
     }
 
-    /// Takes what drives one that says itself, when it is asked for its interface model for a step (s), what of that never changes.
+    /// Gives it the interface model that it says itself: it is asked once, for a step (s), for what of that never changes.
     ///
     /// # Errors
     /// What it says instead.
-    pub(super) fn with_model(self, step: f64, size: ModelSize) -> Result<Self, String> {
-        let mut side = self;
+    pub(super) fn give_model(&mut self, step: f64, size: ModelSize) -> Result<(), String> {
         let mut filled = size.empty();
-        side.fill(step, &mut filled)?;
+        self.fill(step, &mut filled)?;
         let mut empty = size.empty();
         (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
         empty.spring = filled.spring;
@@ -114,16 +137,14 @@ impl ImportedSide {
         }
         empty.friction.copy_from_slice(&filled.friction);
         (empty.stiction, empty.tangential_restitution) = (filled.stiction, filled.tangential_restitution);
-        side.model = Some(empty);
-        Ok(side)
+        self.model = Some(empty);
+        Ok(())
     }
 
-    /// Takes what drives a mechanics whose interface model is what the rates of its outputs say, with so many rows.
-    pub(super) fn with_smooth_model(self, interface: usize) -> Self {
-        let mut side = self;
-        let empty = side.model.insert(ReducedInterfaceModel::zeros(0, interface));
+    /// Gives a mechanics the interface model that is what the rates of its outputs say, with so many rows.
+    pub(super) fn give_smooth_model(&mut self, interface: usize) {
+        let empty = self.model.insert(ReducedInterfaceModel::zeros(0, interface));
         (empty.smooth, empty.acceleration_jumps.unknown) = (true, true);
-        side
     }
 
     /// Takes what drives one that may be probed; the errors are told as those of `file`.
@@ -131,6 +152,89 @@ impl ImportedSide {
         let mut side = self;
         side.errors = ProbeErrors::of(file);
         side
+    }
+
+    /// Asks for its outputs while it is being initialised, whatever they depend on.
+    pub(super) fn initial_outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.known = false;
+        self.outputs(u, y)?;
+        // Nothing of a run has been asked so far.
+        (self.known, self.time) = (false, None);
+        Ok(())
+    }
+
+    /// Ends its initialisation, with the inputs that the other side gives by then.
+    pub(super) fn begin(&mut self, u: &[f64]) -> Result<(), Failure> {
+        (self.begun, self.known) = (true, false);
+        self.input.clear();
+        self.put(u);
+        self.ask(Ask::Begin).map_err(Failure::reported)
+    }
+
+    /// Appends what it takes of the inputs to what it is asked with.
+    fn put(&mut self, u: &[f64]) {
+        self.input.extend(self.shape.taken.iter().map(|at| u[*at]));
+    }
+
+    /// Takes outputs that were told; positions that it does not have stay what they are.
+    fn take(&mut self) -> Result<(), String> {
+        let rows = self.ports.outputs.len() / 2;
+        let Shape { integrals, .. } = &self.shape;
+        if self.output.len() + integrals.len() != self.y.len() {
+            return Err(format!(
+                "it tells {} outputs instead of {}",
+                self.output.len(),
+                self.y.len() - integrals.len()
+            ));
+        }
+        let mut told = self.output.iter();
+        for (at, y) in self.y.iter_mut().enumerate() {
+            match integrals.iter().find(|(row, _)| *row == at && at < rows) {
+                Some((_, position)) => *y = *position,
+                None => *y = told.next().copied().unwrap_or(f64::NAN),
+            }
+        }
+        Ok(())
+    }
+
+    /// Rates and gains of what the FMU has, filled up to those of the ports: an integral moves with its velocity, and no output follows an
+    /// input that is not taken.
+    fn fill_up_rates(&mut self) {
+        let (p, n, rows) = (self.ports.outputs.len(), self.ports.inputs.len(), self.ports.outputs.len() / 2);
+        let Shape { integrals, taken } = &self.shape;
+        let columns = taken.len();
+        if integrals.is_empty() && columns == n {
+            return;
+        }
+        let told = std::mem::take(&mut self.output);
+        let has: Vec<Option<usize>> = (0..p)
+            .scan(0, |next, at| {
+                let own = integrals.iter().any(|(row, _)| *row == at && at < rows);
+                *next += usize::from(!own);
+                Some((!own).then_some(*next - 1))
+            })
+            .collect();
+        let given = p - integrals.len();
+        let (rates, gains) = told.split_at(given);
+        let (feedthrough, rate_gain) = gains.split_at(given * columns);
+        let filled = &mut self.output;
+        filled.extend(has.iter().enumerate().map(|(at, own)| own.map_or_else(|| self.y[at + rows], |own| rates[own])));
+        for part in [feedthrough, rate_gain] {
+            for (at, own) in has.iter().enumerate() {
+                for column in 0..n {
+                    let taken = taken.iter().position(|taken| *taken == column);
+                    // The rate of an integral follows an input as its velocity does.
+                    let entry = match (own, taken) {
+                        (Some(own), Some(column)) => part[own * columns + column],
+                        (None, Some(column)) if std::ptr::eq(part, rate_gain) => {
+                            has[at + rows].map_or(0.0, |own| feedthrough[own * columns + column])
+                        }
+                        _ => 0.0,
+                    };
+                    filled.push(entry);
+                }
+            }
+        }
     }
 
     fn ask(&mut self, ask: Ask) -> Result<(), String> {
@@ -208,17 +312,25 @@ impl ImportedSide {
         if self.offers.probed {
             self.input.push(longest);
         }
-        self.input.extend_from_slice(u);
+        self.put(u);
         self.ask(Ask::Rates).map_err(Failure::reported)?;
         if self.offers.probed {
             let error = self.output.pop().unwrap_or(f64::NAN);
             self.errors.note(error);
             // The same from two step sizes, with the inputs as they are and each of them changed both ways.
-            self.counters.micro_steps += 2 * (1 + 2 * u.len() as u64);
+            self.counters.micro_steps += 2 * (1 + 2 * self.shape.taken.len() as u64);
             if self.output.iter().any(|number| !number.is_finite()) {
                 return Err(Failure::reported("probing it for how its outputs move gives numbers that are not finite"));
             }
+            if self.longest.is_none() && error > PROBED_IN_VAIN {
+                let what = format!(
+                    "probing says nothing of how its outputs move: numbers from two step sizes have no digit in common (estimated error \
+                     {error:.2}); perhaps its outputs are those of the step before, or its own steps are longer; {WHAT_REMAINS}"
+                );
+                return Err(Cause::NotOffered { what: what.into() }.into());
+            }
         }
+        self.fill_up_rates();
         Ok(())
     }
 
@@ -236,6 +348,13 @@ impl ImportedSide {
             for column in 0..m {
                 // To round-off it is symmetric anyway.
                 let [one, other] = [(row, column), (column, row)].map(|(row, column)| gains[(m + row) * m + column]);
+                let scale = |at: usize| self.output[2 * m + 2 * m * m + (m + at) * m + at].abs();
+                if (one - other).abs() > UNSYMMETRIC * (scale(row) * scale(column)).sqrt() {
+                    let what = format!(
+                        "its velocities say that H is not symmetric: {one:e} and {other:e} for rows {row} and {column}"
+                    );
+                    return Err(Failure::reported(what));
+                }
                 let entry = 0.5 * (one + other);
                 model.h[row * m + column] = entry;
                 free -= entry * self.u[column];
@@ -249,7 +368,7 @@ impl ImportedSide {
         model.position.copy_from_slice(&self.y[..m]);
         model.w.copy_from_slice(&self.y[m..]);
         model.mechanics_step = h;
-        Ok(())
+        model.check().map_err(|what| Failure::reported(format!("the smooth model that its velocities make: {what}")))
     }
 
     /// Asks for the outputs with these inputs, unless they are known.
@@ -258,9 +377,8 @@ impl ImportedSide {
         self.time.get_or_insert(0.0);
         if !(self.known && (!self.ports.direct_feedthrough || self.u == u)) {
             self.input.clear();
-            self.input.extend_from_slice(u);
-            self.ask(Ask::Outputs).map_err(Failure::reported)?;
-            self.y.copy_from_slice(&self.output);
+            self.put(u);
+            self.ask(Ask::Outputs).and_then(|()| self.take()).map_err(Failure::reported)?;
             self.known = true;
         }
         Ok(())
@@ -268,7 +386,7 @@ impl ImportedSide {
 
     /// Says that something is not offered, and why, where that is known.
     fn without(&self) -> Result<bool, Failure> {
-        self.offers.without.map_or(Ok(false), |what| Err(Cause::NotOffered { what }.into()))
+        self.offers.without.clone().map_or(Ok(false), |what| Err(Cause::NotOffered { what }.into()))
     }
 
     /// What could not be said when it happened.
@@ -289,13 +407,24 @@ impl Subsystem for ImportedSide {
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.check()?;
+        if !self.begun {
+            self.begin(u)?;
+        }
+        let rows = self.ports.outputs.len() / 2;
+        if !self.shape.integrals.is_empty() {
+            self.know_outputs(u)?;
+            self.shape.integrals.iter_mut().for_each(|(row, position)| *position += 0.5 * h * self.y[rows + *row]);
+        }
         self.input.clear();
         self.input.extend([t, h]);
-        self.input.extend_from_slice(u);
+        self.put(u);
         (self.known, self.time) = (false, Some(t + h));
         self.longest = Some(self.longest.map_or(h, |longest| longest.max(h)));
-        self.ask(Ask::Step).map_err(Failure::reported)?;
-        self.y.copy_from_slice(&self.output);
+        self.ask(Ask::Step).and_then(|()| self.take()).map_err(Failure::reported)?;
+        for (row, position) in &mut self.shape.integrals {
+            *position += 0.5 * h * self.y[rows + *row];
+            self.y[*row] = *position;
+        }
         self.u.copy_from_slice(u);
         self.known = true;
         self.counters.micro_steps += 1;
@@ -313,6 +442,8 @@ impl Subsystem for ImportedSide {
             id: *number.first()? as u32,
             ports: self.ports.clone(),
             offers: self.offers.clone(),
+            shape: self.shape.clone(),
+            begun: self.begun,
             model: self.model.clone(),
             input: Vec::new(),
             output: Vec::new(),
@@ -329,6 +460,10 @@ impl Subsystem for ImportedSide {
 }
 
 impl Capabilities for ImportedSide {
+    fn without_copies(&mut self) -> Option<&str> {
+        self.offers.without_copies.as_deref()
+    }
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()
     }
@@ -398,8 +533,15 @@ impl Capabilities for ImportedSide {
 
 impl Drop for ImportedSide {
     fn drop(&mut self) {
+        self.input.clear();
         if Arc::strong_count(&self.host) > 1 {
             let _ = self.ask(Ask::Drop);
+        } else if self.ask(Ask::Heard).is_ok()
+            && let [count, text @ ..] = &*self.output
+            && *count > 0.0
+        {
+            let bytes: Vec<u8> = text.iter().map(|byte| *byte as u8).collect();
+            self.errors.warned(*count as u64, &String::from_utf8_lossy(&bytes));
         }
     }
 }
@@ -436,8 +578,9 @@ mod tests {
         };
         let noted = Arc::new(Mutex::new(Vec::new()));
         let offers = Offers { rates: true, probed: true, smooth: true, ..Offers::default() };
-        let side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), ports, offers);
-        let mut side = side.with_smooth_model(1);
+        let shape = Shape { taken: vec![0], ..Shape::default() };
+        let mut side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), ports, offers, shape);
+        side.give_smooth_model(1);
         let mut model = side.empty_interface_model().unwrap();
         side.interface_model(1e-4, &mut model).unwrap();
         let mut rates = OutputRates::zeros(2, 1);

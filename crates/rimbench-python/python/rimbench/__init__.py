@@ -40,6 +40,7 @@ __all__ = [
     "cases",
     "limit",
     "metrics",
+    "open_case",
     "run",
     "schemes",
     "simulate",
@@ -79,6 +80,16 @@ class Case(_native.Case):
     ) -> Self:
         times_s = (duration_s, macro_step_s, micro_step_s, reference_step_s)
         return super().__new__(cls, (name, reference), like, (mechanics, actuator), parameters, interface, times_s)
+
+
+def open_case(file: str | PathLike[str]) -> _native.Case:
+    """Opens a case file, whose sides are FMUs or classes of Python in files, each in a process of its own.
+
+    Raises
+    ------
+    RimbenchError : what does not fit, with file and variable.
+    """
+    return _native.open_case(file, sys.executable or "python3")
 
 
 #: Told how much is done of how much; `True` draws a bar on standard error.
@@ -171,7 +182,7 @@ class Rows(list[dict[str, Any]]):
 
 
 def simulate(
-    case: str | Case, scheme: str | Scheme, macro_step_s: float | None = None, **settings: Setting
+    case: str | _native.Case, scheme: str | Scheme, macro_step_s: float | None = None, **settings: Setting
 ) -> Result:
     """Runs a case with a scheme, and evaluates it against the reference.
 
@@ -193,7 +204,7 @@ def simulate(
 
 
 def limit(
-    case: str | Case,
+    case: str | _native.Case,
     scheme: str | Scheme,
     *,
     from_s: float | None = None,
@@ -248,6 +259,7 @@ def run(
     quick: bool = False,
     fresh: bool = False,
     progress: Progress | None = None,
+    cases: Sequence[_native.Case] = (),
 ) -> Rows:
     """Runs what is missing of an experiment on all cores, and returns its rows.
 
@@ -258,10 +270,11 @@ def run(
     quick : the quick form of the experiment.
     fresh : forget what is stored and start anew.
     progress : called with runs done and runs to do; `True` draws a bar.
+    cases : of case files (`open_case`), which the experiment may name besides the built-in ones.
 
     Ctrl-C raises `KeyboardInterrupt`; what is stored is kept, and the same call goes on from there.
     """
-    folder = _native.run(file, out, quick, fresh, _told(progress))
+    folder = _native.run(file, out, quick, fresh, _told(progress), list(cases))
     with open(folder / "runs.csv", newline="", encoding="utf-8") as table:
         rows = [{column: _cell(column, text) for column, text in row.items()} for row in csv.DictReader(table)]
     return Rows(folder, rows)

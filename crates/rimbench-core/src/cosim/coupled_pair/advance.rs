@@ -88,7 +88,7 @@ impl CoupledPair<'_> {
                 None => work_sent.add_half_step(at.length, own, u),
                 Some(rates) => {
                     if !actuator.capabilities().output_rates(at.start, u, rates)? {
-                        return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+                        return Err(Cause::NotOffered { what: NO_OUTPUT_RATES.into() }.into());
                     }
                     rates.advance(0.5 * at.length, own);
                     scheme.receive_feedthrough(&rates.feedthrough)?;
@@ -177,7 +177,7 @@ impl CoupledPair<'_> {
 fn step_in_pieces(mechanics: &mut dyn Subsystem, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
     match mechanics.capabilities().joint_steps() {
         Some(steps) => steps.step_under(course, h),
-        None => Err(Cause::NotOffered { what: NO_PIECES }.into()),
+        None => Err(Cause::NotOffered { what: NO_PIECES.into() }.into()),
     }
 }
 

@@ -82,7 +82,7 @@ impl Loaded {
         if done.is_ok() {
             output.extend_from_slice(&probed.fine);
             // Of a mechanics only velocities matter: what a step adds to a position is of the step, and not of the model.
-            let first = if self.plan.smooth { self.outputs.len() / 2 } else { 0 };
+            let first = if self.plan.smooth { self.plan.positions } else { 0 };
             output.push(probed.error(probe, first, u));
         }
         self.probed = probed;
@@ -102,7 +102,7 @@ impl Loaded {
 
     fn probe_twice(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
         probed.magnitude.clear();
-        probed.magnitude.resize(self.outputs.len(), 0.0);
+        probed.magnitude.resize(self.plan.outputs.len(), 0.0);
         for share in [1.0, 0.5] {
             std::mem::swap(&mut probed.coarse, &mut probed.fine);
             self.probe_once(probed, Probe { step: share * probe.step, change: share * probe.change, ..probe }, t, u)?;
@@ -112,7 +112,7 @@ impl Loaded {
 
     /// Fills `probed.fine`.
     fn probe_once(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
-        let (p, n) = (self.outputs.len(), u.len());
+        let (p, n) = (self.plan.outputs.len(), u.len());
         let Probed { kept, fine, magnitude, input, before, after, .. } = probed;
         fine.clear();
         fine.resize(p * (1 + 2 * n), 0.0);
@@ -161,16 +161,16 @@ impl Loaded {
         self.set_state(from)?;
         self.put(u)?;
         before.clear();
-        self.take(&self.outputs, &self.plan.outputs, before)?;
+        self.take_outputs(before)?;
         self.step(t, h)?;
         after.clear();
-        self.take(&self.outputs, &self.plan.outputs, after)
+        self.take_outputs(after)
     }
 }
 
 #[cfg(all(test, unix))]
 mod tests {
-    use super::super::super::host::Start;
+    use super::super::super::host::{Start, Type};
     use super::super::version::StateFunctions;
     use super::super::*;
 
@@ -254,7 +254,7 @@ mod tests {
     struct OfGuest;
 
     impl Version for OfGuest {
-        fn enter(&self, _: &Opened, _: Instance) -> Result<(c_int, &'static str), String> {
+        fn enter(&self, _: &Opened, _: Instance, _: Option<f64>) -> Result<(c_int, &'static str), String> {
             Ok((0, ""))
         }
         fn set_start(&self, _: &Opened, _: Instance, _: &Start) -> Result<c_int, String> {
@@ -270,6 +270,9 @@ mod tests {
             let guest = unsafe { called(instance) };
             values.copy_from_slice(&(guest.say)(guest.x, guest.u));
             0
+        }
+        fn read(&self, _: &Opened, _: Instance, _: Type, _: u32, _: &mut [f64]) -> Result<c_int, String> {
+            Ok(0)
         }
         fn step(&self, instance: Instance, _: f64, h: f64) -> Result<c_int, String> {
             // SAFETY: as above.
@@ -293,7 +296,7 @@ mod tests {
 
     /// As an actuator with direct feedthrough, probed by [`STEP`] and [`CHANGE`]; `guest` outlives it.
     fn loaded(guest: &mut Guest) -> Loaded {
-        let plain = |reference| Scaled { reference, factor: 1.0, offset: 0.0 };
+        let plain = |reference| Scaled { reference, kind: Type::Float64, element: None, factor: 1.0, offset: 0.0 };
         let plan = Plan {
             file: "guest.fmu".into(),
             library: "".into(),
@@ -301,9 +304,14 @@ mod tests {
             resources: "".into(),
             version_2: false,
             token: String::new(),
+            log: false,
+            lodger: false,
+            time_unit: 1.0,
+            stop: None,
             starts: Vec::new(),
             inputs: vec![plain(0)],
             outputs: vec![plain(1), plain(2)],
+            positions: 0,
             rates: None,
             derivatives: false,
             smooth: false,
@@ -325,10 +333,9 @@ mod tests {
             instance: (&raw mut *guest).cast(),
             copies: vec![Slot { kept: None, used: true }],
             present: 0,
-            inputs: vec![0],
-            outputs: vec![1, 2],
-            rates: Vec::new(),
-            observed: Vec::new(),
+            inputs: Places::of(&plan.inputs),
+            outputs: Places::of(&plan.outputs),
+            rates: Places::default(),
             room: Vec::new(),
             truths: Vec::new(),
             integers: Vec::new(),
@@ -339,6 +346,8 @@ mod tests {
             }),
             probed: Probed::default(),
             stepping: true,
+            warnings: RefCell::default(),
+            house: None,
             worst: Cell::new(0),
             plan,
         }

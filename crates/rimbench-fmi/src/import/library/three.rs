@@ -1,6 +1,6 @@
 //! FMI 3.0, as its `fmi3FunctionTypes.h` has it.
 
-use super::super::host::{Plan, Start};
+use super::super::host::{Plan, Start, Type, Values};
 use super::note;
 use super::version::{Common, Instance, Made, Opened, Version};
 use std::ffi::{c_char, c_int, c_void};
@@ -27,10 +27,13 @@ type Instantiate = unsafe extern "C" fn(
     *const c_void,
 ) -> Instance;
 
-unsafe extern "C" fn log(environment: *mut c_void, _status: c_int, _category: *const c_char, message: *const c_char) {
+unsafe extern "C" fn log(environment: *mut c_void, status: c_int, _category: *const c_char, message: *const c_char) {
     // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
-    unsafe { note(environment, message) };
+    unsafe { note(environment, status, message) };
 }
+
+/// Share of a step by which the time that an FMU has come to may differ from the end of the step.
+const SAME_TIME: f64 = 1e-6;
 
 pub(super) struct Three {
     get: Get<f64>,
@@ -67,7 +70,7 @@ impl Three {
                 token,
                 resources,
                 false,
-                false,
+                plan.log,
                 false,
                 false,
                 no_variables,
@@ -82,31 +85,83 @@ impl Three {
 }
 
 impl Version for Three {
-    fn enter(&self, opened: &Opened, instance: Instance) -> Result<(c_int, &'static str), String> {
+    fn enter(&self, opened: &Opened, instance: Instance, end: Option<f64>) -> Result<(c_int, &'static str), String> {
         type Enter = unsafe extern "C" fn(Instance, bool, f64, f64, bool, f64) -> c_int;
         let enter: Enter = opened.find("fmi3EnterInitializationMode")?;
         // SAFETY: the type is that of the standard for this name, and the instance is alive and has just been made.
-        Ok((unsafe { enter(instance, false, 0.0, 0.0, false, 0.0) }, "EnterInitializationMode"))
+        Ok((unsafe { enter(instance, false, 0.0, 0.0, end.is_some(), end.unwrap_or(0.0)) }, "EnterInitializationMode"))
     }
 
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String> {
-        Ok(match start {
-            Start::Number(at, value) => self.set(instance, &[*at], &[*value]),
-            Start::Integer(at, value) => {
-                let set: Set<i32> = opened.find("fmi3SetInt32")?;
-                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, one value.
-                unsafe { set(instance, at, 1, value, 1) }
+        let Start { reference, kind, values } = start;
+        /// Sets values that are converted to one type.
+        macro_rules! set {
+            ($type:ty, $name:literal, $values:expr, $convert:expr) => {{
+                let set: Set<$type> = opened.find(concat!("fmi3Set", $name))?;
+                let values: Vec<$type> = $values.iter().map($convert).collect();
+                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all of its values.
+                unsafe { set(instance, reference, 1, values.as_ptr(), values.len()) }
+            }};
+        }
+        macro_rules! whole {
+            ($type:ty, $name:literal, $values:expr) => {
+                set!($type, $name, $values, |value| *value as $type)
+            };
+        }
+        Ok(match (kind, values) {
+            (Type::Float32, Values::Numbers(list)) => set!(f32, "Float32", list, |value| *value as f32),
+            (_, Values::Numbers(list)) => self.set(instance, &[*reference], list),
+            (Type::Int8, Values::Whole(list)) => whole!(i8, "Int8", list),
+            (Type::UInt8, Values::Whole(list)) => whole!(u8, "UInt8", list),
+            (Type::Int16, Values::Whole(list)) => whole!(i16, "Int16", list),
+            (Type::UInt16, Values::Whole(list)) => whole!(u16, "UInt16", list),
+            (Type::Int32, Values::Whole(list)) => whole!(i32, "Int32", list),
+            (Type::UInt32, Values::Whole(list)) => whole!(u32, "UInt32", list),
+            (Type::UInt64, Values::Whole(list)) => whole!(u64, "UInt64", list),
+            (_, Values::Whole(list)) => whole!(i64, "Int64", list),
+            (_, Values::Truths(list)) => set!(bool, "Boolean", list, |value| *value),
+            (_, Values::Texts(list)) => {
+                let texts = list.iter().map(|text| opened.text(text)).collect::<Result<Vec<_>, _>>()?;
+                // The texts end in zero and outlive the call.
+                set!(*const c_char, "String", texts, |text| text.as_ptr())
             }
-            Start::Boolean(at, value) => {
-                let set: Set<bool> = opened.find("fmi3SetBoolean")?;
-                // SAFETY: as above.
-                unsafe { set(instance, at, 1, value, 1) }
-            }
-            Start::Text(at, value) => {
-                let (set, text): (Set<*const c_char>, _) = (opened.find("fmi3SetString")?, opened.text(value)?);
-                // SAFETY: as above; the text ends in zero and outlives the call.
-                unsafe { set(instance, at, 1, &text.as_ptr(), 1) }
-            }
+        })
+    }
+
+    fn read(
+        &self,
+        opened: &Opened,
+        instance: Instance,
+        kind: Type,
+        reference: u32,
+        values: &mut [f64],
+    ) -> Result<c_int, String> {
+        macro_rules! read {
+            ($type:ty, $name:literal) => {
+                read!($type, $name, |value| value as f64)
+            };
+            ($type:ty, $name:literal, $convert:expr) => {{
+                let get: Get<$type> = opened.find(concat!("fmi3Get", $name))?;
+                let mut room: Vec<$type> = vec![Default::default(); values.len()];
+                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, and room for its values.
+                let status = unsafe { get(instance, &reference, 1, room.as_mut_ptr(), room.len()) };
+                let convert: fn($type) -> f64 = $convert;
+                values.iter_mut().zip(room).for_each(|(value, read)| *value = convert(read));
+                status
+            }};
+        }
+        Ok(match kind {
+            Type::Float32 => read!(f32, "Float32", f64::from),
+            Type::Int8 => read!(i8, "Int8", f64::from),
+            Type::UInt8 => read!(u8, "UInt8", f64::from),
+            Type::Int16 => read!(i16, "Int16", f64::from),
+            Type::UInt16 => read!(u16, "UInt16", f64::from),
+            Type::Int32 => read!(i32, "Int32", f64::from),
+            Type::UInt32 => read!(u32, "UInt32", f64::from),
+            Type::Int64 => read!(i64, "Int64"),
+            Type::UInt64 => read!(u64, "UInt64"),
+            Type::Boolean => read!(u8, "Boolean", |truth| f64::from(u8::from(truth != 0))),
+            Type::Float64 | Type::Text | Type::Other => return Err(opened.wrong("asked for a number that is none")),
         })
     }
 
@@ -121,7 +176,7 @@ impl Version for Three {
     }
 
     fn step(&self, instance: Instance, t: f64, h: f64) -> Result<c_int, String> {
-        let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, t);
+        let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, f64::NAN);
         // SAFETY: the instance is alive and has been initialised; there is room for all four that it tells, bytes being bytes
         // whatever it takes for a truth.
         let status = unsafe {
@@ -130,6 +185,12 @@ impl Version for Three {
         match (0..=1).contains(&status) {
             true if terminate != 0 => Err(format!("it wants the simulation to end at {last} s")),
             true if early != 0 => Err(format!("it returned before the end of its step at {last} s")),
+            // One that says nothing leaves what was there.
+            true if (last - (t + h)).abs() > SAME_TIME * h => Err(format!(
+                "DoStep returned OK, but has come to {last} and not to {}, in the unit of its time (lastSuccessfulTime): valid: steps that \
+                 it takes, perhaps multiples of its own",
+                t + h
+            )),
             _ => Ok(status),
         }
     }

@@ -1,7 +1,7 @@
 //! FMI 2.0, as its `fmi2FunctionTypes.h` has it.
 
-use super::super::host::{Plan, Start};
-use super::note;
+use super::super::host::{Plan, Start, Type, Values};
+use super::printf::log;
 use super::version::{Common, Instance, Made, Opened, Version};
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
@@ -18,7 +18,7 @@ type Instantiate = unsafe extern "C" fn(
     c_int,
     c_int,
 ) -> Instance;
-/// What a library calls with printf's arguments; of these only the text is used.
+/// What a library calls with printf's arguments behind the text.
 type Log = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
 
 #[repr(C)]
@@ -33,17 +33,6 @@ struct Callbacks {
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> *mut c_void;
     fn free(memory: *mut c_void);
-}
-
-unsafe extern "C" fn log(
-    environment: *mut c_void,
-    _name: *const c_char,
-    _status: c_int,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
-    unsafe { note(environment, message) };
 }
 
 pub(super) struct Two {
@@ -73,19 +62,20 @@ impl Two {
             (opened.text("rimbench")?, opened.text(&plan.token)?, opened.text(&uri(&plan.resources))?);
         let instantiate: Instantiate = opened.find("fmi2Instantiate")?;
         // SAFETY: types of the standard; the callbacks live as long as the instance. 1: fmi2CoSimulation.
-        let instance = unsafe { instantiate(name.as_ptr(), 1, token.as_ptr(), resources.as_ptr(), given, 0, 0) };
+        let instance =
+            unsafe { instantiate(name.as_ptr(), 1, token.as_ptr(), resources.as_ptr(), given, 0, plan.log.into()) };
         Ok(Made { instance, common, version: Box::new(version) })
     }
 }
 
 impl Version for Two {
-    fn enter(&self, opened: &Opened, instance: Instance) -> Result<(c_int, &'static str), String> {
+    fn enter(&self, opened: &Opened, instance: Instance, end: Option<f64>) -> Result<(c_int, &'static str), String> {
         type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
         type Enter = unsafe extern "C" fn(Instance) -> c_int;
         let (setup, enter): (Setup, Enter) =
             (opened.find("fmi2SetupExperiment")?, opened.find("fmi2EnterInitializationMode")?);
         // SAFETY: the types are those of the standard for these names, and the instance is alive and has just been made.
-        let status = unsafe { setup(instance, 0, 0.0, 0.0, 0, 0.0) };
+        let status = unsafe { setup(instance, 0, 0.0, 0.0, end.is_some().into(), end.unwrap_or(0.0)) };
         if !(0..=1).contains(&status) {
             return Ok((status, "fmi2SetupExperiment"));
         }
@@ -94,24 +84,41 @@ impl Version for Two {
     }
 
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String> {
-        Ok(match start {
-            Start::Number(at, value) => self.set(instance, &[*at], &[*value]),
-            Start::Integer(at, value) => {
+        let at = &start.reference;
+        Ok(match &start.values {
+            Values::Numbers(list) => self.set(instance, &[*at], &list[..1]),
+            Values::Whole(list) => {
                 let set: Set<c_int> = opened.find("fmi2SetInteger")?;
                 // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, one value.
-                unsafe { set(instance, at, 1, value) }
+                unsafe { set(instance, at, 1, &(list[0] as c_int)) }
             }
-            Start::Boolean(at, value) => {
+            Values::Truths(list) => {
                 let set: Set<c_int> = opened.find("fmi2SetBoolean")?;
                 // SAFETY: as above; truths are whole numbers.
-                unsafe { set(instance, at, 1, &c_int::from(*value)) }
+                unsafe { set(instance, at, 1, &c_int::from(list[0])) }
             }
-            Start::Text(at, value) => {
-                let (set, text): (Set<*const c_char>, _) = (opened.find("fmi2SetString")?, opened.text(value)?);
+            Values::Texts(list) => {
+                let (set, text): (Set<*const c_char>, _) = (opened.find("fmi2SetString")?, opened.text(&list[0])?);
                 // SAFETY: as above; the text ends in zero and outlives the call.
                 unsafe { set(instance, at, 1, &text.as_ptr()) }
             }
         })
+    }
+
+    fn read(
+        &self,
+        opened: &Opened,
+        instance: Instance,
+        kind: Type,
+        reference: u32,
+        values: &mut [f64],
+    ) -> Result<c_int, String> {
+        let get: Get<c_int> = opened.find(if kind == Type::Boolean { "fmi2GetBoolean" } else { "fmi2GetInteger" })?;
+        let mut value = 0;
+        // SAFETY: the type is that of the standard for both names, the instance is alive; one reference, room for one value.
+        let status = unsafe { get(instance, &reference, 1, &raw mut value) };
+        values.fill(if kind == Type::Boolean { f64::from(u8::from(value != 0)) } else { f64::from(value) });
+        Ok(status)
     }
 
     fn set(&self, instance: Instance, references: &[u32], values: &[f64]) -> c_int {

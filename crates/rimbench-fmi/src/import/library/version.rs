@@ -1,6 +1,6 @@
 //! What a master calls in the library of an FMU, whatever the version of the standard.
 
-use super::super::host::{Plan, Start};
+use super::super::host::{Plan, Start, Type};
 use libloading::Library;
 use std::ffi::{CString, c_int, c_void};
 use std::fmt::Display;
@@ -10,8 +10,9 @@ pub(super) type Keep = *mut c_void;
 
 /// One version of the standard; each call is of an instance that is alive, and returns its status.
 pub(super) trait Version {
-    /// Begins to initialise an instance that has its start values; with the status of which function.
-    fn enter(&self, opened: &Opened, instance: Instance) -> Result<(c_int, &'static str), String>;
+    /// Begins to initialise an instance that has its start values, for a run from 0 to `end`, if that is known; with the status of which
+    /// function.
+    fn enter(&self, opened: &Opened, instance: Instance, end: Option<f64>) -> Result<(c_int, &'static str), String>;
 
     /// Sets a start value.
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String>;
@@ -21,6 +22,16 @@ pub(super) trait Version {
 
     /// Gets numbers: as many as there are references, or all of one array.
     fn get(&self, instance: Instance, references: &[u32], values: &mut [f64]) -> c_int;
+
+    /// Reads one variable of any type that has numbers or truths, all of its values.
+    fn read(
+        &self,
+        opened: &Opened,
+        instance: Instance,
+        kind: Type,
+        reference: u32,
+        values: &mut [f64],
+    ) -> Result<c_int, String>;
 
     /// # Errors
     /// Why a step that went well is none.

@@ -1,0 +1,155 @@
+//! What an FMU in our process may change of it, and that is set back after each call: working folder, standard output, locale, and how
+//! the processor rounds and traps.
+
+use super::system;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::fs::File;
+use std::io::{Result, Write};
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::ptr;
+use std::sync::{Mutex, PoisonError};
+
+/// All categories of a locale.
+const LC_ALL: c_int = if cfg!(target_vendor = "apple") { 0 } else { 6 };
+
+unsafe extern "C" {
+    fn fchdir(folder: c_int) -> c_int;
+    fn dup(of: c_int) -> c_int;
+    fn fflush(stream: *mut c_void) -> c_int;
+    fn setlocale(category: c_int, locale: *const c_char) -> *const c_char;
+}
+
+/// What is printed to the standard output while FMUs are here goes to the standard error; how many are here, and ours, put aside.
+static OUTPUT: Mutex<(usize, Option<OwnedFd>)> = Mutex::new((0, None));
+
+/// Our own standard output, where an FMU in this process has the usual one.
+pub(super) fn standard_output() -> Option<File> {
+    let output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner);
+    output.1.as_ref().and_then(|ours| ours.try_clone().ok()).map(File::from)
+}
+
+/// How it was before an FMU came.
+pub(super) struct House {
+    folder: Option<File>,
+    locale: CString,
+    arithmetic: Arithmetic,
+}
+
+impl House {
+    pub(super) fn enter() -> Result<House> {
+        let mut output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner);
+        if output.0 == 0 {
+            let _ = std::io::stdout().flush();
+            // SAFETY: it takes a number; what it gives is ours alone.
+            let ours = unsafe { dup(1) };
+            if ours >= 0 {
+                // SAFETY: a descriptor that was made just now. 2 is the standard error.
+                output.1 = Some(unsafe { OwnedFd::from_raw_fd(ours) });
+                // SAFETY: it takes numbers.
+                unsafe { system::dup2(2, 1) };
+            }
+        }
+        output.0 += 1;
+        Ok(House { folder: File::open(".").ok(), locale: locale(), arithmetic: Arithmetic::present() })
+    }
+
+    pub(super) fn tidy(&self) {
+        self.arithmetic.set();
+        // SAFETY: it asks for a text that lives until the locale is changed, and is not kept.
+        let changed = unsafe { name(setlocale(LC_ALL, ptr::null())) } != Some(self.locale.as_c_str());
+        if changed {
+            // SAFETY: the text ends in zero and outlives the call.
+            unsafe { setlocale(LC_ALL, self.locale.as_ptr()) };
+        }
+        if let Some(folder) = &self.folder {
+            // SAFETY: the descriptor is open.
+            unsafe { fchdir(folder.as_raw_fd()) };
+        }
+    }
+}
+
+impl Drop for House {
+    fn drop(&mut self) {
+        self.tidy();
+        let mut output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner);
+        output.0 -= 1;
+        if output.0 == 0
+            && let Some(ours) = output.1.take()
+        {
+            // What C has not written yet was not meant for us.
+            // SAFETY: null stands for all streams; both descriptors are open.
+            unsafe {
+                fflush(ptr::null_mut());
+                system::dup2(ours.as_raw_fd(), 1);
+            }
+        }
+    }
+}
+
+/// # Safety
+/// The text ends in zero, or is null, and lives as long as what is made of it.
+unsafe fn name<'a>(text: *const c_char) -> Option<&'a CStr> {
+    // SAFETY: as the caller says.
+    (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) })
+}
+
+fn locale() -> CString {
+    // SAFETY: it asks for a text that lives until the locale is changed, and is copied at once.
+    unsafe { name(setlocale(LC_ALL, ptr::null())) }.unwrap_or(c"C").to_owned()
+}
+
+/// Control words of the processor: rounding, traps, and whether the smallest numbers are taken for 0.
+#[derive(Clone, Copy)]
+struct Arithmetic {
+    #[cfg(target_arch = "x86_64")]
+    vector: u32,
+    #[cfg(target_arch = "x86_64")]
+    stack: u16,
+    #[cfg(target_arch = "aarch64")]
+    control: u64,
+}
+
+impl Arithmetic {
+    #[cfg(target_arch = "x86_64")]
+    fn present() -> Self {
+        let (mut vector, mut stack) = (0_u32, 0_u16);
+        // SAFETY: both write a control word to a place that is large enough.
+        unsafe {
+            std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut vector, options(nostack, preserves_flags));
+            std::arch::asm!("fnstcw [{}]", in(reg) &raw mut stack, options(nostack, preserves_flags));
+        }
+        // Without what has happened so far.
+        Arithmetic { vector: vector & !0x3f, stack }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn set(self) {
+        // SAFETY: control words that the processor had before. What has happened is forgotten first, so that nothing traps.
+        unsafe {
+            std::arch::asm!("fnclex", "fldcw [{}]", in(reg) &raw const self.stack, options(nostack));
+            std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const self.vector, options(nostack, preserves_flags));
+        }
+    }
+
+    #[cfg(target_arch = "aarch64")]
+    fn present() -> Self {
+        let control: u64;
+        // SAFETY: it reads a control word.
+        unsafe { std::arch::asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags)) };
+        Arithmetic { control }
+    }
+
+    #[cfg(target_arch = "aarch64")]
+    fn set(self) {
+        // SAFETY: a control word that the processor had before.
+        unsafe { std::arch::asm!("msr fpcr, {}", in(reg) self.control, options(nomem, nostack, preserves_flags)) };
+    }
+
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    fn present() -> Self {
+        Arithmetic {}
+    }
+
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    fn set(self) {}
+}

@@ -1,0 +1,19 @@
+//! Where an FMU in our process is trusted with it.
+
+use std::fs::File;
+
+/// Our own standard output is the usual one.
+pub(super) fn standard_output() -> Option<File> {
+    None
+}
+
+/// Is left as the FMU leaves it.
+pub(super) struct House;
+
+impl House {
+    pub(super) fn enter() -> std::io::Result<House> {
+        Ok(House)
+    }
+
+    pub(super) fn tidy(&self) {}
+}

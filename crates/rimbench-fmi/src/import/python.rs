@@ -1,0 +1,129 @@
+//! A side that is a class of Python in a file, in a process of its own.
+
+use super::case_file::{CaseFile, DIGEST};
+use super::host::{Ask, Host};
+use super::process::Remote;
+use super::side::{ImportedSide, ModelSize, Offers, Shape};
+use crate::export::side_name;
+use rimbench_cases::cases::{Parameters, Value};
+use rimbench_core::cosim::{Port, Ports, Quantity, Side};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::name::Name;
+use rimbench_results::checksums::hex;
+use rimbench_results::input::read_text;
+use serde_json::{Map, json};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What drives an object of Python.
+const WORKER: &str = include_str!("python_worker.py");
+
+/// One class with what the case makes of it.
+pub(super) struct PythonMember {
+    pub(super) file: PathBuf,
+    class: String,
+    pub(super) digest: String,
+    pub(super) ports: Ports,
+    pub(super) offers: Offers,
+    pub(super) model: Option<ModelSize>,
+    /// What it is given besides the parameters of the case.
+    start: Map<String, serde_json::Value>,
+    python: PathBuf,
+    answer_within: Duration,
+}
+
+impl PythonMember {
+    /// Makes the class once, to see what it offers.
+    pub(super) fn open(
+        file: &CaseFile,
+        (path, class): (&Path, &str),
+        side: Side,
+        rows: &[[String; 3]],
+        python: &Path,
+        usual: &Parameters,
+    ) -> Result<Self> {
+        let table = file.side(side);
+        let wrong = |message: String| Error::file(path, message);
+        let text = read_text(path)?;
+        if table.needs.len() + table.observe.len() > 0
+            || table.probe_step_s.is_some()
+            || table.log
+            || table.interface_work.is_some()
+        {
+            return Err(wrong(format!(
+                "is a side of Python: [{}] may have python, class, start and direct_feedthrough, and all else is said by the class",
+                side_name(side)
+            )));
+        }
+        let list = |which: usize, quantity| rows.iter().map(move |row| Port::new(row[which].clone(), quantity));
+        let motion = list(0, Quantity::Position).chain(list(1, Quantity::Velocity)).collect();
+        let force = list(2, Quantity::Force).collect();
+        let (outputs, inputs) = if side == Side::Mechanics { (motion, force) } else { (force, motion) };
+        let mut start = Map::new();
+        for (name, value) in &table.start {
+            let value = serde_json::to_value(value).map_err(|error| wrong(format!("start of {name}: {error}")))?;
+            start.insert(name.clone(), value);
+        }
+        let mut member = PythonMember {
+            file: path.to_owned(),
+            class: class.to_owned(),
+            digest: hex(&Sha256::digest(text)[..8]),
+            ports: Ports { inputs, outputs, direct_feedthrough: false },
+            offers: Offers { copies: true, ..Offers::default() },
+            model: None,
+            start,
+            python: python.to_owned(),
+            answer_within: Duration::from_secs_f64(file.answer_within_s.min(1e9)),
+        };
+        let mut host = member.host(usual).map_err(Error::Incompatible)?;
+        let mut told = Vec::new();
+        host.ask(Ask::Describe, 0, &[], &mut told).map_err(|message| wrong(message.clone()))?;
+        let [through, work, model, contacts, names @ ..] = &*told else {
+            return Err(wrong("says nothing of itself".to_owned()));
+        };
+        let names: Vec<u8> = names.iter().map(|byte| *byte as u8).collect();
+        let names = String::from_utf8_lossy(&names);
+        member.ports.direct_feedthrough = table.direct_feedthrough.unwrap_or(*through == 1.0);
+        member.offers.work = *work == 1.0;
+        member.offers.observables = names.lines().map(|name| Name::from(name.to_owned())).collect();
+        let size = ModelSize { contacts: *contacts as usize, interface: rows.len(), friction: false, kinks: 0 };
+        member.model = (*model == 1.0 && side == Side::Mechanics).then_some(size);
+        Ok(member)
+    }
+
+    fn host(&self, parameters: &Parameters) -> Result<Remote, String> {
+        let mut all = self.start.clone();
+        for (parameter, value) in parameters.iter().filter(|(parameter, _)| parameter.name != DIGEST) {
+            let value = match value {
+                Value::Number(number) => json!(number),
+                Value::Choice(choice) => json!(&**choice),
+            };
+            all.insert(parameter.name.to_string(), value);
+        }
+        let (outputs, inputs) = (self.ports.outputs.len(), self.ports.inputs.len());
+        let plan = json!({
+            "file": self.file, "class": self.class, "parameters": all, "outputs": outputs, "inputs": inputs,
+        });
+        let plan = serde_json::to_vec(&plan).map_err(|error| error.to_string())?;
+        let command = [self.python.clone(), "-c".into(), WORKER.into()];
+        Remote::started(&plan, &self.file.display().to_string(), &command, self.answer_within, false)
+    }
+
+    /// Makes an object of it.
+    pub(super) fn side(&self, parameters: &Parameters) -> Result<ImportedSide, String> {
+        let shape = Shape { taken: (0..self.ports.inputs.len()).collect(), integrals: Vec::new() };
+        let host = Box::new(self.host(parameters)?);
+        Ok(ImportedSide::new(host, self.ports.clone(), self.offers.clone(), shape).of_file(&self.file))
+    }
+
+    /// Takes back what it says that it offers, where a check has found that it does not.
+    pub(super) fn doubt(&mut self, state: Option<String>, model: Option<String>) {
+        if state.is_some() {
+            (self.offers.copies, self.offers.without_copies) = (false, state);
+        }
+        if let Some(words) = model {
+            (self.model, self.offers.without) = (None, Some(words.into()));
+        }
+    }
+}

@@ -1,0 +1,114 @@
+"""One side of a case, an object of Python, driven through the socket that is the standard input; process.rs says how."""
+
+import copy, importlib.util, json, os, socket, struct, sys, traceback
+
+OUTPUTS, STEP, RATES, MODEL, OBSERVE, WORK, COPY, DROP, BEGIN, HEARD, DESCRIBE = range(1, 12)
+TOUCHING = 1e-9
+
+
+def main():
+    link = socket.socket(fileno=os.dup(0))
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    stream = link.makefile("rb")
+
+    def read(count):
+        data = stream.read(count)
+        if len(data) < count:
+            os._exit(0)  # whoever asked has gone
+        return data
+
+    def numbers(values):
+        values = [float(value) for value in values]
+        return struct.pack(f"<BQ{len(values)}d", 0, len(values), *values)
+
+    def refusal(error):
+        place = traceback.extract_tb(error.__traceback__)[-1:]
+        where = "".join(f" ({os.path.basename(at.filename)}, line {at.lineno}, in {at.name})" for at in place)
+        text = f"{type(error).__name__}: {error}{where}".replace("\n", "; ").encode()
+        return struct.pack("<BQ", 1, len(text)) + text
+
+    plan = json.loads(read(struct.unpack("<Q", read(8))[0]))
+    try:
+        sys.path.insert(0, os.path.dirname(os.path.abspath(plan["file"])))
+        spec = importlib.util.spec_from_file_location("side", plan["file"])
+        module = importlib.util.module_from_spec(spec)
+        sys.modules["side"] = module
+        spec.loader.exec_module(module)
+        copies = {0: getattr(module, plan["class"])(plan["parameters"])}
+        for name in ("outputs", "step"):
+            if not callable(getattr(copies[0], name, None)):
+                raise TypeError(f"class {plan['class']} has no method `{name}`")
+    except BaseException as error:
+        link.sendall(refusal(error))
+        return
+    link.sendall(b"\0")
+    outputs, inputs = plan["outputs"], plan["inputs"]
+
+    def checked(values, count, what):
+        values = [float(value) for value in values]
+        if len(values) != count:
+            raise ValueError(f"{what} gives {len(values)} numbers instead of {count}")
+        return values
+
+    def model_of(side, h):
+        model = side.interface_model(h)
+        contacts = int(getattr(side, "contacts", 0) or 0)
+        n = contacts + inputs
+
+        def part(name, count):
+            values = model[name]
+            values = values.ravel() if hasattr(values, "ravel") else values
+            flat = [item for row in values for item in (row if hasattr(row, "__len__") else (row,))]
+            return checked(flat, count, f"interface_model: `{name}`")
+
+        gap = part("gap", contacts) if contacts else []
+        closed = model.get("closed")
+        closed = [gap <= TOUCHING for gap in gap] if closed is None else [bool(value) for value in closed]
+        gamma, e = (float(getattr(side, name, 0.0) or 0.0) for name in ("stabilisation", "restitution"))
+        parts = part("H", n * n) + part("a", n) + part("w", n) + part("position", inputs) + gap + [0.0] * contacts
+        return parts + [gamma, e, 0.0, 0.0] + checked(closed, contacts, "interface_model: `closed`")
+
+    def answer(what, number, values):
+        if what == DROP:
+            copies.pop(number, None)
+            return []
+        side = copies[number]
+        if what == OUTPUTS:
+            return checked(side.outputs(tuple(values)), outputs, "outputs")
+        if what == STEP:
+            t, h, *u = values
+            told = side.step(t, tuple(u), h)
+            return checked(side.outputs(tuple(u)) if told is None else told, outputs, "step")
+        if what == MODEL:
+            return model_of(side, values[0])
+        if what == OBSERVE:
+            names = getattr(side, "observables", ())
+            return checked(side.observe(), len(names), "observe") if names else []
+        if what == WORK:
+            return [side.interface_work()]
+        if what == COPY:
+            free = max(copies) + 1
+            copies[free] = copy.deepcopy(side)
+            return [free]
+        if what == DESCRIBE:
+            through = getattr(side, "direct_feedthrough", None)
+            known = [-1.0 if through is None else float(bool(through))]
+            known += [float(hasattr(side, "interface_work")), float(hasattr(side, "interface_model"))]
+            names = "\n".join(getattr(side, "observables", ()) or ()).encode()
+            return known + [float(getattr(side, "contacts", 0) or 0), *names]
+        return [0.0] if what == HEARD else []
+
+    while True:
+        what, number = struct.unpack("<BI", read(5))
+        if (what, number) == (0, 0):
+            return
+        (count,) = struct.unpack("<Q", read(8))
+        values = struct.unpack(f"<{count}d", read(8 * count))
+        try:
+            said = numbers(answer(what, number, values))
+        except BaseException as error:
+            said = refusal(error)
+        link.sendall(said)
+
+
+main()

@@ -1,0 +1,538 @@
+//! Sides from outside are not believed: an FMU with one fault, switched on by name, is found out, heard or set right, for FMI 2.0 and 3.0.
+#![cfg(target_os = "linux")]
+
+use crate::program::{assert_has, process};
+use serde_json::Value;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
+
+const SOURCE: &str = include_str!("faulty_fmu.c");
+
+/// A mass of 1 kg at 0.1 m, or the spring of 100 N/m on which it is: x = 0.1 cos 10 t.
+struct Guest<'a> {
+    role: &'a str,
+    version: u32,
+    faults: &'a [&'a str],
+    /// Pieces of the description, each with what stands in its place.
+    changes: &'a [(&'a str, &'a str)],
+    state: bool,
+}
+
+const MASS: Guest<'_> = Guest { role: "mass", version: 3, faults: &[], changes: &[], state: true };
+const SPRING: Guest<'_> = Guest { role: "spring", ..MASS };
+
+impl Guest<'_> {
+    fn description(&self) -> String {
+        let (mass, two) = (self.role == "mass", self.version == 2);
+        let real = |name: &str, reference: u32, causality: &str, unit: &str, start: &str| {
+            let fixed = if causality == "parameter" { "fixed" } else { "continuous" };
+            let initial = match causality {
+                "output" => " initial=\"calculated\"",
+                "parameter" => " initial=\"exact\"",
+                _ => "",
+            };
+            let start = if causality == "output" { String::new() } else { format!(" start=\"{start}\"") };
+            let head = format!(
+                "name=\"{name}\" valueReference=\"{reference}\" causality=\"{causality}\" variability=\"{fixed}\"{initial}"
+            );
+            let tail = format!("unit=\"{unit}\"{start}");
+            if two {
+                format!("<ScalarVariable {head}><Real {tail}/></ScalarVariable>")
+            } else {
+                format!("<Float64 {head} {tail}/>")
+            }
+        };
+        let [given, taken] = if mass { ["output", "input"] } else { ["input", "output"] };
+        let own = if mass { ["m", "kg", "1", "x0", "0.1"] } else { ["k", "N/m", "100", "rest", "0"] };
+        let variables = [
+            real("x", 0, given, "m", "0"),
+            real("v", 1, given, "m/s", "0"),
+            real("f", 2, taken, "N", "0"),
+            real(own[0], 3, "parameter", own[1], own[2]),
+            real("d", 4, "parameter", "N.s/m", "0"),
+            real(own[3], 5, "parameter", "m", own[4]),
+        ];
+        let depend = if mass {
+            ""
+        } else if two {
+            "1 2"
+        } else {
+            "0 1"
+        };
+        let outputs: String = (if mass { 0..2 } else { 2..3 })
+            .map(|output| match two {
+                true => format!("<Unknown index=\"{}\" dependencies=\"{depend}\"/>", output + 1),
+                false => format!("<Output valueReference=\"{output}\" dependencies=\"{depend}\"/>"),
+            })
+            .collect();
+        let outputs = if two { format!("<Outputs>{outputs}</Outputs>") } else { outputs };
+        let [token, flag] =
+            if two { ["guid", "canGetAndSetFMUstate"] } else { ["instantiationToken", "canGetAndSetFMUState"] };
+        let mut text = format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?><fmiModelDescription fmiVersion=\"{}.0\" modelName=\"guest\" {token}=\"guest\">\
+             <CoSimulation modelIdentifier=\"guest\" canHandleVariableCommunicationStepSize=\"true\" {flag}=\"{}\"/><UnitDefinitions>\
+             <Unit name=\"m\"><BaseUnit m=\"1\"/></Unit><Unit name=\"m/s\"><BaseUnit m=\"1\" s=\"-1\"/></Unit>\
+             <Unit name=\"N\"><BaseUnit kg=\"1\" m=\"1\" s=\"-2\"/></Unit></UnitDefinitions><ModelVariables>{}</ModelVariables>\
+             <ModelStructure>{outputs}</ModelStructure></fmiModelDescription>",
+            self.version,
+            self.state,
+            variables.concat(),
+        );
+        for (from, to) in self.changes {
+            assert!(text.contains(from), "{from} is not in {text}");
+            text = text.replace(from, to);
+        }
+        text
+    }
+
+    /// Compiles and packs it; nothing where there is no C compiler.
+    fn packed(&self, file: &Path) -> Option<()> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("guest.c"), SOURCE).unwrap();
+        let role = u32::from(self.role != "mass");
+        let mut compiler = Command::new("cc");
+        compiler.args(["-shared", "-fPIC", "-O1", "-w", "-ffp-contract=off", "-o", "guest.so", "guest.c"]);
+        compiler.args([format!("-DV={}", self.version), format!("-DROLE={role}")]);
+        compiler.args(self.faults.iter().map(|fault| format!("-D{fault}"))).arg("-lm").current_dir(folder.path());
+        if !compiler.status().is_ok_and(|status| status.success()) {
+            eprintln!("skipped: there is no C compiler `cc` on the path");
+            return None;
+        }
+        let mut archive = ZipWriter::new(fs::File::create(file).unwrap());
+        let mut put = |name: &str, bytes: &[u8]| {
+            archive.start_file(name, SimpleFileOptions::default().unix_permissions(0o755)).unwrap();
+            archive.write_all(bytes).unwrap();
+        };
+        put("modelDescription.xml", self.description().as_bytes());
+        let platform =
+            if self.version == 2 { "linux64".to_owned() } else { format!("{}-linux", std::env::consts::ARCH) };
+        put(&format!("binaries/{platform}/guest.so"), &fs::read(folder.path().join("guest.so")).unwrap());
+        archive.finish().unwrap();
+        Some(())
+    }
+}
+
+const ENDS: &str = "position = \"x\", velocity = \"v\", force = \"f\"";
+
+/// A folder with two sides and a case of them, `changes` made in its text.
+fn case(mass: &Guest<'_>, spring: &Guest<'_>, changes: &[(&str, &str)]) -> Option<TempDir> {
+    let folder = tempfile::tempdir().unwrap();
+    mass.packed(&folder.path().join("mass.fmu"))?;
+    spring.packed(&folder.path().join("spring.fmu"))?;
+    write_case(folder.path(), changes);
+    Some(folder)
+}
+
+fn write_case(folder: &Path, changes: &[(&str, &str)]) {
+    let mut text = format!(
+        "name = \"pair\"\nduration_s = 0.2\nmacro_step_s = 1e-3\nmicro_step_s = 1e-3\nreference_step_s = 4e-4\n[mechanics]\nfmu = \
+         \"mass.fmu\"\n[actuator]\nfmu = \"spring.fmu\"\n[[interface]]\nmechanics = {{ {ENDS} }}\nactuator = {{ {ENDS} }}\n"
+    );
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from} is not in {text}");
+        text = text.replacen(from, to, 1);
+    }
+    fs::write(folder.join("case.toml"), text).unwrap();
+}
+
+fn output(folder: &Path, arguments: &str) -> Output {
+    let mut command = process();
+    command.current_dir(folder).args(["simulate", "--case", "case.toml"]).args(arguments.split_whitespace());
+    command.env("RIMBENCH_CACHE", folder.join("cache")).output().unwrap()
+}
+
+/// One run as JSON, and what is said besides.
+fn run(folder: &Path, arguments: &str) -> (Value, String) {
+    let output = output(folder, &format!("{arguments} --format json"));
+    let shown = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{shown}");
+    (serde_json::from_slice(&output.stdout).unwrap(), shown)
+}
+
+/// Bad input, in its words.
+fn refused(folder: &Path) -> String {
+    let output = output(folder, "--scheme zero-order-hold");
+    let shown = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    shown
+}
+
+/// The last number of a column of the trace.
+fn last(folder: &Path, column: &str) -> f64 {
+    run(folder, "--scheme zero-order-hold --trace trace.csv");
+    let mut reader = csv::Reader::from_path(folder.join("trace.csv")).unwrap();
+    let at = reader.headers().unwrap().iter().position(|name| name == column).unwrap();
+    reader.records().last().unwrap().unwrap()[at].parse().unwrap()
+}
+
+const POSITION: &str = "interface_position_m";
+
+#[test]
+fn a_state_that_does_not_come_back_leaves_plain_schemes_and_skips_the_others_with_the_reason() {
+    for version in [2, 3] {
+        for faults in [&["FORGETS_V"], &["SHALLOW"]] {
+            let Some(folder) = case(&Guest { version, faults, ..MASS }, &SPRING, &[]) else { return };
+            let doubling = "zero-order-hold --step-control step-doubling --step-tolerance 1e-3";
+            for scheme in ["rim-smooth", "iterated-aitken", doubling] {
+                let (said, _) = run(folder.path(), &format!("--scheme {scheme}"));
+                assert_eq!(said["outcome"], "skipped", "{faults:?} {scheme}: {said:#}");
+                let reason = said["reason"].as_str().unwrap();
+                assert_has(reason, &["the state of the mechanics does not come back", "zero-order-hold"]);
+            }
+            let (said, _) = run(folder.path(), "--scheme zero-order-hold");
+            assert_eq!(said["outcome"], "completed", "{said:#}");
+        }
+        // The same without a fault.
+        let Some(folder) = case(&Guest { version, ..MASS }, &Guest { version, ..SPRING }, &[]) else { return };
+        for scheme in ["rim-smooth", "iterated-aitken", "interface-jacobian"] {
+            let (said, _) = run(folder.path(), &format!("--scheme {scheme}"));
+            assert_eq!(said["outcome"], "completed", "{scheme}: {said:#}");
+        }
+    }
+}
+
+#[test]
+fn a_force_with_the_wrong_sign_is_found_with_states_and_without() {
+    for state in [true, false] {
+        let Some(folder) = case(&Guest { state, ..MASS }, &SPRING, &[]) else { return };
+        let reversed = "{ variable = \"f\", factor = -1.0 } }\nactuator";
+        write_case(folder.path(), &[("\"f\" }\nactuator", reversed)]);
+        assert_has(&refused(folder.path()), &["mass.fmu", "the sign of the force is reversed", "factor = -1"]);
+        // Of the actuator it may be meant.
+        write_case(
+            folder.path(),
+            &[(
+                "actuator = { position = \"x\", velocity = \"v\", force = \"f\"",
+                "actuator = { position = \"x\", \
+                   velocity = \"v\", force = { variable = \"f\", factor = -1.0 }",
+            )],
+        );
+        let shown = String::from_utf8_lossy(&output(folder.path(), "--scheme zero-order-hold").stderr).into_owned();
+        assert_has(&shown, &["note: ", "case.toml", "the actuator", "its sign is reversed"]);
+        // Both count it the other way round: signals do not mind, a model does.
+        let minus = ("force = \"f\"", "force = { variable = \"f\", factor = -1.0 }");
+        write_case(folder.path(), &[minus, minus]);
+        let (said, shown) = run(folder.path(), "--scheme zero-order-hold");
+        assert_eq!(said["outcome"], "completed", "{said:#}");
+        assert_has(&shown, &["note: ", "a factor of -1 on both sides"]);
+        if state {
+            let (said, _) = run(folder.path(), "--scheme rim-smooth");
+            assert_has(said["reason"].as_str().unwrap(), &["the sign of the force is reversed", "zero-order-hold"]);
+        }
+    }
+}
+
+#[test]
+fn sides_begin_with_what_the_other_one_says_and_are_told_when_the_run_ends() {
+    for version in [2, 3] {
+        // Unstretched where the mass is when initialisation ends.
+        let spring = Guest { version, faults: &["REST_AT_START"], ..SPRING };
+        let Some(folder) = case(&Guest { version, faults: &["NEEDS_STOP"], ..MASS }, &spring, &[]) else { return };
+        assert_eq!(last(folder.path(), "interface_force_n"), 0.0);
+    }
+}
+
+#[test]
+fn what_an_fmu_says_is_heard() {
+    for version in [2, 3] {
+        let Some(folder) = case(&Guest { version, faults: &["WARNS_AT=0.15"], ..MASS }, &SPRING, &[]) else { return };
+        let (said, shown) = run(folder.path(), "--scheme zero-order-hold");
+        let warnings = said["fmu_warnings"].as_object().unwrap().values().next().unwrap().as_u64().unwrap();
+        assert!((48..=51).contains(&warnings), "{said:#}");
+        assert_has(&shown, &["mass.fmu returned Warning", "not the time that was expected"]);
+        // With the arguments of printf, in FMI 2.0 as well.
+        MASS_FAILS.with(version).packed(&folder.path().join("mass.fmu")).unwrap();
+        assert_has(&refused(folder.path()), &["step refused at t = 0.1", ": no solution"]);
+        // With its log switched on it is shown as it comes.
+        write_case(folder.path(), &[("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nlog = true")]);
+        assert_has(&refused(folder.path()), &["mass.fmu: step refused at t = 0.1"]);
+    }
+    // It does not come to the end of its steps, and says so.
+    let Some(folder) = case(&Guest { faults: &["LAGS", "H_INT=7e-4"], ..MASS }, &SPRING, &[]) else { return };
+    assert_has(&refused(folder.path()), &["mass.fmu", "lastSuccessfulTime"]);
+}
+
+const MASS_FAILS: Guest<'_> = Guest { faults: &["FAIL_AT=0.1"], ..MASS };
+
+impl<'a> Guest<'a> {
+    fn with(&self, version: u32) -> Guest<'a> {
+        Guest { version, faults: self.faults, changes: self.changes, role: self.role, state: self.state }
+    }
+}
+
+const PARAMETER: &str = "<Float64 name=\"d\"";
+
+#[test]
+fn descriptions_mean_what_they_say() {
+    let end = "</UnitDefinitions>";
+    let unit = "<Unit name=\"ms\"><BaseUnit s=\"1\" factor=\"0.001\"/></Unit></UnitDefinitions>";
+    let time = |unit: &str| {
+        format!(
+            "<ModelVariables><Float64 name=\"time\" valueReference=\"20\" causality=\"independent\" variability=\"continuous\" unit=\"{unit}\"/>"
+        )
+    };
+    let (in_ms, in_weeks) = (time("ms"), time("week"));
+    let changes = [(end, unit), ("<ModelVariables>", &*in_ms)];
+    let Some(folder) = case(&Guest { faults: &["TIME_MS"], changes: &changes, ..MASS }, &SPRING, &[]) else { return };
+    let exact = 0.1 * f64::cos(2.0);
+    assert!((last(folder.path(), POSITION) - exact).abs() < 5e-3);
+    // A unit of time that nobody knows.
+    Guest { changes: &[("<ModelVariables>", &*in_weeks)], ..MASS }.packed(&folder.path().join("mass.fmu")).unwrap();
+    assert_has(&refused(folder.path()), &["independent variable `time`", "`week`", "no offset"]);
+    // A difference has no offset.
+    let offset = "<Unit name=\"m\"><BaseUnit m=\"1\" offset=\"5\"/>";
+    let relative =
+        [("<Unit name=\"m\"><BaseUnit m=\"1\"/>", offset), ("unit=\"m\"", "relativeQuantity=\"true\" unit=\"m\"")];
+    Guest { changes: &relative, ..MASS }.packed(&folder.path().join("mass.fmu")).unwrap();
+    assert!((last(folder.path(), POSITION) - exact).abs() < 5e-3);
+    Guest { changes: &relative[..1], ..MASS }.packed(&folder.path().join("mass.fmu")).unwrap();
+    assert!(last(folder.path(), POSITION).abs() > 1.0);
+    // A type that there is not.
+    Guest { changes: &[(PARAMETER, "<Float64 declaredType=\"Damping\" name=\"d\"")], ..MASS }
+        .packed(&folder.path().join("mass.fmu"))
+        .unwrap();
+    assert_has(&refused(folder.path()), &["variable `d`", "`Damping`", "not among <TypeDefinitions>"]);
+    // One variable for two things.
+    MASS.packed(&folder.path().join("mass.fmu")).unwrap();
+    for (from, to) in [
+        ("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nstart = { f = 1.0 }"),
+        ("velocity = \"v\"", "velocity = { variable = \"x\", factor = 1.0 }"),
+    ] {
+        write_case(folder.path(), &[(from, to)]);
+        let said = refused(folder.path());
+        assert!(
+            ["is coupled and has a start value", "no unit like m/s"].iter().any(|words| said.contains(words)),
+            "{said}"
+        );
+    }
+    let alias = [("unit=\"m/s\"/>", "unit=\"m/s\"><Alias name=\"v2\"/></Float64>"), ("unit=\"m\"/>", "/>")];
+    Guest { changes: &alias, ..MASS }.packed(&folder.path().join("mass.fmu")).unwrap();
+    write_case(
+        folder.path(),
+        &[("position = \"x\"", "position = { variable = \"v\", factor = 1.0 }"), ("unit", "unit")][..0],
+    );
+    let two = "[[interface]]\nmechanics = { position = \"x\", velocity = \"v2\", force = \"f\" }\nactuator = { position = \"x\", velocity = \
+               \"v\", force = \"f\" }\n[[interface]]";
+    write_case(folder.path(), &[("[[interface]]", two)]);
+    assert_has(&refused(folder.path()), &["stands in two places of the case"]);
+}
+
+#[test]
+fn legal_fmus_are_not_refused() {
+    let Some(folder) = case(&MASS, &SPRING, &[]) else { return };
+    let path = |name: &str| folder.path().join(name);
+    let as_it_is = last(folder.path(), POSITION);
+    let same = |changes: &[(&str, &str)]| {
+        write_case(folder.path(), changes);
+        assert_eq!(last(folder.path(), POSITION), as_it_is, "{changes:?}");
+    };
+    // Aliases.
+    let alias = [(
+        "initial=\"calculated\" unit=\"m\"/>",
+        "initial=\"calculated\" unit=\"m\"><Alias name=\"flange.s\"/></Float64>",
+    )];
+    Guest { changes: &alias, ..MASS }.packed(&path("mass.fmu")).unwrap();
+    same(&[("position = \"x\"", "position = \"flange.s\"")]);
+    same(&[("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nobserve = [\"flange.s\"]")]);
+    // Arrays, enumerations and whole numbers of all widths.
+    MASS.packed(&path("mass.fmu")).unwrap();
+    let fixed = "causality=\"parameter\" variability=\"fixed\"";
+    let more = format!(
+        "<Float64 name=\"table\" valueReference=\"12\" {fixed} start=\"1 2 3\"><Dimension start=\"3\"/></Float64>\
+         <Int64 name=\"many\" valueReference=\"7\" {fixed} start=\"0\"/><Enumeration name=\"kind\" valueReference=\"13\" \
+         declaredType=\"Kind\" {fixed} start=\"1\"/></ModelVariables>"
+    );
+    let types = "<TypeDefinitions><EnumerationType name=\"Kind\"/></TypeDefinitions><ModelVariables>";
+    let changes = [("</ModelVariables>", &*more), ("<ModelVariables>", types)];
+    Guest { changes: &changes, faults: &["ARRAYS"], ..SPRING }.packed(&path("spring.fmu")).unwrap();
+    let spring = |more: &str| [("fmu = \"spring.fmu\"".to_owned(), format!("fmu = \"spring.fmu\"\n{more}"))];
+    for more in [
+        "start = { table = [1.0, 2.0, 4.0], many = 3, kind = 2 }",
+        "start = { \"table[2]\" = 5.0 }",
+        "observe = [\"table[3]\", \"many\"]",
+    ] {
+        let [(from, to)] = &spring(more);
+        same(&[(from, to)]);
+    }
+    let [(from, to)] = &spring("start = { table = [1.0] }");
+    write_case(folder.path(), &[(from, to)]);
+    assert_has(&refused(folder.path()), &["variable `table` has 3 values", "a list of 3"]);
+    // A wish of FMI 3.0.
+    let wish = [("<CoSimulation", "<CoSimulation fixedInternalStepSize=\"0.1\"")];
+    Guest { changes: &wish, ..SPRING }.packed(&path("spring.fmu")).unwrap();
+    same(&[]);
+    assert_has(&run(folder.path(), "--scheme zero-order-hold").1, &["note: ", "fixedInternalStepSize"]);
+    // A side that turns has a lever; without one it is said what to do.
+    SPRING.packed(&path("spring.fmu")).unwrap();
+    let turns = [
+        (
+            "</UnitDefinitions>",
+            "<Unit name=\"rad\"><BaseUnit rad=\"1\"/></Unit><Unit name=\"rad/s\"><BaseUnit rad=\"1\" s=\"-1\"/></Unit></UnitDefinitions>",
+        ),
+        ("unit=\"m\"/>", "unit=\"rad\"/>"),
+        ("unit=\"m/s\"/>", "unit=\"rad/s\"/>"),
+    ];
+    Guest { changes: &turns, ..MASS }.packed(&path("mass.fmu")).unwrap();
+    write_case(folder.path(), &[]);
+    assert_has(&refused(folder.path()), &["`x` is in `rad`", "the lever as a factor"]);
+    same(&[(
+        "position = \"x\", velocity = \"v\"",
+        "position = { variable = \"x\", factor = 1.0 }, velocity = { variable = \"v\", factor = 1.0 }",
+    )]);
+}
+
+#[test]
+fn sides_couple_by_velocity_and_force_alone() {
+    // A damper on a mass: x is the integral of the velocity on either side.
+    let Some(folder) = case(&MASS, &SPRING, &[]) else { return };
+    let damper = ("fmu = \"spring.fmu\"", "fmu = \"spring.fmu\"\nstart = { k = 0.0, d = 3.0 }");
+    let moving = ("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nstart = { x0 = 0.1 }");
+    let no_position = ("actuator = { position = \"x\", ", "actuator = { ");
+    write_case(folder.path(), &[damper, moving, no_position]);
+    assert_eq!(last(folder.path(), POSITION), 0.1);
+    // The integral is the position, wherever it starts.
+    write_case(folder.path(), &[("mechanics = { position = \"x\"", "mechanics = { position = { start = 0.1 }")]);
+    let integral = last(folder.path(), POSITION);
+    write_case(folder.path(), &[]);
+    let own = last(folder.path(), POSITION);
+    assert!((integral - own).abs() < 1e-3, "{integral} {own}");
+    write_case(folder.path(), &[("mechanics = { position = \"x\", ", "mechanics = { ")]);
+    assert_has(&refused(folder.path()), &["the mechanics has no position", "start = …"]);
+    // Schemes with derivatives and a model as well.
+    write_case(
+        folder.path(),
+        &[damper, ("mechanics = { position = \"x\"", "mechanics = { position = { start = 0.1 }"), no_position],
+    );
+    for scheme in ["rim-smooth", "interface-jacobian", "iterated-aitken"] {
+        let (said, _) = run(folder.path(), &format!("--scheme {scheme}"));
+        assert_eq!(said["outcome"], "completed", "{scheme}: {said:#}");
+    }
+}
+
+#[test]
+fn what_an_fmu_in_our_process_does_to_it_is_set_back() {
+    let plain = case(&MASS, &SPRING, &[("[mechanics]", "process = \"same\"\n[mechanics]")]);
+    let Some(plain) = plain else { return };
+    let (known, _) = run(plain.path(), "--scheme zero-order-hold");
+    for fault in ["CHDIR", "PRINT", "LOCALE", "FPE", "FTZ"] {
+        Guest { faults: &[fault], ..SPRING }.packed(&plain.path().join("spring.fmu")).unwrap();
+        // The trace is written to where it is asked for, and the standard output holds nothing but the answer.
+        let (said, shown) = run(plain.path(), "--scheme zero-order-hold --trace here.csv");
+        assert_eq!(said["force_error_rms_n"], known["force_error_rms_n"], "{fault}");
+        assert!(fs::remove_file(plain.path().join("here.csv")).is_ok(), "{fault}");
+        assert_eq!(shown.contains("step at"), fault == "PRINT", "{shown}");
+    }
+    // Instances that share what they are made of.
+    Guest { faults: &["SHARED"], ..MASS }.packed(&plain.path().join("mass.fmu")).unwrap();
+    assert_has(&refused(plain.path()), &["mass.fmu", "instances share", "process = \"own\""]);
+}
+
+#[test]
+fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
+    if !Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: there is no Python `python3` on the path");
+        return;
+    }
+    let Some(folder) = case(&MASS, &SPRING, &[]) else { return };
+    let known = last(folder.path(), POSITION);
+    fs::write(folder.path().join("sides.py"), SIDES).unwrap();
+    let class = |name: &str| format!("python = \"sides.py\"\nclass = \"{name}\"");
+    let [mass, spring, forgets] = ["Mass", "Spring", "Forgets"].map(class);
+    let (of_mass, of_spring) = ("fmu = \"mass.fmu\"", "fmu = \"spring.fmu\"");
+    for changes in [&[(of_mass, &*mass)][..], &[(of_spring, &*spring)], &[(of_mass, &*mass), (of_spring, &*spring)]] {
+        write_case(folder.path(), changes);
+        let found = last(folder.path(), POSITION);
+        assert!((found - known).abs() < 1e-12, "{changes:?}: {found} {known}");
+        let (said, _) = run(folder.path(), "--scheme iterated-aitken");
+        assert_eq!(said["outcome"], "completed", "{changes:?}: {said:#}");
+    }
+    let (said, _) = run(folder.path(), "--scheme rim-smooth");
+    assert_eq!(said["outcome"], "completed", "{said:#}");
+    // What it takes from a parameter of the case.
+    let text = fs::read_to_string(folder.path().join("case.toml")).unwrap();
+    fs::write(folder.path().join("case.toml"), text + "[parameters.k]\ndefault = 100.0\n").unwrap();
+    let stiff = run(folder.path(), "--scheme zero-order-hold --set k=200").0;
+    assert_ne!(stiff["force_error_rms_n"], run(folder.path(), "--scheme zero-order-hold").0["force_error_rms_n"]);
+    // One whose copies share what they are made of, one whose model is another's, one that raises.
+    write_case(folder.path(), &[(of_mass, &*forgets)]);
+    let (said, _) = run(folder.path(), "--scheme iterated-aitken");
+    assert_has(said["reason"].as_str().unwrap(), &["the state of the mechanics does not come back", "zero-order-hold"]);
+    for (name, words) in [
+        ("Stale", "w of the interface, row 0, is"),
+        ("Backwards", "the sign of the force is reversed: H[0, 0] = -1"),
+        ("NotFinite", "H has NaN"),
+    ] {
+        write_case(folder.path(), &[(of_mass, &*class(name))]);
+        let (said, _) = run(folder.path(), "--scheme rim-smooth");
+        assert_eq!(said["outcome"], "skipped", "{name}: {said:#}");
+        assert_has(said["reason"].as_str().unwrap(), &[words, "zero-order-hold"]);
+        assert_eq!(run(folder.path(), "--scheme zero-order-hold").0["outcome"], "completed", "{name}");
+    }
+    write_case(folder.path(), &[(of_mass, &*class("Raises"))]);
+    assert_has(&refused(folder.path()), &["ValueError: no solution", "sides.py, line "]);
+    write_case(folder.path(), &[(of_mass, &*class("Nobody"))]);
+    assert_has(&refused(folder.path()), &["sides.py", "Nobody"]);
+}
+
+const SIDES: &str = r#"
+class Mass:
+    def __init__(self, parameters):
+        self.m, self.x, self.v = parameters.get("m", 1.0), 0.1, 0.0
+
+    def outputs(self, u):
+        return self.x, self.v
+
+    def step(self, t, u, h):
+        n = max(round(h / 1e-5), 1)
+        for _ in range(n):
+            self.v += h / n * u[0] / self.m
+            self.x += h / n * self.v
+
+    def interface_model(self, h):
+        return {"H": [[1 / self.m]], "a": [0.0], "w": [self.v], "position": [self.x], "gap": []}
+
+
+class Spring:
+    direct_feedthrough = True
+
+    def __init__(self, parameters):
+        self.k = parameters.get("k", 100.0)
+
+    def outputs(self, u):
+        return (-self.k * u[0],)
+
+    def step(self, t, u, h):
+        pass
+
+
+class Forgets(Mass):
+    def __deepcopy__(self, memo):
+        copy = type(self)({})
+        copy.x = self.x
+        return copy
+
+
+class Stale(Mass):
+    def interface_model(self, h):
+        return {**super().interface_model(h), "w": [0.0]}
+
+
+class Backwards(Mass):
+    def interface_model(self, h):
+        return {**super().interface_model(h), "H": [[-1.0]]}
+
+
+class NotFinite(Mass):
+    def interface_model(self, h):
+        return {**super().interface_model(h), "H": [[float("nan")]]}
+
+
+class Raises(Mass):
+    def step(self, t, u, h):
+        raise ValueError("no solution")
+"#;
