@@ -1,7 +1,7 @@
 //! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files.
 
 use super::json::Object;
-use super::screen::{cut, paragraph, width};
+use super::screen::{paragraph, width, wrap};
 use super::{Format, print, print_json, schema};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
@@ -127,13 +127,21 @@ impl List {
     }
 }
 
-/// Name and purpose, a line each.
+/// Name and purpose, a line each where both fit: of a longer purpose what stands before its first semicolon, colon or bracket, and of
+/// that a further line rather than half of it.
 fn short(entries: &[Entry]) -> String {
     let text = |entry: &Entry, at: usize| entry.get(at).map_or(String::new(), |(_, value)| value.clone());
     let longest = entries.iter().map(|entry| text(entry, 0).chars().count()).max().unwrap_or(0);
     let line = |entry: &Entry| {
         let (name, about) = (text(entry, 0), text(entry, 1));
-        format!("{name:<longest$}  {}", cut(&about, width().saturating_sub(longest + 2)))
+        let room = width().saturating_sub(longest + 2).max(20);
+        let first = ["; ", ": ", " ("]
+            .iter()
+            .filter_map(|end| about.find(end))
+            .min()
+            .filter(|_| about.chars().count() > room)
+            .map_or(&*about, |end| &about[..end]);
+        format!("{name:<longest$}  {}", wrap(first, room).join(&format!("\n{}", " ".repeat(longest + 2))))
     };
     let lines: Vec<String> = entries.iter().map(line).collect();
     format!("{}\n\n{} · --long for the rest", lines.join("\n"), entries.len())

@@ -11,7 +11,7 @@ use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
-use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
+use rimbench::harness::{Cache, column_in_words, obtain_reference, processor_clock};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
@@ -58,7 +58,7 @@ impl Simulate {
         complain(&cache);
         // Those of the reference are not of the run.
         take_probe_errors();
-        let result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
+        let result = prepared.simulate_inside(&reference, Some(processor_clock), stop)?;
         let probed = take_probe_errors();
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
@@ -179,8 +179,9 @@ impl Said<'_> {
                 0 => String::new(),
                 count => format!("; {count} of {} late", run.work.cosim.macro_steps),
             };
-            let text = format!("at most {most} of {} per macro step{late}", quantity(spec.macro_step, "s"));
-            lines.push(row("computing time", &text));
+            let text =
+                format!("at most {most} of {} per macro step{late}, on this machine", quantity(spec.macro_step, "s"));
+            lines.push(row("processor time", &text));
         }
         let metrics = run.metrics_of(&spec.case).count();
         let counters = run.counters().len();
