@@ -172,6 +172,8 @@ fn columns(names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rimbench_cases::cases::{offered_steps_ms, shown_step_ms};
+    use rimbench_cases::metrics::USABLE;
 
     const RUN: &str =
         "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nphase 0.5\nset.box_mass_kg 180\n";
@@ -245,6 +247,31 @@ mod tests {
         let (open, shut) = (words.matches(['{', '[']).count(), words.matches(['}', ']']).count());
         assert!(open == shut && words.starts_with("[{\"name\":\"wedge-box\","), "{words}");
         assert!(!words.contains("NaN") && !words.contains("inf"), "{words}");
+    }
+
+    #[test]
+    fn the_step_that_a_case_is_shown_at_is_where_the_first_scheme_gets_worse() {
+        let mut simulator = Simulator::default();
+        let cases: Vec<Arc<Case>> = simulator.catalogue.cases().to_vec();
+        for case in cases {
+            let Some(drawing) = (case.drawing)(&case.default_parameters()) else { continue };
+            let mut became = |step_ms: f64| {
+                let [first, _] = drawing.schemes;
+                let answer =
+                    simulator.answer(&format!("run\ncase {}\nscheme {first}\nmacro_step_s {step_ms}e-3", case.name));
+                let error: f64 = value(&answer, "force_error_rms_of_peak").parse().unwrap_or(f64::INFINITY);
+                match value(&answer, "outcome") {
+                    "completed" => 1 + usize::from(error > USABLE),
+                    "" => panic!("{}: {}", case.name, answer.words),
+                    _ => 3,
+                }
+            };
+            let steps = offered_steps_ms(case.defaults.macro_step_s);
+            let shown = shown_step_ms(&case.name, case.defaults.macro_step_s);
+            let place =
+                steps.iter().position(|step| *step == shown).unwrap_or_else(|| panic!("{}: {shown}", case.name));
+            assert!(became(steps[place - 1]) < became(shown), "{} at {shown} ms", case.name);
+        }
     }
 
     #[test]
