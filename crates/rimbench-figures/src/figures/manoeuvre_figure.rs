@@ -10,6 +10,7 @@ use crate::figure::fits;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::cases::{Drawing as CaseDrawing, standard_cases};
+use rimbench_cases::metrics::STAYS_DOWN_M;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::path::Path;
@@ -182,15 +183,16 @@ impl ManoeuvreFigure {
     }
 }
 
-/// Says by how many whole millimetres a contact opens that is closed in the reference; nothing where the run has no such height.
-fn verdict(folder: &Path, label: &str) -> Result<String> {
+/// Says by how far a contact opens that is closed in the reference; nothing where the run has no such height.
+pub(super) fn verdict(folder: &Path, label: &str) -> Result<String> {
     let runs = read_table(&folder.join("runs.csv"))?;
     let rows = runs.rows_where(runs.column("label")?, label);
     let height = runs.column("lift_off_height_m")?;
-    let millimetres = rows.first().map_or(f64::NAN, |&row| 1e3 * runs.number(row, height)).round();
-    Ok(match millimetres {
-        _ if !millimetres.is_finite() => String::new(),
-        0.0 => "stays down".to_owned(),
-        _ => format!("lifts off {millimetres:.0} mm"),
+    let opened_m = rows.first().map_or(f64::NAN, |&row| runs.number(row, height));
+    Ok(match opened_m {
+        _ if !opened_m.is_finite() => String::new(),
+        _ if opened_m <= STAYS_DOWN_M => "stays down".to_owned(),
+        _ if opened_m < 1e-3 => format!("lifts off {:.2} mm", 1e3 * opened_m),
+        _ => format!("lifts off {:.0} mm", 1e3 * opened_m),
     })
 }

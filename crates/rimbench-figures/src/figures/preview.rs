@@ -1,5 +1,6 @@
 //! Draws a case for those who find a link to the page of the paper.
 
+use super::manoeuvre_figure::verdict;
 use super::trace_figure::trace_path;
 use crate::case_picture::{Motion, View};
 use crate::clip::Rect;
@@ -28,7 +29,8 @@ pub fn preview(folder: &Path, of: &CaseDrawing, styles: &Styles) -> Result<Drawi
     drawing.text(Text::new(question, (20.0, 44.0), 27.0).bold());
     let words = "Co-simulation of a machine with contacts: the same macro step, two interface models";
     drawing.text(Text::new(words, (20.0, 70.0), 14.0).colored(Color::SOFT_INK));
-    for (label, said, left) in [("rim-smooth", "lifts off", 10.0), ("rim-nonsmooth", "stays down", 305.0)] {
+    for (label, left) in [("rim-smooth", 10.0), ("rim-nonsmooth", 305.0)] {
+        let said = verdict(folder, label)?;
         let (motion, color) = (Motion::read(of, &trace(label)?, &reference, ENLARGED)?, styles.of_label(label).color);
         let row = motion.row_at(INSTANT).ok_or_else(|| Error::file(folder, format!("has no row at {INSTANT} s")))?;
         let place = Rect { left, top: 88.0, right: left + 285.0, bottom: 252.0 };
