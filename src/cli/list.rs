@@ -127,21 +127,18 @@ impl List {
     }
 }
 
-/// Name and purpose, a line each where both fit: of a longer purpose what stands before its first semicolon, colon or bracket, and of
-/// that a further line rather than half of it.
+/// Name and purpose, a line each where both fit. Of a longer purpose what stands before its first semicolon, colon or bracket, if that
+/// is half a line at least; further lines rather than half a sentence.
 fn short(entries: &[Entry]) -> String {
     let text = |entry: &Entry, at: usize| entry.get(at).map_or(String::new(), |(_, value)| value.clone());
     let longest = entries.iter().map(|entry| text(entry, 0).chars().count()).max().unwrap_or(0);
+    let room = width().saturating_sub(longest + 2).max(20);
     let line = |entry: &Entry| {
         let (name, about) = (text(entry, 0), text(entry, 1));
-        let room = width().saturating_sub(longest + 2).max(20);
-        let first = ["; ", ": ", " ("]
-            .iter()
-            .filter_map(|end| about.find(end))
-            .min()
-            .filter(|_| about.chars().count() > room)
-            .map_or(&*about, |end| &about[..end]);
-        format!("{name:<longest$}  {}", wrap(first, room).join(&format!("\n{}", " ".repeat(longest + 2))))
+        let ends = ["; ", ": ", " ("].iter().filter_map(|end| about.find(end));
+        let first = ends.min().filter(|end| about.chars().count() > room && *end >= room / 2);
+        let lines = wrap(first.map_or(&*about, |end| &about[..end]), room);
+        format!("{name:<longest$}  {}", lines.join(&format!("\n{}", " ".repeat(longest + 2))))
     };
     let lines: Vec<String> = entries.iter().map(line).collect();
     format!("{}\n\n{} · --long for the rest", lines.join("\n"), entries.len())

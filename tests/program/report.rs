@@ -162,6 +162,10 @@ fn what_stands_in_a_file_is_never_markup_and_the_text_of_the_paper_is_for_its_ex
     let shipped = read(root().join("experiments/paper/fig2.toml"));
     let page = hostile(folder.path(), &shipped);
     assert!(page.contains("&lt;img src=x onerror=alert(2)&gt;") && page.contains("[x](javascript:alert(3))|"));
+    // A page with the paper leads to the book, the report, the source and the article on the method.
+    for link in ["../docs/README.md", "paper/paper.pdf", "../README.md", "https://asmedigitalcollection.asme.org/"] {
+        assert!(page.contains(&format!("<a href=\"{link}")), "{link}");
+    }
     // One experiment of the paper: its text, and in place of the others why they are not there.
     assert!(page.contains("The paper, remade") && page.contains("rimbench run experiments/paper/fig2.toml"));
     for other in ["fig1", "phases", "convergence"] {
@@ -222,6 +226,24 @@ fn a_page_of_a_fresh_checkout_shows_every_kept_claim_figure_and_summary() {
         }
     }
     assert!(studies > 25 && figures > 25 && claims > 200, "{studies} studies, {figures} figures, {claims} claims");
+}
+
+#[test]
+fn of_performance_only_what_changed_is_shown_and_no_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = results(folder.path()).ancestors().nth(2).unwrap().to_owned();
+    std::fs::create_dir_all(results.join("perf")).unwrap();
+    let history = "record,recorded_at_unix_s,git_revision,benchmark,instructions,time_ratio\n\
+                   a,1,aa,kernel/steady,1000,1\na,1,aa,kernel/faster,1000,1\nb,2,bb,kernel/steady,1004,5\nb,2,bb,kernel/faster,900,5\n";
+    std::fs::write(results.join("perf/history.csv"), history).unwrap();
+    let page = page(&results);
+    let section = page.split("<section id=\"performance\">").nth(1).and_then(|rest| rest.split("</section>").next());
+    let section = section.expect("a section");
+    assert_has(section, &["kernel faster", "−10 %", "1 benchmarks that changed by less than 1 %"]);
+    assert!(
+        !section.contains("kernel steady") && !section.contains("yardstick") && !section.contains("400"),
+        "{section}"
+    );
 }
 
 /// One bound for "stays down" in metrics, claims and page.

@@ -272,7 +272,7 @@
     kept.addEventListener("toggle", async () => {
       const [head, ...rows] = (await page.data).summaries[kept.dataset.study] ?? [];
       if (!kept.open || !head || kept.querySelector("table")) return;
-      const line = (cells, kind) => make("tr", {}, ...cells.map((cell) => make(kind, {}, cell)));
+      const line = (cells, kind) => make("tr", {}, ...cells.map((cell) => make(kind, {}, cell !== "" && Number.isFinite(Number(cell)) ? shown(Number(cell)) : cell)));
       const table = make("table", { class: "numbers" }, make("thead", {}, line(head.map((name) => name.replaceAll("_", " ")), "th")), make("tbody", {}, ...rows.map((row) => line(row, "td"))));
       kept.append(make("div", { class: "table tall", tabindex: "0", role: "region", "aria-label": "Medians" }, table));
     });

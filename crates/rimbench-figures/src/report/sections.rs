@@ -47,7 +47,9 @@ impl Report<'_> {
             ("performance", "Performance", history.contains("id=\"performance\"")),
             ("missing", "What is missing", true),
         ];
-        let contents = parts.iter().filter(|(_, _, there)| *there);
+        // Of much, only what is far down.
+        let is_far = |anchor: &str| ["claims", "studies", "runs", "missing"].contains(&anchor);
+        let contents = parts.iter().filter(|(anchor, _, there)| *there && (!self.is_long() || is_far(anchor)));
         let contents: String =
             contents.map(|(anchor, title, _)| format!("<li><a href=\"#{anchor}\">{title}</a></li>")).collect();
         let is_long = self.is_long();
@@ -69,10 +71,10 @@ impl Report<'_> {
         let beginning = match is_paper {
             // The first screen is the question, the simulator and the score.
             true => {
-                let score = claims::score(self);
+                let (score, around) = (claims::score(self), around(&title));
                 let link = if score.is_empty() { score } else { format!("<a href=\"#claims\">{score}</a>") };
                 format!(
-                    "<header class=\"brand\"><h1>rimbench: {title}</h1>{AROUND} {link}</header>\n<main id=\"main\">\n{live}\n<div>\n{about}</div>\n"
+                    "<header class=\"brand\"><h1>rimbench: {title}</h1>{around} {link}</header>\n<main id=\"main\">\n{live}\n<div>\n{about}</div>\n"
                 )
             }
             false => {
@@ -205,6 +207,9 @@ impl Report<'_> {
         let Some(known) = self.studies.iter().find(|known| known.name == study && known.is_shipped) else {
             return not_shown(&format!("no results of {study}"));
         };
+        if !known.folder.join(file).exists() {
+            return format!("`rimbench run {}` makes this table.\n", known.file());
+        }
         let made = read_table(&known.folder.join(file)).and_then(|table| make(&table));
         made.unwrap_or_else(|error| not_shown(&known.said(&error)))
     }
@@ -268,9 +273,22 @@ impl Report<'_> {
     }
 }
 
-/// What is around the page of the paper, as a checkout has it; `.ci/site` puts in what a site has.
-const AROUND: &str = "<nav aria-label=\"Around this page\"><a href=\"../../docs/README.md\">Book</a> <a href=\"paper.pdf\">Report (PDF)</a> \
-                      <a href=\"../../README.md\">Source</a> <a href=\"https://asmedigitalcollection.asme.org/computationalnonlinear/article-abstract/19/7/071006/1197206\">The method’s paper</a></nav>";
+/// What is around a page with the paper in it, as a checkout has it; `.ci/site` puts in what a site has. Below other folders it is unknown.
+fn around(title: &str) -> String {
+    let (up, pdf) = match title {
+        "paper" => ("../..", "paper.pdf"),
+        "results" => ("..", "paper/paper.pdf"),
+        _ => return String::new(),
+    };
+    format!(
+        "<nav aria-label=\"Around this page\"><a href=\"{up}/docs/README.md\">Book</a> <a href=\"{pdf}\">Report (PDF)</a> \
+         <a href=\"{up}/README.md\">Source</a> <a href=\"{METHOD}\">The method’s paper</a></nav>"
+    )
+}
+
+/// The article on the method; of the contribution that is reproduced no address is known.
+const METHOD: &str =
+    "https://asmedigitalcollection.asme.org/computationalnonlinear/article-abstract/19/7/071006/1197206";
 
 /// A link to a figure.
 pub(super) fn link_to(id: &str) -> String {

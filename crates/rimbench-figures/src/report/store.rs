@@ -3,6 +3,7 @@
 use crate::drawing::{Drawing, PanelData};
 use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums::CHECKSUMS;
 use rimbench_results::kept::{DIGEST, Digest, SUMMARY};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::{BTreeMap, BTreeSet};
@@ -141,7 +142,8 @@ impl Study {
         let mut remarks = Vec::new();
         let path = folder.join("runs.csv");
         let summary = || Some((Digest::read(folder).ok()?.rows, read_table(&folder.join(SUMMARY)).ok()?));
-        let kept = if path.exists() { None } else { summary() };
+        // Rows that were there and are gone are missed, not made again.
+        let kept = if path.exists() || folder.join(CHECKSUMS).exists() { None } else { summary() };
         let runs = match read_table(&path) {
             Ok(runs) => Some(runs),
             Err(_) if kept.is_some() => None,
