@@ -95,7 +95,7 @@ impl Limit {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));
                 print(&screen(&found, &about, phases.len(), self.all))?;
-                print_prediction(search)?;
+                print_prediction(search, &found)?;
             }
         }
         Ok(answered(found.no_answer.is_none()))
@@ -174,7 +174,7 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
 }
 
 /// Says how far the linearised coupling is stable, where that is known.
-fn print_prediction(search: LimitSearch<'_>) -> anyhow::Result<()> {
+fn print_prediction(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
     let Some((predicted, oscillation)) = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })? else {
         return Ok(());
     };
@@ -187,8 +187,18 @@ fn print_prediction(search: LimitSearch<'_>) -> anyhow::Result<()> {
         (Some(_), None) => "stable over the whole scan".to_owned(),
         (None, _) => "unstable from the smallest macro step on".to_owned(),
     };
+    // A run may end long after the start, with other contacts than the prediction knows.
+    let ends = |point: &StabilityPoint| match &point.verdict {
+        StepVerdict::Unstable(Instability::Run(outcome)) => outcome.at_s(),
+        _ => None,
+    };
+    let first = found.points.iter().find(|point| Some(point.macro_step) == found.first_unstable).and_then(ends);
+    let later = predicted.last_stable > found.last_stable;
+    let why = first.filter(|at| later && *at > 0.0).map_or(String::new(), |at| {
+        format!("; the run above fails at {}, when they are no longer those of the start", with_digits(at, "s", 3))
+    });
     print(&row(
         "predicted",
-        &format!("{limit}, by the coupling linearised at the start (contacts and oil as they are there)"),
+        &format!("{limit}, by the coupling linearised at the start (contacts and oil as they are there){why}"),
     ))
 }

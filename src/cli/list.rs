@@ -1,7 +1,7 @@
 //! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files, what shells and `man` know.
 
 use super::json::Object;
-use super::screen::{cut, cut_width, paragraph};
+use super::screen::{cut_width, paragraph, wrap};
 use super::shell::{print_completions, print_manual};
 use super::{Format, print, print_json, schema};
 use clap::{Args, ValueEnum};
@@ -139,13 +139,18 @@ impl List {
     }
 }
 
-/// Name and purpose, a line each.
+/// Name and purpose, a line each where both fit. Of a longer purpose what stands before its first semicolon, colon or bracket, if that
+/// is half a line at least; further lines rather than half a sentence.
 fn short(entries: &[Entry]) -> String {
     let text = |entry: &Entry, at: usize| entry.get(at).map_or(String::new(), |(_, value)| value.clone());
     let longest = entries.iter().map(|entry| text(entry, 0).chars().count()).max().unwrap_or(0);
+    let room = cut_width().saturating_sub(longest + 2).max(20);
     let line = |entry: &Entry| {
         let (name, about) = (text(entry, 0), text(entry, 1));
-        format!("{name:<longest$}  {}", cut(&about, cut_width().saturating_sub(longest + 2)))
+        let ends = ["; ", ": ", " ("].iter().filter_map(|end| about.find(end));
+        let first = ends.min().filter(|end| about.chars().count() > room && *end >= room / 2);
+        let lines = wrap(first.map_or(&*about, |end| &about[..end]), room);
+        format!("{name:<longest$}  {}", lines.join(&format!("\n{}", " ".repeat(longest + 2))))
     };
     let lines: Vec<String> = entries.iter().map(line).collect();
     format!("{}\n\n{} · --long for the rest", lines.join("\n"), entries.len())

@@ -31,9 +31,11 @@ mod summary;
 mod verify;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use number::with_digits;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
+use rimbench::figures::report::quantity_in_words;
 use rimbench::fmi::import::{ProbeQuality, Programs, WORKER, read_case, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
@@ -248,11 +250,18 @@ fn complain(cache: &Cache) {
 fn claims_list(claims: &[CheckedClaim]) -> String {
     let mut lines = Vec::with_capacity(2 * claims.len());
     for claim in claims {
+        let (quantity, unit) = quantity_in_words(&claim.quantity);
+        let two = |value: f64| with_digits(value, unit, 2);
         let interval = match (claim.low, claim.high) {
-            (Some(low), Some(high)) => format!(" [{low:.3}, {high:.3}]"),
+            (Some(low), Some(high)) => format!(" [{}, {}]", two(low), two(high)),
             _ => String::new(),
         };
-        let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{value:.4}{interval}"));
+        let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{}{interval}", two(value)));
+        let expected = match claim.expected.split_once(' ').and_then(|(sign, bound)| Some((sign, bound.parse().ok()?)))
+        {
+            Some((sign, bound)) => format!("{sign} {}", two(bound)),
+            None => claim.expected.clone(),
+        };
         let changed = match claim.finding {
             _ if claim.differs() => format!(", recorded as {}", claim.finding),
             Verdict::NotMeasured if claim.verdict != Verdict::NotMeasured => ", not recorded yet".to_owned(),
@@ -266,7 +275,7 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
         };
         let by = format!("{:?}", claim.by).to_lowercase();
         lines.push(headline(&claim.id, &format!("{}{changed}", claim.verdict), mood));
-        let CheckedClaim { text, quantity, expected, .. } = claim;
+        let text = &claim.text;
         let said = format!("{text} ({by}{superseded}): {quantity} is {measured}, expected {expected}");
         lines.push(format!("  {}", paragraph(&said, 2)));
     }

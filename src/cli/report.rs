@@ -10,12 +10,14 @@ use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
+use rimbench::checksums::CHECKSUMS;
 use rimbench::error::Result;
 use rimbench::figures::render::write_png;
-use rimbench::figures::report::{Claim, Report, Study, Verdict, Written, address, find_studies};
+use rimbench::figures::report::{Claim, Picture, Report, Study, Verdict, Written, address, find_studies};
 use rimbench::figures::style::Styles;
-use rimbench::figures::{FigureList, preview};
-use rimbench::harness::{CheckedClaim, Claimant, Experiment, Verdict as Checked, check_claims};
+use rimbench::figures::{FigureEntry, FigureList, preview};
+use rimbench::harness::{CheckedClaim, Claimant, Experiment, Verdict as Checked, check_claims, check_kept_claims};
+use rimbench::kept::DIGEST;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
@@ -129,14 +131,30 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
     let mut study = Study::read(folder);
     let own = std::fs::read_to_string(folder.join("experiment.toml")).ok();
     let shipped = project.experiment_text(&study.name);
-    study.is_shipped = own.is_some() && own.as_deref() == shipped.as_deref();
+    // Of a checkout medians, claims and figures are kept, and neither rows nor the experiment's copy.
+    let has_kept = folder.join(DIGEST).exists() && !folder.join(CHECKSUMS).exists();
+    let has_rows = folder.join("runs.csv").exists();
+    study.is_shipped = match &own {
+        Some(_) => own.as_deref() == shipped.as_deref(),
+        None => has_kept && shipped.is_some(),
+    };
     if let (Some(_), Some(_), false) = (&own, &shipped, study.is_shipped) {
         let remark =
             format!("its experiment is another than experiments/{}.toml: it has no figure of that", study.name);
         study.remarks.push(remark);
     }
-    match Experiment::read_from_results(folder) {
+    let experiment = match (&own, &shipped) {
+        (None, Some(text)) if has_kept => {
+            let path = format!("experiments/{}.toml", study.name);
+            Experiment::parse(Path::new(&path), text.clone().into_owned())
+        }
+        _ => Experiment::read_from_results(folder),
+    };
+    match experiment {
         Ok(experiment) => {
+            if study.question.is_empty() {
+                experiment.question.clone_into(&mut study.question);
+            }
             let count = study.runs.as_ref().map_or(0, |runs| runs.len());
             let planned = |quick| experiment.plan(catalogue, quick).map(|plan| plan.len());
             match planned(false) {
@@ -144,7 +162,11 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
                 Err(error) => study.remarks.push(format!("its plan cannot be made: {}", study.said(&error))),
             }
             if !experiment.claims().is_empty() {
-                match check_claims(&experiment, catalogue, folder) {
+                let checked = match has_kept {
+                    true => check_kept_claims(&experiment, catalogue, folder).map(|kept| kept.claims),
+                    false => check_claims(&experiment, catalogue, folder),
+                };
+                match checked {
                     Ok(claims) => study.claims = claims.into_iter().map(claim).collect(),
                     Err(error) => {
                         let reason = study.said(&error);
@@ -162,7 +184,8 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
     }
     // Records are left where all runs are in the files as well.
     let count = study.runs.as_ref().map_or(0, |runs| runs.len());
-    if folder.join("records").is_dir() && study.planned.is_none_or(|planned| count < planned) {
+    if (has_rows || !has_kept) && folder.join("records").is_dir() && study.planned.is_none_or(|planned| count < planned)
+    {
         let file = if study.is_shipped { format!("experiments/{}.toml", study.name) } else { "FILE".to_owned() };
         let remark =
             format!("its files hold no whole plan, and runs are recorded: `rimbench run {file}` goes on from those");
@@ -170,14 +193,25 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
     }
     // A figure names its experiment as <group>/<name> below a folder of results.
     let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    if let (Some(results), true) = (place.ancestors().nth(2), study.runs.is_some()) {
+    if let (Some(results), true) = (place.ancestors().nth(2), study.runs.is_some() || has_kept) {
         // Those of the list show what the shipped experiment is about; any other has those that all have.
         let none = FigureList { figures: Vec::new() };
         let list = if study.is_shipped { figures } else { &none };
-        match list.of_experiment(&study.name, folder) {
+        let listed = match has_kept {
+            true => {
+                Ok(list.of_group(None).into_iter().filter(|figure| figure.experiment == study.name).cloned().collect())
+            }
+            false => list.of_experiment(&study.name, folder),
+        };
+        match listed {
             Ok(own) => {
+                let own: Vec<FigureEntry> = own;
                 let made = own.iter().map(|figure| {
-                    let drawn = figure.drawn(results, styles).map_err(|error| study.said(&error));
+                    let drawn = match has_kept {
+                        true => Picture::kept(&folder.join("figures").join(format!("{}.svg", figure.id))),
+                        false => figure.drawn(results, styles).map(|drawing| Picture::Drawn(Box::new(drawing))),
+                    };
+                    let drawn = drawn.map_err(|error| study.said(&error));
                     (figure.id.clone(), figure.caption.clone(), drawn)
                 });
                 study.figures = made.collect();

@@ -81,7 +81,8 @@ impl Reproduce {
         progress.end();
         complain(&cache);
 
-        print(&claims_list(&claims))?;
+        let open = |claim: &&CheckedClaim| claim.superseded.is_empty() && claim.verdict != Verdict::Reproduced;
+        print(&claims_list(&claims.iter().filter(open).cloned().collect::<Vec<_>>()))?;
         let after = sums(&watched);
         let differing: Vec<&PathBuf> = before.keys().filter(|file| before.get(*file) != after.get(*file)).collect();
         for file in &differing {

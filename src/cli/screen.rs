@@ -114,15 +114,6 @@ pub(super) fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// The beginning of a text that fits, cut between words, with an ellipsis if something is left out.
-pub(super) fn cut(text: &str, width: usize) -> String {
-    if text.chars().count() <= width {
-        return text.to_owned();
-    }
-    let first = wrap(text, width.saturating_sub(2)).swap_remove(0);
-    format!("{} …", first.trim_end_matches([',', ';', ':', ' ', '(']))
-}
-
 /// Rows under headings.
 #[derive(Debug, Clone)]
 pub(super) struct Table {
@@ -251,8 +242,6 @@ mod tests {
             }
             assert_eq!(wrap(text, width).join(" "), text);
         }
-        assert_eq!(cut("one two, three", 10), "one two …");
-        assert_eq!(cut("one two", 10), "one two");
         assert_eq!(headline_within(20, "box · hold", "fine", Mood::Good), "box · hold      fine");
         assert_eq!(headline_within(12, "box · hold", "fine", Mood::Good), "box · hold\nfine");
         assert_eq!(

@@ -11,7 +11,7 @@ use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors, take_warnings};
-use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
+use rimbench::harness::{Cache, monotonic_clock, obtain_reference, processor_clock};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, NO_FORCE, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
@@ -61,7 +61,10 @@ impl Simulate {
         // Those of the reference are not of the run.
         take_probe_errors();
         take_warnings();
-        let result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
+        // Waiting for another program takes no processor time, but counts against a limit.
+        let waits = spec.wall_limit.is_some() || spec.case.from_outside;
+        let clock = if waits { monotonic_clock } else { processor_clock };
+        let result = prepared.simulate_inside(&reference, Some(clock), stop)?;
         let (probed, warned) = (take_probe_errors(), take_warnings());
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
@@ -193,8 +196,9 @@ impl Said<'_> {
                 0 => String::new(),
                 count => format!("; {count} of {} late", run.work.cosim.macro_steps),
             };
-            let text = format!("at most {most} of {} per macro step{late}", quantity(spec.macro_step, "s"));
-            lines.push(row("computing time", &text));
+            let text =
+                format!("at most {most} of {} per macro step{late}, on this machine", quantity(spec.macro_step, "s"));
+            lines.push(row("processor time", &text));
         }
         let metrics = run.metrics_of(&spec.case).count();
         let counters = run.counters().len();

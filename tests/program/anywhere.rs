@@ -33,7 +33,7 @@ fn the_figures_are_those_that_the_program_carries() {
     let folder = tempfile::tempdir().unwrap();
     // Without results there is nothing to draw, which is said of the folder here.
     let mut report = called(folder.path(), &["report", "--figures"]);
-    assert_has(&said(&mut report, 2), &["results: is no folder of results"]);
+    assert_has(&said(&mut report, 2), &["results: is not a folder of results"]);
     std::fs::create_dir(folder.path().join("results")).unwrap();
     assert_has(&said(&mut report, 0), &["not drawn: fig1: no results in results/paper/fig1"]);
     assert_eq!(files(folder.path()), [""; 0], "nothing is made for figures without results");

@@ -16,6 +16,7 @@ use rimbench::figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
 use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::line_style::LineStyle;
 use rimbench::figures::render::{self, svg};
+use rimbench::figures::scheme_picture::timeline;
 use rimbench::figures::style::Styles;
 
 use rimbench::figures::{FigureList, MadeFigures};
@@ -667,6 +668,30 @@ fn every_case_has_its_picture_in_the_book() {
         }
         if !pages.contains(&format!("](pictures/{}.svg)", case.name)) {
             faults.push(format!("no page shows {}", case.name));
+        }
+    }
+    assert!(faults.is_empty(), "RIMBENCH_FILL_PAGES=1 makes them: {faults:#?}");
+}
+
+/// `RIMBENCH_FILL_PAGES=1` writes them.
+#[test]
+fn every_scheme_has_its_timeline_in_the_book() {
+    let folder = root().join("docs/schemes/pictures");
+    let page = |name: &str| std::fs::read_to_string(root().join(name)).unwrap_or_default();
+    let glossary = page("docs/glossary.md");
+    assert!(glossary.contains("](schemes/pictures/"), "the glossary shows no timeline");
+    let mut faults = Vec::new();
+    for scheme in Catalogue::standard().schemes() {
+        let (path, made) = (folder.join(format!("{}.svg", scheme.name)), svg(&timeline(scheme).unwrap()));
+        if std::env::var_os("RIMBENCH_FILL_PAGES").is_some() {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&path, &made).unwrap();
+        }
+        if std::fs::read_to_string(&path).ok().as_ref() != Some(&made) {
+            faults.push(format!("{} is not what the scheme says of itself", path.display()));
+        }
+        if !page(&format!("docs/schemes/{}.md", scheme.name)).contains(&format!("](pictures/{}.svg)", scheme.name)) {
+            faults.push(format!("the page of {} does not show its timeline", scheme.name));
         }
     }
     assert!(faults.is_empty(), "RIMBENCH_FILL_PAGES=1 makes them: {faults:#?}");

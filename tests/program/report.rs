@@ -3,6 +3,7 @@
 use crate::program::{assert_has, read, refused, rimbench, root, said};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const EXPERIMENT: &str = "question = \"Which hold is better on the oscillator?\"\n\
     macro_steps_s = [1e-3, 2e-3]\ntrace_every_s = 0.1\n\
@@ -59,6 +60,10 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
     assert!(at("<section id=\"claims\">") < at("<section id=\"try\"") && at("href=\"#claims\">Skip") < at("<header>"));
     assert!(!page.contains("were tuned") && !page.contains("The paper, remade"));
     assert!(at(" of position error rms of zero-order-hold</span><br>measured") > at("<section id=\"claims\">"));
+    // Figures come first, each with its claims folded under it; the table of all claims is behind a fold.
+    let under = at("<summary>1 of 2 claims reproduce</summary>");
+    assert!(at("<figure id=") < under && under < at("<section id=\"claims\">"));
+    assert!(at("<section id=\"claims\">") < at("<details class=\"fold\"><summary>What the paper says: 1 claims"));
     // Records are left beside results that have all runs.
     assert!(study.join("records").is_dir() && !missing(&page).contains("recorded"));
     // The folder on this machine is nobody's business.
@@ -75,9 +80,9 @@ fn a_folder_without_results_is_one_error_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("file"), "").unwrap();
     for (name, wanted) in [
-        ("nowhere", "nowhere: is no folder of results"),
+        ("nowhere", "nowhere: is not a folder of results"),
         (".", "holds no results"),
-        ("file", "file: is no folder of results"),
+        ("file", "file: is not a folder of results"),
     ] {
         assert_has(&refused(rimbench().current_dir(folder.path()).args(["report", name])), &[wanted]);
     }
@@ -157,6 +162,10 @@ fn what_stands_in_a_file_is_never_markup_and_the_text_of_the_paper_is_for_its_ex
     let shipped = read(root().join("experiments/paper/fig2.toml"));
     let page = hostile(folder.path(), &shipped);
     assert!(page.contains("&lt;img src=x onerror=alert(2)&gt;") && page.contains("[x](javascript:alert(3))|"));
+    // A page with the paper leads to the book, the report, the source and the article on the method.
+    for link in ["../docs/README.md", "paper/paper.pdf", "../README.md", "https://asmedigitalcollection.asme.org/"] {
+        assert!(page.contains(&format!("<a href=\"{link}")), "{link}");
+    }
     // One experiment of the paper: its text, and in place of the others why they are not there.
     assert!(page.contains("The paper, remade") && page.contains("rimbench run experiments/paper/fig2.toml"));
     for other in ["fig1", "phases", "convergence"] {
@@ -167,6 +176,94 @@ fn what_stands_in_a_file_is_never_markup_and_the_text_of_the_paper_is_for_its_ex
     assert!(!page.contains("The paper, remade") && !page.contains("reduced interface model</em>"));
     assert!(!page.contains("figure fig2: "), "{}", missing(&page));
     assert!(missing(&page).contains("another than experiments/paper/fig2.toml"), "{}", missing(&page));
+}
+
+/// What is kept in the project: medians, claims and figures, and no rows.
+#[test]
+fn a_page_of_a_fresh_checkout_shows_every_kept_claim_figure_and_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    let listed = Command::new("git").current_dir(root()).args(["ls-files", "results", "experiments", "paper"]).output();
+    let listed = String::from_utf8(listed.unwrap().stdout).unwrap();
+    let kept: Vec<&str> = listed.lines().filter(|file| root().join(file).is_file()).collect();
+    for file in &kept {
+        std::fs::create_dir_all(folder.path().join(file).parent().unwrap()).unwrap();
+        std::fs::copy(root().join(file), folder.path().join(file)).unwrap();
+    }
+    let told = said(rimbench().current_dir(folder.path()).arg("report"), 0);
+    let page = read(folder.path().join("results/report.html"));
+    assert!(page.len() <= 2_000_000, "{}", page.len());
+    assert!(!page.contains("os error") && !told.contains("os error"), "{told}");
+    assert!(!page.contains("not checked") && !page.contains("is not drawn"), "{told}");
+    let (mut studies, mut figures, mut claims) = (0, 0, 0);
+    for file in kept {
+        let parts: Vec<&str> = file.split('/').collect();
+        let ["results", group, name, rest @ ..] = &parts[..] else { continue };
+        let anchor = format!("{group}-{name}").replace('_', "-");
+        match rest {
+            ["digest.toml"] => {
+                studies += 1;
+                assert!(page.contains(&format!("id=\"study-{anchor}\"")), "{file}");
+                let rows = root().join(format!("results/{group}/{name}/runs.csv")).exists();
+                assert!(rows || page.contains(&format!("data-study=\"study-{anchor}\"")), "{file}");
+                assert!(page.contains(&format!("<code>rimbench run experiments/{group}/{name}.toml</code>")), "{file}");
+            }
+            ["figures", figure] if figure.ends_with(".svg") && !figure.contains("moving") => {
+                let id = figure.trim_end_matches(".svg");
+                // Perhaps of a study without a digest, as those about performance.
+                figures += usize::from(page.contains(&format!("id=\"figure-{id}\"")));
+            }
+            ["claims.csv"] => {
+                let table = read(root().join(file));
+                let mut lines = csv::Reader::from_reader(table.as_bytes());
+                let column = lines.headers().unwrap().iter().position(|name| name == "id").unwrap();
+                for row in lines.records() {
+                    let id = row.unwrap()[column].to_owned();
+                    claims += 1;
+                    assert!(page.contains(&format!("id=\"claim-{anchor}-{id}\"")), "{file}: {id}");
+                }
+            }
+            _ => {}
+        }
+    }
+    assert!(studies > 25 && figures > 25 && claims > 200, "{studies} studies, {figures} figures, {claims} claims");
+}
+
+#[test]
+fn of_performance_only_what_changed_is_shown_and_no_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = results(folder.path()).ancestors().nth(2).unwrap().to_owned();
+    std::fs::create_dir_all(results.join("perf")).unwrap();
+    let history = "record,recorded_at_unix_s,git_revision,benchmark,instructions,time_ratio\n\
+                   a,1,aa,kernel/steady,1000,1\na,1,aa,kernel/faster,1000,1\nb,2,bb,kernel/steady,1004,5\nb,2,bb,kernel/faster,900,5\n";
+    std::fs::write(results.join("perf/history.csv"), history).unwrap();
+    let page = page(&results);
+    let section = page.split("<section id=\"performance\">").nth(1).and_then(|rest| rest.split("</section>").next());
+    let section = section.expect("a section");
+    assert_has(section, &["kernel faster", "−10 %", "1 benchmarks that changed by less than 1 %"]);
+    assert!(
+        !section.contains("kernel steady") && !section.contains("yardstick") && !section.contains("400"),
+        "{section}"
+    );
+}
+
+/// One bound for "stays down" in metrics, claims and page.
+#[test]
+fn what_stays_down_is_the_same_for_claims_and_page() {
+    use rimbench::metrics::{STAYS_DOWN_M, USABLE};
+    let experiment: toml::Table = read(root().join("experiments/paper/fig1.toml")).parse().unwrap();
+    let claims = experiment["claims"].as_array().unwrap();
+    let bounds: Vec<f64> = claims
+        .iter()
+        .filter(|claim| claim["id"].as_str().unwrap().starts_with("box-stays-down"))
+        .map(|claim| claim["expect"].as_str().unwrap().strip_prefix("<= ").unwrap().parse().unwrap())
+        .collect();
+    assert!(bounds.len() == 2 && bounds.iter().all(|bound| *bound == STAYS_DOWN_M), "{bounds:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let page = page(&results(folder.path()));
+    let known = page.split("id=\"known\">").nth(1).and_then(|rest| rest.split("</script>").next()).unwrap();
+    let known: serde_json::Value = serde_json::from_str(known).unwrap();
+    assert_eq!((known["stays_down_m"].as_f64(), known["usable"].as_f64()), (Some(STAYS_DOWN_M), Some(USABLE)));
+    assert_eq!(known["schemes"]["rim-nonsmooth-gap"]["name"], "gap tracking");
 }
 
 /// So many runs do not fit with all that is known of them.

@@ -20,6 +20,9 @@ fn commands_print_what_their_files_show() {
         let made: Vec<String> =
             shown.lines().filter(|line| line.starts_with("$ ")).map(|line| screen(folder.path(), line)).collect();
         for screen in &made {
+            if screen.starts_with("$ rimbench list") && screen.contains('…') {
+                faults.push(format!("{}: a list cuts its texts", file.display()));
+            }
             faults.extend(too_large(screen).map(|fault| format!("{}: {fault}", file.display())));
         }
         let made = made.join("\n");
@@ -61,8 +64,8 @@ fn masked(line: &str) -> String {
     if let Some((before, _)) = line.split_once(" (").filter(|_| line.ends_with(" from summaries)")) {
         return before.to_owned();
     }
-    if let Some((before, _)) = line.split_once("computing time") {
-        return format!("{before}computing time    (of this machine)");
+    if let Some((before, _)) = line.split_once("processor time") {
+        return format!("{before}processor time    (of this machine)");
     }
     let is_id = |word: &str| word.len() == 16 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
     // How many metrics and counters there are is not what a screen is about.

@@ -7,12 +7,12 @@ const curves = (() => {
     const first = Math.ceil(low / step);
     return Array.from({ length: Math.max(Math.floor(high / step) - first + 1, 0) }, (_, k) => Number(((first + k) * step).toPrecision(12)));
   };
-  // The window of the event: at the first failure, else where the force first differs by half of its largest difference.
+  // The window of the event: at the last failure, else where the force first differs by half of its largest difference.
   const event = (of, reference, runs, macro) => {
     const force = of.force.column, T = end(reference), bound = 2 * verdict.peak(reference, force);
-    const failures = runs.map((run) => run?.verdict?.when ?? Infinity), first = Math.min(...failures);
-    let middle = first;
-    if (!Number.isFinite(first)) {
+    const failures = runs.map((run) => run?.verdict?.when).filter(Number.isFinite);
+    let middle = Math.max(...failures);
+    if (!failures.length) {
       const differences = runs.flatMap((run) => (run?.rows ? [...run.columns.time_s].map((t, k) => [t, Math.min(Math.abs(run.columns[force][k] - verdict.at(reference, force, t)), bound)]) : []));
       const most = differences.reduce((most, [, d]) => Math.max(most, d), 0);
       middle = differences.filter(([, d]) => d >= most / 2).reduce((least, [t]) => Math.min(least, t), T);
@@ -156,7 +156,7 @@ const curves = (() => {
     g.fillText(seconds(t), Math.min(X(t), w - 70), h - 2);
     return (x) => ((x - left) / (right - left)) * T;
   };
-  // A dot where a scheme completes, a cross where it fails, a speck where it is not known.
+  // A dot where a scheme is usable, a ring where it completes, a cross where it fails, a speck where it is not known.
   const drawMap = (element, rows, colors) => {
     const { g, w } = drawing.canvas(element), thumb = 8;
     rows.forEach((row, k) => {
@@ -175,8 +175,8 @@ const curves = (() => {
           g.lineTo(x - 3, y + 3);
           g.stroke();
         } else {
-          g.arc(x, y, 3, 0, 7);
-          g.fill();
+          g.arc(x, y, state === "usable" ? 3.2 : 2.8, 0, 7);
+          if (state === "usable") g.fill(); else g.stroke();
         }
       });
     });

@@ -46,13 +46,24 @@ const drawing = (() => {
     return [[from, -half], [to, -half], [to, half], [from, half]].map(([d, s]) => [ax + d * ux - s * uy, ay + d * uy + s * ux]);
   };
   // One picture: `value` gives the columns of the run, enlarged; `ghost` those of the reference, thin unless the run is drawn `alone`.
-  const draw = (element, of, { value, ghost, color, faded, alone }) => {
+  const draw = (element, of, { value, ghost, color, alone }) => {
     const { g, w, h } = canvas(element);
     const view = of.view, shift = view.follow ? ghost(view.follow) : 0;
     const scale = Math.min(w / (view.x[1] - view.x[0]), h / (view.y[1] - view.y[0]));
     const left = w / 2 - scale * ((view.x[0] + view.x[1]) / 2 + shift), base = h / 2 + scale * (view.y[0] + view.y[1]) / 2;
     const screen = ([x, y]) => [left + scale * x, base - scale * y];
     const fills = { scheme: color, metal: ink("metal"), ground: ink("ground"), ink: ink("ink") };
+    // A light colour that hides what is behind it.
+    const inside = (fill) => {
+      if (fill === "scheme") {
+        g.fillStyle = ink("panel");
+        g.fill();
+        g.globalAlpha = 0.4;
+      }
+      g.fillStyle = fills[fill];
+      g.fill();
+      g.globalAlpha = 1;
+    };
     const pass = (values, thin) => {
       const frames = poses(of, values);
       const place = ([x, y, frame]) => {
@@ -64,16 +75,10 @@ const drawing = (() => {
         g.beginPath();
         points.map(screen).forEach(([x, y]) => g.lineTo(x, y));
         if (closed) g.closePath();
-        if (fill && !thin) {
-          g.globalAlpha = (fill === "scheme" ? 0.4 : 1) * (faded ? 0.4 : 1);
-          g.fillStyle = fills[faded && fill === "scheme" ? "metal" : fill];
-          g.fill();
-        }
-        g.globalAlpha = !thin && faded ? 0.5 : 1;
+        if (fill && !thin) inside(fill);
         g.lineWidth = thin ? 1 : 1.3;
         g.strokeStyle = !thin && fill === "scheme" ? color : ink("ink");
         g.stroke();
-        g.globalAlpha = 1;
       };
       for (const shape of of.shapes) {
         const fixed = !["points", "at", "from", "to"].some((key) => [shape[key]].flat(key === "points" ? 1 : 0).some((p) => Array.isArray(p) && p[2]));
@@ -92,12 +97,7 @@ const drawing = (() => {
           if (!Number.isFinite(x + y)) continue;
           g.beginPath();
           g.arc(x, y, r, 0, 7);
-          g.globalAlpha = shape.fill === "scheme" ? 0.4 : 1;
-          if (!thin) {
-            g.fillStyle = fills[shape.fill];
-            g.fill();
-          }
-          g.globalAlpha = 1;
+          if (!thin) inside(shape.fill);
           g.lineWidth = thin ? 1 : 1.3;
           g.strokeStyle = ink("ink");
           if (shape.spoke) {

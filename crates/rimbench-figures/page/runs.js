@@ -267,5 +267,14 @@
     const errors = ["force_error_rms_n", "position_error_rms_m"].filter((key) => found.has(key)).map((key) => `${spoken(key)} ${shown(Number(found.get(key)))}`);
     answer.replaceChildren(make("p", {}, make("strong", {}, verdict)), table, make("p", { class: "soft" }, errors.length ? `Held against the coarser reference of this page: ${errors.join(", ")}.` : ""));
   });
+  // The medians that are kept of a study without rows.
+  for (const kept of document.querySelectorAll("details.kept"))
+    kept.addEventListener("toggle", async () => {
+      const [head, ...rows] = (await page.data).summaries[kept.dataset.study] ?? [];
+      if (!kept.open || !head || kept.querySelector("table")) return;
+      const line = (cells, kind) => make("tr", {}, ...cells.map((cell) => make(kind, {}, cell !== "" && Number.isFinite(Number(cell)) ? shown(Number(cell)) : cell)));
+      const table = make("table", { class: "numbers" }, make("thead", {}, line(head.map((name) => name.replaceAll("_", " ")), "th")), make("tbody", {}, ...rows.map((row) => line(row, "td"))));
+      kept.append(make("div", { class: "table tall", tabindex: "0", role: "region", "aria-label": "Medians" }, table));
+    });
   document.body.dataset.runs = "ready";
 })();

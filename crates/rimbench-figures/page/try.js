@@ -6,15 +6,16 @@
     $("try-missing").hidden = false;
     $("try-missing").textContent = `Simulating in the page is not possible here: ${why}. Everything else on this page works.`;
   };
-  // Colours are those of the figures; schemes and cases are those of the module.
-  const COLORS = JSON.parse($("colors").textContent), SCHEMES = {};
+  // Colours and names are those of the figures; schemes and cases are those of the module.
+  const STYLES = JSON.parse($("known").textContent).schemes, SCHEMES = {};
+  const called = (scheme) => STYLES[scheme].name;
   let CASES = [];
   const SIDES = ["a", "b"], OPTIONS = { phase: "1", "contacts-a": "", "contacts-b": "", integrator: "" };
   const { at, end, judge, milliseconds, seconds } = verdict;
 
   // ---- state: case, place of the slider, schemes, options, time; in the address as well
   const nearest = (of, ms) => of.steps_ms.reduce((best, step, k, all) => (Math.abs(Math.log(step / ms)) < Math.abs(Math.log(all[best] / ms)) ? k : best), 0);
-  const startOf = (of) => ({ case: of.name, h: nearest(of, of.macro_step_ms), a: of.schemes[0], b: of.schemes[1], ...OPTIONS, t: null });
+  const startOf = (of) => ({ case: of.name, h: nearest(of, of.shown_ms), a: of.schemes[0], b: of.schemes[1], ...OPTIONS, t: null });
   let state;
   const current = () => CASES.find(({ name }) => name === state.case);
   const steps = () => current().steps_ms;
@@ -57,20 +58,23 @@
   };
   const known = (side, h = state.h) => runs.get(lines(side, h));
   const referenceOf = (of) => ({ of, id: of.name, request: `reference\ncase ${of.name}\nscheme zero-order-hold`, into: references });
-  const wanted = (of) => [...new Set(["time_s", of.force.column, ...drawing.columns(of.drawing)])];
+  // What the story tells of the lock, beside what is drawn; cases without these columns have nothing of it.
+  const LOCK = { mass: "effective_mass_kg", gap: "gap_left_wedge_m", contact: "contact_force_left_wedge_n" };
+  const wanted = (of) => [...new Set(["time_s", of.force.column, ...drawing.columns(of.drawing), ...Object.values(LOCK)])];
   let moved = -1e9;
+  const asked = (id) => workers.some(({ job }) => job?.id === id);
   const next = (slot) => {
-    const side = SIDES[slot], of = current();
+    const side = SIDES[slot % 2], of = current();
     if (slot === 0 && !references.has(state.case)) return referenceOf(of);
     const ask = (h) => ({ of, id: lines(side, h), request: `run\n${lines(side, h)}`, into: runs });
-    if (!known(side)) return ask(state.h);
+    if (!known(side) && !asked(lines(side))) return ask(state.h);
     // What the gallery shows, one worker from its beginning and one from its end.
-    const pictured = !$("cases").hidden && (slot ? [...CASES].reverse() : CASES).find(({ name }) => !references.has(name) && !workers.some(({ job }) => job?.id === name));
+    const pictured = !$("cases").hidden && (slot ? [...CASES].reverse() : CASES).find(({ name }) => !references.has(name) && !asked(name));
     if (pictured) return referenceOf(pictured);
     // Nothing is waited for: the neighbours on the slider; short macro steps, which take long, only while the hand rests.
     const resting = performance.now() - moved > 400;
     const places = steps().map((_, h) => h).sort((p, q) => Math.abs(p - state.h) - Math.abs(q - state.h));
-    const open = places.find((h) => !known(side, h) && (resting || steps()[h] >= steps()[7]));
+    const open = places.find((h) => !known(side, h) && !asked(lines(side, h)) && (resting || steps()[h] >= steps()[7]));
     return open === undefined ? null : ask(open);
   };
   let sign;
@@ -100,7 +104,7 @@
   // ---- what is shown: a pair of runs, their reference, the window of the event, how much differences are enlarged
   let shown = null;
   const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
-  const colors = () => SIDES.map((side) => COLORS[state[side]][dark() ? 1 : 0]);
+  const color = (scheme) => STYLES[scheme].colors[dark() ? 1 : 0], colors = () => SIDES.map((side) => color(state[side]));
   // The largest factor at which the worse of both stays in the picture.
   const enlargement = (of, reference, pair, window) => {
     const width = of.drawing.view.x[1] - of.drawing.view.x[0];
@@ -128,7 +132,7 @@
         return /_n$/.test(name) ? own : other + factor * (own - other);
       };
       const picture = of.of_start ? { value: (name) => reference.columns[name][0], alone: true } : { value: run?.rows ? value : null };
-      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], faded: lost || gone, ...picture });
+      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], ...picture });
       g.fillStyle = drawing.ink("soft");
       const words = of.of_start ? ["as it starts", "as it starts: single bodies are not recorded"] : ["outline: reference", "thin outline: reference"];
       g.fillText(words[w < 300 ? 0 : 1], 8, h - 8);
@@ -146,6 +150,7 @@
     $("strip").setAttribute("aria-valuemax", end(reference).toFixed(3));
     $("strip").setAttribute("aria-valuenow", t.toFixed(4));
     $("strip").setAttribute("aria-valuetext", seconds(t));
+    document.body.dataset.pictured ??= String(Math.round(performance.now()));
     document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
   };
   const map = () => {
@@ -153,13 +158,14 @@
     const place = (side, h) => {
       const run = known(side, h);
       if (!run || !reference) return "unknown";
-      const { failed, none } = judge(run, reference, of);
-      return failed || none ? "fails" : "completes";
+      return judge(run, reference, of).state;
     };
     const rows = SIDES.map((side) => steps().map((_, h) => place(side, h)));
     curves.drawMap($("map"), rows, colors());
-    const failures = rows.map((row, k) => `${state[SIDES[k]]} fails at ${row.filter((of) => of === "fails").length} of ${row.filter((of) => of !== "unknown").length} macro steps tried`);
-    $("map").setAttribute("aria-label", failures.join("; "));
+    const count = (row, wanted) => row.filter((state) => state === wanted).length;
+    const said = rows.map((row, k) => `${called(state[SIDES[k]])}: of ${row.length - count(row, "unknown")} macro steps tried ${count(row, "usable")} with an error of at most a tenth of the peak, ${count(row, "fails")} fail`);
+    $("map").setAttribute("aria-label", said.join("; "));
+    $("map").dataset.unknown = String(rows.reduce((sum, row) => sum + count(row, "unknown"), 0));
   };
   const command = (side) => {
     const options = lines(side).split("\n").map((line) => line.split(" ")).filter(([key, value]) => !(key === "phase" && value === "1"));
@@ -168,7 +174,6 @@
   const controls = () => {
     const of = current();
     $("in-case").value = state.case;
-    $("about").textContent = of.about;
     $("in-h").value = state.h;
     $("out-h").textContent = milliseconds(steps()[state.h]);
     $("in-h").setAttribute("aria-valuetext", $("out-h").textContent);
@@ -176,11 +181,32 @@
     for (const key of Object.keys(OPTIONS)) $(`in-${key}`).value = state[key];
     SIDES.forEach((side, k) => {
       for (const option of $(`in-${side}`).options) option.disabled = of.refused.includes(option.value);
-      $(`in-${side}`).value = state[side];
+      $(`in-${side}`).value = $(`in-${side}`).title = state[side];
       $(`in-contacts-${side}`).disabled = !SCHEMES[state[side]].model;
       $(`side-${side}`).style.setProperty("--own", colors()[k]);
       $(`cmd-${side}`).textContent = command(side);
     });
+  };
+  // The paper in four states of the address, each with the one control that leads to it; what is told of a run is taken from it.
+  const told = (k) => [shown.pair[k].verdict.words, shown.pair[k].verdict.numbers].filter(Boolean).join(", ");
+  const locked = () => {
+    const [{ columns: run }, { columns: truth }] = [shown.pair[0], shown.reference];
+    const lock = run.time_s[run[LOCK.mass].indexOf(Infinity)], touch = truth.time_s[truth[LOCK.contact].findIndex((force) => force > 0)];
+    return lock < touch ? `locks ${seconds(touch - lock)} before the touch-down, the wedge ${verdict.length(at(shown.reference, LOCK.gap, lock))} above the floor` : "fails";
+  };
+  const STORY = [
+    ["Hold", "h=1&a=zero-order-hold&b=first-order-hold", "play", () => "Between two exchanges the cylinder sees a held or extrapolated force. At a macro step of 1 ms both work. Press Play."],
+    ["Longer step", "h=3&a=zero-order-hold&b=first-order-hold", "in-h", () => "Drag the macro step to 3 ms: the force is too old, and both runs fail soon after the start."],
+    ["Smooth model", "h=3&a=rim-smooth&b=first-order-hold", "in-a", () => `On the left, choose a model of the box. The smooth one ${locked()}, and fails.`],
+    ["Non-smooth model", "h=3&a=rim-smooth&b=rim-nonsmooth", "in-b", () => `On the right, choose a model that lets contacts open within the step. The box ${told(1)}.`],
+  ];
+  const story = () => {
+    const here = new URLSearchParams({ h: steps()[state.h], a: state.a, b: state.b }).toString();
+    const plain = state.case === "wedge-box" && Object.keys(OPTIONS).every((key) => state[key] === OPTIONS[key]);
+    const now = plain ? STORY.findIndex(([, address]) => address === here) : -1;
+    [...$("story-steps").querySelectorAll("a")].forEach((link, k) => (k === now ? link.setAttribute("aria-current", "step") : link.removeAttribute("aria-current")));
+    STORY.forEach(([, , control], k) => $(control).classList.toggle("asked", k === now));
+    $("story-said").textContent = now < 0 ? current().about : STORY[now][3]();
   };
   const show = () => {
     const of = current(), reference = references.get(state.case), pair = SIDES.map((side) => known(side));
@@ -192,7 +218,7 @@
         shown = null;
         for (const id of ["scene-a", "scene-b", "event", "course"]) drawing.canvas($(id));
       }
-      for (const side of SIDES) if (!shown) $(`verdict-${side}`).textContent = reference?.facts.get("error") ?? "computing …";
+      for (const side of SIDES) if (!shown) [$(`verdict-${side}`).textContent, $(`numbers-${side}`).textContent] = [reference?.facts.get("error") ?? "computing …", ""];
       return;
     }
     if (!reference.rows) return;
@@ -204,12 +230,16 @@
     state.t ??= shown.window[0] + 0.55 * (shown.window[1] - shown.window[0]);
     state.t = Math.min(Math.max(state.t, 0), end(reference));
     SIDES.forEach((side, k) => {
-      const out = $(`verdict-${side}`);
-      [out.textContent, out.title, out.className] = [judged[k].words, judged[k].why, judged[k].failed || judged[k].none ? "bad" : ""];
+      const out = $(`verdict-${side}`), { sign, words, numbers, why } = judged[k];
+      [out.textContent, out.title, out.className] = [`${sign} ${words}`, why, judged[k].state];
+      $(`numbers-${side}`).textContent = numbers;
       out.dataset.run = pair[k].facts.get("run_id") ?? "";
-      $(`scene-${side}`).setAttribute("aria-label", `${of.title}, ${state[side]}: ${judged[k].words}`);
+      $(`scene-${side}`).setAttribute("aria-label", `${of.title}, ${called(state[side])}: ${words}`);
     });
-    $("event").setAttribute("aria-label", `${of.force.label} around the event. ${SIDES.map((side, k) => `${state[side]}: ${judged[k].words}`).join("; ")}`);
+    const fails = (when) => (when === null ? "" : `, fails at ${seconds(when)}`);
+    const said = SIDES.map((side, k) => `${called(state[side])}: ${[judged[k].words, judged[k].numbers].filter(Boolean).join(", ")}${fails(judged[k].when)}`);
+    $("event").setAttribute("aria-label", `${of.force.label} around the event. ${said.join("; ")}`);
+    story();
     pose();
   };
 
@@ -240,7 +270,7 @@
       if (of.name === state.case) button.setAttribute("aria-current", "true"); else button.removeAttribute("aria-current");
       if (!reference?.rows) return;
       const t = of.of_start || still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
-      drawing.draw(button.firstChild, of.drawing, { value, ghost: value, color: COLORS[of.schemes[1]][dark() ? 1 : 0], alone: true });
+      drawing.draw(button.firstChild, of.drawing, { value, ghost: value, color: color(of.schemes[1]), alone: true });
     });
     setTimeout(() => requestAnimationFrame(gallery), 40);
   };
@@ -338,10 +368,12 @@
     });
     $("play").addEventListener("keyup", (event) => event.key === " " && event.preventDefault());
     for (const button of document.querySelectorAll("[data-copy]")) button.addEventListener("click", () => page.copy($(button.dataset.copy).textContent, button));
-    addEventListener("resize", () => {
+    // A canvas has as many pixels as it is shown with, whatever moves it.
+    const sized = new ResizeObserver(() => {
       pose();
       map();
     });
+    for (const box of [...document.querySelectorAll("#try-works .box"), $("map")]) sized.observe(box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       controls();
       pose();
@@ -365,17 +397,27 @@
     state = startOf(CASES[0]);
     $("in-h").max = steps().length - 1;
     $("in-contacts-b").append(...[...$("in-contacts-a").options].map((option) => option.cloneNode(true)));
+    const lead = (name, address) => page.make("li", {}, page.make("a", { href: `#case=wedge-box&${address}` }, name));
+    $("story-steps").append(...STORY.map(([name, address]) => lead(name, address)));
     $("in-case").append(...CASES.map(({ title, name }) => new Option(title, name)));
-    for (const side of SIDES) $(`in-${side}`).append(...Object.keys(SCHEMES).map((name) => new Option(name, name)));
+    for (const side of SIDES) $(`in-${side}`).append(
+        ...Object.keys(SCHEMES).map((name) => {
+          const option = new Option(called(name), name);
+          option.title = name;
+          return option;
+        }),
+      );
     readAddress();
     $("try-works").hidden = false;
     for (const link of document.querySelectorAll("a.live")) link.hidden = false;
     listen();
     show();
   };
+  // Two for the pair; where the machine has more cores, two more for the rest of the slider.
+  const slots = [...SIDES, ...((navigator.hardwareConcurrency ?? 2) > 3 ? SIDES : [])];
   let simulators;
   try {
-    simulators = await Promise.all(SIDES.map(() => page.simulator()));
+    simulators = await Promise.all(slots.map(() => page.simulator()));
   } catch (error) {
     return missing(error.message);
   }

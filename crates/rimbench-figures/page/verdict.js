@@ -22,9 +22,12 @@ const verdict = (() => {
   const extent = (values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
   const peak = (run, name) => (run[`peak ${name}`] ??= run.columns[name].reduce((most, v) => Math.max(most, Math.abs(v)), 0));
   const digits = (value, n = 2) => String(Number(value.toPrecision(n))).replace("-", "−");
-  const millimetres = (metres) => (metres < 0.1 ? `${digits(1000 * metres)}\u00a0mm` : `${digits(metres)}\u00a0m`);
+  const millimetres = (metres) => (metres < 1e-4 ? `${digits(1e6 * metres)}\u00a0µm` : metres < 0.1 ? `${digits(1000 * metres)}\u00a0mm` : `${digits(metres)}\u00a0m`);
   const milliseconds = (ms) => (ms < 0.1 ? `${digits(1000 * ms, 3)}\u00a0µs` : `${digits(ms, 3)}\u00a0ms`);
   const seconds = (t) => (t < 1 ? milliseconds(1000 * t) : `${t.toFixed(2)}\u00a0s`);
+  // The program's bounds: what stays down, and which share of the peak an error may be. A run is usable within it, else completes or fails.
+  const { stays_down_m, usable } = JSON.parse(document.getElementById("known").textContent);
+  const SIGNS = { usable: "●", completes: "○", fails: "✕" };
   const judge = (run, reference, of) => {
     if (run.verdict) return run.verdict;
     const facts = run.facts, force = of.force.column;
@@ -33,20 +36,26 @@ const verdict = (() => {
     if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
       const why = facts.get("error") ?? facts.get("reason") ?? "", begun = run.rows > 1;
       const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : "not run here";
-      return (run.verdict = { none: true, failed: false, when: null, words, why });
+      return (run.verdict = { none: true, failed: false, when: null, state: "fails", sign: "–", numbers: "", words, why });
     }
     const failed = counts_as === "failed";
     const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
     // Without a share there is no force to speak of, and no ratio of peaks either.
-    const share = facts.get("force_error_rms_of_peak") ?? "", error = 100 * Number(share);
+    const share = facts.get("force_error_rms_of_peak") ?? "", error = Number(share), touch = Number(facts.get("touch_down_peak_ratio") ?? NaN);
     const ratio = share === "" ? 0 : peak(run, force) / peak(reference, force);
     const opened = Number(facts.get("lift_off_height_m") ?? 0);
-    const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > 2e-4 ? `${opens} ${millimetres(opened)}` : "";
+    const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > stays_down_m ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
     const parts = failed
       ? [moved, of_force].filter(Boolean).concat(moved || of_force ? [] : [facts.get("outcome").replaceAll("-", " ")])
-      : [moved || stays, of_force || (share === "" ? "no force to speak of" : `error ${digits(error)}\u00a0%`)].filter(Boolean);
-    return (run.verdict = { none: false, failed, when, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
+      : [moved || stays, of_force].filter(Boolean);
+    // The error over the whole run, and what it hides: the peak of the touch-down, or of the run where nothing touches down.
+    const peaks = Number.isFinite(touch) ? touch : ratio, percent = Math.round(100 * Math.abs(peaks - 1));
+    const rms = `error ${digits(100 * error)}\u00a0%\u00a0rms`, high = peaks > 1 ? "high" : "low", height = peaks > 2 ? `${digits(peaks)}×` : `${percent}\u00a0% too ${high}`;
+    const numbers = failed ? "" : share === "" ? "no force to speak of" : `${rms}, ${Number.isFinite(touch) ? "touch-down peak" : "peak"} ${percent ? height : "exact to 1\u00a0%"}`;
+    const state = failed ? "fails" : share !== "" && error <= usable ? "usable" : "completes";
+    if (!parts.length) parts.push(state === "usable" ? "follows the reference" : "leaves the reference");
+    return (run.verdict = { none: false, failed, when, state, sign: SIGNS[state], numbers, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
   };
-  return { row, at, end, extent, peak, digits, milliseconds, seconds, judge };
+  return { length: millimetres, row, at, end, extent, peak, digits, milliseconds, seconds, judge };
 })();

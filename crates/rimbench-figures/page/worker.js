@@ -1,9 +1,9 @@
 // Runs the module beside the page, so that the page stays awake. One request after the other; what is asked is text, see the crate
 // rimbench-web. With `wanted`, only these columns come back, each as an array of its own.
 let module;
-let bytes;
+let compiled;
 const start = async () => {
-  module = (await WebAssembly.instantiate(bytes, {})).instance.exports;
+  module = (await WebAssembly.instantiate(compiled, {})).exports;
 };
 const ask = (text) => {
   const bytes = new TextEncoder().encode(text);
@@ -28,7 +28,7 @@ const answer = (request, wanted) => {
 };
 onmessage = async ({ data }) => {
   if (data.module) {
-    bytes = data.module;
+    compiled = data.module;
     try {
       await start();
     } catch (error) {

@@ -36,6 +36,7 @@ pub mod drawing;
 pub mod line_style;
 pub mod render;
 pub mod report;
+pub mod scheme_picture;
 pub mod style;
 pub mod ticks;
 

@@ -4,9 +4,9 @@
 //! another compiler; `.ci/page.mjs digits` holds it against the program. Everything stands in the one file of the report.
 
 use crate::drawing::Color;
+use crate::report::seven_bits;
 use crate::style::{Styles, on_dark_paper};
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
+use rimbench_cases::metrics::{STAYS_DOWN_M, USABLE};
 use rimbench_core::schemes::standard_schemes;
 use serde_json::{Map, Value, json};
 
@@ -33,26 +33,34 @@ const SCRIPTS: [&str; 7] = [
 
 /// Returns what makes the page live, for its end.
 pub fn scripts() -> String {
-    let scripts: String = SCRIPTS.iter().map(|script| format!("<script>{script}</script>\n")).collect();
+    let scripts: String = SCRIPTS.iter().map(|script| format!("<script>{}</script>\n", bare(script))).collect();
     format!(
         "<script type=\"application/octet-stream\" id=\"module\">{}</script>\n\
-         <script type=\"application/json\" id=\"colors\">{}</script>\n\
-         <script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n{scripts}",
-        BASE64_STANDARD.encode(MODULE),
-        colors()
+         <script type=\"application/json\" id=\"known\">{}</script>\n\
+         <script type=\"text/plain\" id=\"worker\">{}</script>\n{scripts}",
+        seven_bits(MODULE),
+        known(),
+        bare(WORKER)
     )
 }
 
-/// The colours of the schemes as in the figures, each on light and on dark paper.
-fn colors() -> Value {
+/// A script without its indentation and the lines that are comments; none of ours has a text of several lines.
+fn bare(script: &str) -> String {
+    let lines = script.lines().map(str::trim_start).filter(|line| !line.is_empty() && !line.starts_with("//"));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// Names and colours of the schemes as in the figures, each on light and on dark paper, and the bounds of verdicts.
+fn known() -> Value {
     let styles = Styles::standard();
     let of = |name: &str| {
         let color = styles.of_label(name).color;
-        json!([color, on_dark_paper(color)].map(Color::hex))
+        let colors = [color, on_dark_paper(color)].map(Color::hex);
+        json!({ "name": styles.shown_name(name), "colors": colors })
     };
-    Value::Object(
-        standard_schemes().iter().map(|scheme| (scheme.name.to_string(), of(&scheme.name))).collect::<Map<_, _>>(),
-    )
+    let schemes: Map<_, _> =
+        standard_schemes().iter().map(|scheme| (scheme.name.to_string(), of(&scheme.name))).collect();
+    json!({ "schemes": schemes, "stays_down_m": STAYS_DOWN_M, "usable": USABLE })
 }
 
 #[cfg(test)]
@@ -72,7 +80,7 @@ mod tests {
         let asked = |script: &'static str| script.split("$(\"").skip(1).filter_map(|rest| rest.split('"').next());
         let mut count = 0;
         // Made elsewhere: the data, and what only a page with studies has.
-        let made = ["module", "worker", "colors", "data", "highlight"];
+        let made = ["module", "worker", "known", "data", "highlight"];
         for id in SCRIPTS.iter().flat_map(|script| asked(script)).filter(|id| !made.contains(id)) {
             count += 1;
             assert!([SECTION, RUNS].iter().any(|html| html.contains(&format!("id=\"{id}\""))), "{id}");

@@ -6,6 +6,10 @@ use std::fmt::Write;
 /// Millimetres per px of the page.
 const MM: f64 = 25.4 / 96.0;
 
+/// What makes a picture dark where the page around it is; a page that has the picture inside does that itself.
+pub const DARK: &str =
+    "<style>@media (prefers-color-scheme:dark){svg{filter:invert(.93) hue-rotate(180deg)}}</style>\n";
+
 /// Formats a drawing as a self-contained SVG document; equal drawings give equal bytes.
 pub fn svg(drawing: &Drawing) -> String {
     let (width, height) = (drawing.width, drawing.height);
@@ -16,7 +20,7 @@ pub fn svg(drawing: &Drawing) -> String {
     writer.settle(None);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {} {}\" role=\"img\" \
-         font-family=\"sans-serif\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n\
+         font-family=\"sans-serif\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n{DARK}\
          <path d=\"M0 0h{}v{}H0z\" fill=\"#fff\"/>\n{}</svg>\n",
         hundredths(width * MM),
         hundredths(height * MM),

@@ -8,13 +8,26 @@ use std::time::Duration;
 #[cfg(unix)]
 pub fn monotonic_clock() -> Duration {
     // POSIX demands this clock.
-    clock(nix::time::ClockId::CLOCK_MONOTONIC)
+    time_of(nix::time::ClockId::CLOCK_MONOTONIC)
+}
+
+/// Reads the processor time of this thread, which other programs on the machine do not change. Waiting for a subsystem in a process of
+/// its own is not in it. Where the system has no such clock it is [`monotonic_clock`].
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+pub fn processor_clock() -> Duration {
+    time_of(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID)
 }
 
 #[cfg(unix)]
-fn clock(id: nix::time::ClockId) -> Duration {
-    let now = nix::time::clock_gettime(id);
+fn time_of(clock: nix::time::ClockId) -> Duration {
+    let now = nix::time::clock_gettime(clock);
     now.map_or(Duration::ZERO, |now| Duration::new(now.tv_sec() as u64, now.tv_nsec() as u32))
+}
+
+/// Reads [`monotonic_clock`].
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
+pub fn processor_clock() -> Duration {
+    monotonic_clock()
 }
 
 /// Reads the monotonic clock: time since somebody first asked.
@@ -22,14 +35,6 @@ fn clock(id: nix::time::ClockId) -> Duration {
 pub fn monotonic_clock() -> Duration {
     static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
     START.elapsed()
-}
-
-/// Reads the processor time of this thread; where there is no such clock, the monotonic one.
-pub(crate) fn thread_time() -> Duration {
-    #[cfg(unix)]
-    return clock(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID);
-    #[cfg(not(unix))]
-    monotonic_clock()
 }
 
 #[cfg(test)]
@@ -41,5 +46,16 @@ mod tests {
         let (first, begun) = (monotonic_clock(), std::time::Instant::now());
         while begun.elapsed() < Duration::from_millis(2) {}
         assert!(monotonic_clock() - first >= Duration::from_millis(2));
+    }
+
+    #[test]
+    fn waiting_takes_no_processor_time() {
+        let first = [monotonic_clock(), processor_clock()];
+        std::thread::sleep(Duration::from_millis(50));
+        let [wall, processor] = [monotonic_clock() - first[0], processor_clock() - first[1]];
+        assert!(
+            cfg!(not(any(target_os = "linux", target_os = "macos"))) || processor < wall / 2,
+            "{processor:?} of {wall:?}"
+        );
     }
 }

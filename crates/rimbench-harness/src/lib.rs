@@ -36,7 +36,7 @@ pub use advice::{
 pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, write_claims};
-pub use clock::monotonic_clock;
+pub use clock::{monotonic_clock, processor_clock};
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use execution::{prepare_folder, run_job, run_job_until};

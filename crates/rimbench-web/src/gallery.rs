@@ -1,12 +1,12 @@
 //! The cases with their drawings, in JSON for a page.
 
-use rimbench_cases::cases::{Case, Channel, Drawing, Fill, Point, Shape, offered_steps_ms};
+use rimbench_cases::cases::{Case, Channel, Drawing, Fill, Point, Shape, offered_steps_ms, shown_step_ms};
 use std::fmt::Write;
 
 /// Writes a case with its drawing; `refused` are the schemes that it is not run with.
 ///
 /// ```text
-/// { name, title, about, of_start, macro_step_ms, steps_ms: [numbers], schemes: [two names], refused: [names], contact: [two texts] or null,
+/// { name, title, about, of_start, shown_ms, steps_ms: [numbers], schemes: [two names], refused: [names], contact: [two texts] or null,
 ///   force: { column, label, unit, gain },
 ///   drawing: { view: { x, y, follow }, frames: [{ name, parent, x, y, angle }], shapes: [{ kind, … }] } }
 /// ```
@@ -28,12 +28,12 @@ pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> String {
     let mut json = String::new();
     let _ = write!(
         json,
-        "{{\"name\":{},\"title\":{title},\"about\":{about},\"of_start\":{},\"macro_step_ms\":{:?},\"steps_ms\":{:?},\"schemes\":{},\"refused\":{},\"contact\":{},\
+        "{{\"name\":{},\"title\":{title},\"about\":{about},\"of_start\":{},\"shown_ms\":{:?},\"steps_ms\":{:?},\"schemes\":{},\"refused\":{},\"contact\":{},\
          \"force\":{{\"column\":{},\"label\":{},\"unit\":\"{unit}\",\"gain\":{gain:?}}},\
          \"drawing\":{{\"view\":{{\"x\":{:?},\"y\":{:?},\"follow\":{}}},\"frames\":{},\"shapes\":{}}}}}",
         text(&case.name),
         drawing.of_start,
-        1e3 * case.defaults.macro_step_s,
+        shown_step_ms(&case.name, case.defaults.macro_step_s),
         offered_steps_ms(case.defaults.macro_step_s),
         list(drawing.schemes.map(text)),
         list(refused.iter().map(|name| text(name))),

@@ -125,7 +125,7 @@ fn drawing(link: &Link, rest: &Rest, barrel: f64, floor: f64, [title, about]: [&
     // Measured from the joint; the ground is `floor` below the load's start.
     let hook = [([length, 0.0], Some("link")), ([0.0, 0.0], Some("load"))];
     Drawing {
-        view: [[-0.5, 1.7], [-0.7, 0.95]],
+        view: [[-0.4, 1.45], [-0.28, 0.78]],
         frames: vec![frame("link", 0.0, 0.0, "theta_1_rad"), frame("load", "load_x_m", "load_y_m", 0.0)],
         shapes: vec![
             ground(&[[-5.0, floor - 0.08], [5.0, floor - 0.08]]),
@@ -154,7 +154,8 @@ pub(super) fn set_down() -> Case {
     let drawing = drawn(|p: &SetDown| {
         let text =
             ["Crane sets a load down", "A hydraulic crane lowers its load onto the ground and lifts it with a jerk."];
-        Some(drawing(&p.link, &p.rest, p.jack.cylinder.cylinder_length_m, p.ground_height_m, text))
+        let drawing = drawing(&p.link, &p.rest, p.jack.cylinder.cylinder_length_m, p.ground_height_m, text);
+        Some(Drawing { schemes: ["first-order-hold", "rim-nonsmooth"], ..drawing })
     });
     let case = above_ground("crane-set-down", about, |p: &SetDown, assembly| {
         let model = CraneWithRope::new(geometry(&p.link, &p.rest), p.ground_height_m)?;
@@ -219,7 +220,7 @@ pub(super) fn heap() -> Case {
             let others = centres(p.columns, p.layers, radius).into_iter();
             let place = |[x, y]: [f64; 2]| ([load[0] + x, load[1] + y], None);
             drawing.shapes.extend(others.map(|centre| disc(place(centre), radius, Fill::Metal)));
-            Some(Drawing { of_start: true, ..drawing })
+            Some(Drawing { of_start: true, view: [[-0.5, 1.7], [-0.7, 0.95]], ..drawing })
         }),
         interface_columns: hydraulics::interface(),
         ..Case::new(

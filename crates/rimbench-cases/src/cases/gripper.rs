@@ -139,7 +139,6 @@ fn drawing(p: &Clamp) -> Drawing {
         title: ["Gripper", "Two cylinders close two jaws on a box, squeeze it, and let it go."],
         force: "left cylinder's force",
         in_kilonewtons: true,
-        schemes: ["rim-smooth", "rim-nonsmooth"],
         ..Drawing::default()
     }
 }

@@ -110,7 +110,6 @@ fn drawing(p: &Lift) -> Drawing {
         title: ["Lift table", "Cylinders lower a box unevenly onto two stops, press it down, and lift it again."],
         force: "first cylinder's force",
         in_kilonewtons: true,
-        schemes: ["rim-split", "rim-nonsmooth-gap"],
         ..Drawing::default()
     }
 }

@@ -48,7 +48,7 @@ pub use declaration::{ParameterSet, choices, named, parameters};
 #[doc(hidden)]
 pub use declaration::{changed, with_changes};
 pub use discs::wall_forces;
-pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape, offered_steps_ms};
+pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape, offered_steps_ms, shown_step_ms};
 pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};

@@ -334,8 +334,6 @@ fn drawing(body: &Body) -> Drawing {
     ];
     let about = "A body drawn at random, two surfaces that it may touch, and a passive actuator.";
     let frames = vec![frame("body", "body_x_m", "body_y_m", "body_angle_rad")];
-    Drawing {
-        schemes: ["rim-smooth-active", "rim-nonsmooth"],
-        ..Drawing::of(["Random body", about], [[-2.0, 2.0], [-1.7, 1.7]], frames, shapes)
-    }
+    let view = [[-2.0, 2.0], [-1.7, 1.7]];
+    Drawing { follow: Some("body_x_m"), ..Drawing::of(["Random body", about], view, frames, shapes) }
 }

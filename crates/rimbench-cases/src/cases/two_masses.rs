@@ -245,6 +245,24 @@ impl QuarterCar {
         };
         TwoMasses { bodies: [chassis, wheel], element }
     }
+
+    /// Wheel and chassis above the step that the wheel has met.
+    fn upright(&self) -> Drawing {
+        let frames = vec![
+            frame("wheel", 0.0, Channel::Column("x2_m", 1.0, 0.2), 0.0),
+            frame("chassis", 0.0, Channel::Column("x1_m", 1.0, 0.75), 0.0),
+        ];
+        let shapes = vec![
+            ground(&[[-9.0, 0.0], [-0.25, 0.0], [-0.25, self.road_step_m], [9.0, self.road_step_m]]),
+            Shape::Disc { at: ([0.0, 0.0], Some("wheel")), radius: 0.2, spoke: false, fill: Fill::Metal },
+            Shape::Spring(([0.0, 0.0], Some("wheel")), ([0.0, -0.1], Some("chassis")), 0.1),
+            Shape::Polygon(rectangle("chassis", [0.0, 0.0], [1.1, 0.2]), Fill::Scheme),
+        ];
+        let title = ["Quarter car", "A wheel meets a step in the road; spring and damper carry the chassis."];
+        let schemes = ["zero-order-hold", "first-order-hold"];
+        let drawing = Drawing::of(title, [[-1.3, 1.3], [-0.12, 1.1]], frames, shapes);
+        Drawing { force: "force between the masses", schemes, ..drawing }
+    }
 }
 
 /// Chassis (mass 1) and wheel over a step in the road, after the demo of the Open Simulation Platform (libcosim); the exponent's n is ours.
@@ -260,6 +278,7 @@ pub(super) fn quarter_car() -> Case {
                 Damper::Linear => ReferenceMethod::Exact(masses.exact()),
             })
         }),
+        drawing: drawn(|p: &QuarterCar| Some(p.upright())),
         ..entry(
             "quarter-car",
             "Chassis and wheel over a step in the road, linear or nonlinear damper (OSP; exact solution if linear)",

@@ -229,7 +229,6 @@ fn drawing(model: &WedgeBox, barrel: f64, [title, about]: [&'static str; 2]) -> 
         force: "cylinder force",
         in_kilonewtons: true,
         contact: Some(["lifts off", "stays down"]),
-        schemes: ["rim-smooth", "rim-nonsmooth"],
         ..Drawing::default()
     }
 }

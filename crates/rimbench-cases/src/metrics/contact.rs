@@ -5,6 +5,9 @@ use super::evidence::{Evidence, metrics};
 /// A contact of the reference with a gap below this counts as closed, m.
 const CLOSED_IN_REFERENCE: f64 = 1e-6;
 
+/// Bound of "stays down", m: a contact that opens by at most this has not lifted off. Claims, figures and page share it.
+pub const STAYS_DOWN_M: f64 = 1e-5;
+
 metrics! {
     EFFECTIVE_MASS_MAX: "effective_mass_max_kg" in "kg",
     "Largest effective mass at a communication point; inf for a locked interface"

@@ -19,6 +19,10 @@ mod pace;
 #[cfg(test)]
 mod tests;
 
+/// Largest rms force error over the reference's peak of a run that is *usable*, the bound of figures, page and tables.
+pub const USABLE: f64 = 0.1;
+
+pub use contact::STAYS_DOWN_M;
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub(crate) use event::touch_downs;
 pub use evidence::{Evidence, Inside, InterfaceRow, Metric, Only};

@@ -44,7 +44,10 @@ impl CommunicationGrid {
             return Err(Error::invalid("macro-step", macro_step, "a finite time above 0 s"));
         }
         if macro_step > duration {
-            return Err(Error::invalid("macro-step", macro_step, format!("at most the duration, {duration} s")));
+            // Steps are told in ms, and typed in s.
+            let meant =
+                if 1e-3 * macro_step <= duration { format!("; did you mean {macro_step}ms?") } else { String::new() };
+            return Err(Error::invalid("macro-step", macro_step, format!("at most the duration, {duration} s{meant}")));
         }
         if !(SHORTEST_PHASE..=1.0).contains(&phase) {
             let expected = format!("a number in (0, 1], at least {SHORTEST_PHASE:e}");

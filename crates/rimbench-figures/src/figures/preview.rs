@@ -6,6 +6,7 @@ use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Text};
 use crate::style::Styles;
 use rimbench_cases::cases::Drawing as CaseDrawing;
+use rimbench_cases::metrics::STAYS_DOWN_M;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
 use std::path::Path;
@@ -28,7 +29,8 @@ pub fn preview(folder: &Path, of: &CaseDrawing, styles: &Styles) -> Result<Drawi
     drawing.text(Text::new(question, (20.0, 44.0), 27.0).bold());
     let words = "Co-simulation of a machine with contacts: the same macro step, two interface models";
     drawing.text(Text::new(words, (20.0, 70.0), 14.0).colored(Color::SOFT_INK));
-    for (label, said, left) in [("rim-smooth", "lifts off", 10.0), ("rim-nonsmooth", "stays down", 305.0)] {
+    for (label, left) in [("rim-smooth", 10.0), ("rim-nonsmooth", 305.0)] {
+        let said = verdict(folder, label)?;
         let (motion, color) = (Motion::read(of, &trace(label)?, &reference, ENLARGED)?, styles.of_label(label).color);
         let row = motion.row_at(INSTANT).ok_or_else(|| Error::file(folder, format!("has no row at {INSTANT} s")))?;
         let place = Rect { left, top: 88.0, right: left + 285.0, bottom: 252.0 };
@@ -40,4 +42,18 @@ pub fn preview(folder: &Path, of: &CaseDrawing, styles: &Styles) -> Result<Drawi
     let words = format!("rimbench · H = 5 ms, differences from the reference {ENLARGED} times larger");
     drawing.text(Text::new(words, (300.0, 303.0), 11.0).anchored(Anchor::Middle).colored(Color::SOFT_INK));
     Ok(drawing)
+}
+
+/// Says by how far a contact opens that is closed in the reference; nothing where the run has no such height.
+fn verdict(folder: &Path, label: &str) -> Result<String> {
+    let runs = read_table(&folder.join("runs.csv"))?;
+    let rows = runs.rows_where(runs.column("label")?, label);
+    let height = runs.column("lift_off_height_m")?;
+    let opened_m = rows.first().map_or(f64::NAN, |&row| runs.number(row, height));
+    Ok(match opened_m {
+        _ if !opened_m.is_finite() => String::new(),
+        _ if opened_m <= STAYS_DOWN_M => "stays down".to_owned(),
+        _ if opened_m < 1e-3 => format!("lifts off {:.2} mm", 1e3 * opened_m),
+        _ => format!("lifts off {:.0} mm", 1e3 * opened_m),
+    })
 }

@@ -5,6 +5,7 @@ use super::statistics::{Bars, ONLY, Only, over_phases, read_runs, rounded, row, 
 use crate::drawing::Drawing;
 use crate::matrix::{Cell, Column, Matrix, MatrixPanel};
 use crate::style::Styles;
+use rimbench_cases::metrics::USABLE;
 use rimbench_core::error::Result;
 use rimbench_results::checksums;
 use rimbench_results::results_table::ResultsTable;
@@ -14,7 +15,6 @@ use std::path::Path;
 
 /// What says whether a stable run is right, and up to where. Results that lack it are not judged.
 const JUDGE: &str = "force_error_rms_of_peak";
-const WRONG_ABOVE: f64 = 0.1;
 
 keys! {
     /// Options of a stability map.
@@ -96,7 +96,7 @@ impl StabilityFigure {
             _ if tally.no_answer > 0 => Cell::Silent,
             _ if here.table().column(JUDGE).is_err() => Cell::Right,
             _ => match over_phases(&here, |_| step, JUDGE, f64::abs, Bars::Range)?.first() {
-                Some(error) if error.median > WRONG_ABOVE => Cell::Wrong,
+                Some(error) if error.median > USABLE => Cell::Wrong,
                 _ => Cell::Right,
             },
         })

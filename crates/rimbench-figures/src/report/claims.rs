@@ -97,9 +97,7 @@ impl Claim {
             reason => format!("<br><span class=\"soft\">Replaced by another claim: {}</span>", escaped(reason)),
         };
         let figures = study.figures.iter().filter(|(_, _, made)| made.is_ok());
-        let mut links: Vec<String> = figures
-            .map(|(id, _, _)| format!("<a href=\"#figure-{id}\">figure {}</a>", escaped(&id.replace('_', " "))))
-            .collect();
+        let mut links: Vec<String> = figures.map(|(id, _, _)| super::sections::link_to(id)).collect();
         links.insert(0, format!("<a href=\"#{}\">study</a>", study.anchor()));
         // Without a script the study is what there is of its runs.
         let runs = format!(
@@ -133,13 +131,38 @@ impl Claim {
     }
 }
 
+/// The claims of a study that count, folded under its figure, a line each, failures first.
+pub(super) fn under(study: &Study) -> String {
+    let mut own: Vec<&Claim> = study.claims.iter().filter(|claim| claim.counts()).collect();
+    if own.is_empty() {
+        return String::new();
+    }
+    own.sort_by_key(|claim| claim.verdict);
+    let good = own.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
+    let line = |claim: &&Claim| {
+        let [class, sign, word] = claim.verdict.shown();
+        let unit = words(&claim.quantity).1;
+        let measured = format!("{} {unit}", significant(claim.measured, 2));
+        format!(
+            "<li><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span> <a href=\"#{}\">{}</a> \
+             <span class=\"soft\">measured {}, expected {} {unit}</span></li>\n",
+            claim.anchor(study),
+            escaped(&claim.text),
+            measured.trim_end(),
+            escaped(&claim.expected),
+        )
+    };
+    let head = format!("{good} of {} claims reproduce", own.len());
+    folded(true, &head, &format!("<ul class=\"said\">\n{}</ul>\n", own.iter().map(line).collect::<String>()))
+}
+
 /// A bound as it was given, and as short as it can be.
 fn exact(bound: f64) -> String {
     if bound != 0.0 && !(1e-3..1e5).contains(&bound.abs()) { format!("{bound:e}") } else { format!("{bound}") }
 }
 
 /// A quantity in words with its unit: `median of force_error_rms_n of x` is `median of force error rms of x`, N.
-pub(super) fn words(quantity: &str) -> (String, &'static str) {
+pub fn words(quantity: &str) -> (String, &'static str) {
     let mut unit = "";
     let order = quantity.starts_with("order ") || quantity.contains(" over ") || quantity.contains("relative");
     let spoken: Vec<String> = quantity
@@ -226,7 +249,7 @@ fn unchecked(report: &Report<'_>) -> String {
         };
         let (anchor, name, reason) = (study.anchor(), escaped(&study.name), escaped(reason));
         format!(
-            "<p class=\"score\">{claims}: {reason}. Which runs an experiment has depends on the numerics version; that of this program is \
+            "<p class=\"score\">{claims}: {reason}. This program is of numerics version \
              {NUMERICS_VERSION} <span class=\"soft\">(<a href=\"#{anchor}\">{name}</a>)</span></p>\n"
         )
     };
@@ -244,8 +267,7 @@ pub(super) fn section(report: &Report<'_>) -> String {
     }
     let mut text = String::from(
         "<section id=\"claims\"><h2>Claims</h2>\n<p>A verdict compares a measured quantity with the bound that the experiment’s \
-         file gives. Whether a claim was written before or after a look at the runs this page does not know: where that is recorded, \
-         the experiment’s file says it. In each drawing the claim holds in the shaded part, \
+         file gives. Claims added after the first run are marked in the experiment’s file. In each drawing the claim holds in the shaded part, \
          the upright line is its bound, the dot what was measured, the thin bar its 95 % interval where it has one.</p>\n",
     );
     for (of_paper, title) in [(true, "What the paper says"), (false, "What we say")] {
@@ -266,7 +288,7 @@ pub(super) fn section(report: &Report<'_>) -> String {
             "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\"><table class=\"claims\"><thead><tr><th>Verdict</th><th>Claim</th><th>Measured against its bound</th><th>Leads to</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         );
         let words = format!("{title}: {count} claims, failures first");
-        let _ = write!(text, "<h3>{title}</h3>\n{}", folded(report.is_long(), &words, &table));
+        let _ = write!(text, "<h3>{title}</h3>\n{}", folded(true, &words, &table));
     }
     text + "</section>\n"
 }

@@ -2,14 +2,12 @@
 
 use super::store::Study;
 use crate::vector::escaped;
+use rimbench_cases::metrics::USABLE;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::{Pool, Runs};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
-
-/// A run is usable whose rms force error is at most this share of the reference's peak.
-const USABLE: f64 = 0.1;
 
 /// What one scheme did on one case with one choice of options: by macro step, the errors of its runs by run id, or as what they count.
 type Tried = BTreeMap<u64, BTreeMap<String, Result<f64, OutcomeClass>>>;
@@ -54,6 +52,19 @@ pub(super) fn section(studies: &[Study]) -> String {
     };
     let mut schemes: Vec<&str> = all.iter().copied().filter(|scheme| mean(scheme) >= 0.0).collect();
     schemes.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
+    // Of few schemes or one case a sentence says as much as a table.
+    if schemes.len() < 3 || cases.len() < 2 {
+        let said = |case: &&str| {
+            let of_scheme = |scheme: &&str| {
+                let step = of(case, scheme)?.map_or("none".to_owned(), |step| format!("{} ms", milliseconds(step)));
+                Some(format!("{} {step}", escaped(scheme)))
+            };
+            let limits: Vec<String> = schemes.iter().filter_map(of_scheme).collect();
+            format!("<p>Largest usable macro step of {}: {}.</p>\n", escaped(case), limits.join(", "))
+        };
+        let said: String = cases.iter().map(said).collect();
+        return format!("<section id=\"grid\"><h2>Largest usable step</h2>\n{said}</section>\n");
+    }
     let head: String =
         schemes.iter().map(|scheme| format!("<th scope=\"col\"><span>{}</span></th>", escaped(scheme))).collect();
     let mut rows = String::new();

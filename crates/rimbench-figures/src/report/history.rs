@@ -11,11 +11,15 @@ pub(super) fn sections(folder: &Path) -> String {
     read_table(&folder.join("perf/history.csv")).ok().and_then(|history| performance(&history)).unwrap_or_default()
 }
 
-/// One row per benchmark: from the first record to the last, with a line through all.
+/// A change of this many percent of instructions is worth a row; less comes and goes with the compiler.
+const SIGNIFICANT: f64 = 1.0;
+
+/// One row per benchmark that changed: from the first record to the last, with a line through all. Times of several sessions and
+/// machines are not comparable, and are not shown.
 fn performance(history: &ResultsTable) -> Option<String> {
     let of = |name: &str| history.column(name).ok();
     let (record, revision, benchmark) = (of("record")?, of("git_revision")?, of("benchmark")?);
-    let (instructions, time) = (of("instructions")?, of("time_ratio")?);
+    let instructions = of("instructions")?;
     let mut names: Vec<&str> = Vec::new();
     let recorded = of("recorded_at_unix_s");
     let mut records: Vec<(&str, &str, String)> = Vec::new();
@@ -31,34 +35,35 @@ fn performance(history: &ResultsTable) -> Option<String> {
         }
     }
     let (first, last) = (records.first()?, records.last()?);
-    let mut rows = String::new();
+    let (mut rows, mut steady) = (String::new(), 0);
     for name in names {
-        let own = history.rows_where(benchmark, name);
-        let _ = write!(rows, "<tr><th scope=\"row\">{}</th>", escaped(&name.replace('/', " ")));
-        for (column, digits) in [(instructions, 0), (time, 2)] {
-            let values: Vec<f64> =
-                own.iter().map(|&row| history.number(row, column)).filter(|value| value.is_finite()).collect();
-            let Some((old, new)) = values.first().zip(values.last()) else {
-                rows.push_str("<td>–</td><td>–</td><td></td>");
-                continue;
-            };
-            let change = 100.0 * (new / old - 1.0);
-            let sign = if change < 0.0 { "−" } else { "+" };
-            let _ = write!(
-                rows,
-                "<td>{} → {}</td><td>{sign}{:.0} %</td><td>{}</td>",
-                grouped(*old, digits),
-                grouped(*new, digits),
-                change.abs(),
-                sparkline(&values)
-            );
+        let own = history.rows_where(benchmark, name).into_iter().map(|row| history.number(row, instructions));
+        let values: Vec<f64> = own.filter(|value| value.is_finite()).collect();
+        let Some((old, new)) = values.first().zip(values.last()) else { continue };
+        let change = 100.0 * (new / old - 1.0);
+        if change.abs() < SIGNIFICANT {
+            steady += 1;
+            continue;
         }
-        rows.push_str("</tr>\n");
+        let _ = writeln!(
+            rows,
+            "<tr><th scope=\"row\">{}</th><td>{} → {}</td><td>{}{:.0} %</td><td>{}</td></tr>",
+            escaped(&name.replace('/', " ")),
+            grouped(*old),
+            grouped(*new),
+            if change < 0.0 { "−" } else { "+" },
+            change.abs(),
+            sparkline(&values)
+        );
     }
+    let steady = match steady {
+        0 => String::new(),
+        count => format!(" Not shown: {count} benchmarks that changed by less than {SIGNIFICANT} %."),
+    };
     Some(format!(
         "<section id=\"performance\"><h2>Performance</h2>\n<p>The program’s own benchmarks from record {} (revision <code>{}</code>, {}) \
-         to record {} (revision <code>{}</code>, {}), {} records: instructions, which are exact, and wall time over that of a yardstick run beside it, \
-         which is one machine’s. Less is better; each line is drawn over its own range.</p>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Performance\"><table class=\"numbers\"><thead><tr><th>benchmark</th><th>instructions</th><th>change</th><th>records</th><th>time over yardstick</th><th>change</th><th>records</th></tr></thead><tbody>\n{rows}</tbody></table></div></section>\n",
+         to record {} (revision <code>{}</code>, {}), {} records, in instructions, which are exact. \
+         Fewer is better; each line is drawn over its own range.{steady}</p>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Performance\"><table class=\"numbers\"><thead><tr><th>benchmark</th><th>instructions</th><th>change</th><th>records</th></tr></thead><tbody>\n{rows}</tbody></table></div></section>\n",
         escaped(first.0),
         escaped(first.1),
         first.2,
@@ -69,18 +74,17 @@ fn performance(history: &ResultsTable) -> Option<String> {
     ))
 }
 
-/// A number with its digits in threes.
-fn grouped(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
-    let (whole, part) = text.split_once('.').map_or((text.as_str(), None), |(whole, part)| (whole, Some(part)));
+/// A whole number with its digits in threes.
+fn grouped(value: f64) -> String {
+    let digits = format!("{value:.0}");
     let mut spaced = String::new();
-    for (index, digit) in whole.chars().enumerate() {
-        if index > 0 && (whole.len() - index) % 3 == 0 {
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index) % 3 == 0 {
             spaced.push('\u{202f}');
         }
         spaced.push(digit);
     }
-    part.map_or(spaced.clone(), |part| format!("{spaced}.{part}"))
+    spaced
 }
 
 /// A line through the values, over their own range.
@@ -104,8 +108,7 @@ mod tests {
 
     #[test]
     fn digits_stand_in_threes() {
-        assert_eq!(grouped(1_234_567.0, 0), "1\u{202f}234\u{202f}567");
-        assert_eq!(grouped(1.5, 2), "1.50");
+        assert_eq!(grouped(1_234_567.0), "1\u{202f}234\u{202f}567");
     }
 
     #[test]

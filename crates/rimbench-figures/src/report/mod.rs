@@ -21,7 +21,9 @@ mod sections;
 mod store;
 
 pub use address::address;
-pub use store::{Claim, Made, Study, Verdict, find_studies};
+pub use claims::words as quantity_in_words;
+pub(crate) use packed::seven_bits;
+pub use store::{Claim, Made, Picture, Study, Verdict, find_studies};
 
 use crate::live_part;
 use packed::Detail;

@@ -5,9 +5,6 @@
 use super::Report;
 use super::store::Study;
 use crate::drawing::{Datum, PanelData, SeriesData};
-use crate::vector;
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rimbench_core::error::{Error, Result};
@@ -46,7 +43,7 @@ impl Detail {
     /// Most rows of a trace.
     fn rows(self) -> usize {
         match self {
-            Detail::Full => 400,
+            Detail::Full => 250,
             Detail::Digits => 150,
             _ => 0,
         }
@@ -87,7 +84,7 @@ impl Detail {
         let mut left_out = Vec::new();
         let size = format!("so that the page is no larger than {} MB", super::MOST_BYTES / 1_000_000);
         match self {
-            Detail::Full if traces => left_out.push("Traces are thinned to 400 rows and a few columns.".to_owned()),
+            Detail::Full if traces => left_out.push("Traces are thinned to 250 rows and a few columns.".to_owned()),
             Detail::Full => {}
             Detail::Digits => {
                 left_out.push(format!("Of each run the main metrics only, {size}: `runs.csv` has all."));
@@ -117,21 +114,59 @@ pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usi
     }
     let drawn = report.studies.iter().flat_map(|study| &study.figures);
     let drawn = || drawn.clone().filter_map(|(id, _, made)| Some((id.as_str(), made.as_ref().ok()?)));
-    let values = drawn().filter(|_| detail < Detail::Nothing).map(|(id, drawing)| (id, panels(&drawing.data)));
+    let values = drawn().filter(|_| detail < Detail::Nothing).map(|(id, drawing)| (id, panels(drawing.data())));
     let mut parts = vec![
         ("studies", list(report.studies.iter().map(|study| object(parts_of(study, detail))))),
         ("figures", object(values)),
+        ("summaries", object(report.studies.iter().filter_map(summary))),
     ];
     if figures {
         let in_text = report.in_text();
         let others = drawn().filter(|(id, _)| !in_text.contains(id));
-        parts.push(("svg", object(others.map(|(id, drawing)| (id, text(&vector::svg(drawing)))))));
+        parts.push(("svg", object(others.map(|(id, drawing)| (id, text(&drawing.svg()))))));
     }
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
     let packed = packed.write_all(object(parts).as_bytes()).and_then(|()| packed.finish());
     let packed = packed.map_err(|error| Error::Incompatible(format!("the runs cannot be packed: {error}")))?;
-    let letters = BASE64_STANDARD.encode(packed);
+    let letters = seven_bits(&packed);
     Ok((letters.len() <= most).then_some(letters))
+}
+
+/// Writes bytes as text for a script of the page, seven bits a letter, a sixth shorter than base64. The letters that HTML would change or
+/// take for the beginning of a tag stand 128 further on, where UTF-8 takes two bytes for them.
+pub(crate) fn seven_bits(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len() * 6 / 5);
+    let (mut held, mut bits) = (0_u32, 0);
+    // A last letter takes what is left, filled up with zeros.
+    for byte in bytes.iter().copied().map(Some).chain([None]) {
+        match byte {
+            Some(byte) => (held, bits) = (held << 8 | u32::from(byte), bits + 8),
+            None if bits > 0 => (held, bits) = (held << (7 - bits), 7),
+            None => {}
+        }
+        while bits >= 7 {
+            bits -= 7;
+            let letter = (held >> bits & 127) as u8;
+            let shifted = matches!(letter, 0 | b'\r' | b'<');
+            text.push(char::from(if shifted { letter + 128 } else { letter }));
+        }
+        held &= 0x7f;
+    }
+    text
+}
+
+/// Columns of a summary that the page shows.
+const OF_SUMMARY: [&str; 7] =
+    ["case", "set", "label", "macro_step_s", "runs", "completed", "force_error_rms_of_peak_median"];
+
+/// The medians that are kept of a study without rows, by its anchor: rows of cells, the header first.
+fn summary(study: &Study) -> Option<(String, String)> {
+    let (_, table) = study.kept.as_ref()?;
+    let columns: Vec<usize> = OF_SUMMARY.iter().filter_map(|name| table.column(name).ok()).collect();
+    let cells = |cell: &dyn Fn(usize) -> String| list(columns.iter().map(|&column| cell(column)));
+    let head = cells(&|column| text(&table.names()[column]));
+    let rows = (0..table.len()).map(|row| cells(&|column| text(table.text(row, column))));
+    Some((study.anchor(), list(std::iter::once(head).chain(rows))))
 }
 
 /// Writes a list in JSON.
@@ -140,8 +175,9 @@ fn list(items: impl IntoIterator<Item = String>) -> String {
 }
 
 /// Writes an object in JSON.
-fn object<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> String {
-    let entries: Vec<String> = entries.into_iter().map(|(key, value)| format!("{}:{value}", text(key))).collect();
+fn object<K: AsRef<str>>(entries: impl IntoIterator<Item = (K, String)>) -> String {
+    let entries: Vec<String> =
+        entries.into_iter().map(|(key, value)| format!("{}:{value}", text(key.as_ref()))).collect();
     format!("{{{}}}", entries.join(","))
 }
 

@@ -4,7 +4,7 @@ use super::store::{Made, Study};
 use super::{Report, claims, folded, grid, history};
 use crate::days::day_of;
 use crate::live_part;
-use crate::vector::{self, escaped};
+use crate::vector::escaped;
 use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
@@ -38,16 +38,18 @@ impl Report<'_> {
             _ => String::new(),
         };
         let parts = [
-            if is_paper { live } else { found },
-            if is_paper { found } else { live },
+            if is_paper { live } else { ("studies", "Studies", true) },
             ("paper", "The paper, remade", !text.is_empty()),
+            found,
             ("grid", "Largest usable step", !grid.is_empty()),
-            ("studies", "Studies", true),
+            if is_paper { ("studies", "Studies", true) } else { live },
             ("runs", "Runs", true),
             ("performance", "Performance", history.contains("id=\"performance\"")),
             ("missing", "What is missing", true),
         ];
-        let contents = parts.iter().filter(|(_, _, there)| *there);
+        // Of much, only what is far down.
+        let is_far = |anchor: &str| ["claims", "studies", "runs", "missing"].contains(&anchor);
+        let contents = parts.iter().filter(|(anchor, _, there)| *there && (!self.is_long() || is_far(anchor)));
         let contents: String =
             contents.map(|(anchor, title, _)| format!("<li><a href=\"#{anchor}\">{title}</a></li>")).collect();
         let is_long = self.is_long();
@@ -69,17 +71,20 @@ impl Report<'_> {
         let beginning = match is_paper {
             // The first screen is the question, the simulator and the score.
             true => {
-                let score = claims::score(self);
+                let (score, around) = (claims::score(self), around(&title));
                 let link = if score.is_empty() { score } else { format!("<a href=\"#claims\">{score}</a>") };
                 format!(
-                    "<header class=\"brand\"><h1>rimbench: {title}</h1> {link}</header>\n<main id=\"main\">\n{live}\n<div>\n{about}</div>\n{claims}"
+                    "<header class=\"brand\"><h1>rimbench: {title}</h1>{around} {link}</header>\n<main id=\"main\">\n{live}\n<div>\n{about}</div>\n"
                 )
             }
             false => {
-                format!("<header>\n<h1>rimbench: {title}</h1>\n{about}</header>\n<main id=\"main\">\n{claims}{live}")
+                format!("<header>\n<h1>rimbench: {title}</h1>\n{about}</header>\n<main id=\"main\">\n")
             }
         };
-        Ok(format!("{skip}{beginning}{paper}{grid}{studies}{runs}{history}"))
+        // Figures first, each with its claims folded under it; the table of all claims is behind them.
+        let found =
+            if is_paper { format!("{paper}{claims}{grid}{studies}") } else { format!("{studies}{claims}{grid}{live}") };
+        Ok(format!("{skip}{beginning}{found}{runs}{history}"))
     }
 
     /// Whether there is so much that a reader first sees what there is: parts are folded.
@@ -98,7 +103,7 @@ impl Report<'_> {
             |column: &str| self.studies.iter().flat_map(|study| study.provenance(column)).collect::<BTreeSet<_>>();
         let dirty = if all("git_dirty").contains("true") { " and changes to it" } else { "" };
         let named = |title: &str, values: BTreeSet<String>| match values.len() {
-            0 => format!("{title} not recorded"),
+            0 => String::new(),
             1..=3 => format!("{title} {}", escaped(&values.into_iter().collect::<Vec<_>>().join(", "))),
             count => format!("{count} different values of {title}"),
         };
@@ -108,18 +113,21 @@ impl Report<'_> {
             .filter_map(|study| study.folder.join("runs.csv").metadata().ok()?.modified().ok())
             .max();
         let date = newest.map_or_else(
-            || "of unknown date".to_owned(),
+            || "rows not kept".to_owned(),
             |time| format!("of {}", day_of(time.duration_since(UNIX_EPOCH).map_or(0, |elapsed| elapsed.as_secs()))),
         );
-        let count: usize = self.studies.iter().filter_map(|study| study.runs.as_ref()).map(ResultsTable::len).sum();
+        let count: usize = self.studies.iter().map(Study::count).sum();
         let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
         let studies =
             if self.studies.len() == 1 { "1 study".to_owned() } else { format!("{} studies", self.studies.len()) };
         format!(
-            "<p class=\"made\">{runs} in {studies}, {date}; {}{dirty}; {}; {}. Page written by {}, numerics version {NUMERICS_VERSION}.</p>\n",
-            named("commit", all("git_revision")),
-            named("compiler", all("rustc")),
-            named("machine", all("cpu")),
+            "<p class=\"made\">{runs} in {studies}, {date}{}. Page written by {}, numerics version {NUMERICS_VERSION}.</p>\n",
+            [("commit", "git_revision", dirty), ("compiler", "rustc", ""), ("machine", "cpu", "")]
+                .map(|(title, column, more)| (named(title, all(column)), more))
+                .into_iter()
+                .filter(|(said, _)| !said.is_empty())
+                .map(|(said, more)| format!("; {said}{more}"))
+                .collect::<String>(),
             escaped(&self.program),
         )
     }
@@ -143,7 +151,12 @@ impl Report<'_> {
                     filled.push_str(&self.table("paper/fig2", "reference.csv", reference_table))
                 }
                 None if place == "parameters" => {
-                    filled.push_str(&self.table("paper/fig2", "parameters.csv", parameter_table));
+                    // A long list is folded; its HTML stands between two pieces of the text.
+                    push_markdown(&mut html, &filled);
+                    filled.clear();
+                    let mut table = String::new();
+                    push_markdown(&mut table, &self.table("paper/fig2", "parameters.csv", parameter_table));
+                    html.push_str(&folded(table.contains("<table>"), "All parameters of the wedge box", &table));
                 }
                 // Markup of the text is never passed on, so that a figure stands between two pieces of it.
                 Some(("figure", id)) => match self.figure_of_text(source, id)? {
@@ -177,7 +190,9 @@ impl Report<'_> {
     fn figure_of_text(&self, source: &Path, id: &str) -> Result<std::result::Result<String, String>> {
         let mut all = self.studies.iter().flat_map(|study| study.figures.iter().map(move |made| (study, made)));
         if let Some((study, made)) = all.find(|(_, (known, _, _))| known == id) {
-            return Ok(Ok(figure(study, made, false)));
+            let first = study.figures.first().is_some_and(|(first, ..)| first == id);
+            let claims = if first { claims::under(study) } else { String::new() };
+            return Ok(Ok(figure(study, made, false) + &claims));
         }
         match self.listed.iter().find(|(known, _)| known == id) {
             Some((_, experiment)) => Ok(Err(format!("no results of {experiment}"))),
@@ -192,6 +207,9 @@ impl Report<'_> {
         let Some(known) = self.studies.iter().find(|known| known.name == study && known.is_shipped) else {
             return not_shown(&format!("no results of {study}"));
         };
+        if !known.folder.join(file).exists() {
+            return format!("`rimbench run {}` makes this table.\n", known.file());
+        }
         let made = read_table(&known.folder.join(file)).and_then(|table| make(&table));
         made.unwrap_or_else(|error| not_shown(&known.said(&error)))
     }
@@ -203,7 +221,7 @@ impl Report<'_> {
              <select id=\"highlight\"><option value=\"\">nothing</option></select></label></p>\n",
         );
         for study in &self.studies {
-            let count = study.runs.as_ref().map_or(0, ResultsTable::len);
+            let count = study.count();
             let outcomes: Vec<String> =
                 study.outcomes().into_iter().map(|(outcome, count)| format!("{count} {}", escaped(&outcome))).collect();
             let planned = match study.planned {
@@ -221,29 +239,60 @@ impl Report<'_> {
             let _ = write!(
                 text,
                 "{head}\n<p class=\"soft\">{count} runs{planned}: {}. {}</p>\n",
-                if outcomes.is_empty() { "none".to_owned() } else { outcomes.join(", ") },
+                match (&study.kept, &outcomes[..]) {
+                    (Some(_), _) => "rows are not kept, and this command makes them".to_owned(),
+                    (None, []) => "none".to_owned(),
+                    (None, outcomes) => outcomes.join(", "),
+                },
                 study.command("run"),
             );
             for remark in &study.remarks {
                 let _ = writeln!(text, "<p class=\"note\">{}</p>", escaped(remark));
             }
-            for made in &study.figures {
-                match shown.contains(made.0.as_str()) {
-                    true => {
-                        let _ = writeln!(
-                            text,
-                            "<p><a href=\"#figure-{0}\">Figure {1}</a> stands above.</p>",
-                            made.0,
-                            made.0.replace('_', " ")
-                        );
-                    }
-                    false => text.push_str(&figure(study, made, packed)),
-                }
+            let is_above = |(id, ..): &&Made| shown.contains(id.as_str());
+            for made in study.figures.iter().filter(|made| !is_above(made)) {
+                text.push_str(&figure(study, made, packed));
+            }
+            let above: Vec<String> = study.figures.iter().filter(is_above).map(|(id, ..)| link_to(id)).collect();
+            if !above.is_empty() {
+                let _ = writeln!(text, "<p class=\"soft\">See {}.</p>", above.join(", "));
+            }
+            if !study.figures.first().as_ref().is_some_and(is_above) {
+                text.push_str(&claims::under(study));
+            }
+            if let Some((_, summary)) = &study.kept {
+                let _ = writeln!(
+                    text,
+                    "<details class=\"kept\" data-study=\"{anchor}\"><summary>Summary: {} rows of medians</summary><noscript>See {name}/summary.csv.</noscript></details>",
+                    summary.len()
+                );
             }
             text.push_str(if self.is_long() { "</details>\n" } else { "</section>\n" });
         }
         text + "</section>\n"
     }
+}
+
+/// What is around a page with the paper in it, as a checkout has it; `.ci/site` puts in what a site has. Below other folders it is unknown.
+fn around(title: &str) -> String {
+    let (up, pdf) = match title {
+        "paper" => ("../..", "paper.pdf"),
+        "results" => ("..", "paper/paper.pdf"),
+        _ => return String::new(),
+    };
+    format!(
+        "<nav aria-label=\"Around this page\"><a href=\"{up}/docs/README.md\">Book</a> <a href=\"{pdf}\">Report (PDF)</a> \
+         <a href=\"{up}/README.md\">Source</a> <a href=\"{METHOD}\">The method’s paper</a></nav>"
+    )
+}
+
+/// The article on the method; of the contribution that is reproduced no address is known.
+const METHOD: &str =
+    "https://asmedigitalcollection.asme.org/computationalnonlinear/article-abstract/19/7/071006/1197206";
+
+/// A link to a figure.
+pub(super) fn link_to(id: &str) -> String {
+    format!("<a href=\"#figure-{id}\">figure {}</a>", escaped(&id.replace('_', " ")))
 }
 
 /// Figures that a text shows.
@@ -253,8 +302,8 @@ fn places(text: &str) -> BTreeSet<&str> {
 
 /// A figure as HTML, with its SVG inside or a place for it, or why there is none.
 fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
-    let drawing = match made {
-        Ok(drawing) => drawing,
+    let picture = match made {
+        Ok(picture) => picture,
         Err(reason) => {
             let name = escaped(&id.replace('_', " "));
             return format!("<p class=\"note\">Figure {name} is not drawn: {}.</p>\n\n", escaped(reason));
@@ -264,7 +313,7 @@ fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
     let (class, inside) = match packed {
         true => ("plot packed", format!("<noscript>Without scripts see {name}/figures/{id}.svg.</noscript>")),
         // A blank or broken line would end the block of HTML in a text.
-        false => ("plot", vector::svg(drawing).replace('\n', "")),
+        false => ("plot", picture.svg().replace('\n', "")),
     };
     let live = study.addresses.get(id).map_or(String::new(), |address| {
         format!(" · <a class=\"live\" href=\"#{}\" hidden>Open these runs in the simulator</a>", escaped(address))

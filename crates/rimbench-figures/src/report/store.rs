@@ -1,14 +1,68 @@
 //! What a folder of results holds.
 
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, PanelData};
 use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums::CHECKSUMS;
+use rimbench_results::kept::{DIGEST, Digest, SUMMARY};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A figure of a study: its identifier, what the reader sees under it, and the picture or why there is none.
-pub type Made = (String, String, std::result::Result<Drawing, String>);
+pub type Made = (String, String, std::result::Result<Picture, String>);
+
+/// The picture of a figure.
+#[derive(Debug, Clone)]
+pub enum Picture {
+    /// Drawn from rows, with the values behind it.
+    Drawn(Box<Drawing>),
+    /// The SVG that is kept where rows are not.
+    Kept(String),
+}
+
+impl Picture {
+    /// Reads the SVG that is kept of a figure.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a file that is missing, or that holds more than shapes and text.
+    pub fn kept(path: &Path) -> Result<Self> {
+        let svg =
+            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        if is_plain(&svg) { Ok(Picture::Kept(svg)) } else { Err(Error::file(path, "holds more than shapes and text")) }
+    }
+
+    pub(super) fn svg(&self) -> String {
+        let svg = match self {
+            Picture::Drawn(drawing) => crate::vector::svg(drawing),
+            Picture::Kept(svg) => svg.clone(),
+        };
+        svg.replace(crate::vector::DARK, "")
+    }
+
+    /// The values behind it; none of a kept one.
+    pub(super) fn data(&self) -> &[PanelData] {
+        match self {
+            Picture::Drawn(drawing) => &drawing.data,
+            Picture::Kept(_) => &[],
+        }
+    }
+}
+
+/// Whether nothing in a picture runs or leads elsewhere: it becomes a part of the page.
+fn is_plain(svg: &str) -> bool {
+    let lower = svg.replace(crate::vector::DARK, "").to_lowercase();
+    let is_handler =
+        |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_lowercase()).trim_start().starts_with('=');
+    let is_fine = |tag: &str| {
+        let foreign = ["script", "foreignobject", "style", "a ", "a>", "image", "use", "iframe", "!", "?"];
+        let is_foreign = foreign.iter().any(|name| tag.starts_with(name));
+        !is_foreign
+            && !tag.contains("href")
+            && !tag.split(char::is_whitespace).any(|part| part.strip_prefix("on").is_some_and(is_handler))
+    };
+    lower.starts_with("<svg") && lower.split('<').skip(1).all(is_fine)
+}
 
 /// A claim with what was measured; numbers that are not there are NaN.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +113,8 @@ pub struct Study {
     pub question: String,
     /// Its runs, if they can be read.
     pub runs: Option<ResultsTable>,
+    /// Where rows are not kept: how many there were, and their medians.
+    pub kept: Option<(usize, ResultsTable)>,
     /// How many runs are planned, if that is known.
     pub planned: Option<usize>,
     /// Its figures.
@@ -84,8 +140,13 @@ impl Study {
         let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
         let name = format!("{}/{}", part(place.parent()), part(Some(&place)));
         let mut remarks = Vec::new();
-        let runs = match read_table(&folder.join("runs.csv")) {
+        let path = folder.join("runs.csv");
+        let summary = || Some((Digest::read(folder).ok()?.rows, read_table(&folder.join(SUMMARY)).ok()?));
+        // Rows that were there and are gone are missed, not made again.
+        let kept = if path.exists() || folder.join(CHECKSUMS).exists() { None } else { summary() };
+        let runs = match read_table(&path) {
             Ok(runs) => Some(runs),
+            Err(_) if kept.is_some() => None,
             Err(error) => {
                 remarks.push(format!("its runs cannot be shown: {}", said(folder, &error)));
                 None
@@ -101,6 +162,7 @@ impl Study {
             folder: folder.to_owned(),
             question: question(folder),
             runs,
+            kept,
             planned: None,
             figures: Vec::new(),
             addresses: BTreeMap::new(),
@@ -128,6 +190,12 @@ impl Study {
             false => format!(", FILE being that of the experiment {}", escaped(&self.name)),
         };
         format!("<code>rimbench {verb} {}</code>{file}", escaped(&self.file()))
+    }
+
+    /// Number of runs, whether or not their rows are there.
+    pub(super) fn count(&self) -> usize {
+        let kept = self.kept.as_ref().map(|(count, _)| *count);
+        self.runs.as_ref().map(ResultsTable::len).or(kept).unwrap_or_default()
     }
 
     /// An anchor in the page.
@@ -189,7 +257,7 @@ fn question(folder: &Path) -> String {
 }
 
 /// What makes a folder that of a study: results, or records from which results are made.
-const SIGNS: [&str; 3] = ["runs.csv", "experiment.toml", "records"];
+const SIGNS: [&str; 4] = ["runs.csv", "experiment.toml", "records", DIGEST];
 
 /// Finds the folders of studies: the folder itself, those in it, or those in the groups in it.
 ///
@@ -197,7 +265,7 @@ const SIGNS: [&str; 3] = ["runs.csv", "experiment.toml", "records"];
 /// [`Error::File`] if there is no such folder, it cannot be read, or there are none.
 pub fn find_studies(folder: &Path) -> Result<Vec<PathBuf>> {
     if !folder.is_dir() {
-        return Err(Error::file(folder, "is no folder of results: name one, or run an experiment first"));
+        return Err(Error::file(folder, "is not a folder of results: name one, or run an experiment first"));
     }
     let is_study = |folder: &PathBuf| SIGNS.iter().any(|sign| folder.join(sign).exists());
     let mut level = vec![folder.to_owned()];
@@ -225,4 +293,31 @@ fn folders(folder: &Path) -> Result<Vec<PathBuf>> {
     let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
     let hidden = |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     Ok(paths.filter(|path| path.is_dir() && !hidden(path)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kept_picture_that_runs_or_leads_elsewhere_is_no_part_of_a_page() {
+        let svg = |inside: &str| format!("<svg xmlns=\"http://www.w3.org/2000/svg\">{inside}</svg>");
+        for inside in [
+            "<path d=\"M0 0\"/>",
+            "<g class=\"series\" data-series=\"one step on b\"></g>",
+            "<text>a on=b script</text>",
+        ] {
+            assert!(is_plain(&svg(inside)), "{inside}");
+        }
+        for inside in [
+            "<script>alert(1)</script>",
+            "<path onload=\"alert(1)\"/>",
+            "<path\nONCLICK =\"x\"/>",
+            "<a href=\"x\">y</a>",
+            "<SCRIPT/>",
+        ] {
+            assert!(!is_plain(&svg(inside)), "{inside}");
+        }
+        assert!(!is_plain("<html></html>"));
+    }
 }

@@ -11,7 +11,7 @@ mod forms;
 pub use forms::Information;
 
 use super::cache::Cache;
-use super::clock::thread_time;
+use super::clock::processor_clock;
 use super::execution::evaluated;
 use super::grid::phase_ensemble;
 use super::job::{Progress, Step};
@@ -329,9 +329,9 @@ impl Search<'_> {
         {
             return Ok((None, Some(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0))));
         }
-        let begun = thread_time();
+        let begun = processor_clock();
         let run = evaluated(&spec, &self.bounds, self.reference, simulate, self.question.stop)?;
-        let time = (thread_time() - begun).as_secs_f64();
+        let time = (processor_clock() - begun).as_secs_f64();
         if matches!(run.outcome, Outcome::Stopped { .. }) {
             return Err(Error::Stopped);
         }
