@@ -5,8 +5,9 @@
 //! ```
 //! A problem is a case with its parameters, at a macro step and a phase, with the micro step, the duration and the integrators. On each
 //! of them a row has an error, which is the rms force error over the reference's peak, at most 1: a force that is wrong by its peak is
-//! worth no more than none, and what diverged, failed, took too long or could not be run at all is charged the same. So no row gets
-//! better by leaving something out, and the score of a row does not depend on who else is there.
+//! worth no more than none, and what failed or could not be run at all is charged the same. So no row gets better by leaving something out,
+//! and the score of a row does not depend on who else is there. A run that was begun and gave no answer is no problem that its row has, and
+//! a row that lacks one is not ranked.
 //!
 //! ```text
 //! score = exp(mean over cases of the mean over its problems of ln(e + s)) − s          s = 0.1 % of the peak
@@ -197,8 +198,12 @@ mod tests {
             ("wild", "a", "1.0", "completed", "1e9"),
             ("wild", "b", "1.0", "completed", "0.01"),
             ("absent", "a", "1.0", "skipped", ""),
-            ("absent", "b", "1.0", "timeout", ""),
+            ("absent", "b", "1.0", "solver-failed", ""),
+            // Of this one nobody knows: it is not ranked.
+            ("silent", "a", "1.0", "completed", "0.01"),
+            ("silent", "b", "1.0", "timeout", ""),
         ]));
+        assert_eq!(ranked.rows.len(), 4);
         let scores: Vec<(&str, f64, usize, usize)> =
             ranked.rows.iter().map(|row| (row.label.as_str(), row.score, row.failed, row.skipped)).collect();
         assert_eq!(scores[0].0, "good");
