@@ -9,7 +9,6 @@ use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use super::{Format, INTERRUPTED, complain, file_option, print, print_json, with_files};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::OutcomeClass;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
     Advice, AdviceRow, Cache, Information, METRIC, Met, Probe, Question, Step, USUAL_PRICES, WORK, advise,
@@ -78,10 +77,10 @@ impl Advise {
         let interruption = Interruption::listen();
         let progress = Progress::begin("advise", None);
         let cache = Cache::of_user();
-        let told = |step: Step<'_>| match step {
+        let told = |step: Step| match step {
             // How many runs a search takes is known when it is done.
             Step::ToDo(_) => {}
-            Step::Done(outcome) => progress.done(outcome.class() == OutcomeClass::Completed),
+            Step::Done(outcome) => progress.done(outcome),
         };
         let question = Question {
             catalogue,

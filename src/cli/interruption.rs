@@ -62,7 +62,9 @@ impl Interruption {
 
     fn ask(&self) {
         if !self.0[0].swap(true, Ordering::Relaxed) {
-            eprintln!("\nstopping after the runs in progress; again to stop now");
+            eprintln!(
+                "\nstopping after the runs in progress, after which the same command goes on from there; again to stop now"
+            );
             return;
         }
         self.end();
@@ -72,7 +74,7 @@ impl Interruption {
         let [soon, now] = &*self.0;
         soon.store(true, Ordering::Relaxed);
         if !now.swap(true, Ordering::Relaxed) {
-            eprintln!("\nstopping now; what is stored is kept");
+            eprintln!("\nstopping now; what is stored is kept, and the same command goes on from there");
         }
         // Records are appended with one write each, so the store is whole at any time.
         std::thread::spawn(|| {

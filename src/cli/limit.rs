@@ -6,15 +6,16 @@ use super::progress::{Heartbeat, plain_time};
 use super::run_options::RunOptions;
 use super::screen::{Mood, Table, headline, row};
 use super::simulate::in_words;
-use super::{Format, complain, print, print_json, with_files};
+use super::{Format, answered, complain, print, print_json, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::StopFlag;
+use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::harness::{
-    Cache, Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, predicted_stability_limit,
+    Cache, Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, StepVerdict, predicted_stability_limit,
     spectral_stability_limit, stability_limit,
 };
 use serde_json::Value;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -59,7 +60,8 @@ enum Method {
 }
 
 impl Limit {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+    /// Exit code 1 if the limit could not be found because a run gave no answer.
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
         let catalogue = with_files(catalogue, &mut request)?;
         let Limit { from, to, per_decade, phases, .. } = self;
@@ -88,14 +90,15 @@ impl Limit {
         drop(alive);
         complain(&cache);
         match self.format {
-            Format::Json => print_json(&facts(&found)),
+            Format::Json => print_json(&facts(&found))?,
             Format::Table => {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));
                 print(&screen(&found, &about, phases.len(), self.all))?;
-                print_prediction(search)
+                print_prediction(search)?;
             }
         }
+        Ok(answered(found.no_answer.is_none()))
     }
 }
 
@@ -104,14 +107,18 @@ fn facts(found: &StabilityLimit) -> Value {
         let mut object = Object::default();
         object.number("macro_step_s", point.macro_step);
         object.number("fraction_stable", point.fraction_stable);
-        object.put("failure", point.failure.as_ref().map(ToString::to_string));
+        object.put("failure", point.verdict.why());
         object.number("spectral_radius", point.spectral_radius);
         Value::from(object)
     };
     let mut facts = Object::default();
-    facts.number("stability_limit_s", found.last_stable.filter(|_| found.first_unstable.is_some()));
+    facts.number(
+        "stability_limit_s",
+        found.last_stable.filter(|_| found.first_unstable.is_some() && found.no_answer.is_none()),
+    );
     facts.number("last_stable_s", found.last_stable);
     facts.number("first_unstable_s", found.first_unstable);
+    facts.number("no_answer_s", found.no_answer);
     facts.put("fraction_stable", found.points.iter().map(point).collect::<Value>());
     facts.into()
 }
@@ -119,7 +126,16 @@ fn facts(found: &StabilityLimit) -> Value {
 /// The limit in words first, then what goes wrong beyond it, then how it was found.
 fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> String {
     let step = |step: f64| with_digits(step, "s", 4);
+    let known = |low: &str| match found.first_unstable {
+        Some(unstable) => format!("{low}, unstable at {}; between them no answer", step(unstable)),
+        None => format!("{low}, no answer beyond"),
+    };
     let (verdict, mood) = match (found.last_stable, found.first_unstable) {
+        (Some(stable), _) if found.no_answer.is_some() => {
+            (known(&format!("stable up to {}", step(stable))), Mood::Open)
+        }
+        (None, None) => ("no answer at the smallest macro step".to_owned(), Mood::Open),
+        (None, Some(_)) if found.no_answer.is_some() => (known("no answer at the smallest macro step"), Mood::Open),
         (Some(stable), Some(unstable)) => {
             (format!("stable up to {}, unstable at {}", step(stable), step(unstable)), Mood::Good)
         }
@@ -127,15 +143,18 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
         (None, _) => ("unstable from the smallest macro step on".to_owned(), Mood::Bad),
     };
     let mut lines = vec![headline(&verdict, about, mood)];
-    let first = found.points.iter().find(|point| Some(point.macro_step) == found.first_unstable);
-    let why = |failure: &Instability| match failure {
-        Instability::Run(outcome) => {
-            in_words(outcome) + &outcome.at_s().map(|at| format!(" at {}", step(at))).unwrap_or_default()
-        }
-        growth => growth.to_string(),
+    let at = |macro_step: Option<f64>| found.points.iter().find(|point| Some(point.macro_step) == macro_step);
+    let ended = |outcome: &Outcome| {
+        in_words(outcome) + &outcome.at_s().map(|at| format!(" at {}", step(at))).unwrap_or_default()
     };
-    if let Some((point, failure)) = first.and_then(|point| Some((point, point.failure.as_ref()?))) {
-        lines.push(row(&format!("at {}", step(point.macro_step)), &why(failure)));
+    let why = |verdict: &StepVerdict| match verdict {
+        StepVerdict::Stable => String::new(),
+        StepVerdict::Unstable(Instability::Run(outcome)) => ended(outcome),
+        StepVerdict::Unstable(growth) => growth.to_string(),
+        StepVerdict::NoAnswer(why) => format!("no answer: {why}"),
+    };
+    for point in [at(found.no_answer), at(found.first_unstable)].into_iter().flatten() {
+        lines.push(row(&format!("at {}", step(point.macro_step)), &why(&point.verdict)));
     }
     let tried = found.points.iter().map(|point| point.macro_step);
     let (least, most) = (tried.clone().fold(f64::INFINITY, f64::min), tried.fold(0.0, f64::max));
@@ -146,8 +165,8 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     if all {
         let mut table = Table::new(&["H", "stable", "first failure"]);
         for point in &found.points {
-            let failure = point.failure.as_ref().map(why).unwrap_or_default();
-            table.add_row([step(point.macro_step), percent(point.fraction_stable), failure]);
+            let share = if point.fraction_stable.is_nan() { "–".to_owned() } else { percent(point.fraction_stable) };
+            table.add_row([step(point.macro_step), share, why(&point.verdict)]);
         }
         lines.push(format!("\n{table}"));
     }

@@ -1,7 +1,7 @@
 //! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files, what shells and `man` know.
 
 use super::json::Object;
-use super::screen::{cut, paragraph, width};
+use super::screen::{cut, cut_width, paragraph};
 use super::shell::{print_completions, print_manual};
 use super::{Format, print, print_json, schema};
 use clap::{Args, ValueEnum};
@@ -145,7 +145,7 @@ fn short(entries: &[Entry]) -> String {
     let longest = entries.iter().map(|entry| text(entry, 0).chars().count()).max().unwrap_or(0);
     let line = |entry: &Entry| {
         let (name, about) = (text(entry, 0), text(entry, 1));
-        format!("{name:<longest$}  {}", cut(&about, width().saturating_sub(longest + 2)))
+        format!("{name:<longest$}  {}", cut(&about, cut_width().saturating_sub(longest + 2)))
     };
     let lines: Vec<String> = entries.iter().map(line).collect();
     format!("{}\n\n{} · --long for the rest", lines.join("\n"), entries.len())

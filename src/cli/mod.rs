@@ -17,7 +17,6 @@ mod perf_measuring;
 mod plan;
 mod progress;
 mod project;
-mod rank;
 mod report;
 mod reproduce;
 mod run;
@@ -66,7 +65,7 @@ enum Command {
     Run(run::Run),
     /// Check the claims of experiments against their stored results
     Verify(verify::Verify),
-    /// Write one page of any results, or draw their figures, rank their schemes, set the paper
+    /// Write one page of any results, or draw their figures, set the paper
     Report(report::ReportCommand),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
@@ -109,6 +108,11 @@ fn command() -> clap::Command {
 /// Exit code after Ctrl-C, as shells have it.
 const INTERRUPTED: u8 = 130;
 
+/// Exit code of a command that was asked one thing: 0 if there is an answer, whichever it is, and 1 if there is none.
+fn answered(is: bool) -> ExitCode {
+    if is { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
 /// How to print.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
@@ -138,8 +142,8 @@ impl Cli {
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
         let catalogue = &catalogue;
         match self.command {
-            Command::Simulate(command) => command.run(catalogue)?,
-            Command::Limit(command) => command.run(catalogue)?,
+            Command::Simulate(command) => return command.run(catalogue),
+            Command::Limit(command) => return command.run(catalogue),
             Command::Advise(command) => {
                 let given = self.case_file.iter().map(|file| file_option("--case-file", file));
                 return command.run(catalogue, given.collect());
@@ -163,6 +167,14 @@ pub fn error_text(message: &str) -> String {
     let flags = command.get_subcommands().flat_map(|command| command.get_arguments());
     let flags: Vec<String> = flags.filter_map(|flag| flag.get_long().map(str::to_owned)).collect();
     screen::error(message, &flags)
+}
+
+/// The exit code of an error: 2 for bad input, and 1 for a reference that took longer than it may, which is no answer.
+pub fn exit_code(error: &anyhow::Error) -> ExitCode {
+    match error.downcast_ref() {
+        Some(Error::Overdue { .. }) => answered(false),
+        _ => ExitCode::from(2),
+    }
 }
 
 /// Adds the case that a file makes of FMUs; returns its name.

@@ -88,7 +88,6 @@ impl Compare {
         let _ = ctrlc::set_handler(|| {});
         let repository = Repository::around(&std::env::current_dir()?)?;
         let (base, new) = (repository.resolve(base)?, repository.resolve(new)?);
-        let history = History::read_or_begin(&self.history)?;
         let folder = tempfile::tempdir().context("no temporary folder")?;
         let target = self.target_dir.clone().map_or_else(|| Ok(folder.path().join("target")), std::path::absolute)?;
         let first = repository.check_out(&base, folder.path())?;
@@ -96,10 +95,10 @@ impl Compare {
         let second =
             if new.starts_with(&base.git_revision) { None } else { Some(repository.check_out(&new, folder.path())?) };
         let new = second.as_ref().map_or_else(|| Ok(base.clone()), |checkout| checkout.build(&target))?;
-        self.measure(&history, &base, &new)
+        self.measure(&base, &new)
     }
 
-    fn measure(&self, history: &History, base: &Program, new: &Program) -> anyhow::Result<Comparison> {
+    fn measure(&self, base: &Program, new: &Program) -> anyhow::Result<Comparison> {
         let (known, offered) = (base.benchmarks()?, new.benchmarks()?);
         let (common, others): (Vec<String>, Vec<String>) =
             offered.iter().chain(&known).cloned().partition(|name| known.contains(name) && offered.contains(name));
@@ -134,7 +133,7 @@ impl Compare {
             }
         }
         let [base, new] = rows;
-        let mut comparison = compare_pairs(history, &base, &new, &paired);
+        let mut comparison = compare_pairs(&base, &new, &paired);
         if !others.is_empty() {
             comparison.notes.push(format!("not in both revisions: {}", others.join(", ")));
         }

@@ -1,7 +1,7 @@
 //! What a command says while it works: a bar on a terminal, a plain line now and then elsewhere, all on the standard error.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rimbench::cosim::Outcome;
+use rimbench::cosim::OutcomeClass;
 use rimbench::harness::Step;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,6 +25,7 @@ struct State {
     began: Instant,
     done: usize,
     failed: usize,
+    no_answer: usize,
     about: String,
 }
 
@@ -42,7 +43,16 @@ impl Progress {
         }
         bar.enable_steady_tick(Duration::from_millis(100));
         let plain = bar.is_hidden();
-        let state = State { command, total, bar, began: Instant::now(), done: 0, failed: 0, about: String::new() };
+        let state = State {
+            command,
+            total,
+            bar,
+            began: Instant::now(),
+            done: 0,
+            failed: 0,
+            no_answer: 0,
+            about: String::new(),
+        };
         let state = Arc::new(Mutex::new(state));
         let shared = Arc::clone(&state);
         let lines = plain.then(|| {
@@ -71,20 +81,22 @@ impl Progress {
     }
 
     /// One run is done.
-    pub(super) fn done(&self, completed: bool) {
+    pub(super) fn done(&self, class: OutcomeClass) {
         let mut state = self.state();
         state.done += 1;
         state.bar.inc(1);
-        if !completed {
-            state.failed += 1;
-            state.bar.set_message(state.message());
+        match class {
+            OutcomeClass::Completed => return,
+            OutcomeClass::Failed => state.failed += 1,
+            OutcomeClass::NoAnswer => state.no_answer += 1,
         }
+        state.bar.set_message(state.message());
     }
 
     /// One run is done, if that is what the step of a job is; how many there are is known before.
-    pub(super) fn after(&self, step: &Step<'_>) {
-        if let Step::Done(outcome) = step {
-            self.done(**outcome == Outcome::Completed);
+    pub(super) fn after(&self, step: Step) {
+        if let Step::Done(class) = step {
+            self.done(class);
         }
     }
 
@@ -109,8 +121,13 @@ impl Progress {
 
 impl State {
     fn message(&self) -> String {
-        let failed = if self.failed > 0 { format!("{} did not complete", self.failed) } else { String::new() };
-        [self.about.as_str(), &failed].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+        let counted = |count: usize, what: &str| if count > 0 { format!("{count} {what}") } else { String::new() };
+        let (failed, silent) = (counted(self.failed, "failed"), counted(self.no_answer, "without an answer"));
+        [self.about.as_str(), &failed, &silent]
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     fn line(&self, elapsed: f64) -> String {
@@ -187,10 +204,14 @@ mod tests {
             began: Instant::now(),
             done,
             failed,
+            no_answer: failed / 3,
             about: String::new(),
         };
         assert_eq!(state(0, 0).line(30.0), "run: 0 of 100 runs, 30 s elapsed");
-        assert_eq!(state(20, 3).line(10.0), "run: 20 of 100 runs (3 did not complete), 10 s elapsed, about 40 s left");
+        assert_eq!(
+            state(20, 3).line(10.0),
+            "run: 20 of 100 runs (3 failed, 1 without an answer), 10 s elapsed, about 40 s left"
+        );
         let unknown = State { total: None, ..state(20, 0) };
         assert_eq!(unknown.line(10.0), "run: 20 runs, 10 s elapsed");
     }
@@ -199,7 +220,7 @@ mod tests {
     fn what_is_stored_already_is_no_part_of_what_is_left() {
         let progress = Progress::begin("run", Some(100));
         progress.to_do(20);
-        (0..10).for_each(|_| progress.done(true));
+        (0..10).for_each(|_| progress.done(OutcomeClass::Completed));
         let line = progress.state().line(10.0);
         progress.end();
         assert_eq!(line, "run: 10 of 20 runs, 10 s elapsed, about 10 s left");

@@ -66,7 +66,7 @@ impl Reproduce {
             let folder = group.join(experiment.name());
             let job =
                 Job { quick: self.quick, fresh: true, ..Job::new(experiment, catalogue, &folder, &cache, &BUILD) };
-            let summary = run_job(job, &|step| progress.after(&step), StopFlag::never())?;
+            let summary = run_job(job, &|step| progress.after(step), StopFlag::never())?;
             not_completed += summary.not_completed;
             progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
             claims.extend(check_claims(experiment, catalogue, &folder)?);

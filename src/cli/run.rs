@@ -94,9 +94,9 @@ impl Run {
         let progress = Progress::begin("run", Some(total));
         let cache = Cache::of_user();
         let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
-        let told = |step: Step<'_>| match step {
+        let told = |step: Step| match step {
             Step::ToDo(count) => progress.to_do(count),
-            step => progress.after(&step),
+            step => progress.after(step),
         };
         let summary = match run_job_until(job, &told, interruption.flags()) {
             Err(Error::Stopped) => {

@@ -6,6 +6,9 @@ use rimbench::error::with_short_numbers;
 /// Columns where there is no terminal.
 const COLUMNS: usize = 80;
 
+/// A narrower terminal breaks the lines itself.
+const LEAST: usize = 20;
+
 /// Width of the labels below a headline.
 const LABEL: usize = 18;
 
@@ -21,7 +24,13 @@ pub(super) enum Mood {
 pub(super) fn width() -> usize {
     let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok()).filter(|width| *width > 0);
     let terminal = || console::Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));
-    set.or_else(terminal).unwrap_or(COLUMNS)
+    set.or_else(terminal).unwrap_or(COLUMNS).max(LEAST)
+}
+
+/// Characters after which a line of a list is cut: none where its reader is a program.
+pub(super) fn cut_width() -> usize {
+    let read_by_program = std::env::var_os("COLUMNS").is_none() && !console::Term::stdout().is_term();
+    if read_by_program { usize::MAX } else { width() }
 }
 
 /// Bold and in colour on a terminal, unless `NO_COLOR` is set.

@@ -5,11 +5,11 @@ use super::number::{percent, quantity};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, complain, print, print_json, probe_lines, with_files};
+use super::{Format, answered, complain, print, print_json, probe_lines, with_files};
 use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Creation, Jump, Outcome, StopFlag};
+use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
@@ -18,6 +18,7 @@ use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
@@ -39,7 +40,8 @@ pub struct Simulate {
 }
 
 impl Simulate {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+    /// Exit code 1 if the run gave no answer: it was skipped, or took too long.
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
@@ -66,7 +68,8 @@ impl Simulate {
             write_trace(path, &run.trajectory, None)?;
         }
         if self.format == Format::Json {
-            return print_json(&json(&spec, &run, &probed));
+            print_json(&json(&spec, &run, &probed))?;
+            return Ok(answered(run.outcome.class() != OutcomeClass::NoAnswer));
         }
         let audited = self.audit.then_some(contacts);
         let said = Said { asked: &asked, spec: &spec, run: &run, reference: &reference, trace: self.trace, audited };
@@ -74,7 +77,8 @@ impl Simulate {
         if self.all {
             print(&tables(&spec, &run))?;
         }
-        probe_lines(&probed).iter().try_for_each(|line| print(line))
+        probe_lines(&probed).iter().try_for_each(|line| print(line))?;
+        Ok(answered(run.outcome.class() != OutcomeClass::NoAnswer))
     }
 }
 
@@ -133,10 +137,10 @@ impl Said<'_> {
     fn first_screen(&self) -> String {
         let Said { spec, run, .. } = self;
         let about = format!("{} · {} · H = {}", spec.case.name, spec.scheme.name, quantity(spec.macro_step, "s"));
-        let mood = match run.outcome {
-            Outcome::Completed => Mood::Good,
-            Outcome::Timeout { .. } | Outcome::Skipped { .. } | Outcome::Stopped { .. } => Mood::Open,
-            _ => Mood::Bad,
+        let mood = match run.outcome.class() {
+            OutcomeClass::Completed => Mood::Good,
+            OutcomeClass::Failed => Mood::Bad,
+            OutcomeClass::NoAnswer => Mood::Open,
         };
         let verdict = match (&run.outcome, run.outcome.at_s()) {
             (Outcome::Skipped { .. }, _) => "not run".to_owned(),
@@ -193,7 +197,7 @@ impl Said<'_> {
             }
             _ => format!("--all for {metrics} metrics and {counters} counters"),
         };
-        if matches!(run.outcome, Outcome::Diverged { .. }) {
+        if run.outcome.class() == OutcomeClass::Failed {
             let request = RunRequest { macro_step_s: None, phase: None, ..self.asked.clone() };
             lines.push(command_row("next", &format!("rimbench limit{}", typed(&request))));
         }

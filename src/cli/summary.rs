@@ -37,7 +37,7 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
             let completed = runs.completed();
             let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
             let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
-            failed.for_each(|&row| *failures.entry(runs.outcome(row)).or_default() += 1);
+            failed.for_each(|&row| *failures.entry(runs.kind(row).name()).or_default() += 1);
             let failures: String = failures.iter().map(|(name, count)| format!(", {count} {name}")).collect();
             let step = macro_step.parse().map_or_else(|_| (*macro_step).to_owned(), |step| with_digits(step, "s", 6));
             let done = format!("{}/{}{failures}", completed.rows().len(), runs.rows().len());
@@ -67,9 +67,12 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
 pub(super) fn remarks(experiment: &Experiment, folder: &Path) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
     let runs = read_table(&folder.join("runs.csv"))?;
-    let incomplete = runs.len() - runs.rows_where(runs.column("outcome")?, "completed").len();
-    if incomplete > 0 {
-        remarks.push(format!("Of all {} runs of {}, {incomplete} did not complete.", runs.len(), experiment.name()));
+    let tally = Runs::of(&runs)?.tally();
+    let silent = tally.no_answer + tally.skipped;
+    if tally.failed + silent > 0 {
+        let silent = if silent > 0 { format!(", {silent} of them without an answer") } else { String::new() };
+        let count = runs.len() - tally.completed;
+        remarks.push(format!("Of all {} runs of {}, {count} did not complete{silent}.", runs.len(), experiment.name()));
     }
     let provenance = read_table(&folder.join("provenance.csv"))?;
     let loaded = provenance.rows_where(provenance.column("machine_load")?, "loaded").len();

@@ -6,8 +6,8 @@ use super::{claims_list, print};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums::CHECKSUMS;
-use rimbench::harness::{CheckedClaim, check_claims, check_kept_claims};
-use rimbench::kept::DIGEST;
+use rimbench::harness::{CheckedClaim, Verdict, check_claims, check_kept_claims};
+use rimbench::kept::{DIGEST, Digest};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -35,9 +35,14 @@ impl Verify {
                 let folder = experiment.results_folder(&self.results);
                 let sealed = [CHECKSUMS, "runs.csv"].map(|name| folder.join(name).exists());
                 if sealed == [false; 2] && !folder.join(DIGEST).exists() || sealed[0] {
-                    return check_claims(&experiment, catalogue, &folder);
+                    let claims = check_claims(&experiment, catalogue, &folder)?;
+                    // A quick plan keeps nothing, and what others made may have no digest.
+                    if folder.join(DIGEST).exists() {
+                        Digest::read(&folder)?.check_rows(&folder)?;
+                    }
+                    return Ok(claims);
                 }
-                let found = check_kept_claims(&experiment, &folder)?;
+                let found = check_kept_claims(&experiment, catalogue, &folder)?;
                 kept += found.claims.len();
                 Ok(found.claims)
             });
@@ -55,7 +60,10 @@ impl Verify {
         let shown: Vec<CheckedClaim> = claims.iter().filter(|claim| self.all || claim.differs()).cloned().collect();
         let changed = claims.iter().filter(|claim| claim.differs()).count();
         let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let is_new = |claim: &&CheckedClaim| claim.finding == Verdict::NotMeasured && claim.verdict != claim.finding;
+        let new = claims.iter().filter(is_new).count();
         let mut said = match changed {
+            0 if new > 0 => format!("{}: of {new} no verdict is recorded", count(claims.len(), "claim")),
             0 => format!("{}: every verdict is the recorded one", count(claims.len(), "claim")),
             changed => format!("{}: {} from the recorded verdict", count(claims.len(), "claim"), differing(changed)),
         };
@@ -70,7 +78,7 @@ impl Verify {
         }
         let mood = if changed > 0 {
             Mood::Bad
-        } else if faults.is_empty() {
+        } else if faults.is_empty() && new == 0 {
             Mood::Good
         } else {
             Mood::Open

@@ -64,7 +64,12 @@ fn measured_orders_are_the_declared_ones() {
         let least = orders.iter().map(|(order, ..)| *order).fold(f64::INFINITY, f64::min);
         let slow = SLOW.iter().find(|(name, _)| *name == scheme.name).map_or(0.0, |(_, lack)| *lack);
         if least < declared - 0.15 - slow || least > declared + 0.15 {
-            faults.push(format!("{}: declared {declared}, measured {orders:.3?}", scheme.name));
+            faults.push(format!(
+                "{}: the least order is {least:.3}, and that declared, {declared}, asks for {:.2} to {:.2}; all of them: {orders:.3?}",
+                scheme.name,
+                declared - 0.15 - slow,
+                declared + 0.15
+            ));
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));

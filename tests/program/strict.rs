@@ -201,7 +201,7 @@ fn a_finding_that_was_never_recorded_is_no_failure() {
     let place = Place::new();
     place.run(EXPERIMENT);
     place.write(&EXPERIMENT.replace("\"reproduced\"", "\"not-measured\""));
-    assert!(place.verify(0).contains("every verdict is the recorded one"));
+    assert_has(&place.verify(0), &["1 claim: of 1 no verdict is recorded"]);
     place.write(&EXPERIMENT.replace("\"reproduced\"", "\"not-reproduced\""));
     place.verify(1);
     // Nor is a claim that does not hold, where it is recorded so.
@@ -415,4 +415,123 @@ fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     assert!(short.lines().take(4).any(|line| line == "400 runs, 1 claims") && short.lines().count() < 60, "{short}");
     assert_has(&short, &["… and 360 more: --all shows them"]);
     assert!(plan(&["--all"]).lines().count() > 400);
+}
+
+/// An audit fills columns, so that it is part of what a run is; one that was skipped, or took too long, has its row all the same.
+#[test]
+fn an_audited_experiment_with_runs_that_have_no_account_finishes() {
+    let place = Place::new();
+    let bare = EXPERIMENT.split("[[claims]]").next().unwrap().replace("zero-order-hold", "rim-split");
+    let audited = bare.replace("duration_s", "audit = true\nduration_s");
+    place.run_computing(16, &audited);
+    assert_eq!((place.count("outcome", "skipped"), place.count("heaviness_max", "")), (8, 8));
+    place.run_computing(0, &audited);
+    let ids = place.column("run_id");
+    // The same runs without an audit are others.
+    let place = Place::new();
+    place.run_computing(16, &bare);
+    assert!(place.column("run_id").iter().all(|id| !ids.contains(id)));
+    place.run_computing(16, &audited);
+    assert_eq!(place.column("run_id"), ids);
+    let slow = audited.replace("duration_s", "wall_limit_s = 1e-9\nduration_s");
+    let place = Place::new();
+    place.run(&audited);
+    place.vanish("");
+    place.run_computing(16, &slow);
+    place.run_computing(0, &slow);
+}
+
+#[test]
+fn one_run_under_two_labels_is_computed_once_and_has_a_row_for_each() {
+    let place = Place::new();
+    let row = |label: &str, steps: &str| {
+        format!("[[schemes]]\nscheme = \"rim-smooth\"\nlabel = \"{label}\"\nmechanics_steps = {steps}\n")
+    };
+    let text = format!(
+        "question = \"?\"\nmacro_steps_s = [1e-3]\nduration_s = 0.1\n[[cases]]\nname = \"wedge-box\"\n{}{}",
+        row("twenty", "20"),
+        row("every", "\"all\"")
+    );
+    place.run_computing(1, &text);
+    let (ids, labels) = (place.column("run_id"), place.column("label"));
+    assert_eq!((ids.len(), &ids[0], labels), (2, &ids[1], vec!["twenty".to_owned(), "every".to_owned()]));
+    place.run_computing(0, &text);
+    place.verify(0);
+}
+
+/// As in a fresh clone: digest and summary, and no rows.
+#[test]
+fn what_is_kept_without_rows_is_held_against_the_experiment() {
+    let place = Place::new();
+    let text = EXPERIMENT.split("[[claims]]").next().unwrap();
+    place.run(text);
+    for name in ["runs.csv", "SHA256SUMS", "experiment.toml", "records"] {
+        place.vanish(name);
+    }
+    place.verify(0);
+    for (edited, wanted) in [
+        (text.replace("[2e-3, 5e-3]", "[2e-3, 5e-3, 7e-3]"), "is of 16 runs, and"),
+        (text.replace("[2e-3, 5e-3]", "[2e-3, 6e-3]"), "a setting or a label is another"),
+        (text.replace("duration_s = 0.1", "duration_s = 0.11"), "a setting or a label is another"),
+        (
+            text.replace("duration_s = 0.1", "duration_s = 0.1\nreference_step_s = 5e-5"),
+            "a setting or a label is another",
+        ),
+    ] {
+        place.write(&edited);
+        place.verify_says(&[wanted, "digest.toml", "run the experiment again"]);
+    }
+    place.write(text);
+    let digest = place.results().join("digest.toml");
+    let whole = std::fs::read_to_string(&digest).unwrap();
+    std::fs::write(&digest, whole.replace("rows = 16", "rows = 5")).unwrap();
+    place.verify_says(&["is of 5 runs, and", "has 16"]);
+    // A digest from before the plan was kept says less.
+    let old: String =
+        whole.lines().filter(|line| !line.starts_with("plan_sha256")).map(|line| format!("{line}\n")).collect();
+    std::fs::write(&digest, old).unwrap();
+    place.verify(0);
+    place.write(&text.replace("[2e-3, 5e-3]", "[2e-3, 6e-3]"));
+    place.verify_says(&["summary.csv", "has runs that"]);
+}
+
+#[test]
+fn rows_are_those_of_the_digest_that_is_kept() {
+    let place = Place::new();
+    place.run(EXPERIMENT);
+    place.verify(0);
+    let digest = place.results().join("digest.toml");
+    let whole = std::fs::read_to_string(&digest).unwrap();
+    let (before, sum) = whole.split_once("runs_sha256 = \"").unwrap();
+    std::fs::write(&digest, format!("{before}runs_sha256 = \"{}{}", "0".repeat(8), &sum[8..])).unwrap();
+    place.verify_says(&["runs.csv is not that of digest.toml"]);
+}
+
+#[test]
+fn narrow_terminals_and_closed_pipes_are_no_panic_and_a_list_in_a_pipe_is_whole() {
+    for columns in ["1", "2", "3", "19"] {
+        for line in ["simulate --case linear-oscillator --scheme nepce --duration 0.1 --all", "list schemes", "--help"]
+        {
+            assert!(!said(call(line).env("COLUMNS", columns), 0).contains("panicked"));
+        }
+    }
+    assert!(!printed(&mut call("list cases")).contains('…'));
+    let program = assert_cmd::cargo::cargo_bin("rimbench");
+    let script = format!("{{ {} simulate --case nowhere; echo $? >&3; }} 2>&- 3>&1", program.display());
+    let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "2");
+}
+
+/// What was asked has an answer, whichever it is, or none, which is another exit code.
+#[test]
+fn a_run_without_an_answer_has_another_exit_code_than_one_that_failed() {
+    let run = "simulate --case wedge-box --macro-step 5ms --duration 0.3";
+    said(&mut call(&format!("{run} --scheme rim-nonsmooth-gap")), 0);
+    assert_has(&said(&mut call(&format!("{run} --scheme rim-split")), 1), &["not run"]);
+    assert_has(&said(&mut call(&format!("{run} --scheme rim-nonsmooth-gap --wall-limit 1e-9")), 1), &["timeout"]);
+    let limit = "limit --case wedge-box --scheme rim-nonsmooth-gap --from 2ms --to 8ms --duration 0.3 --per-decade 2";
+    assert_has(&said(&mut call(limit), 0), &["stable up to 8 ms, the largest tried"]);
+    let limited = said(&mut call(&format!("{limit} --wall-limit 1e-9")), 1);
+    assert_has(&limited, &["no answer at the smallest macro step", "wall-time limit"]);
+    assert!(!limited.contains("unstable"), "{limited}");
 }

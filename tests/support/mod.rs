@@ -1,7 +1,7 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code, unused_imports, unused_macros)]
 
-use rimbench::cases::{CoupledSystem, ExactSolution, ParameterSet, Parameters, Value};
+use rimbench::cases::{CoupledSystem, ParameterSet, Parameters, Value};
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::{ActiveSet, Solver};
 use rimbench::error::Result;
@@ -204,9 +204,9 @@ pub fn run_within(spec: &RunSpec, bounds: Bounds) -> RunResult {
 }
 
 /// The closed form of a case.
-pub fn exact_solution(case: &Case, parameters: &Parameters) -> ExactSolution {
+pub fn exact_solution(case: &Case, parameters: &Parameters) -> impl Fn(f64, &mut [f64]) + use<> {
     match (case.reference)(parameters).unwrap() {
-        ReferenceMethod::Exact(solution) => solution,
+        ReferenceMethod::Exact(solution) => move |t, row: &mut [f64]| solution(t, StopFlag::never(), row),
         ReferenceMethod::Refined | ReferenceMethod::EventDriven | ReferenceMethod::Own(_) => {
             panic!("{} has no closed form", case.name)
         }

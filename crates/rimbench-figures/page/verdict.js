@@ -28,11 +28,14 @@ const verdict = (() => {
   const judge = (run, reference, of) => {
     if (run.verdict) return run.verdict;
     const facts = run.facts, force = of.force.column;
-    if (facts.has("error") || facts.get("outcome") === "skipped" || !run.rows) {
-      const why = facts.get("error") ?? facts.get("reason") ?? "";
-      return (run.verdict = { none: true, failed: false, when: null, words: /friction/.test(why) ? "not run: knows no friction" : "not run here", why });
+    // What it counts as is said by the program, which knows every outcome.
+    const counts_as = facts.get("outcome_class");
+    if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
+      const why = facts.get("error") ?? facts.get("reason") ?? "", begun = run.rows > 1;
+      const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : "not run here";
+      return (run.verdict = { none: true, failed: false, when: null, words, why });
     }
-    const failed = facts.get("outcome") !== "completed";
+    const failed = counts_as === "failed";
     const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
     const ratio = peak(run, force) / peak(reference, force), error = 100 * Number(facts.get("force_error_rms_of_peak"));
     const opened = Number(facts.get("lift_off_height_m") ?? 0);

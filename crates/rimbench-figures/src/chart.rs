@@ -4,6 +4,7 @@
 
 use super::drawing::Color;
 use super::line_style::LineStyle;
+use rimbench_core::cosim::OutcomeKind;
 
 /// Whether equal distances are equal differences or equal ratios.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,13 +154,42 @@ pub struct Band {
     pub color: Color,
 }
 
+/// Shares of the runs at one abscissa that have no value. These two are never one: a run whose end nobody waited for has not failed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Loss {
+    /// Of those with an answer, the share that failed.
+    pub failed: f64,
+    /// Of all, the share that gave no answer.
+    pub silent: f64,
+}
+
+/// What is said of runs that failed.
+pub const DIVERGED: &str = OutcomeKind::Diverged.name();
+/// What is said of those that gave no answer.
+pub const NO_ANSWER: &str = "no answer";
+
+impl Loss {
+    /// What is said of it; nothing if there is none.
+    pub fn in_words(&self) -> String {
+        let share =
+            |share: f64, what: &str| (share > 0.0).then(|| format!("{:.0} % of the runs {what}", 100.0 * share));
+        let said = [share(self.failed, DIVERGED), share(self.silent, "gave no answer")];
+        said.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+
+    /// Whether there is any.
+    pub fn is_any(&self) -> bool {
+        self.failed > 0.0 || self.silent > 0.0
+    }
+}
+
 /// Where runs of a series have no value because they did not come to their end: signs in a band above the axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Losses {
     /// Name of the series in the data.
     pub name: String,
-    /// Abscissa, and share of the runs that were lost, above 0; all of them at 1.
-    pub points: Vec<(f64, f64)>,
+    /// Abscissa, and what is lost there.
+    pub points: Vec<(f64, Loss)>,
     /// Colour of the series.
     pub color: Color,
 }

@@ -265,10 +265,14 @@ pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses]) {
     let step = (frame.band - 8.0) / losses.len().max(1) as f64;
     for (row, series) in losses.iter().enumerate() {
         let up = frame.whole().top + 4.0 + (row as f64 + 0.5) * step;
-        for &(x, share) in &series.points {
+        for &(x, loss) in &series.points {
             let across = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
             if let Some(across) = across {
-                marker::draw_lost(drawing, (across, up), MARKER, series.color, share >= 1.0);
+                if loss.failed > 0.0 {
+                    marker::draw_lost(drawing, (across, up), MARKER, series.color, loss.failed >= 1.0);
+                } else {
+                    marker::draw_silent(drawing, (across, up), MARKER, series.color);
+                }
             }
         }
     }
@@ -306,6 +310,7 @@ fn thinned(run: Vec<Vertex>) -> Vec<Vertex> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::chart::Loss;
     use super::super::chart::Scale;
     use super::super::drawing::Shape;
     use super::super::style::style_in_list;
@@ -356,7 +361,8 @@ mod tests {
     #[test]
     fn lost_runs_have_a_row_for_each_series_at_the_steps_that_were_run() {
         let color = style_in_list(0).color;
-        let points: Vec<(f64, f64)> = (0..10).map(|k| (f64::from(k), 1.0)).collect();
+        let all = Loss { failed: 1.0, silent: 0.0 };
+        let points: Vec<(f64, Loss)> = (0..10).map(|k| (f64::from(k), all)).collect();
         let losses: Vec<Losses> =
             (0..4).map(|_| Losses { name: String::new(), points: points.clone(), color }).collect();
         let frame = Frame { band: height_of_rows(4), ..frame() };

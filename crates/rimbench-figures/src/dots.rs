@@ -1,7 +1,7 @@
 //! A ranked dot plot: a row per scheme, a sign per value, so that neither lines cross nor colours have to be told apart.
 
 use super::axes::{AXIS, BELOW, GRID, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks, labels, ticks_below};
-use super::chart::Axis;
+use super::chart::{Axis, Loss, NO_ANSWER};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Anchor, Color, Datum, Drawing, PanelData, SeriesData, Stroke, Text, Weight};
@@ -22,6 +22,8 @@ const BETWEEN_ROWS: f64 = 6.0;
 const LOST: [f64; 2] = [21.0, 26.0];
 /// What stands below these parts.
 const DIVERGED: &str = "diverged, %";
+/// What stands there for runs that gave no answer.
+const SILENT: &str = "?";
 /// Between the words there, px.
 const BETWEEN_LOST: f64 = 3.5;
 /// How far signs of one row stand above each other, px.
@@ -54,8 +56,8 @@ pub struct Dot {
     pub value: f64,
     /// From the least to the largest, where that is known.
     pub range: Option<[f64; 2]>,
-    /// Share of the runs that were lost; none where nothing was run.
-    pub lost: Option<f64>,
+    /// What is lost of its runs; none where nothing was run.
+    pub lost: Option<Loss>,
 }
 
 /// What a kind of sign stands for.
@@ -147,7 +149,11 @@ impl DotPlot {
 
     /// Room for lost runs right of each panel, px.
     fn lost_width(&self) -> f64 {
-        let lost = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(|dot| dot.lost > Some(0.0));
+        let lost = self
+            .panels
+            .iter()
+            .flat_map(|panel| panel.dots.iter().flatten())
+            .any(|dot| dot.lost.is_some_and(|lost| lost.is_any()));
         if lost { self.lost_column() * self.signs.len() as f64 + 12.0 } else { 0.0 }
     }
 
@@ -272,16 +278,13 @@ impl DotPlot {
                 marker::draw(drawing, SIGNS[index % SIGNS.len()], at, MARKER, row.color);
             }
             let column = lost_left + (index as f64 + 0.5) * self.lost_column();
-            let lost = dot.lost.filter(|lost| *lost > 0.0);
-            if let Some(share) = lost {
-                let share = Text::new(format!("{:.0}", (100.0 * share).max(1.0)), (column, y), TICK_SIZE);
+            let lost = dot.lost.filter(Loss::is_any);
+            if let Some(loss) = lost {
+                let failed = format!("{:.0}", (100.0 * loss.failed).max(1.0));
+                let share = Text::new(if loss.failed > 0.0 { &failed } else { SILENT }, (column, y), TICK_SIZE);
                 drawing.text(share.anchored(Anchor::Middle).centred());
             }
-            let note = match dot.lost {
-                None => "not run".to_owned(),
-                Some(0.0) => String::new(),
-                Some(share) => format!("{:.0} % of the runs diverged", 100.0 * share),
-            };
+            let note = dot.lost.map_or_else(|| "not run".to_owned(), |loss| loss.in_words());
             let at = at.or(lost.map(|_| (column, y)));
             points.push(Datum { x: sign.value, y: dot.value, range: dot.range, note, at });
         }
@@ -312,6 +315,10 @@ impl DotPlot {
         let mut entries: Vec<(Sample, String)> = self.signs.iter().enumerate().map(sign).collect();
         if self.panels.iter().any(|panel| panel.floor.is_some()) {
             entries.push((Sample::Shade, "below the reference's uncertainty".to_owned()));
+        }
+        let is_silent = |dot: &Dot| dot.lost.is_some_and(|loss| loss.failed == 0.0 && loss.silent > 0.0);
+        if self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(is_silent) {
+            entries.push((Sample::Nothing, format!("{SILENT}  {NO_ANSWER}")));
         }
         entries
     }
@@ -375,7 +382,7 @@ fn line_width(entries: &[(Sample, String)]) -> f64 {
 
 /// What is said of a row without any sign in a panel; nothing of one that has some.
 fn without_sign(dots: &[Dot]) -> Option<&'static str> {
-    let shown = |dot: &Dot| dot.value.is_finite() || dot.lost > Some(0.0);
+    let shown = |dot: &Dot| dot.value.is_finite() || dot.lost.is_some_and(|loss| loss.is_any());
     let run = dots.iter().any(|dot| dot.lost.is_some());
     (!dots.iter().any(shown)).then_some(if run { "no value" } else { "not run" })
 }
@@ -387,7 +394,11 @@ mod tests {
 
     fn plot(values: &[[f64; 2]], lost: f64) -> DotPlot {
         let row = |k: usize| DotRow { label: format!("row {k}"), name: format!("row-{k}"), color: Color(0, 0, 90) };
-        let dot = |value: f64| Dot { value, range: None, lost: Some(if value.is_nan() { lost } else { 0.0 }) };
+        let dot = |value: f64| Dot {
+            value,
+            range: None,
+            lost: Some(Loss { failed: if value.is_nan() { lost } else { 0.0 }, silent: 0.0 }),
+        };
         let sign = |value: f64| Sign { value, short: format!("{value}"), label: format!("H = {value} ms") };
         DotPlot {
             width: 500.0,
@@ -458,6 +469,17 @@ mod tests {
         levels.dedup();
         assert!(levels.len() > 1 && levels.windows(2).all(|pair| pair[1] - pair[0] >= TICK_SIZE), "{levels:?}");
         assert!(drawing.height >= few + KEY_LINE * (levels.len() - 1) as f64 - 1e-9);
+    }
+
+    #[test]
+    fn a_run_without_an_answer_is_not_drawn_as_diverged() {
+        let mut silent = plot(&[[1.0, f64::NAN]], 0.0);
+        silent.panels[0].dots[0][1].lost = Some(Loss { failed: 0.0, silent: 1.0 });
+        let drawing = silent.draw();
+        assert!(words(&drawing).contains(&"?") && words(&drawing).contains(&"?  no answer"));
+        assert!(!words(&drawing).contains(&"100"));
+        let note = &drawing.data[0].series[0].points[1].note;
+        assert_eq!(note, "100 % of the runs gave no answer");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The legend shared by all panels: one entry per label, beside the data and never over it.
 
-use super::chart::{Guide, Mode, Panel, Series};
+use super::chart::{Guide, Mode, NO_ANSWER, Panel, Series};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Color, Drawing, Text, Weight};
@@ -26,6 +26,8 @@ enum Sample {
     Lost {
         all: bool,
     },
+    /// Runs that gave no answer.
+    Silent,
     /// A patch of this colour.
     Area(Color),
 }
@@ -68,9 +70,12 @@ impl Legend {
         }
         let shares = || panels.iter().flat_map(|panel| &panel.losses).flat_map(|losses| &losses.points).map(|p| p.1);
         for (all, label) in [(false, "some runs diverged"), (true, "all runs diverged")] {
-            if shares().any(|share| (share >= 1.0) == all) {
+            if shares().any(|loss| loss.failed > 0.0 && (loss.failed >= 1.0) == all) {
                 entries.push((Sample::Lost { all }, label.to_owned()));
             }
+        }
+        if shares().any(|loss| loss.failed == 0.0) {
+            entries.push((Sample::Silent, NO_ANSWER.to_owned()));
         }
         Legend { entries }
     }
@@ -172,7 +177,7 @@ fn entry(panels: &[Panel], series: &Series) -> String {
 fn indent(sample: &Sample) -> f64 {
     let sign = match sample {
         Sample::Series { .. } | Sample::Area(_) => SAMPLE,
-        Sample::Infinite | Sample::Lost { .. } => 2.0 * MARKER,
+        Sample::Infinite | Sample::Lost { .. } | Sample::Silent => 2.0 * MARKER,
     };
     sign + GAP
 }
@@ -206,6 +211,7 @@ fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: 
         Sample::Lost { all } => {
             marker::draw_lost(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK, *all);
         }
+        Sample::Silent => marker::draw_silent(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK),
     }
     drawing.text(Text::new(label, (left + indent(sample), y), SIZE).centred());
 }

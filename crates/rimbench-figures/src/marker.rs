@@ -39,6 +39,12 @@ pub fn draw_lost(drawing: &mut Drawing, at: Point, size: f64, color: Color, all:
     drawing.area(ring(at, 3, size, -90.0), Some(fill), Some(Stroke::solid(color, 1.2)));
 }
 
+/// Draws the sign of runs that gave no answer: a dash, which is no point of any series.
+pub fn draw_silent(drawing: &mut Drawing, at: Point, size: f64, color: Color) {
+    let half = 1.1 * size;
+    drawing.line(vec![(at.0 - half, at.1), (at.0 + half, at.1)], Stroke::solid(color, 1.6));
+}
+
 fn strokes(drawing: &mut Drawing, tips: &[Point], color: Color) {
     drawing.line(vec![tips[0], tips[2]], Stroke::solid(color, 1.6));
     drawing.line(vec![tips[1], tips[3]], Stroke::solid(color, 1.6));

@@ -29,8 +29,10 @@ pub enum Cell {
     Right,
     /// All completed, and are wrong.
     Wrong,
-    /// This share did not complete.
+    /// This share failed.
     Lost(f64),
+    /// Nothing is known of any, though they were run.
+    Silent,
     /// So many of the problems belong here.
     Count(usize),
 }
@@ -153,6 +155,7 @@ impl Matrix {
             Cell::Right => (1.0, String::new()),
             Cell::Wrong => (1.0, WRONG.to_owned()),
             Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs diverged", 100.0 * share)),
+            Cell::Silent => (f64::NAN, "no answer".to_owned()),
             Cell::Count(count) => (count as f64, format!("{count} with the limit: {column}")),
         }
     }
@@ -170,6 +173,7 @@ impl Matrix {
                 "all diverge",
             ),
             (any(|cell| *cell == Cell::NotRun), Sample::Nothing, "–  not run"),
+            (any(|cell| *cell == Cell::Silent), Sample::Nothing, "?  no answer"),
         ];
         let used = entries.into_iter().filter(|(used, ..)| *used);
         used.map(|(_, sample, words)| (sample, words.to_owned())).collect()
@@ -182,6 +186,7 @@ fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, mo
     };
     match cell {
         Cell::NotRun => letters(drawing, "–", Color::SOFT_INK),
+        Cell::Silent => letters(drawing, "?", Color::SOFT_INK),
         Cell::Right => marker::draw(drawing, Marker::Circle, at, 1.5 * MARKER, color),
         Cell::Wrong => marker::draw(drawing, Marker::OpenCircle, at, 1.4 * MARKER, color),
         Cell::Lost(share) if share >= 1.0 => {

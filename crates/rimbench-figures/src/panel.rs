@@ -1,7 +1,7 @@
 //! Draws one panel: axes, data, guides, notes, inset.
 
 use super::axes::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, axes, fitting_ticks, label_width, labels};
-use super::chart::{Guide, Panel, Scale, Series};
+use super::chart::{DIVERGED, Guide, NO_ANSWER, Panel, Scale, Series};
 use super::clip::Rect;
 use super::data::{self, BAND, Frame};
 use super::drawing::{Anchor, Color, Drawing, PanelData, Text};
@@ -11,7 +11,10 @@ use super::ticks::{Ticks, power_of_ten};
 use super::{filled_band, inset};
 
 /// What stands beside the band of runs without a value.
-const DIVERGED: &str = "diverged";
+fn lost(panel: &Panel) -> &'static str {
+    let failed = panel.losses.iter().flat_map(|losses| &losses.points).any(|(_, loss)| loss.failed > 0.0);
+    if failed { DIVERGED } else { NO_ANSWER }
+}
 
 /// A panel whose intervals and vertical ticks are settled, before its place is.
 pub struct Prepared<'a> {
@@ -49,7 +52,7 @@ impl<'a> Prepared<'a> {
         let widest = self.y_ticks.ticks.iter().map(|tick| label_width(&tick.label)).fold(0.0, f64::max);
         let exponent = label_width(&times(self.y_ticks.exponent));
         let band = match (self.band > 0.0, self.infinite) {
-            (true, false) => label_width(DIVERGED),
+            (true, false) => label_width(lost(self.panel)),
             _ => 0.0,
         };
         widest.max(exponent).max(band)
@@ -65,7 +68,7 @@ impl<'a> Prepared<'a> {
         let frame = Frame {
             area,
             band: self.band,
-            band_label: if self.infinite { "∞" } else { DIVERGED },
+            band_label: if self.infinite { "∞" } else { lost(panel) },
             x: AxisMap { scale: panel.x.scale, low: self.x.0, high: self.x.1, start: area.left, end: area.right },
             y: AxisMap { scale: panel.y.scale, low: self.y.0, high: self.y.1, start: area.bottom, end: area.top },
         };

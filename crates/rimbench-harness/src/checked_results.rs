@@ -6,7 +6,7 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
 use rimbench_results::results_table::{ResultsTable, read_table};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan; says whether they
@@ -44,18 +44,27 @@ pub(super) fn checked_runs(
     Ok((runs, quick))
 }
 
+/// Ids that several runs of a plan have, under different labels.
+fn twins(planned: &[PlannedRun]) -> HashSet<&str> {
+    let mut seen = HashSet::new();
+    planned.iter().map(|run| run.id.as_str()).filter(|id| !seen.insert(*id)).collect()
+}
+
 /// Holds the rows against the plan, whatever their order.
 fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTable) -> Result<()> {
     let header = plan_header(planned);
     let columns: Vec<usize> = header.iter().map(|name| runs.column(name)).collect::<Result<_>>()?;
-    let mut rows: HashMap<&str, Vec<usize>> = HashMap::new();
+    // By id, and label where one run has several; another label is told as such.
+    let several: HashSet<&str> = twins(planned);
+    let key = |id, label| (id, if several.contains(id) { label } else { "" });
+    let mut rows: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
     for row in 0..runs.len() {
-        rows.entry(runs.text(row, columns[0])).or_default().push(row);
+        rows.entry(key(runs.text(row, columns[0]), runs.text(row, columns[1]))).or_default().push(row);
     }
     let (mut found, mut different) = (0, 0);
     let mut twice = 0;
     for run in planned {
-        let Some(own) = rows.remove(run.id.as_str()) else { continue };
+        let Some(own) = rows.remove(&key(run.id.as_str(), run.label.as_str())) else { continue };
         found += 1;
         twice += own.len() - 1;
         let cells = plan_cells(run, &header);

@@ -1,6 +1,6 @@
 //! From records to result files: what of a plan is stored, by whichever process, and the tables where that is all of it.
 
-use super::experiment::PlannedRun;
+use super::experiment::{PlannedRun, plan_sha256};
 use super::foreign::refuse_foreign;
 use super::job::{Job, Summary};
 use super::references::{has_none, obtain_reference};
@@ -129,7 +129,7 @@ pub(super) fn export_if_complete(
         let (case, set) = (run.spec.case.name.to_string(), run.spec.parameters.given());
         run.pooled_set.as_ref().map(|pooled| ((case, set), pooled.to_string()))
     });
-    keep(job.folder, &PooledSets::from_iter(pooled))?;
+    keep(job.folder, &PooledSets::from_iter(pooled), &plan_sha256(job.experiment, planned))?;
     Ok(found)
 }
 

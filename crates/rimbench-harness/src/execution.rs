@@ -10,7 +10,7 @@ use super::provenance::Provenance;
 use super::references::{has_none, obtain_reference};
 use super::results;
 use super::stock::Stock;
-use super::store::{Record, Store};
+use super::store::{Record, Store, row};
 use rayon::prelude::*;
 use rimbench_cases::runs::{Clock, EvaluatedRun, Reference, RunResult, RunSpec, evaluate, simulate_inside};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
@@ -101,13 +101,13 @@ fn compute(
             let name = results::trace_name(&planned.id);
             let mark =
                 trace.map(|every| results::write_trace(job.folder, &name, &run.trajectory, every)).transpose()?;
-            let provenance = results::row(&provenance.row(&planned.id));
+            let provenance = row(&provenance.row(&planned.id));
             store.append(&results::record(&planned.id, &planned.spec, run, provenance, mark))?;
             computed.fetch_add(1, Ordering::Relaxed);
             if run.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
             }
-            progress(Step::Done(&run.outcome));
+            progress(Step::Done(run.outcome.class()));
             Ok(())
         };
         let found = obtain_reference(spec, job.cache, stop.soon);

@@ -7,9 +7,10 @@ mod plan;
 mod planned_run;
 mod scheme_row;
 
-pub(crate) use claim::Statistic;
+pub(crate) use claim::{COMPLETED, DIVERGED, DIVERGED_AT, Statistic};
 pub use claim::{Claim, Claimant, Verdict, claim_metrics};
 pub use plan::MOST_RUNS;
+pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;
 
 use super::files::make_folder;

@@ -2,8 +2,8 @@
 
 use super::experiment::Experiment;
 use super::provenance;
-use super::results::{cost_findings, findings_header, row, trace_name};
-use super::store::{Record, TraceMark};
+use super::results::{cost_findings, findings_header, trace_name};
+use super::store::{Record, TraceMark, row};
 use rimbench_core::error::Result;
 use rimbench_results::checksums;
 use rimbench_results::results_table::{ResultsTable, read_table};

@@ -4,7 +4,7 @@ use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::experiment::Experiment;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_core::cosim::{Outcome, StopFlag};
+use rimbench_core::cosim::{OutcomeClass, StopFlag};
 use std::path::Path;
 
 /// What to run, and where to.
@@ -95,15 +95,15 @@ pub struct Summary {
 
 /// How far a job is.
 #[derive(Debug, Clone, Copy)]
-pub enum Step<'a> {
+pub enum Step {
     /// So many runs are to be computed now: not those that are stored, nor those of other shards.
     ToDo(usize),
-    /// One of them is done, and ended so.
-    Done(&'a Outcome),
+    /// One of them is done, and counts as this.
+    Done(OutcomeClass),
 }
 
 /// Told how far a job is; called from several threads.
-pub type Progress<'a> = &'a (dyn Fn(Step<'_>) + Sync);
+pub type Progress<'a> = &'a (dyn Fn(Step) + Sync);
 
 /// What may end a job before all its runs are done; what is stored stays.
 #[derive(Debug, Clone, Copy)]

@@ -6,6 +6,7 @@ use rimbench_cases::runs::{Reference, RunSpec};
 use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 /// How often the wall limit of a reference is looked at.
@@ -63,14 +64,26 @@ fn within_limit<T>(spec: &RunSpec, stop: StopFlag<'_>, solve: impl FnOnce(StopFl
                 std::thread::park_timeout(LOOK_EVERY);
             }
         });
-        let found = solve(StopFlag::new(&raised));
-        done.store(true, Ordering::Relaxed);
-        watchman.thread().unpark();
-        match found {
+        // Also when solving panics: the scope waits for the watchman.
+        let _ended = Ended { done: &done, watchman: watchman.thread().clone() };
+        match solve(StopFlag::new(&raised)) {
             Err(Error::Stopped) if stop.check().is_ok() => Err(Error::Overdue { limit_s: limit.as_secs_f64() }),
             found => found,
         }
     })
+}
+
+/// Sends a watchman home when it goes out of scope.
+struct Ended<'a> {
+    done: &'a AtomicBool,
+    watchman: Thread,
+}
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        self.done.store(true, Ordering::Relaxed);
+        self.watchman.unpark();
+    }
 }
 
 /// Everything that determines a reference, as text; the code itself included.
@@ -95,6 +108,37 @@ mod tests {
     use rimbench_cases::cases::Case;
     use rimbench_cases::catalogue::Catalogue;
     use rimbench_cases::runs::RunRequest;
+
+    /// Each closed form, and every other reference, is given up when its time is over, in the middle of a piece as well.
+    #[test]
+    fn a_limit_holds_for_every_kind_of_reference() {
+        let folder = tempfile::tempdir().unwrap();
+        for (case, set) in [
+            ("bouncing-ball", Some(("base_position_m", "-1e300"))),
+            ("impact-oscillator", Some(("base_position_m", "1e300"))),
+            ("slider-between-stops", Some(("base_position_m", "1e300"))),
+            ("linear-oscillator", None),
+            ("towed-block", None),
+            ("falling-chain", None),
+        ] {
+            let mut request = RunRequest::of(case, "zero-order-hold");
+            request.set = set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
+            let mut spec = request.resolve(&Catalogue::standard()).unwrap();
+            spec.wall_limit = Some(Duration::from_nanos(1));
+            let found = obtain_reference(&spec, &Cache::in_folder(folder.path()), StopFlag::never());
+            // One that is there before the watchman has looked is as good.
+            let quick = found.is_ok() && set.is_none();
+            assert!(quick || matches!(found, Err(Error::Overdue { .. })), "{case}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_panic_inside_a_reference_with_a_limit_ends_it() {
+        let mut spec = RunRequest::of("wedge-box", "zero-order-hold").resolve(&Catalogue::standard()).unwrap();
+        spec.wall_limit = Some(std::time::Duration::from_secs(60));
+        let solve = || within_limit(&spec, StopFlag::never(), |_| -> Result<()> { panic!("a defect") });
+        assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(solve)).is_err());
+    }
 
     #[test]
     fn a_reference_is_kept_unless_code_from_outside_has_a_part_in_it() {

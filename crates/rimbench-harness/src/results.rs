@@ -15,13 +15,14 @@
 use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
-use super::store::{Record, Store, TraceMark, cells_of};
+use super::store::{Record, Store, TraceMark, cells_of, row};
 use rimbench_cases::metrics::{Only, only_of};
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec, interface_oscillation};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
+use rimbench_results::kept::SUMMARY_KEYS;
 use rimbench_results::trace;
 use std::path::Path;
 
@@ -60,6 +61,15 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
     let facts = run.spec.facts();
     let kept = facts.iter().filter(|fact| header.contains(&fact.name)).map(Fact::cell);
     [run.id.clone(), run.label.clone()].into_iter().chain(kept).collect()
+}
+
+/// What a run's row of `runs.csv` says in the columns that a row of the summary has in common.
+pub(super) fn summary_keys(run: &PlannedRun) -> [String; SUMMARY_KEYS.len()] {
+    let facts = run.spec.facts();
+    SUMMARY_KEYS.map(|key| match key {
+        "label" => run.label.clone(),
+        key => facts.iter().find(|fact| fact.name == key).map(Fact::cell).unwrap_or_default(),
+    })
 }
 
 /// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace. They are the same
@@ -115,12 +125,6 @@ pub(super) fn record(
         trace,
         wall_limit_s: spec.wall_limit.filter(|_| timed_out).map(|limit| limit.as_secs_f64()),
     }
-}
-
-/// A finding of a record by name.
-pub(super) fn finding(record: &Record, name: &str) -> Option<String> {
-    let place = findings_header().iter().position(|known| *known == name)?;
-    cells_of(&record.findings)?.get(place).map(str::to_owned)
 }
 
 /// The findings of a record, those that are to be `kept`.
@@ -262,25 +266,6 @@ pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
     let traces = to.join("traces");
     make_folder(&traces)?;
     write_atomically(&traces.join(&name), |file| file.write_all(&content))
-}
-
-/// One CSV row without its line end. Control characters become spaces: a row is one line, and a record one of tabs.
-pub(super) fn row<T: AsRef<str>>(cells: &[T]) -> String {
-    // Most have nothing that would have to be quoted.
-    let plain = |cell: &T| !cell.as_ref().contains(|c: char| c.is_control() || c == ',' || c == '"');
-    if cells.len() > 1 && cells.iter().all(plain) {
-        let mut row = String::with_capacity(cells.iter().map(|cell| cell.as_ref().len() + 1).sum());
-        for (index, cell) in cells.iter().enumerate() {
-            row += if index == 0 { "" } else { "," };
-            row += cell.as_ref();
-        }
-        return row;
-    }
-    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
-    let cells = cells.iter().map(|cell| cell.as_ref().replace(char::is_control, " "));
-    // Writing to memory cannot fail.
-    let bytes = writer.write_record(cells).ok().and_then(|()| writer.into_inner().ok()).unwrap_or_default();
-    String::from_utf8_lossy(&bytes).trim_end_matches('\n').to_owned()
 }
 
 /// Shortest text that reads back to the same bits; `inf` and `NaN` where it is so.

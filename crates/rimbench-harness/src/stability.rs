@@ -8,14 +8,14 @@ use super::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{NEUTRAL, RunRequest, RunSpec, predicted_growth, simulate};
-use rimbench_core::cosim::{Outcome, StopFlag};
+use rimbench_core::cosim::{Outcome, OutcomeClass, StopFlag};
 use rimbench_core::error::{Error, Result};
 use std::fmt;
 
 /// Why a macro step counts as unstable.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Instability {
-    /// The first outcome among the phases that is not `completed`.
+    /// The first outcome among the phases that is a failure.
     Run(Outcome),
     /// The macro-step map grows.
     Growth {
@@ -42,12 +42,34 @@ impl fmt::Display for Instability {
 pub struct StabilityPoint {
     /// H, s.
     pub macro_step: f64,
-    /// Share of the phases at which the run completed within bounds.
+    /// Share of the phases with an answer at which the run completed within bounds; NaN without one.
     pub fraction_stable: f64,
-    /// Why it counts as unstable, if it does.
-    pub failure: Option<Instability>,
+    /// What is known of it.
+    pub verdict: StepVerdict,
     /// Spectral radius of the macro-step map, where that was the method.
     pub spectral_radius: Option<f64>,
+}
+
+/// What is known of a macro step.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StepVerdict {
+    /// It is stable at every phase.
+    Stable,
+    /// It is unstable at some phase.
+    Unstable(Instability),
+    /// Nothing: no phase failed, and one ended in a way that says nothing, or there is no radius.
+    NoAnswer(String),
+}
+
+impl StepVerdict {
+    /// Says why it is not stable, if that is so.
+    pub fn why(&self) -> Option<String> {
+        match self {
+            StepVerdict::Stable => None,
+            StepVerdict::Unstable(why) => Some(why.to_string()),
+            StepVerdict::NoAnswer(why) => Some(format!("no answer: {why}")),
+        }
+    }
 }
 
 /// What a search found.
@@ -55,10 +77,13 @@ pub struct StabilityPoint {
 pub struct StabilityLimit {
     /// All macro steps that were tried, ascending.
     pub points: Vec<StabilityPoint>,
-    /// Largest macro step below the first unstable one that is stable at every phase, s.
+    /// Largest macro step up to which all that were tried are stable at every phase, s.
     pub last_stable: Option<f64>,
     /// Smallest macro step that is unstable at some phase, s.
     pub first_unstable: Option<f64>,
+    /// Smallest macro step below that of which nothing is known, s: the limit lies between the last stable one and the first unstable one,
+    /// and cannot be narrowed down.
+    pub no_answer: Option<f64>,
 }
 
 /// What to search for, where and how closely.
@@ -174,18 +199,22 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
             })
             .collect();
         let outcomes = outcomes?;
-        if let Some(Outcome::Skipped { reason }) = outcomes.first() {
+        if let Some(reason) = outcomes.iter().find_map(|outcome| match outcome {
+            Outcome::Skipped { reason } => Some(reason),
+            _ => None,
+        }) {
             let (scheme, case) = (&spec.scheme.name, &spec.case.name);
             return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
         }
-        let stable = outcomes.iter().filter(|outcome| **outcome == Outcome::Completed).count();
-        let failure = outcomes.iter().find(|outcome| **outcome != Outcome::Completed).cloned();
-        Ok(StabilityPoint {
-            macro_step,
-            fraction_stable: stable as f64 / outcomes.len() as f64,
-            failure: failure.map(Instability::Run),
-            spectral_radius: None,
-        })
+        let of = |class| outcomes.iter().filter(move |outcome| outcome.class() == class);
+        let (stable, failed) = (of(OutcomeClass::Completed).count(), of(OutcomeClass::Failed).count());
+        let verdict = match (of(OutcomeClass::Failed).next(), of(OutcomeClass::NoAnswer).next()) {
+            (Some(failure), _) => StepVerdict::Unstable(Instability::Run(failure.clone())),
+            (None, Some(silent)) => StepVerdict::NoAnswer(silent.to_string()),
+            (None, None) => StepVerdict::Stable,
+        };
+        let fraction_stable = stable as f64 / (stable + failed) as f64;
+        Ok(StabilityPoint { macro_step, fraction_stable, verdict, spectral_radius: None })
     })
 }
 
@@ -222,7 +251,11 @@ impl LimitSearch<'_> {
             Ok(StabilityPoint {
                 macro_step,
                 fraction_stable: f64::from(stable),
-                failure: (!stable).then_some(Instability::Growth { radius, rate }),
+                verdict: match stable {
+                    true => StepVerdict::Stable,
+                    false if radius.is_nan() => StepVerdict::NoAnswer("its growth is not known there".to_owned()),
+                    false => StepVerdict::Unstable(Instability::Growth { radius, rate }),
+                },
                 spectral_radius: Some(radius),
             })
         })
@@ -247,26 +280,25 @@ impl LimitSearch<'_> {
         };
         let points: Result<Vec<StabilityPoint>> = self.macro_steps.par_iter().map(|&step| probe(step)).collect();
         let mut points = points?;
-        let first_bad = points.iter().position(|point| point.failure.is_some());
-        let Some(first_bad) = first_bad else {
-            let last_stable = points.last().map(|point| point.macro_step);
-            return Ok(StabilityLimit { points, last_stable, first_unstable: None });
+        let first = |points: &[StabilityPoint], is: fn(&StepVerdict) -> bool| {
+            points.iter().find(|point| is(&point.verdict)).map(|point| point.macro_step)
         };
-        let mut first_unstable = points[first_bad].macro_step;
-        let Some(mut last_stable) = first_bad.checked_sub(1).map(|index| points[index].macro_step) else {
-            return Ok(StabilityLimit { points, last_stable: None, first_unstable: Some(first_unstable) });
-        };
-        while first_unstable / last_stable > 1.0 + self.relative_tolerance {
-            let middle = probe((first_unstable * last_stable).sqrt())?;
-            if middle.failure.is_some() {
-                first_unstable = middle.macro_step;
-            } else {
-                last_stable = middle.macro_step;
+        let is_unstable = |verdict: &StepVerdict| matches!(verdict, StepVerdict::Unstable(_));
+        let is_silent = |verdict: &StepVerdict| matches!(verdict, StepVerdict::NoAnswer(_));
+        loop {
+            points.sort_by(|a, b| a.macro_step.total_cmp(&b.macro_step));
+            let stable = points.iter().take_while(|point| point.verdict == StepVerdict::Stable).last();
+            let (last_stable, first_unstable) = (stable.map(|point| point.macro_step), first(&points, is_unstable));
+            let below = |silent: &f64| first_unstable.is_none_or(|unstable| *silent < unstable);
+            let no_answer = first(&points, is_silent).filter(below);
+            match (last_stable, first_unstable, no_answer) {
+                // Nothing between them is unknown: the bracket is halved.
+                (Some(low), Some(high), None) if high / low > 1.0 + self.relative_tolerance => {
+                    points.push(probe((high * low).sqrt())?);
+                }
+                _ => return Ok(StabilityLimit { points, last_stable, first_unstable, no_answer }),
             }
-            points.push(middle);
         }
-        points.sort_by(|a, b| a.macro_step.total_cmp(&b.macro_step));
-        Ok(StabilityLimit { points, last_stable: Some(last_stable), first_unstable: Some(first_unstable) })
     }
 }
 
@@ -292,6 +324,40 @@ mod tests {
         let refused = |scan: Scan| scan.resolve(&request, &Catalogue::standard()).unwrap_err().to_string();
         assert!(refused(Scan { to: Some(1.0), ..USUAL }).starts_with("to = 1 is not valid"));
         assert!(refused(Scan { phases: 0, ..USUAL }).starts_with("phases = 0 is not valid"));
+    }
+
+    /// Nobody waited for the end of a run: that is no instability.
+    #[test]
+    fn a_run_that_took_too_long_is_no_answer_and_ends_the_search_there() {
+        let (mut request, catalogue) = (RunRequest::of("wedge-box", "rim-nonsmooth-gap"), Catalogue::standard());
+        request.put("duration_s", "0.3").unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::in_folder(folder.path());
+        let search = |request: &RunRequest, macro_steps: &[f64]| {
+            let search = LimitSearch {
+                request,
+                catalogue: &catalogue,
+                macro_steps,
+                relative_tolerance: 0.1,
+                progress: &|_| {},
+                stop: StopFlag::never(),
+            };
+            stability_limit(search, &[1.0], &cache).unwrap()
+        };
+        let found = search(&request, &[2e-3, 8e-3]);
+        assert_eq!((found.last_stable, found.first_unstable, found.no_answer), (Some(8e-3), None, None));
+        let bounds = search(&request, &[2e-3]);
+        assert_eq!(bounds.points[0].verdict, StepVerdict::Stable);
+        request.put("wall_limit_s", "1e-9").unwrap();
+        // The reference is at hand, and no run has time.
+        let found = search(&request, &[2e-3, 8e-3]);
+        assert_eq!((found.last_stable, found.first_unstable, found.no_answer), (None, None, Some(2e-3)));
+        assert!(
+            found
+                .points
+                .iter()
+                .all(|point| matches!(&point.verdict, StepVerdict::NoAnswer(why) if why.contains("wall-time limit")))
+        );
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance;
-use super::results::{cost_findings, finding, findings_header, trace_name};
+use super::results::{cost_findings, findings_header, trace_name};
 use super::store::{Columns, Store, TraceMark};
 use rimbench_core::error::Result;
 use rimbench_results::checksums::sha256_of_file;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// The store of an experiment in a folder, with what else belongs to a finished run.
@@ -35,11 +36,6 @@ impl<'a> Stock<'a> {
         if !self.store.holds(&run.id, run.spec.wall_limit) {
             return false;
         }
-        // One that was stored before its audit was asked for is made again.
-        let audited = |record| finding(record, "heaviness_max").is_some_and(|cell| !cell.is_empty());
-        if run.spec.audit && !self.store.get(&run.id).is_some_and(audited) {
-            return false;
-        }
         let Some(every_s) = self.experiment.trace_of(&run.label) else { return true };
         let path = self.folder.join("traces").join(trace_name(&run.id));
         let found = || Some(TraceMark { every_s, sha256: sha256_of_file(&path)? });
@@ -49,9 +45,12 @@ impl<'a> Stock<'a> {
             .is_some_and(|kept| found().as_ref() == Some(kept))
     }
 
-    /// Positions of the runs that are still to be computed.
+    /// Positions of the runs that are still to be computed; of one that has several labels the first.
     pub(super) fn missing(&self, planned: &[PlannedRun]) -> Vec<usize> {
-        (0..planned.len()).filter(|&index| !self.has(&planned[index])).collect()
+        let mut seen = HashSet::new();
+        (0..planned.len())
+            .filter(|&index| !self.has(&planned[index]) && seen.insert(planned[index].id.as_str()))
+            .collect()
     }
 }
 

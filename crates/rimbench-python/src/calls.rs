@@ -253,7 +253,7 @@ pub fn run(
         let experiment = Experiment::read(&file)?;
         let folder = out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         let job = Job { quick, fresh, ..Job::new(&experiment, everything(), &folder, &cache, &rimbench::BUILD) };
-        let told = |step: Step<'_>| {
+        let told = |step: Step| {
             match step {
                 Step::ToDo(runs) => count.total.store(runs, Ordering::Relaxed),
                 Step::Done(_) => drop(count.done.fetch_add(1, Ordering::Relaxed)),

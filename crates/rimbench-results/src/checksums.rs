@@ -11,7 +11,7 @@
 use super::atomic_file::write_atomically;
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -60,7 +60,8 @@ pub fn hex(bytes: &[u8]) -> String {
 /// [`Error::File`].
 pub fn write(folder: &Path, files: impl IntoIterator<Item = String>) -> Result<()> {
     let mut lines = String::new();
-    for name in files {
+    let mut written = HashSet::new();
+    for name in files.into_iter().filter(|name| written.insert(name.clone())) {
         let path = folder.join(&name);
         let sum = sha256_of_file(&path).ok_or_else(|| Error::file(&path, "has gone while results were written"))?;
         lines += &format!("{sum}  {name}\n");

@@ -2,9 +2,9 @@
 //! anew can be told to be the same.
 //!
 //! ```text
-//! summary.csv   one row per case, set, scheme row, macro step and tolerance: runs, how many completed, quartiles of some metrics;
+//! summary.csv   one row per case, set, scheme row, macro step and tolerance: runs by what they say, quartiles of some metrics;
 //!               where settings are drawn, all of a case and a point of its grid in one row, with the error that has no unit
-//! digest.toml   numerics version, number of rows, checksums of runs.csv and summary.csv
+//! digest.toml   numerics version, number of rows, checksums of the plan, of runs.csv and of summary.csv
 //! ```
 
 use super::atomic_file::write_atomically;
@@ -44,6 +44,9 @@ const POOLED_METRIC: &str = SUMMARY_METRICS[1];
 /// What the quartiles are called, behind the name of the metric.
 const QUARTILES: [&str; 3] = ["_q1", "_median", "_q3"];
 
+/// Columns that count the runs.
+const COUNTS: [&str; 4] = ["runs", "completed", "failed", "no_answer"];
+
 /// A row of the summary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SummaryRow {
@@ -53,6 +56,10 @@ pub struct SummaryRow {
     pub runs: usize,
     /// How many of them completed.
     pub completed: usize,
+    /// How many did not hold.
+    pub failed: usize,
+    /// How many say nothing, skipped ones only where they are among the runs.
+    pub no_answer: usize,
     /// Quartiles of [`SUMMARY_METRICS`] over those that did; NaN where none has a value.
     pub quartiles: [[f64; 3]; SUMMARY_METRICS.len()],
     /// The largest error over those that did, where settings are pooled.
@@ -70,6 +77,8 @@ pub struct Digest {
     pub numerics_version: u32,
     /// Number of runs.
     pub rows: usize,
+    /// SHA-256 of what was planned, hexadecimal; none of a digest from before it was kept.
+    pub plan_sha256: Option<String>,
     /// SHA-256 of `runs.csv`, hexadecimal.
     pub runs_sha256: String,
     /// SHA-256 of `summary.csv`, hexadecimal.
@@ -84,9 +93,9 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
     let is_kept = |name: &&str| pooled.is_empty() || *name == POOLED_METRIC;
     let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok().filter(|_| is_kept(&name)));
     let row = |(keys, runs): ([String; SUMMARY_KEYS.len()], Runs<'_>)| {
-        let completed = runs.completed();
+        let (completed, tally) = (runs.completed(), runs.tally());
         // Of settings without a reference there is nothing to tell.
-        let tried = runs.select(|row| !runs.is_skipped(row));
+        let no_answer = tally.no_answer + if pooled.is_empty() { tally.skipped } else { 0 };
         let pool =
             |column: Option<usize>| completed.pool(|row| column.map_or(f64::NAN, |column| table.number(row, column)));
         let worst = || {
@@ -97,8 +106,10 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
         };
         SummaryRow {
             keys,
-            runs: if pooled.is_empty() { runs.rows().len() } else { tried.rows().len() },
-            completed: completed.rows().len(),
+            runs: tally.completed + tally.failed + no_answer,
+            completed: tally.completed,
+            failed: tally.failed,
+            no_answer,
             quartiles: metrics.map(|column| pool(column).quartiles()),
             worst: (!pooled.is_empty()).then(worst),
         }
@@ -120,11 +131,11 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
     Ok(groups.into_iter().map(|(keys, rows)| row((keys, runs.with_rows(rows)))).collect())
 }
 
-/// Writes `summary.csv` and `digest.toml` beside `runs.csv`; drawn settings are pooled.
+/// Writes `summary.csv` and `digest.toml` beside `runs.csv`, the rows of what was planned, by its checksum; drawn settings are pooled.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub fn keep(folder: &Path, pooled: &PooledSets) -> Result<()> {
+pub fn keep(folder: &Path, pooled: &PooledSets, plan_sha256: &str) -> Result<()> {
     let path = folder.join("runs.csv");
     let runs = read_table(&path)?;
     let rows = summarise(&runs, pooled)?;
@@ -134,7 +145,7 @@ pub fn keep(folder: &Path, pooled: &PooledSets) -> Result<()> {
         let mut table = csv::Writer::from_writer(file);
         table.write_record(&header)?;
         for row in &rows {
-            let counts = [row.runs, row.completed].map(|count| count.to_string());
+            let counts = [row.runs, row.completed, row.failed, row.no_answer].map(|count| count.to_string());
             let metrics = if row.worst.is_some() { &row.quartiles[1..2] } else { &row.quartiles[..] };
             let values = metrics.iter().flatten().copied().chain(row.worst).map(short);
             table.write_record(row.keys.iter().cloned().chain(counts).chain(values))?;
@@ -144,7 +155,7 @@ pub fn keep(folder: &Path, pooled: &PooledSets) -> Result<()> {
     let sum = |path: &Path| sha256_of_file(path).ok_or_else(|| Error::file(path, "has gone as soon as it was written"));
     let (runs_sha256, summary_sha256) = (sum(&path)?, sum(&summary)?);
     let text = format!(
-        "numerics_version = {NUMERICS_VERSION}\nrows = {}\nruns_sha256 = \"{runs_sha256}\"\nsummary_sha256 = \"{summary_sha256}\"\n",
+        "numerics_version = {NUMERICS_VERSION}\nrows = {}\nplan_sha256 = \"{plan_sha256}\"\nruns_sha256 = \"{runs_sha256}\"\nsummary_sha256 = \"{summary_sha256}\"\n",
         runs.len()
     );
     write_atomically(&folder.join(DIGEST), |file| file.write_all(text.as_bytes()))
@@ -154,7 +165,7 @@ fn header(pooled: bool) -> Vec<String> {
     let metrics = if pooled { &[POOLED_METRIC][..] } else { &SUMMARY_METRICS };
     let quartiles = metrics.iter().flat_map(|metric| QUARTILES.map(|quartile| format!("{metric}{quartile}")));
     let worst = pooled.then(|| format!("{POOLED_METRIC}_worst"));
-    SUMMARY_KEYS.into_iter().chain(["runs", "completed"]).map(str::to_owned).chain(quartiles).chain(worst).collect()
+    SUMMARY_KEYS.into_iter().chain(COUNTS).map(str::to_owned).chain(quartiles).chain(worst).collect()
 }
 
 /// Six significant digits: what is read is the size of a number, and its last digits are in the digest.
@@ -180,22 +191,32 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
         return Err(Error::file(folder.join(DIGEST), message));
     }
     let table = read_table(&path)?;
-    let pooled = table.names() == header(true);
-    if !pooled && table.names() != header(false) {
+    // Before there were classes, what did not complete had failed.
+    let (old, names) = (table.column(COUNTS[2]).is_err(), table.names());
+    let is = |pooled: bool| {
+        let counts = if old { &COUNTS[2..] } else { &[] };
+        names.iter().eq(header(pooled).iter().filter(|name| !counts.contains(&name.as_str())))
+    };
+    let pooled = is(true);
+    if !pooled && !is(false) {
         return Err(Error::file(&path, "has other columns than this program writes: run the experiment again"));
     }
-    let first = SUMMARY_KEYS.len();
-    let quartile = |row: usize, metric: usize, quartile: usize| match (pooled, SUMMARY_METRICS[metric]) {
-        (false, _) => table.number(row, first + 2 + QUARTILES.len() * metric + quartile),
-        (true, POOLED_METRIC) => table.number(row, first + 2 + quartile),
-        (true, _) => f64::NAN,
-    };
-    let row = |row: usize| SummaryRow {
-        keys: std::array::from_fn(|column| table.text(row, column).to_owned()),
-        runs: table.number(row, first) as usize,
-        completed: table.number(row, first + 1) as usize,
-        quartiles: std::array::from_fn(|metric| std::array::from_fn(|place| quartile(row, metric, place))),
-        worst: pooled.then(|| table.number(row, first + 2 + QUARTILES.len())),
+    let column = |name: &str| table.column(name).ok();
+    let quartiles = SUMMARY_METRICS.map(|metric| QUARTILES.map(|quartile| column(&format!("{metric}{quartile}"))));
+    let number = |row: usize, column: Option<usize>| column.map_or(f64::NAN, |column| table.number(row, column));
+    let [runs, completed, failed, no_answer] = COUNTS.map(column);
+    let worst = column(&format!("{POOLED_METRIC}_worst"));
+    let row = |row: usize| {
+        let count = |column| number(row, column) as usize;
+        SummaryRow {
+            keys: std::array::from_fn(|column| table.text(row, column).to_owned()),
+            runs: count(runs),
+            completed: count(completed),
+            failed: if old { count(runs) - count(completed) } else { count(failed) },
+            no_answer: if old { 0 } else { count(no_answer) },
+            quartiles: quartiles.map(|metric| metric.map(|column| number(row, column))),
+            worst: worst.map(|column| table.number(row, column)),
+        }
     };
     Ok((0..table.len()).map(row).collect())
 }
@@ -212,7 +233,8 @@ impl Digest {
         let digest: Digest =
             toml::from_str(&text).map_err(|error| wrong(said_at(&text, error.span(), error.message())))?;
         let is_sum = |sum: &String| sum.len() == 64 && sum.bytes().all(|byte| byte.is_ascii_hexdigit());
-        if let Some(sum) = [&digest.runs_sha256, &digest.summary_sha256].into_iter().find(|sum| !is_sum(sum)) {
+        let sums = [&digest.runs_sha256, &digest.summary_sha256].into_iter().chain(&digest.plan_sha256);
+        if let Some(sum) = sums.into_iter().find(|sum| !is_sum(sum)) {
             return Err(wrong(format!("`{sum}` is no SHA-256")));
         }
         Ok(digest)
@@ -245,7 +267,7 @@ mod tests {
     fn results() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("runs.csv"), RUNS).unwrap();
-        keep(folder.path(), &PooledSets::new()).unwrap();
+        keep(folder.path(), &PooledSets::new(), &"0".repeat(64)).unwrap();
         folder
     }
 
@@ -258,9 +280,34 @@ mod tests {
         assert_eq!(rows[0].quartiles[4], [1e-3; 3]);
         assert_eq!((rows[1].runs, rows[1].completed, rows[1].keys[2].as_str()), (1, 0, "y"));
         assert!(rows[1].quartiles.as_flattened().iter().all(|value| value.is_nan()));
+        // A run that took too long is no failure.
+        assert_eq!([&rows[0], &rows[1]].map(|row| [row.failed, row.no_answer]), [[1, 0], [0, 1]]);
         let digest = Digest::read(folder.path()).unwrap();
         assert_eq!(digest.rows, 4);
         digest.check_rows(folder.path()).unwrap();
+    }
+
+    #[test]
+    fn a_summary_from_before_there_were_classes_is_read() {
+        let folder = results();
+        let path = |name: &str| folder.path().join(name);
+        let [summary, digest] = [SUMMARY, DIGEST].map(|name| std::fs::read_to_string(path(name)).unwrap());
+        let cut = |line: &str| {
+            line.split(',')
+                .enumerate()
+                .filter(|(at, _)| ![7, 8].contains(at))
+                .map(|(_, cell)| cell.to_owned())
+                .collect::<Vec<_>>()
+                .join(",")
+        };
+        let old = summary.lines().map(|line| cut(line) + "\n").collect::<String>();
+        std::fs::write(path(SUMMARY), &old).unwrap();
+        let sums = [&path(SUMMARY)].map(|path| sha256_of_file(path).unwrap());
+        let own = Digest::read(folder.path()).unwrap().summary_sha256;
+        std::fs::write(path(DIGEST), digest.replace(&own, &sums[0])).unwrap();
+        let rows = read_summary(folder.path()).unwrap();
+        assert_eq!([&rows[0], &rows[1]].map(|row| [row.runs, row.completed, row.failed]), [[3, 2, 1], [1, 0, 1]]);
+        assert_eq!(rows[0].quartiles[0], [1.5, 2.0, 2.5]);
     }
 
     #[test]
@@ -278,7 +325,7 @@ mod tests {
             }
         }
         std::fs::write(folder.path().join("runs.csv"), runs).unwrap();
-        keep(folder.path(), &pooled).unwrap();
+        keep(folder.path(), &pooled, &"0".repeat(64)).unwrap();
         let rows = read_summary(folder.path()).unwrap();
         assert_eq!(
             rows.iter().map(|row| [&*row.keys[0], &*row.keys[1]]).collect::<Vec<_>>(),

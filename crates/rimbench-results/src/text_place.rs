@@ -22,7 +22,14 @@ pub fn said_at(text: &str, place: Option<Range<usize>>, message: &str) -> String
     let line = text[start..].lines().next().unwrap_or_default();
     let here =
         if line.chars().count() <= REPEATED { line } else { text[place.start..].lines().next().unwrap_or_default() };
-    let message = shortened_line(&message);
+    // As in a path of Windows.
+    let escaped = line.contains('"') && line.contains('\\') && message.contains("escape");
+    let hint = if escaped {
+        "; in double quotes a backslash begins an escape: write a path with `/`, or in single quotes"
+    } else {
+        ""
+    };
+    let message = shortened_line(&message) + hint;
     format!("line {}, column {column}: `{}`: {message}", line_of(text, place.start), shortened(here.trim()))
 }
 
@@ -43,6 +50,11 @@ mod tests {
         let text = "a = 1\nsteps = 5e-3\n";
         assert_eq!(said_at(text, Some(14..18), "no list"), "line 2, column 9: `steps = 5e-3`: no list");
         assert_eq!(said_at(text, None, "no list\n"), "no list");
+        // What the reader of TOML itself says of a path of Windows.
+        let text = "file = \"C:\\models\\arm.fmu\"\n";
+        let error = toml::from_str::<toml::Table>(text).unwrap_err();
+        let said = said_at(text, error.span(), error.message());
+        assert!(said.contains("write a path with `/`, or in single quotes"), "{said}");
         let long = format!("a = 1\nb = \"{}\"\n", "x".repeat(400_000));
         let said = said_at(&long, Some(10..14), &"y".repeat(400_000));
         assert!(said.starts_with("line 2, column 5: `\"xxxx") && said.len() < 1000, "{said}");

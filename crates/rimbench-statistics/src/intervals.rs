@@ -1,30 +1,6 @@
-//! The fence of a history, and intervals for ratios of times.
+//! Intervals for ratios of times.
 
-use crate::quantile;
 use std::f64::consts::FRAC_PI_2;
-
-/// What a count may be without counting as changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fence {
-    /// Less is an improvement.
-    pub low: f64,
-    /// More is a regression.
-    pub high: f64,
-}
-
-/// Interquartile ranges beyond the quartiles (Tukey's far out).
-const FAR_OUT: f64 = 3.0;
-
-/// Builds the fence of a stretch of history without steps; `floor` is the part of the median below which nothing counts.
-///
-/// ```text
-/// high = max(Q3 + 3 IQR, (1 + floor) Q2)        low = min(Q1 − 3 IQR, (1 − floor) Q2)
-/// ```
-pub fn fence(values: &[f64], floor: f64) -> Fence {
-    let [q1, q2, q3] = [0.25, 0.5, 0.75].map(|p| quantile(values, p));
-    let reach = FAR_OUT * (q3 - q1);
-    Fence { low: (q1 - reach).min((1.0 - floor) * q2), high: (q3 + reach).max((1.0 + floor) * q2) }
-}
 
 /// Logarithms of ratios of two times measured back to back, reduced to what an interval needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,13 +89,6 @@ fn student(freedom: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_fence_is_as_wide_as_the_history_but_never_below_the_floor() {
-        assert_eq!(fence(&[1000.0], 0.002), Fence { low: 998.0, high: 1002.0 });
-        // Q1 = 990, Q3 = 1010, so three times 20 on either side.
-        assert_eq!(fence(&[980.0, 990.0, 1000.0, 1010.0, 1020.0], 0.002), Fence { low: 930.0, high: 1070.0 });
-    }
 
     #[test]
     fn the_interval_of_a_share_is_wilson_s() {

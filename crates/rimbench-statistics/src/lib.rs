@@ -18,7 +18,7 @@ mod table;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::{Costed, ratios_at_equal_cost};
-pub use intervals::{Fence, TimeSummary, fence, ratio_interval, wilson_interval};
+pub use intervals::{TimeSummary, ratio_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
 pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
 pub use pool::{Pool, by_abscissa, order_of_medians};

@@ -6,8 +6,10 @@
 
 use crate::pool::{Pool, by_abscissa};
 use crate::table::ResultsTable;
-use rimbench_core::error::Result;
+use rimbench_core::cosim::{OutcomeClass, OutcomeKind};
+use rimbench_core::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// The word that selects all cases, or all sets of parameters.
 pub const ALL: &str = "all";
@@ -18,6 +20,8 @@ pub struct Runs<'t> {
     table: &'t ResultsTable,
     rows: Vec<usize>,
     columns: Columns,
+    /// Of every row of the table.
+    outcomes: Arc<[OutcomeKind]>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -36,8 +40,45 @@ pub struct Pooled {
     pub x: f64,
     /// Values of those that completed.
     pub pool: Pool,
-    /// Share of the runs, skipped ones aside, that did not complete.
-    pub lost: f64,
+    /// What became of all of them.
+    pub tally: Tally,
+}
+
+/// How many runs say what of their coupling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Tally {
+    /// It holds.
+    pub completed: usize,
+    /// It does not hold.
+    pub failed: usize,
+    /// Nothing, though they were run.
+    pub no_answer: usize,
+    /// Nothing, because they were not run.
+    pub skipped: usize,
+}
+
+impl Tally {
+    /// Number of runs, skipped ones aside.
+    pub fn run(&self) -> usize {
+        self.completed + self.failed + self.no_answer
+    }
+
+    /// Share of the answers that are failures; 0 without an answer.
+    pub fn failed_share(&self) -> f64 {
+        let answers = self.completed + self.failed;
+        if answers == 0 { 0.0 } else { self.failed as f64 / answers as f64 }
+    }
+
+    /// Share of the answers that are completed runs; none without an answer.
+    pub fn completed_share(&self) -> Option<f64> {
+        let answers = self.completed + self.failed;
+        (answers > 0).then(|| self.completed as f64 / answers as f64)
+    }
+
+    /// Share of the runs, skipped ones aside, that gave no answer.
+    pub fn silent_share(&self) -> f64 {
+        if self.run() == 0 { 0.0 } else { self.no_answer as f64 / self.run() as f64 }
+    }
 }
 
 /// What an error must exceed to say more than that it is small: the uncertainty of the reference.
@@ -53,7 +94,7 @@ impl<'t> Runs<'t> {
     /// Takes all runs of a table.
     ///
     /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    /// [`Error::File`] for a column that is not there, or a word that is no outcome.
     pub fn of(table: &'t ResultsTable) -> Result<Self> {
         let columns = Columns {
             case: table.column("case")?,
@@ -62,7 +103,12 @@ impl<'t> Runs<'t> {
             macro_step: table.column("macro_step_s")?,
             outcome: table.column("outcome")?,
         };
-        Ok(Runs { table, rows: (0..table.len()).collect(), columns })
+        let outcome = |row: usize| {
+            let place = |error| Error::file(table.path(), format!("row {}: {error}", row + 1));
+            table.text(row, columns.outcome).parse().map_err(place)
+        };
+        let outcomes = (0..table.len()).map(outcome).collect::<Result<_>>()?;
+        Ok(Runs { table, rows: (0..table.len()).collect(), columns, outcomes })
     }
 
     /// Returns the table.
@@ -77,7 +123,7 @@ impl<'t> Runs<'t> {
 
     /// Takes other rows of the same table, in the order asked for.
     pub fn with_rows(&self, rows: Vec<usize>) -> Self {
-        Runs { rows, ..*self }
+        Runs { rows, outcomes: Arc::clone(&self.outcomes), ..*self }
     }
 
     /// Selects rows.
@@ -149,18 +195,37 @@ impl<'t> Runs<'t> {
     }
 
     /// Returns how a run ended.
-    pub fn outcome(&self, row: usize) -> &'t str {
-        self.table.text(row, self.columns.outcome)
+    pub fn kind(&self, row: usize) -> OutcomeKind {
+        self.outcomes[row]
+    }
+
+    /// Says what a run counts as.
+    pub fn class(&self, row: usize) -> OutcomeClass {
+        self.outcomes[row].class()
     }
 
     /// Tells whether a run reached its end within bounds.
     pub fn is_completed(&self, row: usize) -> bool {
-        self.outcome(row) == "completed"
+        self.class(row) == OutcomeClass::Completed
     }
 
     /// Tells whether a run was left out for a reason.
     pub fn is_skipped(&self, row: usize) -> bool {
-        self.outcome(row) == "skipped"
+        !self.outcomes[row].was_run()
+    }
+
+    /// Counts the runs by what they say.
+    pub fn tally(&self) -> Tally {
+        let mut tally = Tally::default();
+        for &row in &self.rows {
+            *match self.class(row) {
+                OutcomeClass::Completed => &mut tally.completed,
+                OutcomeClass::Failed => &mut tally.failed,
+                OutcomeClass::NoAnswer if self.is_skipped(row) => &mut tally.skipped,
+                OutcomeClass::NoAnswer => &mut tally.no_answer,
+            } += 1;
+        }
+        tally
     }
 
     /// Returns the macro step of a run, s.
@@ -173,10 +238,9 @@ impl<'t> Runs<'t> {
         (self.macro_step(row) * 1e9).round() / 1e6
     }
 
-    /// Returns the share of the runs, skipped ones aside, that completed; none if all were skipped.
+    /// Returns the share of the runs with an answer that completed; none if none has one.
     pub fn share_completed(&self) -> Option<f64> {
-        let tried = self.rows.iter().filter(|&&row| !self.is_skipped(row)).count();
-        (tried > 0).then(|| self.completed().rows.len() as f64 / tried as f64)
+        self.tally().completed_share()
     }
 
     /// Groups runs with equal abscissas, by ascending abscissa; runs without one are left out.
@@ -225,11 +289,7 @@ impl<'t> Runs<'t> {
 
     /// Pools a value of the completed runs at each abscissa.
     pub fn over(&self, x: impl Fn(usize) -> f64, value: impl Fn(usize) -> f64) -> Vec<Pooled> {
-        let pooled = |(x, runs): (f64, Self)| Pooled {
-            x,
-            pool: runs.completed().pool(&value),
-            lost: runs.share_completed().map_or(0.0, |share| 1.0 - share),
-        };
+        let pooled = |(x, runs): (f64, Self)| Pooled { x, pool: runs.completed().pool(&value), tally: runs.tally() };
         self.by(x).into_iter().map(pooled).collect()
     }
 
@@ -299,13 +359,30 @@ mod tests {
         let runs = Runs::of(&table).unwrap();
         let error = |row: usize| table.number(row, 6);
         let points = runs.over(|row| runs.macro_step_ms(row), error);
-        assert_eq!((points[0].x, points[0].lost, points[0].pool.median()), (1.0, 0.5, Some(1.0)));
-        assert_eq!((points[1].x, points[1].lost, points[1].pool.range()), (2.0, 0.0, Some([3.0, 5.0])));
+        assert_eq!((points[0].x, points[0].tally.failed_share(), points[0].pool.median()), (1.0, 0.5, Some(1.0)));
+        assert_eq!((points[1].x, points[1].tally.failed_share(), points[1].pool.range()), (2.0, 0.0, Some([3.0, 5.0])));
         assert_eq!(runs.of_label("y").share_completed(), Some(1.0));
         assert_eq!(runs.with_rows(vec![3]).share_completed(), None);
         let groups = runs.by_columns(["case", "macro_step_s"]).unwrap();
         assert_eq!(groups.iter().map(|(key, runs)| (key[0], runs.rows().len())).collect::<Vec<_>>().len(), 4);
         assert_eq!((groups[0].0, groups[0].1.rows()), (["a", "0.001"], &[0, 1][..]));
+    }
+
+    #[test]
+    fn what_gave_no_answer_is_no_failure_and_in_no_share() {
+        let table = table(
+            "label,case,set,macro_step_s,outcome\nx,a,,1,completed\nx,a,,1,timeout\nx,a,,1,panicked\nx,a,,1,diverged\n\
+             x,a,,1,skipped\ny,a,,1,timeout",
+        );
+        let runs = Runs::of(&table).unwrap();
+        let tally = runs.of_label("x").tally();
+        assert_eq!(tally, Tally { completed: 1, failed: 1, no_answer: 2, skipped: 1 });
+        assert_eq!((tally.failed_share(), tally.silent_share()), (0.5, 0.5));
+        let only = runs.of_label("y");
+        assert_eq!(
+            (only.share_completed(), only.tally().failed_share(), only.tally().silent_share()),
+            (None, 0.0, 1.0)
+        );
     }
 
     #[test]

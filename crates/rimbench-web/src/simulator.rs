@@ -42,7 +42,7 @@ impl Simulator {
     ///   set.PARAMETER VALUE    a parameter of the case
     /// reference                with the same lines: the trajectory that runs are held against
     /// ```
-    /// A run is answered by `run_id`, `outcome`, `outcome_at_s`, `reason`, every metric that has a value, the exact counters, `columns`, and its rows
+    /// A run is answered by `run_id`, `outcome`, `outcome_class`, `outcome_at_s`, `reason`, every metric that has a value, the exact counters, `columns`, and its rows
     /// at communication points; a reference by `columns` and its rows. What runs are held against here are both sides stepped together
     /// by the case's own reference method at [`COARSER`] times its coarsest step, so that a page need not wait: on the wedge box that
     /// is within 0.02 N rms of the program's reference.
@@ -147,7 +147,7 @@ fn reference(spec: &RunSpec) -> Result<Reference> {
 fn words(spec: &RunSpec, run: &EvaluatedRun) -> String {
     let mut words = String::new();
     let _ = writeln!(words, "run_id {}", spec.id());
-    let _ = writeln!(words, "outcome {}", run.outcome.name());
+    let _ = writeln!(words, "outcome {}\noutcome_class {}", run.outcome.name(), run.outcome.class());
     if let Some(at_s) = run.outcome.at_s() {
         let _ = writeln!(words, "outcome_at_s {at_s:?}");
     }

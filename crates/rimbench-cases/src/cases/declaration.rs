@@ -131,7 +131,7 @@ macro_rules! choices {
 ///         modes: u32 = 4, 1..=20, "number of modes";                      // default, valid values
 ///         length_m: f64 = 2.0, Positive, "length" study 1.0..3.0;         // and a sensible range for studies
 ///         density_kg_m3: f64 = 7800.0, Positive, "density" from "steel";  // a source of its own
-///         tilt_rad: f64 = 0.0, Finite, "slope" when support = "clamped";  // of use with that choice only
+///         tilt_rad: f64 = 0.0, Finite, "slope" when support = "clamped";  // of use with that choice, or `> number`, only
 ///         /// Two parameters of a set that cases share, with a default of this case.
 ///         contacts: Contacts only { stabilisation; restitution = 0.5 };
 ///     }
@@ -268,7 +268,7 @@ mod tests {
             assert_eq!(names.len(), case.parameters.len(), "{}: a parameter stands twice", case.name);
             for Parameter { name, study, only_with, .. } in &case.parameters {
                 for [choice, needed] in *only_with {
-                    case.default_parameters().set(choice, needed).unwrap();
+                    case.default_parameters().set(choice, &needed.replace("> 0", "1")).unwrap();
                 }
                 let Some([least, most]) = study else { continue };
                 let mut parameters = case.default_parameters();

@@ -2,6 +2,7 @@
 
 use crate::models::{Carriage, LineMass};
 use nalgebra::{SMatrix, SVector};
+use rimbench_core::cosim::StopFlag;
 
 /// `[x, ẋ, x_a, ẋ_a, sin, cos, 1]`.
 pub(super) type State = SVector<f64, 7>;
@@ -150,8 +151,8 @@ impl EventDriven {
     }
 
     /// Works the solution out up to `end` (s).
-    fn extend_to(&mut self, end: f64) {
-        while self.time < end {
+    fn extend_to(&mut self, end: f64, flag: StopFlag<'_>) {
+        while self.time < end && flag.check().is_ok() {
             let next = self.steps[usize::from(self.stuck.is_some())] * self.state;
             let event = match self.stuck {
                 Some(stop) => self.releases(&next, stop).then_some(stop),
@@ -222,9 +223,12 @@ impl EventDriven {
         after
     }
 
-    /// The state at time `t`, and whether a stop holds the mass.
-    pub(super) fn at(&mut self, t: f64) -> (State, bool) {
-        self.extend_to(t);
+    /// The state at time `t`, and whether a stop holds the mass; no numbers if the flag was raised before it was found.
+    pub(super) fn at(&mut self, t: f64, flag: StopFlag<'_>) -> (State, bool) {
+        self.extend_to(t, flag);
+        if self.time < t {
+            return (State::repeat(f64::NAN), false);
+        }
         let piece = &self.pieces[self.pieces.partition_point(|piece| piece.since <= t).saturating_sub(1)];
         ((self.of(piece.stuck) * (t - piece.since)).exp() * piece.state, piece.stuck.is_some())
     }
@@ -232,7 +236,7 @@ impl EventDriven {
     /// All impacts up to time `t`.
     #[cfg(test)]
     pub(super) fn impacts(&mut self, t: f64) -> &[Impact] {
-        self.extend_to(t);
+        self.extend_to(t, StopFlag::never());
         &self.impacts[..self.impacts.partition_point(|impact| impact.time <= t)]
     }
 }

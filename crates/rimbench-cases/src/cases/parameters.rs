@@ -149,9 +149,10 @@ impl Parameters {
             for [choice, needed] in *only_with {
                 let chosen =
                     self.iter().find(|(parameter, _)| parameter.name == *choice).map(|(_, chosen)| chosen.to_string());
-                if let Some(chosen) = chosen.filter(|chosen| chosen != needed) {
+                if let Some(chosen) = chosen.filter(|chosen| !is_met(chosen, needed)) {
+                    let sign = if needed.starts_with('>') { "" } else { "= " };
                     let message =
-                        format!("{name} = {value} has no effect with {choice} = {chosen}: set {choice} = {needed}");
+                        format!("{name} = {value} has no effect with {choice} = {chosen}: set {choice} {sign}{needed}");
                     return Err(Error::Incompatible(message));
                 }
             }
@@ -184,6 +185,12 @@ impl Parameters {
     pub fn changed(&self) -> String {
         written(self.iter().filter(|(parameter, value)| **value != parameter.default))
     }
+}
+
+/// Whether a choice is the one that is needed, or a number above that of `> number`.
+fn is_met(chosen: &str, needed: &str) -> bool {
+    let above = needed.strip_prefix("> ").and_then(|bound| Some((chosen.parse::<f64>().ok()?, bound.parse().ok()?)));
+    above.map_or(chosen == needed, |(number, bound): (f64, f64)| number > bound)
 }
 
 fn written<'a>(pairs: impl Iterator<Item = (&'a Parameter, &'a Value)>) -> String {

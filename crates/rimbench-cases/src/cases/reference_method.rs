@@ -4,8 +4,9 @@ use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::Failure;
 use rimbench_core::mechanics::ReferenceSteps;
 
-/// Writes the whole row of recorded columns for a time in seconds.
-pub type ExactSolution = Box<dyn Fn(f64, &mut [f64]) + Send + Sync>;
+/// Writes the whole row of recorded columns for a time in seconds. One that takes longer than a moment looks at the flag, and leaves a row
+/// without numbers when it is raised.
+pub type ExactSolution = Box<dyn Fn(f64, StopFlag<'_>, &mut [f64]) + Send + Sync>;
 
 /// Integrates the whole system with steps as given, and writes a row wherever one is due. Looks at the flag in every step.
 pub type OwnIntegrator =

@@ -108,8 +108,8 @@ fn model(mass: &DrivenMass, contact_names: Vec<Name>) -> Result<LineMasses> {
 fn solution(mass: DrivenMass) -> ExactSolution {
     let solved = Mutex::new(EventDriven::new(mass.clone()));
     let stops = mass.stops.len();
-    Box::new(move |t, row| {
-        let (z, stuck) = solved.lock().unwrap_or_else(PoisonError::into_inner).at(t);
+    Box::new(move |t, stop, row| {
+        let (z, stuck) = solved.lock().unwrap_or_else(PoisonError::into_inner).at(t, stop);
         let force = mass.force(&z);
         let effective_mass = if stuck { f64::INFINITY } else { mass.body.mass };
         row[..8].copy_from_slice(&[t, z[0], z[1], force, force, z[2], z[3], effective_mass]);
@@ -249,6 +249,7 @@ pub(super) fn slider() -> Case {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rimbench_core::cosim::StopFlag;
     use std::f64::consts::TAU;
 
     #[test]
@@ -264,7 +265,7 @@ mod tests {
         for (n, impact) in impacts.iter().enumerate().take(100) {
             approx::assert_relative_eq!(impact.velocity, -4.429447 * 0.9_f64.powi(n as i32), max_relative = 1e-6);
         }
-        let (rest, stuck) = solution.at(9.0);
+        let (rest, stuck) = solution.at(9.0, StopFlag::never());
         assert!(stuck && rest[0] == 0.0 && rest[1] == 0.0);
     }
 
@@ -273,7 +274,7 @@ mod tests {
         // No damping: energy of ball, carriage and springs is constant but for ½ m (1 − e²) V² per impact.
         let parameters = bouncing_ball().default_parameters();
         let energy = |solution: &mut EventDriven, t: f64| {
-            let (z, _) = solution.at(t);
+            let (z, _) = solution.at(t, StopFlag::never());
             let kinetic = 0.5 * z[1] * z[1] + 0.05 * z[3] * z[3];
             kinetic + 9.81 * z[0] + (z[2] - z[0]).powi(2) + 2.5 * (z[2] - 1.0).powi(2)
         };

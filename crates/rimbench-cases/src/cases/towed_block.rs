@@ -180,7 +180,7 @@ impl Cycle {
 /// The closed form, as rows of the trace.
 fn exact(p: &Towed) -> ExactSolution {
     let cycle = Cycle::of(p);
-    Box::new(move |t, row| {
+    Box::new(move |t, _, row| {
         let (extension, velocity, sticks) = cycle.at(t);
         let force = cycle.stiffness * extension;
         let (effective_mass, friction, state) = if sticks {

@@ -340,7 +340,7 @@ impl TwoMasses {
         let generator = self.generator();
         let [first, second] = self.bodies.map(|body| body.start);
         let start = Vector5::new(first[0], second[0], first[1], second[1], 1.0);
-        Box::new(move |t, row| {
+        Box::new(move |t, _, row| {
             let z = (generator * t).exp() * start;
             self.write(t, z.fixed_rows::<4>(0).into_owned(), row);
         })

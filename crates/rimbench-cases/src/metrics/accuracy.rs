@@ -66,7 +66,7 @@ metrics! {
         })
     };
 
-    POSITION_ERROR_END: "position_error_end_m" in "m" above super::POSITION_FLOOR,
+    POSITION_ERROR_END: "position_error_end_m" in "m" (signed) above super::POSITION_FLOOR,
     "Interface position minus the reference's at the last communication point reached"
     => |evidence| {
         worst(evidence, |row| evidence.pairs(row.position).last().map(|(own, reference)| own - reference))

@@ -72,6 +72,8 @@ pub struct Metric {
     pub unit: &'static str,
     /// The runs that it says something of; none where these are all.
     pub only: Option<Only>,
+    /// Whether it may be below 0, so that how much it is lies in its magnitude.
+    pub signed: bool,
     /// What it must exceed to say more than that it is small; none for what is no error of force or position.
     pub floor: Option<Floor>,
     /// One line.
@@ -95,20 +97,23 @@ pub enum Only {
     Claimed,
 }
 
-/// Declares metrics, one after the other: the constant, the name in data and the unit, the runs that it is for (`of`, where these are not
+/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)`, the runs that it is for (`of`, where these are not
 /// all), what it must exceed to say more than that it is small (`above`, for errors of force and position), one line about it, and how it is
 /// computed.
 macro_rules! metrics {
     (@floor) => { None };
     (@floor $floor:path) => { Some($floor) };
+    (@signed) => { false };
+    (@signed signed) => { true };
     (@only) => { None };
     (@only $only:ident) => { Some($crate::metrics::Only::$only) };
-    ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(of $only:ident)? $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
+    ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(($signed:ident))? $(of $only:ident)? $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
         $(#[$doc])*
         pub(super) const $constant: $crate::metrics::Metric = $crate::metrics::Metric {
             name: $name,
             unit: $unit,
             only: metrics!(@only $($only)?),
+            signed: metrics!(@signed $($signed)?),
             floor: metrics!(@floor $($floor)?),
             about: $about,
             compute: $compute,

@@ -2,7 +2,7 @@
 
 use super::evidence::metrics;
 use crate::runs::NEUTRAL;
-use rimbench_core::cosim::Outcome;
+use rimbench_core::cosim::OutcomeClass;
 
 metrics! {
     LAMBDA: "interface_lambda" in "-" of Split,
@@ -16,9 +16,9 @@ metrics! {
     AS_PREDICTED: "completed_as_predicted" in "-" of Claimed,
     "1 if the run completed and its coupling, linearised at the start, does not grow, or if neither; 0 if only one of the two"
     => |evidence| {
-        let completed = match evidence.report.outcome {
-            Outcome::Timeout { .. } | Outcome::Panicked { .. } => return None,
-            ref outcome => *outcome == Outcome::Completed,
+        let completed = match evidence.report.outcome.class() {
+            OutcomeClass::NoAnswer => return None,
+            class => class == OutcomeClass::Completed,
         };
         Some(f64::from(completed == (evidence.predicted_growth? <= 1.0 + NEUTRAL)))
     };

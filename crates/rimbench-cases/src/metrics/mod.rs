@@ -96,6 +96,11 @@ pub fn floor_of(name: &str) -> Option<Floor> {
     METRICS.iter().find(|metric| metric.name == name)?.floor
 }
 
+/// Tells whether a metric, by name, may be below 0.
+pub fn is_signed(name: &str) -> bool {
+    METRICS.iter().any(|metric| metric.name == name && metric.signed)
+}
+
 /// Finds the runs that a metric, by name, says something of; none where these are all, or it is no metric.
 pub fn only_of(name: &str) -> Option<Only> {
     METRICS.iter().find(|metric| metric.name == name)?.only

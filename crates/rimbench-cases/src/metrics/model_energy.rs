@@ -3,19 +3,19 @@
 use super::evidence::metrics;
 
 metrics! {
-    BY_JUMP: "created_by_jump_j" in "J" of Audit,
+    BY_JUMP: "created_by_jump_j" in "J" (signed) of Audit,
     "Energy that the interface model created (above 0) or lost as its end was replaced by that of the mechanics"
     => |evidence| evidence.report.audit.model.map(|model| model.jump);
 
-    BY_FIRST_MOMENT: "created_by_first_moment_j" in "J" of Audit,
+    BY_FIRST_MOMENT: "created_by_first_moment_j" in "J" (signed) of Audit,
     "Energy created by the bias, because the mechanics received the force at other times than it acted"
     => |evidence| evidence.report.audit.model.map(|model| model.first_moment);
 
-    BY_CONTACTS: "created_by_contacts_j" in "J" of Audit,
+    BY_CONTACTS: "created_by_contacts_j" in "J" (signed) of Audit,
     "Energy created because contacts lost less in the model, micro steps included, than in the mechanics"
     => |evidence| evidence.report.audit.model.map(|model| model.contacts);
 
-    UNFROZEN: "created_unfrozen_j" in "J" of Audit,
+    UNFROZEN: "created_unfrozen_j" in "J" (signed) of Audit,
     "Energy created because the mechanics' own steps were not those of the frozen model"
     => |evidence| evidence.report.audit.model.map(|model| model.unfrozen);
 
@@ -23,7 +23,7 @@ metrics! {
     "Most energy that the interface model created at one communication point; 0 if it created none at any"
     => |evidence| Some(evidence.report.audit.model?.largest.map_or(0.0, |jump| jump.energy));
 
-    HEAVINESS: "heaviness_max" in "-" of Audit,
+    HEAVINESS: "heaviness_max" in "-" (signed) of Audit,
     "Largest eigenvalue of H_mech − H_model over the run, relative to H_ii: above 0 the model was heavier than the mechanics"
     => |evidence| {
         // What was asked for and could not be found is no number, which is not the same as no cell.

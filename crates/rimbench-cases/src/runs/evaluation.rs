@@ -8,7 +8,7 @@ use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
-use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, Trajectory, Work, division};
+use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, OutcomeClass, StopFlag, Trajectory, Work, division};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
 
@@ -175,8 +175,12 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         None => None,
     };
     // Code from outside is not built once more.
-    let predicted_growth =
-        if spec.case.from_outside { None } else { predicted_growth(spec).ok().flatten().map(|(growth, _)| growth) };
+    let predicted_growth = match if spec.case.from_outside { Ok(None) } else { predicted_growth(spec) } {
+        Ok(found) => found.map(|(growth, _)| growth),
+        // What cannot be linearised at its start cannot be run from there either, and the outcome says why.
+        Err(_) if result.report.outcome.class() != OutcomeClass::Completed => None,
+        Err(error) => return Err(error),
+    };
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
@@ -249,7 +253,7 @@ fn exact_at(
     let case = &spec.of_the_reference().case;
     let ReferenceMethod::Exact(solution) = (case.reference)(&spec.parameters)? else { return Ok(None) };
     let mut exact = Trajectory::with_capacity(reference.trajectory.columns().to_vec(), times.len());
-    times.for_each(|time| solution(time, exact.push_row()));
+    times.for_each(|time| solution(time, StopFlag::never(), exact.push_row()));
     Ok((!exact.is_empty()).then_some(exact))
 }
 

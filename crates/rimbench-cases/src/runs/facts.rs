@@ -124,9 +124,7 @@ impl RunSpec {
         for fact in self.facts() {
             match &fact.value {
                 // Runs without it are as old as they are.
-                None if fact.name == "split" => {}
-                // It changes what is known of the run, and not the run.
-                _ if fact.name == "audit" => {}
+                None if ["split", "audit"].contains(&fact.name) => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),
@@ -191,6 +189,8 @@ mod tests {
             assert_ne!(resolved(&usual).id(), resolved(&changed).id(), "{key}");
         }
         // All but the wall limit, which is no part of what a run is.
+        let usual = resolved(&RunRequest::of("wedge-box", "rim-smooth"));
+        assert_ne!(usual.clone().audited().unwrap().id(), usual.id());
         let missing: Vec<&str> = RunRequest::OPTIONS
             .iter()
             .map(|option| option.key)

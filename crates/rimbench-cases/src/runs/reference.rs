@@ -163,8 +163,8 @@ impl Reference {
         let points = points(spec);
         let mut trajectory = Trajectory::with_capacity(columns, points + 1);
         for point in 0..=points {
+            solution(spec.duration * point as f64 / points as f64, stop, trajectory.push_row());
             stop.check().map_err(|_| Error::Stopped)?;
-            solution(spec.duration * point as f64 / points as f64, trajectory.push_row());
         }
         let count = trajectory.columns().len();
         Ok(Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0))

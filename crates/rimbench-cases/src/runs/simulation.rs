@@ -48,17 +48,27 @@ impl RunSpec {
     /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of the trajectory.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
+    /// [`Error::Incompatible`] for a scheme, a force return or a step control of which there is no such account.
     pub fn audited(self) -> Result<Self> {
-        let RunSpec { scheme, force_return, .. } = &self;
-        let why = match force_return {
-            _ if !scheme.has_model() => format!("scheme `{}` has no reduced interface model", scheme.name),
-            ForceReturn::Mean | ForceReturn::Profile => return Ok(RunSpec { audit: true, ..self }),
-            _ => format!(
+        match self.not_auditable() {
+            None => Ok(RunSpec { audit: true, ..self }),
+            Some(why) => Err(Error::Incompatible(format!("audit: {why}"))),
+        }
+    }
+
+    /// Says why there can be no account of what the interface model creates, if there can be none.
+    pub fn not_auditable(&self) -> Option<String> {
+        let RunSpec { scheme, force_return, .. } = self;
+        match force_return {
+            _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
+            _ if matches!(self.step_control, StepControl::StepDoubling(_)) => {
+                Some("step_control = step-doubling goes on with copies, of which there is no account".to_owned())
+            }
+            ForceReturn::Mean | ForceReturn::Profile => None,
+            _ => Some(format!(
                 "force return `{force_return}` is not the impulse that the model received; use `mean` or `profile`"
-            ),
-        };
-        Err(Error::Incompatible(format!("audit: {why}")))
+            )),
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::cases::{Case, Parameters};
 use crate::catalogue::Catalogue;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, ForceReturn, MechanicsIntegrator, MechanicsSteps, SecondOrder,
-    Sequence, Setup, Sides,
+    Sequence, Setup, Sides, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{ModelMotion, ModelOptions, Requirement, SchemeEntry};
@@ -129,7 +129,16 @@ impl RunRequest {
             }
         }
         let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
-        let mechanics_steps = mechanics_steps.unwrap_or(case.usual_mechanics_steps());
+        let mechanics_steps = match mechanics_steps {
+            Some(steps @ MechanicsSteps::Count(_)) if scheme.moves_as_one() => {
+                return Err(Error::Incompatible(format!(
+                    "mechanics_steps = {steps}: with scheme `{}` both sides move as one, so that the mechanics takes `all` micro steps",
+                    scheme.name
+                )));
+            }
+            _ if scheme.moves_as_one() => MechanicsSteps::AsActuator,
+            steps => steps.unwrap_or(case.usual_mechanics_steps()),
+        };
         // The profile of one step is its mean.
         let force_return = match force_return {
             ForceReturn::Profile if mechanics_steps == MechanicsSteps::ONE => ForceReturn::Mean,
@@ -151,7 +160,7 @@ impl RunRequest {
         }
         let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
         let control = step_control.unwrap_or_default();
-        let spec = RunSpec {
+        let mut spec = RunSpec {
             case: case.clone(),
             parameters: parameters.clone(),
             model: scheme.has_model().then_some(model),
@@ -172,6 +181,7 @@ impl RunRequest {
             audit: false,
             wall_limit: wall_limit_s.map(wall_limit).transpose()?,
         };
+        spec.mechanics_steps = spec.in_one_form();
         spec.check()?;
         spec.check_reference()?;
         Ok(spec)
@@ -179,6 +189,20 @@ impl RunRequest {
 }
 
 impl RunSpec {
+    /// The mechanics' steps, a count that is the actuator's in every macro step as `all` of them: one run has one id. One step is left as it
+    /// is, because it is exact at that macro step only.
+    fn in_one_form(&self) -> MechanicsSteps {
+        let even = self.step_control == StepControl::None && self.grid().is_ok_and(|grid| grid.is_even());
+        match self.mechanics_steps {
+            MechanicsSteps::Count(count)
+                if count.get() > 1 && even && division(self.macro_step, self.micro_step) == count.get() as usize =>
+            {
+                MechanicsSteps::AsActuator
+            }
+            steps => steps,
+        }
+    }
+
     /// Checks everything that can be checked without running. Both sides are built only for options that not all mechanics allow.
     ///
     /// # Errors
@@ -433,6 +457,46 @@ mod tests {
             assert!(message.starts_with(&format!("contact_detection = {text}: scheme `{scheme}`")), "{message}");
             assert!(message.contains(wanted), "{message}");
         }
+    }
+
+    #[test]
+    fn runs_that_are_equal_have_one_id_and_what_has_no_effect_is_refused() {
+        let resolved = |scheme: &str, options: &[(&str, &str)]| {
+            let mut request = RunRequest::of("wedge-box", scheme);
+            options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
+            request.resolve(&Catalogue::standard()).unwrap()
+        };
+        let steps = |steps: &'static str, phase: &'static str| {
+            let options =
+                [("macro_step_s", "1e-3"), ("duration_s", "0.5"), ("mechanics_steps", steps), ("phase", phase)];
+            resolved("rim-smooth", &options)
+        };
+        // The micro step is 0.05 ms.
+        assert_eq!(steps("20", "1.0").id(), steps("all", "1.0").id());
+        assert_eq!(steps("20", "1.0").mechanics_steps, MechanicsSteps::AsActuator);
+        for (count, phase) in [("19", "1.0"), ("20", "0.5")] {
+            assert_ne!(steps(count, phase).id(), steps("all", phase).id());
+        }
+        assert_eq!(resolved("monolithic", &[]).id(), resolved("monolithic", &[("mechanics_steps", "all")]).id());
+        let message = refused(|request| {
+            request.scheme = Some("monolithic".into());
+            request.put("mechanics_steps", "2").unwrap();
+        });
+        assert!(message.contains("both sides move as one"), "{message}");
+        let base = |carriage: &str| {
+            refused(|request| {
+                request.case = Some("impact-oscillator".into());
+                request.set = [("carriage_mass_kg", carriage), ("base_stiffness_n_m", "7"), ("mass_kg", "-1")]
+                    .map(|(key, value)| (key.to_owned(), value.to_owned()))
+                    .to_vec();
+            })
+        };
+        assert!(base("1").contains("mass_kg = -1"), "{}", base("1"));
+        let mut request = RunRequest::of("impact-oscillator", "zero-order-hold");
+        request.set = vec![("base_stiffness_n_m".into(), "7".into())];
+        let message = request.resolve(&Catalogue::standard()).unwrap_err().to_string();
+        assert!(message.contains("has no effect with carriage_mass_kg = 0"), "{message}");
+        assert!(message.ends_with("set carriage_mass_kg > 0"), "{message}");
     }
 
     #[test]

@@ -59,7 +59,7 @@ impl OutcomeKind {
     ];
 
     /// Returns the name in data.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         Self::NAMES[self as usize].0
     }
 
@@ -84,6 +84,17 @@ impl OutcomeKind {
 }
 
 by_name!(OutcomeKind, NAMES, "outcome");
+
+impl OutcomeClass {
+    /// All of them by name.
+    pub const NAMES: [(&'static str, OutcomeClass); 3] = [
+        ("completed", OutcomeClass::Completed),
+        ("failed", OutcomeClass::Failed),
+        ("no-answer", OutcomeClass::NoAnswer),
+    ];
+}
+
+by_name!(OutcomeClass, NAMES, "class of an outcome");
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]

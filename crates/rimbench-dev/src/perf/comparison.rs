@@ -2,11 +2,13 @@
 
 use super::decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
 use super::history::{COUNTERS, History, Row};
-use super::steps::{FLOOR, start_of_last_level};
 use rimbench_core::error::Result;
-use rimbench_statistics::{TimeSummary, fence, ratio_interval};
+use rimbench_statistics::{TimeSummary, ratio_interval};
 use serde::Serialize;
 use std::collections::BTreeSet;
+
+/// Part of a count that two builds of one source may differ by: what alignment, paths and the environment do to it.
+const FLOOR: f64 = 0.002;
 
 /// Everything a comparison has to say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -41,8 +43,8 @@ impl Paired {
     }
 }
 
-/// Records of the past a fence is built from.
-const PAST: usize = 30;
+/// Part of a count by which it differs when the same program is recorded again.
+const REPEAT: f64 = 1e-6;
 
 /// Compares two records, each of its own history or both of the same.
 ///
@@ -51,9 +53,7 @@ const PAST: usize = 30;
 pub fn compare_records(base: (&History, &str), new: (&History, &str)) -> Result<Comparison> {
     let (base_record, new_record) = (base.0.select(base.1)?, new.0.select(new.1)?);
     let (base_rows, new_rows) = (base.0.of_record(base_record), new.0.of_record(new_record));
-    let past: Vec<&Row> = base.0.rows.iter().take_while(|row| row.record != base_record).collect();
-    let past: Vec<&Row> = past.into_iter().filter(|row| row.record != new_record).collect();
-    let mut comparison = compare_counts(&past, &base_rows, &new_rows);
+    let mut comparison = compare_counts(&base_rows, &new_rows, REPEAT);
     if base_rows[0].machine == new_rows[0].machine {
         for (base, row) in common(&base_rows, &new_rows) {
             let other = |other: &&&Row| {
@@ -74,11 +74,10 @@ pub fn compare_records(base: (&History, &str), new: (&History, &str)) -> Result<
     Ok(comparison)
 }
 
-/// Compares two programs measured side by side; `history` tells how counts scatter.
-pub fn compare_pairs(history: &History, base: &[Row], new: &[Row], paired: &[Paired]) -> Comparison {
-    let past: Vec<&Row> = history.rows.iter().collect();
+/// Compares two programs measured side by side, each built in a folder of its own.
+pub fn compare_pairs(base: &[Row], new: &[Row], paired: &[Paired]) -> Comparison {
     let (base, new): (Vec<&Row>, Vec<&Row>) = (base.iter().collect(), new.iter().collect());
-    let mut comparison = compare_counts(&past, &base, &new);
+    let mut comparison = compare_counts(&base, &new, FLOOR);
     for pair in paired {
         let verdict = pair.decide();
         let unfit = "the placebo's interval leaves out 1: this machine is too uneven now";
@@ -110,8 +109,8 @@ fn common<'a>(base: &[&'a Row], new: &[&'a Row]) -> Vec<(&'a Row, &'a Row)> {
     new.iter().filter_map(partner).filter(|(base, row)| base.is_ok() && row.is_ok()).collect()
 }
 
-/// Answers, counters and instructions.
-fn compare_counts(past: &[&Row], base: &[&Row], new: &[&Row]) -> Comparison {
+/// Answers, counters and instructions, of which this part is nothing.
+fn compare_counts(base: &[&Row], new: &[&Row], nothing: f64) -> Comparison {
     let name = |rows: &[&Row]| {
         rows.first().map_or("nothing".to_owned(), |row| format!("{} ({})", row.git_revision, row.record))
     };
@@ -133,7 +132,7 @@ fn compare_counts(past: &[&Row], base: &[&Row], new: &[&Row]) -> Comparison {
     }
     for (base, row) in common(base, new) {
         let alike = (&base.target, &base.rustc) == (&row.target, &row.rustc);
-        let counted = if alike { instructions(past, base, row) } else { None };
+        let counted = if alike { instructions(base, row, nothing) } else { None };
         for (name, counter) in COUNTERS {
             let (before, after) = (counter(base), counter(row));
             let priced = name != "lcp_fallbacks";
@@ -153,24 +152,17 @@ fn compare_counts(past: &[&Row], base: &[&Row], new: &[&Row]) -> Comparison {
     comparison
 }
 
-/// Instructions against the fence of the level that the base is on, over at most [`PAST`] records of its kind.
-fn instructions(past: &[&Row], base: &Row, row: &Row) -> Option<Finding> {
-    let (before, after) = (base.instructions?, row.instructions?);
-    let alike = |other: &&&Row| {
-        (&other.benchmark, &other.target, &other.rustc) == (&base.benchmark, &base.target, &base.rustc) && other.is_ok()
-    };
-    let mut counts: Vec<f64> =
-        past.iter().filter(alike).filter_map(|row| row.instructions).map(|count| count as f64).collect();
-    counts.push(before as f64);
-    let recent = &counts[counts.len().saturating_sub(PAST)..];
-    let fence = fence(&recent[start_of_last_level(recent)..], FLOOR);
+/// Instructions, of which a part is nothing.
+fn instructions(base: &Row, row: &Row, nothing: f64) -> Option<Finding> {
+    let (before, after) = (base.instructions? as f64, row.instructions? as f64);
+    let fence = [-nothing, nothing].map(|part| (1.0 + part) * before);
     Some(Finding {
         benchmark: row.benchmark.clone(),
         quantity: "instructions".to_owned(),
-        base: Some(before as f64),
-        new: Some(after as f64),
-        interval: Some([fence.low, fence.high]),
-        verdict: decide_instructions(fence, after as f64),
+        base: Some(before),
+        new: Some(after),
+        interval: Some(fence),
+        verdict: decide_instructions(fence, after),
         note: String::new(),
     })
 }

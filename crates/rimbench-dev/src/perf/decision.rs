@@ -1,6 +1,5 @@
 //! What is a regression: counters exactly, instructions against a fence, times only if sure twice.
 
-use rimbench_statistics::Fence;
 use serde::Serialize;
 use std::fmt;
 
@@ -58,11 +57,11 @@ pub fn decide_counter(base: u64, new: u64, priced: bool, instructions: Option<Ve
     }
 }
 
-/// Decides an instruction count against a fence.
-pub fn decide_instructions(fence: Fence, new: f64) -> Verdict {
+/// Decides an instruction count against its fence.
+pub fn decide_instructions([low, high]: [f64; 2], new: f64) -> Verdict {
     match new {
-        _ if new > fence.high => Verdict::Regressed,
-        _ if new < fence.low => Verdict::Improved,
+        _ if new > high => Verdict::Regressed,
+        _ if new < low => Verdict::Improved,
         _ => Verdict::Same,
     }
 }

@@ -68,7 +68,7 @@ impl DotsFigure {
                 let rows = runs.of_label(label);
                 let step_of = |row: usize| runs.macro_step_ms(row);
                 let points = over_phases(&rows, step_of, &spec.metric, f64::abs, self.bars)?;
-                let tried = |step: f64| rows.select(|row| step_of(row) == step).share_completed().is_some();
+                let tried = |step: f64| rows.select(|row| step_of(row) == step).tally().run() > 0;
                 let dot = |index: usize| {
                     let step = steps.get(index).copied();
                     let point = step.and_then(|step| points.iter().find(|point| point.x == step && tried(step)));
@@ -162,7 +162,11 @@ fn ranked(dots: &[Vec<Vec<Dot>>], rows: usize) -> Vec<usize> {
         for dots in (0..signs).map(|sign| panel.iter().map(|row| row[sign]).collect::<Vec<Dot>>()) {
             let value = |row: usize| {
                 let dot = &dots[row];
-                if dot.value.is_finite() && dot.lost < Some(1.0) { dot.value } else { f64::INFINITY }
+                if dot.value.is_finite() && dot.lost.is_some_and(|loss| loss.failed < 1.0) {
+                    dot.value
+                } else {
+                    f64::INFINITY
+                }
             };
             for (row, total) in total.iter_mut().enumerate() {
                 *total += (0..rows).filter(|&other| value(other) < value(row)).count() as f64;
@@ -177,10 +181,15 @@ fn ranked(dots: &[Vec<Vec<Dot>>], rows: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chart::Loss;
 
     #[test]
     fn the_best_row_comes_first_and_what_diverged_last() {
-        let dot = |value: f64| Dot { value, range: None, lost: Some(if value.is_nan() { 1.0 } else { 0.0 }) };
+        let dot = |value: f64| Dot {
+            value,
+            range: None,
+            lost: Some(Loss { failed: if value.is_nan() { 1.0 } else { 0.0 }, silent: 0.0 }),
+        };
         let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
         assert_eq!(ranked(&[panel], 3), [2, 1, 0]);
         assert_eq!(ranked(&[], 2), [0, 1]);

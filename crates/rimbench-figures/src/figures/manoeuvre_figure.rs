@@ -1,7 +1,8 @@
 //! A case at a row of instants, one row per scheme.
 
 use super::keys::*;
-use super::trace_figure::trace_path;
+use super::statistics::read_runs;
+use super::trace_figure::{lost_run, trace_path, without_end};
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -11,6 +12,7 @@ use crate::ticks::signed;
 use rimbench_cases::cases::{Drawing as CaseDrawing, standard_cases};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::Runs;
 use std::path::Path;
 
 keys! {
@@ -76,6 +78,8 @@ impl ManoeuvreFigure {
     /// [`Error::File`] for what is not there; [`Error::Incompatible`] if its cells have no room.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let scene = Scene::read(folder)?;
+        let table = read_runs(folder)?;
+        let runs = Runs::of(&table)?;
         let reference = scene.motion(&scene.reference, 1.0)?;
         let columns = self.instants_s.len() as f64;
         let cell = ((self.width - 2.0 * MARGIN - BETWEEN * (columns - 1.0)) / columns).floor();
@@ -92,6 +96,7 @@ impl ManoeuvreFigure {
         }
         for (index, label) in self.schemes.iter().enumerate() {
             let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
+            let end = lost_run(&runs, label).map_or("ended", |row| without_end(runs.class(row)));
             let (motion, force) = (scene.motion(&trace, self.enlarged)?, trace.column(FORCE)?);
             let top = MARGIN + HEADER + index as f64 * row_height;
             let name = Text::new(styles.shown_name(label), (MARGIN, top + 0.5 * ROW_LABEL), 10.6).bold();
@@ -115,7 +120,7 @@ impl ManoeuvreFigure {
                     let words = format!("F = {plus}{} kN", signed(format!("{kilonewtons:.2}")));
                     drawing.text(Text::new(words, (left + 5.0, place.bottom - 3.0), 9.4));
                 } else {
-                    let text = Text::new("diverged", place.centre(), 10.0).anchored(Anchor::Middle);
+                    let text = Text::new(end, place.centre(), 10.0).anchored(Anchor::Middle);
                     drawing.text(text.colored(Color::SOFT_INK).centred());
                 }
                 drawing.area(place.corners(), None, Some(EDGE));

@@ -3,15 +3,16 @@
 use super::cost::Cost;
 use super::keys::*;
 use super::statistics::read_runs;
-use crate::chart::Axis;
+use crate::chart::{Axis, Loss};
 use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
+use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::{Runs, data_profile, performance_profile, performance_ratios};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 keys! {
@@ -61,6 +62,8 @@ type Problem = [String; 4];
 #[derive(Default)]
 struct Costs {
     problems: Vec<Problem>,
+    /// Those of which nobody knows whether one of the labels solves them.
+    unknown: BTreeSet<Problem>,
     of_label: BTreeMap<String, BTreeMap<Problem, f64>>,
 }
 
@@ -102,7 +105,7 @@ impl ProfileFigure {
         let total = |row: usize| panels.iter().map(|(_, shares)| shares[row].iter().sum::<f64>()).sum::<f64>();
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| total(b).total_cmp(&total(a)));
-        let dot = |value: &f64| Dot { value: *value, range: None, lost: Some(0.0) };
+        let dot = |value: &f64| Dot { value: *value, range: None, lost: Some(Loss::default()) };
         let panel = |(spec, shares): &(&ProfilePanel, Vec<Vec<f64>>)| DotPanel {
             title: spec.title.clone(),
             axis: Axis::linear("share of problems").range(-0.03, 1.03),
@@ -185,6 +188,10 @@ impl ProfilePanel {
                         .last()
                         .map_or(f64::INFINITY, |&row| 1.0 / runs.macro_step_ms(row)),
                 };
+                let silent = |&row: &usize| runs.class(row) == OutcomeClass::NoAnswer && !runs.is_skipped(row);
+                if best.is_infinite() && rows.iter().any(silent) {
+                    into.unknown.insert(problem.clone());
+                }
                 if !into.problems.contains(&problem) {
                     into.problems.push(problem.clone());
                 }
@@ -200,6 +207,6 @@ impl Costs {
     fn row(&self, label: &str) -> Vec<f64> {
         let costs = self.of_label.get(label);
         let of = |problem: &Problem| costs.and_then(|costs| costs.get(problem)).copied().unwrap_or(f64::INFINITY);
-        self.problems.iter().map(of).collect()
+        self.problems.iter().filter(|problem| !self.unknown.contains(*problem)).map(of).collect()
     }
 }

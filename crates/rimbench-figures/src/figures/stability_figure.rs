@@ -88,11 +88,14 @@ impl StabilityFigure {
     /// What became of the runs of one label at one macro step.
     fn cell(&self, runs: &Runs<'_>, step: f64) -> Result<Cell> {
         let here = runs.select(|row| runs.macro_step_ms(row) == step);
-        Ok(match here.share_completed() {
-            None => Cell::NotRun,
-            Some(share) if share < 1.0 => Cell::Lost(1.0 - share),
-            Some(_) if here.table().column(JUDGE).is_err() => Cell::Right,
-            Some(_) => match over_phases(&here, |_| step, JUDGE, f64::abs, Bars::Range)?.first() {
+        let tally = here.tally();
+        Ok(match tally.failed_share() {
+            _ if tally.run() == 0 => Cell::NotRun,
+            share if share > 0.0 => Cell::Lost(share),
+            // Of some phases nothing is known.
+            _ if tally.no_answer > 0 => Cell::Silent,
+            _ if here.table().column(JUDGE).is_err() => Cell::Right,
+            _ => match over_phases(&here, |_| step, JUDGE, f64::abs, Bars::Range)?.first() {
                 Some(error) if error.median > WRONG_ABOVE => Cell::Wrong,
                 _ => Cell::Right,
             },
@@ -135,6 +138,8 @@ impl StabilityFigure {
                 let good = tried.iter().take_while(|(_, cell)| *cell == Cell::Right).count();
                 let limit = match good {
                     _ if tried.is_empty() => continue,
+                    // Where nothing is known of the next step there is no limit to be counted.
+                    good if tried.get(good).is_some_and(|(_, cell)| *cell == Cell::Silent) => continue,
                     0 => 0.0,
                     all if all == tried.len() => f64::INFINITY,
                     some => tried[some - 1].0,

@@ -1,6 +1,7 @@
 //! What figures take from the table of runs: a part of it, and a metric over the phases.
 
 use super::keys::*;
+use crate::chart::Loss;
 use crate::dots::DotRow;
 use crate::line_style::LineStyle;
 use crate::style::Styles;
@@ -41,8 +42,8 @@ pub struct OverPhases {
     pub least: f64,
     /// Largest value.
     pub most: f64,
-    /// Share of the runs, skipped ones aside, that did not complete and are in none of the others.
-    pub lost: f64,
+    /// What is lost of the runs, and in none of the others.
+    pub lost: Loss,
 }
 
 /// What the bars at a median show.
@@ -178,7 +179,7 @@ pub fn over_phases(
     if metric == FRACTION_STABLE {
         let point = |(x, runs): (f64, Runs<'_>)| {
             let share = runs.share_completed()?;
-            Some(OverPhases { x, median: share, least: share, most: share, lost: 0.0 })
+            Some(OverPhases { x, median: share, least: share, most: share, lost: Loss::default() })
         };
         return Ok(runs.by(x).into_iter().filter_map(point).collect());
     }
@@ -195,7 +196,8 @@ pub fn over_phases(
             Bars::Bootstrap => point.pool.interval(),
         }
         .unwrap_or([median; 2]);
-        OverPhases { x: point.x, median, least, most, lost: point.lost }
+        let lost = Loss { failed: point.tally.failed_share(), silent: point.tally.silent_share() };
+        OverPhases { x: point.x, median, least, most, lost }
     });
     Ok(points.collect())
 }

@@ -99,7 +99,7 @@ impl SweepFigure {
                 let has_order = self.panels.len() == 1 && spec.symlog.is_none();
                 let order = if has_order { spec.order(&runs.of_label(label))? } else { None };
                 let levels_off = spec.levels_off(&points);
-                let lost = spec.fitted(&points).any(|point| point.lost > 0.0);
+                let lost = spec.fitted(&points).any(|point| point.lost.failed > 0.0);
                 let shown = name(&runs, label, styles);
                 let entry = match order {
                     _ if all.of_label(label).share_completed() == Some(0.0) => {
@@ -206,15 +206,12 @@ impl BandSpec {
 /// lost. `name` is the row of the scheme, `entry` what the legend says of it.
 pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], name: &str, entry: &str, style: LineStyle) -> Panel {
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
-    let lost = points.iter().filter(|point| point.lost > 0.0).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
+    let lost = points.iter().filter(|point| point.lost.is_any()).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
     if !lost.is_empty() {
         panel.losses.push(Losses { name: name.to_owned(), points: lost, color: style.color });
     }
     let medians = points.iter().map(|point| (point.x, point.median)).collect();
-    let note = |point: &OverPhases| match point.lost {
-        0.0 => String::new(),
-        lost => format!("{:.0} % of the runs diverged", 100.0 * lost),
-    };
+    let note = |point: &OverPhases| point.lost.in_words();
     let (name, bars, notes) = (name.to_owned(), bars.collect(), points.iter().map(note).collect());
     panel.series(Series { mode: Mode::LineMarkers, name, bars, notes, ..Series::new(entry, medians, style) })
 }
@@ -222,11 +219,13 @@ pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], name: &str, en
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chart::Loss;
 
     /// Medians of an rms force error over the macro steps, N over ms.
     fn points(medians: &[f64]) -> Vec<OverPhases> {
         let steps = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
-        let point = |(&x, &median): (&f64, &f64)| OverPhases { x, median, least: median, most: median, lost: 0.0 };
+        let point =
+            |(&x, &median): (&f64, &f64)| OverPhases { x, median, least: median, most: median, lost: Loss::default() };
         steps.iter().zip(medians).map(point).collect()
     }
 

@@ -2,10 +2,11 @@
 
 use super::keys::*;
 use super::statistics::read_runs;
-use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
+use crate::chart::{Axis, DIVERGED, Figure, Inset, Mode, NO_ANSWER, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use crate::ticks::signed;
+use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_statistics::Runs;
@@ -99,17 +100,30 @@ impl TracePanel {
     }
 }
 
+/// What is said of a run that has no end within bounds; nothing of one that has.
+pub(super) fn without_end(class: OutcomeClass) -> &'static str {
+    match class {
+        OutcomeClass::Completed => "",
+        OutcomeClass::Failed => DIVERGED,
+        OutcomeClass::NoAnswer => NO_ANSWER,
+    }
+}
+
+/// The row of the run of a scheme row that did not come to its end, if there is one.
+pub(super) fn lost_run(runs: &Runs<'_>, label: &str) -> Option<usize> {
+    runs.of_label(label).rows().iter().copied().find(|&row| !runs.is_completed(row))
+}
+
 /// What the legend says of a run that did not come to its end, and when it broke off.
 fn ending(folder: &Path, label: &str) -> Result<String> {
     let table = read_runs(folder)?;
     let runs = Runs::of(&table)?;
-    let lost = runs.of_label(label).rows().iter().copied().find(|&row| !runs.is_completed(row));
-    let Some(row) = lost.filter(|_| label != "reference") else { return Ok(String::new()) };
+    let Some(row) = lost_run(&runs, label).filter(|_| label != "reference") else { return Ok(String::new()) };
     // Where the state left its bounds, which a run may outlive.
     let at = |name: &str| table.column(name).map(|column| table.number(row, column)).ok();
     let when = at("outcome_at_s").filter(|end| end.is_finite()).or(at("ended_at_s"));
     let when = when.filter(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
-    Ok(format!(": diverged{when}"))
+    Ok(format!(": {}{when}", without_end(runs.class(row))))
 }
 
 /// The trace of the run of a scheme row, or of the reference.

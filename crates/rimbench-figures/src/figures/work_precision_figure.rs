@@ -81,6 +81,7 @@ impl WorkPrecisionFigure {
                 }
                 // What did not complete has no cost at which to mark it.
                 let lost = match all.of_label(label).share_completed() {
+                    None if all.of_label(label).tally().run() > 0 => ": no answer",
                     None => ": not run",
                     Some(0.0) => ": all runs diverged",
                     Some(share) if share < 1.0 => ": some runs diverged",

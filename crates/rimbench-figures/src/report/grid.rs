@@ -2,17 +2,17 @@
 
 use super::store::Study;
 use crate::vector::escaped;
+use rimbench_core::cosim::OutcomeClass;
 use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::Pool;
+use rimbench_statistics::{Pool, Runs};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// A run is usable whose rms force error is at most this share of the reference's peak.
 const USABLE: f64 = 0.1;
 
-/// What one scheme did on one case with one choice of options: by macro step, the errors of its runs by run id; none of one that did
-/// not complete.
-type Tried = BTreeMap<u64, BTreeMap<String, Option<f64>>>;
+/// What one scheme did on one case with one choice of options: by macro step, the errors of its runs by run id, or as what they count.
+type Tried = BTreeMap<u64, BTreeMap<String, Result<f64, OutcomeClass>>>;
 
 /// One case with its parameters, one scheme.
 type Pair = (String, String);
@@ -28,7 +28,7 @@ pub(super) fn section(studies: &[Study]) -> String {
         .iter()
         .filter_map(|(pair, choices)| {
             let most = choices.values().max_by_key(|tried| tried.values().map(BTreeMap::len).sum::<usize>())?;
-            (most.len() > 1).then(|| (pair, limit(most)))
+            limit(most).filter(|_| most.len() > 1).map(|limit| (pair, limit))
         })
         .collect();
     // Where few schemes were tried, the best of them says little.
@@ -94,16 +94,17 @@ fn collect(runs: &ResultsTable, all: &mut BTreeMap<Pair, BTreeMap<Vec<String>, T
     let names = ["run_id", "label", "case", "set", "scheme", "macro_step_s", "outcome", "force_error_rms_of_peak"];
     let found: Vec<usize> = names.iter().filter_map(|name| runs.column(name).ok()).collect();
     let [id, label, case, set, scheme, step, outcome, error] = found[..] else { return };
+    let Ok(of) = Runs::of(runs) else { return };
     let options: Vec<usize> = (scheme + 1..outcome).filter(|column| !runs.is_named(*column, &TRIED)).collect();
     for row in 0..runs.len() {
         let text = |column: usize| runs.text(row, column);
-        if text(label) != text(scheme) || text(outcome) == "skipped" {
+        if text(label) != text(scheme) || of.is_skipped(row) {
             continue;
         }
         let problem =
             if text(set).is_empty() { text(case).to_owned() } else { format!("{}, {}", text(case), text(set)) };
         let choice: Vec<String> = options.iter().map(|&column| text(column).to_owned()).collect();
-        let value = (text(outcome) == "completed").then(|| runs.number(row, error));
+        let value = if of.is_completed(row) { Ok(runs.number(row, error)) } else { Err(of.class(row)) };
         let tried = all.entry((problem, text(scheme).to_owned())).or_default().entry(choice).or_default();
         // Steps are above zero, so that their bits are in order.
         tried.entry(runs.number(row, step).to_bits()).or_default().insert(text(id).to_owned(), value);
@@ -115,13 +116,20 @@ fn shade(limit: Option<f64>, best: f64) -> usize {
     limit.map_or(0, |step| 4 - ((best / step).log(3.0).round() as usize).min(3))
 }
 
-/// The largest step up to which all was usable.
-fn limit(tried: &Tried) -> Option<f64> {
-    let usable = |errors: &BTreeMap<String, Option<f64>>| {
-        let completed: Option<Vec<f64>> = errors.values().copied().collect();
-        completed.and_then(|errors| Pool::of(errors).median()).is_some_and(|error| error <= USABLE)
+/// The largest step up to which all was usable, if any was; nothing where the first step that is not says nothing.
+fn limit(tried: &Tried) -> Option<Option<f64>> {
+    let usable = |errors: &BTreeMap<String, Result<f64, OutcomeClass>>| {
+        let completed: Result<Vec<f64>, _> = errors.values().copied().collect();
+        completed.is_ok_and(|errors| Pool::of(errors).median().is_some_and(|error| error <= USABLE))
     };
-    tried.iter().take_while(|(_, errors)| usable(errors)).last().map(|(step, _)| f64::from_bits(*step))
+    let good = tried.iter().take_while(|(_, errors)| usable(errors)).count();
+    let mut steps = tried.iter().skip(good.saturating_sub(1));
+    let last = if good > 0 { steps.next().map(|(step, _)| f64::from_bits(*step)) } else { None };
+    let beyond = steps.next().is_some_and(|(_, errors)| {
+        let is = |class| errors.values().any(|end| *end == Err(class));
+        is(OutcomeClass::NoAnswer) && !is(OutcomeClass::Failed)
+    });
+    (!beyond).then_some(last)
 }
 
 fn milliseconds(step_s: f64) -> String {
@@ -134,16 +142,21 @@ mod tests {
 
     #[test]
     fn a_limit_ends_where_a_run_is_lost_or_wrong_for_the_first_time() {
-        let tried = |steps: &[(f64, [Option<f64>; 3])]| -> Tried {
-            let runs = |errors: &[Option<f64>; 3]| {
+        let tried = |steps: &[(f64, [Result<f64, OutcomeClass>; 3])]| -> Tried {
+            let runs = |errors: &[Result<f64, OutcomeClass>; 3]| {
                 errors.iter().enumerate().map(|(k, error)| (k.to_string(), *error)).collect()
             };
             steps.iter().map(|(step, errors)| (step.to_bits(), runs(errors))).collect()
         };
-        let good = [Some(0.01), Some(0.02), Some(0.3)];
-        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, good)])), Some(2e-3));
-        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, [None, Some(0.0), Some(0.0)]), (5e-3, good)])), Some(1e-3));
-        assert_eq!(limit(&tried(&[(1e-3, [Some(0.2); 3]), (2e-3, good)])), None);
+        let good = [Ok(0.01), Ok(0.02), Ok(0.3)];
+        let [lost, silent] = [OutcomeClass::Failed, OutcomeClass::NoAnswer].map(|class| [Err(class), Ok(0.0), Ok(0.0)]);
+        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, good)])), Some(Some(2e-3)));
+        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, lost), (5e-3, good)])), Some(Some(1e-3)));
+        assert_eq!(limit(&tried(&[(1e-3, [Ok(0.2); 3]), (2e-3, good)])), Some(None));
+        // Where nobody waited for the end there is no limit, and what lies beyond does not make one.
+        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, silent), (5e-3, good)])), None);
+        assert_eq!(limit(&tried(&[(1e-3, silent), (2e-3, lost)])), None);
+        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, lost), (5e-3, silent)])), Some(Some(1e-3)));
         assert_eq!([Some(9.0), Some(3.0), Some(0.1), None].map(|limit| shade(limit, 9.0)), [4, 3, 1, 0]);
         assert_eq!(milliseconds(5e-3), "5");
         assert_eq!(milliseconds(2e-6), "0.002");

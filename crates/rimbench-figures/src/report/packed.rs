@@ -166,8 +166,9 @@ fn number(value: f64, digits: usize) -> String {
 fn parts_of(study: &Study, detail: Detail) -> Vec<(&'static str, String)> {
     let mut parts = vec![("name", text(&study.name)), ("anchor", text(&study.anchor()))];
     let runs = study.runs.as_ref().filter(|_| detail < Detail::NoRuns);
-    if let Some((runs, id)) = runs.and_then(|runs| Some((runs, runs.column("run_id").ok()?))) {
-        let outcome = runs.column("outcome").unwrap_or(runs.names().len());
+    // A study without these has no runs, and a remark that says so.
+    let columns = runs.and_then(|runs| Some((runs, runs.column("run_id").ok()?, runs.column("outcome").ok()?)));
+    if let Some((runs, id, outcome)) = columns {
         let short = |row: usize| runs.text(row, id).get(..detail.id()).unwrap_or(runs.text(row, id));
         let ids: String = (0..runs.len()).map(|row| format!("{} ", short(row))).collect();
         parts.extend([

@@ -5,6 +5,7 @@ use super::{Report, claims, folded, grid, history};
 use crate::days::day_of;
 use crate::live_part;
 use crate::vector::{self, escaped};
+use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_results::results_table::{ResultsTable, read_table};
@@ -285,7 +286,7 @@ pub(super) fn missing(report: &Report<'_>, left_out: &[String]) -> String {
         {
             own.push(format!("{} of {planned} planned runs are there", runs.len()));
         }
-        let failed = study.outcomes().iter().all(|(outcome, _)| outcome != "completed");
+        let failed = study.outcomes().iter().all(|(outcome, _)| outcome != OutcomeKind::Completed.name());
         if failed && study.runs.as_ref().is_some_and(|runs| !runs.is_empty()) {
             own.push("no run completed, so there are no errors to show".to_owned());
         }

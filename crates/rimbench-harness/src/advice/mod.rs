@@ -335,7 +335,7 @@ impl Search<'_> {
         if matches!(run.outcome, Outcome::Stopped { .. }) {
             return Err(Error::Stopped);
         }
-        (self.question.progress)(Step::Done(&run.outcome));
+        (self.question.progress)(Step::Done(run.outcome.class()));
         let error = METRICS.iter().position(|metric| metric.name == METRIC).and_then(|place| run.metrics[place]);
         let (outcome, error) = (run.outcome.kind(), error.filter(|error| error.is_finite()));
         let fault = match error {

@@ -1,15 +1,13 @@
 //! What was measured of a claim.
 
 use super::table::CheckedClaim;
-use crate::experiment::{Claim, Statistic, Verdict};
+use crate::experiment::{COMPLETED, Claim, DIVERGED, DIVERGED_AT, Statistic, Verdict};
 use rimbench_cases::metrics::floor_of;
+use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
 use rimbench_statistics::{
     ALL, Contest, Costed, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
 };
-
-/// Outcomes that say nothing about whether a run diverges.
-const NO_ANSWER: [&str; 3] = ["skipped", "timeout", "panicked"];
 
 /// Holds a claim against the rows of an experiment.
 pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Result<CheckedClaim> {
@@ -86,8 +84,8 @@ impl<'a> Values<'a> {
     fn of(claim: &'a Claim, runs: &'a Runs<'a>) -> Result<Self> {
         let table = runs.table();
         let metric = match claim.metric.as_str() {
-            "completed" | "diverged" => table.column("outcome")?,
-            "diverged_at_s" => table.column("outcome_at_s")?,
+            COMPLETED | DIVERGED => table.column("outcome")?,
+            DIVERGED_AT => table.column("outcome_at_s")?,
             metric => table.column(metric)?,
         };
         let tolerance = table.column("step_tolerance").ok();
@@ -105,18 +103,17 @@ impl<'a> Values<'a> {
         };
         for &row in runs.rows() {
             let number = table.number(row, metric);
+            let number = if claim.is_by_magnitude() { number.abs() } else { number };
             let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
-            let ended = runs.outcome(row);
+            let failed = runs.class(row) == OutcomeClass::Failed;
             values.value[row] = match claim.metric.as_str() {
-                "completed" | "diverged" if NO_ANSWER.contains(&ended) => f64::NAN,
-                "completed" => f64::from(ended == "completed"),
-                "diverged" => f64::from(ended == "diverged"),
-                "diverged_at_s" if ended != "diverged" => f64::NAN,
-                _ if claim.statistic == Statistic::ShareBetter && ended != "completed" => {
-                    if NO_ANSWER.contains(&ended) { f64::NAN } else { f64::INFINITY }
-                }
-                // What a run that did not complete has is no point on the way to H = 0.
-                _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
+                _ if runs.class(row) == OutcomeClass::NoAnswer => f64::NAN,
+                COMPLETED => f64::from(!failed),
+                DIVERGED => f64::from(failed),
+                DIVERGED_AT if !failed => f64::NAN,
+                _ if claim.statistic == Statistic::ShareBetter && failed => f64::INFINITY,
+                // What a run that failed has is no point on the way to H = 0.
+                _ if (claim.statistic == Statistic::Order || cost.is_some()) && failed => f64::NAN,
                 _ if claim.statistic == Statistic::Order && floor.is_some_and(|floor| number <= floor) => f64::NAN,
                 _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
@@ -187,14 +184,15 @@ impl Claim {
             Some(value) => format!(", {key} {value}"),
         });
         let above = self.above.map(|above| format!(" > {above}")).unwrap_or_default();
-        format!("{statistic} {}{above} of {}{relative}{equal}{step}{}", self.metric, self.scheme, problem.concat())
+        let metric = if self.is_by_magnitude() { format!("|{}|", self.metric) } else { self.metric.clone() };
+        format!("{statistic} {metric}{above} of {}{relative}{equal}{step}{}", self.scheme, problem.concat())
     }
 
     /// Why a run can be left out.
     fn why_left_out(&self) -> &'static str {
         match self.metric.as_str() {
-            "completed" | "diverged" => "skipped, timed out or failed by a defect",
-            "diverged_at_s" => "not diverged",
+            COMPLETED | DIVERGED => "skipped, timed out or failed by a defect",
+            DIVERGED_AT => "not diverged",
             _ if self.statistic == Statistic::Order => {
                 "not completed, without a value, or within the reference's uncertainty"
             }
@@ -319,6 +317,25 @@ mod tests {
         );
     }
 
+    /// Energy created is not less than energy lost.
+    #[test]
+    fn what_may_be_below_zero_is_compared_by_its_magnitude() {
+        let header = "run_id,label,case,set,macro_step_s,outcome,interface_residual_j,outcome_at_s";
+        let mut rows = String::new();
+        for (step, own, other) in [(1e-3, -2.8, 1.0), (2e-3, -11.2, -4.0)] {
+            rows += &format!("r,x,box,,{step},completed,{own},\nr,y,box,,{step},completed,{other},\n");
+        }
+        let metric = "metric = \"interface_residual_j\"\n";
+        let of = |keys: &str| check_in(&table(header, &rows), &format!("{metric}{keys}"));
+        let ratio = of("relative_to = \"y\"\nexpect = \"<= 0.1\"\nmacro_step_s = 1e-3");
+        assert_eq!((ratio.measured, ratio.verdict), (Some(2.8), Verdict::NotReproduced));
+        assert_eq!(ratio.quantity, "median of |interface_residual_j| of x relative to y at H = 1 ms");
+        assert_eq!(of("relative_to = \"y\"\nstatistic = \"share-better\"").measured, Some(0.0));
+        approx::assert_relative_eq!(of("statistic = \"order\"").measured.unwrap(), 2.0, epsilon = 1e-12);
+        // Alone it keeps its sign.
+        assert_eq!(of("statistic = \"max\"").measured, Some(-2.8));
+    }
+
     #[test]
     fn a_share_counts_settings_and_says_how_many_there_are() {
         let header =
@@ -330,7 +347,7 @@ mod tests {
             ("m=2", "completed,3.0", "completed,2.0"),
             ("m=3", "diverged,0.1", "completed,2.0"),
             ("m=4", "completed,0.01", "completed,0.02"),
-            ("m=5", "diverged,1.0", "contact-not-resolved,2.0"),
+            ("m=5", "diverged,1.0", "solver-failed,2.0"),
             ("m=6", "skipped,", "skipped,"),
         ] {
             for (label, outcome) in [("x", own), ("y", other)] {
@@ -386,6 +403,16 @@ mod tests {
         assert_eq!((ratio.measured, ratio.low, ratio.high), (Some(0.5), Some(0.5), Some(0.5)));
         let largest = checked("statistic = \"max\"");
         assert_eq!((largest.measured, largest.low, largest.without_exact), (Some(50.0), None, Some(3.0)));
+    }
+
+    /// Whatever is asked: a run that took too long has no value, and one that could not be solved has not held.
+    #[test]
+    fn an_outcome_counts_by_its_class_in_every_quantity() {
+        let rows = ["box,,0.001,timeout,9.0", "box,,0.001,panicked,8.0", "box,,0.001,solver-failed,1.0,0.2"];
+        let of = |metric: &str| checked(&format!("metric = \"{metric}\"\nstatistic = \"max\""), &rows);
+        assert_eq!((of("error").measured, of("error").run_ids), (Some(1.0), vec!["2".to_owned()]));
+        assert_eq!(["diverged", "completed", "diverged_at_s"].map(|name| of(name).measured), [1.0, 0.0, 0.2].map(Some));
+        assert_eq!(checked("metric = \"error\"", &rows[..2]).verdict, Verdict::NotMeasured);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a claim says.
 
-use rimbench_cases::metrics::METRICS;
+use rimbench_cases::metrics::{METRICS, is_signed};
+use rimbench_core::cosim::OutcomeKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -32,7 +33,7 @@ pub struct Claim {
     /// The macro step it is about; all of them if absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) macro_step_s: Option<f64>,
-    /// A metric by name, or `completed` or `diverged` (1 or 0), or `diverged_at_s`.
+    /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `diverged` (1 or 0, of every run that gave an answer), or `diverged_at_s`.
     pub(crate) metric: String,
     /// Counts runs: the value is 1 where the metric is above this, else 0.
     pub(crate) above: Option<f64>,
@@ -124,15 +125,28 @@ impl fmt::Display for Expectation {
     }
 }
 
-/// Quantities of a claim besides the metrics.
-const OUTCOMES: [&str; 3] = ["completed", "diverged", "diverged_at_s"];
+/// Quantities of a claim besides the metrics: whether a run completed, whether it failed, and when it did.
+pub(crate) const COMPLETED: &str = OutcomeKind::Completed.name();
+pub(crate) const DIVERGED: &str = OutcomeKind::Diverged.name();
+pub(crate) const DIVERGED_AT: &str = "diverged_at_s";
 
 /// Names of what a claim may be about: the metrics, and how runs ended.
 pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
-    METRICS.iter().map(|metric| metric.name).chain(OUTCOMES)
+    METRICS.iter().map(|metric| metric.name).chain([COMPLETED, DIVERGED, DIVERGED_AT])
 }
 
 impl Claim {
+    /// Whether values that may be below 0 count by their magnitude: wherever they are held against others.
+    pub(crate) fn is_by_magnitude(&self) -> bool {
+        let compares = matches!(self.statistic, Statistic::Order | Statistic::ShareBetter);
+        is_signed(&self.metric) && (compares || self.relative_to.is_some())
+    }
+
+    /// Whether it is about how runs end.
+    pub(crate) fn is_about_ends(&self) -> bool {
+        [COMPLETED, DIVERGED, DIVERGED_AT].contains(&self.metric.as_str())
+    }
+
     /// Whether it is about runs at a macro step (s).
     pub(crate) fn is_about(&self, macro_step: f64) -> bool {
         self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)

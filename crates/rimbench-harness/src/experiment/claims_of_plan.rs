@@ -2,6 +2,8 @@
 
 use super::claim::{Claim, Statistic, claim_metrics};
 use super::planned_run::PlannedRun;
+use rimbench_cases::runs::EvaluatedRun;
+use rimbench_core::cosim::Outcome;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::{ALL, has_words};
 use std::collections::BTreeSet;
@@ -18,6 +20,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         }
         claim.check_equal_cost()?;
         claim.check_share()?;
+        claim.check_ends()?;
         if !claim_metrics().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
         }
@@ -44,12 +47,29 @@ impl Claim {
     /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
     fn check_equal_cost(&self) -> Result<()> {
         let Some(counter) = &self.at_equal else { return Ok(()) };
+        let counters = EvaluatedRun::not_evaluated(Outcome::Completed).counters();
+        if !counters.iter().any(|known| known.name == counter) {
+            let error = Error::unknown("counter", counter, counters.iter().map(|known| known.name));
+            return Err(Error::Incompatible(format!("claim `{}`: at_equal: {error}", self.id)));
+        }
         if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {
             return Ok(());
         }
         Err(Error::Incompatible(format!(
             "claim `{}`: at_equal = \"{counter}\" needs relative_to, no macro_step_s, and a statistic other than order",
             self.id
+        )))
+    }
+
+    /// Checks that how runs end is taken as shares and times only: of a share that completed more is better, and none has an order.
+    fn check_ends(&self) -> Result<()> {
+        let is_error = self.at_equal.is_some() || matches!(self.statistic, Statistic::Order | Statistic::ShareBetter);
+        if !(self.is_about_ends() && is_error) {
+            return Ok(());
+        }
+        let Claim { id, metric, .. } = self;
+        Err(Error::Incompatible(format!(
+            "claim `{id}`: {metric} is no error, of which less is better: use statistic mean, median, min or max, without at_equal"
         )))
     }
 

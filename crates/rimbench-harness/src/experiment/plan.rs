@@ -9,7 +9,8 @@ use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunRequest;
 use rimbench_core::error::{Error, Result};
-use std::collections::HashMap;
+use rimbench_results::checksums::sha256;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
@@ -23,6 +24,7 @@ impl Experiment {
     pub fn plan(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
         let planned = || {
             self.check_options()?;
+            self.check_labels(catalogue)?;
             self.check_size(quick)?;
             let runs = self.lay_out(catalogue, quick)?;
             refuse_twins(&runs)?;
@@ -36,6 +38,22 @@ impl Experiment {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
         })
+    }
+
+    /// Refuses a label under which something else is looked for: another scheme, or the reference.
+    fn check_labels(&self, catalogue: &Catalogue) -> Result<()> {
+        for row in &self.schemes {
+            let label = row.label.as_str();
+            let own = row.request.scheme.as_deref() == Some(label);
+            let why = match label {
+                "reference" => "is the name of the trace of the reference",
+                _ if label.trim() != label => "begins or ends with a blank",
+                _ if !own && catalogue.scheme(label).is_ok() => "is the name of another scheme",
+                _ => continue,
+            };
+            return Err(row.misnamed(why));
+        }
+        Ok(())
     }
 
     /// Refuses a grid that is empty or beyond all use, before it is laid out.
@@ -91,9 +109,7 @@ impl Experiment {
                             let request = self.request(entry, request, macro_step, phase);
                             let spec = request.resolve_for(catalogue, case, parameters);
                             let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
-                            if self.audit {
-                                spec = spec.clone().audited().unwrap_or(spec);
-                            }
+                            spec.audit = self.audit && spec.not_auditable().is_none();
                             let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
                             Ok(PlannedRun { id: spec.id(), spec, label, pooled_set })
                         };
@@ -143,13 +159,19 @@ impl CaseEntry {
     }
 }
 
-/// Refuses a plan that holds one run twice: its rows could not be told apart.
+/// Checksum of a plan: which runs under which labels, held against which reference.
+pub(crate) fn plan_sha256(experiment: &Experiment, planned: &[PlannedRun]) -> String {
+    let runs = planned.iter().map(|run| format!("{} {}\n", run.id, run.label));
+    sha256(&std::iter::once(experiment.reference_identity() + "\n").chain(runs).collect::<String>())
+}
+
+/// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is computed once.
 fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
-    let mut first = HashMap::with_capacity(runs.len());
+    let mut seen = HashSet::with_capacity(runs.len());
     for run in runs {
-        if let Some(earlier) = first.insert(run.id.as_str(), &run.label) {
+        if !seen.insert((run.id.as_str(), &run.label)) {
             return Err(Error::Incompatible(format!(
-                "the plan holds one run twice: `{earlier}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in \
+                "the plan holds one run twice: `{}` at macro_step_s = {:?}, phase {:?} are the same in \
                  everything that determines a run",
                 run.label, run.spec.macro_step, run.spec.phase
             )));
@@ -168,6 +190,25 @@ mod tests {
             "question = \"?\"\nmacro_steps_s = [1e-5, 5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\n{schemes}\n"
         );
         Experiment::parse(Path::new("usual.toml"), text)
+    }
+
+    #[test]
+    fn a_label_is_not_the_name_of_something_else() {
+        let plan = |label: &str| {
+            parsed(&format!("scheme = \"rim-smooth\"\nlabel = \"{label}\""))
+                .and_then(|experiment| experiment.plan(&Catalogue::standard(), false))
+        };
+        for (label, said) in [
+            ("zero-order-hold", "is the name of another scheme"),
+            ("reference", "the trace of the reference"),
+            (" smooth", "begins or ends with a blank"),
+            ("  ", "no label at all"),
+            ("", "no label at all"),
+        ] {
+            let message = plan(label).unwrap_err().to_string();
+            assert!(message.contains(said) && message.contains("[[schemes]] in line"), "`{label}`: {message}");
+        }
+        assert!(plan("rim-smooth").is_ok() && plan("my smooth").is_ok());
     }
 
     #[test]

@@ -54,7 +54,12 @@ impl SchemeRow {
         };
         for (key, value) in keys {
             match key.as_str() {
-                "label" => row.label = scalar_text(&key, &value)?,
+                "label" => {
+                    row.label = scalar_text(&key, &value)?;
+                    if row.label.trim().is_empty() {
+                        return Err(Error::invalid("label", format!("{:?}", row.label), "text, or no label at all"));
+                    }
+                }
                 "macro_steps_s" => row.macro_steps_s = Some(list(&key, value)?),
                 "step_tolerances" => row.step_tolerances = Some(list(&key, value)?),
                 option => {
@@ -92,6 +97,14 @@ impl SchemeRow {
         let Some(tolerances) = &self.step_tolerances else { return vec![self.request.clone()] };
         let with = |&tolerance: &f64| RunRequest { step_tolerance: Some(tolerance), ..self.request.clone() };
         tolerances.iter().map(with).collect()
+    }
+
+    /// An error about its label, with its place.
+    pub(super) fn misnamed(&self, why: &str) -> Error {
+        in_row(
+            self.line,
+            &Error::invalid("label", format!("{:?}", self.label), format!("a label of its own: this one {why}")),
+        )
     }
 
     /// An error about this row in a case, with its place.

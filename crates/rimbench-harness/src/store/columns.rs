@@ -1,7 +1,6 @@
 //! The columns that records were written with, and records written with others.
 
-use super::record::{Record, cells_of};
-use crate::results::row;
+use super::record::{Record, cells_of, row};
 use std::fmt;
 
 /// Names of the columns of a record: findings, costs and provenance.

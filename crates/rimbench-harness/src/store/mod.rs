@@ -19,8 +19,8 @@ mod columns;
 mod record;
 
 pub use columns::Columns;
-pub(crate) use record::cells_of;
 pub use record::{Record, TraceMark};
+pub(crate) use record::{cells_of, row};
 
 use rayon::prelude::*;
 use record::{checksum, line_of};

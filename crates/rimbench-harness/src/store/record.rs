@@ -59,6 +59,25 @@ pub(crate) fn cells_of(part: &str) -> Option<csv::StringRecord> {
     reader.records().next()?.ok()
 }
 
+/// One CSV row without its line end. Control characters become spaces: a row is one line, and a record one of tabs.
+pub(crate) fn row<T: AsRef<str>>(cells: &[T]) -> String {
+    // Most have nothing that would have to be quoted.
+    let plain = |cell: &T| !cell.as_ref().contains(|c: char| c.is_control() || c == ',' || c == '"');
+    if cells.len() > 1 && cells.iter().all(plain) {
+        let mut row = String::with_capacity(cells.iter().map(|cell| cell.as_ref().len() + 1).sum());
+        for (index, cell) in cells.iter().enumerate() {
+            row += if index == 0 { "" } else { "," };
+            row += cell.as_ref();
+        }
+        return row;
+    }
+    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
+    let cells = cells.iter().map(|cell| cell.as_ref().replace(char::is_control, " "));
+    // Writing to memory cannot fail.
+    let bytes = writer.write_record(cells).ok().and_then(|()| writer.into_inner().ok()).unwrap_or_default();
+    String::from_utf8_lossy(&bytes).trim_end_matches('\n').to_owned()
+}
+
 /// The line of a record, with its end.
 pub(super) fn line_of(record: &Record) -> String {
     let Record { run_id, findings, costs, provenance, trace, wall_limit_s } = record;
