@@ -28,7 +28,7 @@ pub struct Advise {
     error: String,
     /// Costs of an exchange, of a mechanics step with its contact problem, of a micro step of the actuator, and of a contact problem of
     /// an interface model
-    #[arg(long, value_name = "E,M,U,L", value_delimiter = ',', num_args = 4, default_values_t = USUAL_PRICES)]
+    #[arg(long, value_name = "E,M,U,L", value_delimiter = ',', allow_negative_numbers = true, default_values_t = USUAL_PRICES)]
     costs: Vec<f64>,
     /// Only schemes that never take a step again, at what work costs in this program
     #[arg(long)]
@@ -71,6 +71,8 @@ impl Advise {
         }
         let catalogue = &*with_files(catalogue, &mut fixed)?;
         let macro_steps = self.macro_steps(catalogue, &fixed)?;
+        let four = |costs: Vec<f64>| Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L");
+        let prices = <[f64; 4]>::try_from(self.costs.clone()).map_err(four)?;
         use_threads(self.jobs)?;
         let interruption = Interruption::listen();
         let progress = Progress::begin("advise", None);
@@ -89,7 +91,7 @@ impl Advise {
                 feedback: !self.no_feedback,
                 repetition: !self.real_time,
             },
-            prices: std::array::from_fn(|kind| self.costs[kind]),
+            prices,
             macro_steps: &macro_steps,
             phases: self.phases,
             cache: &cache,
@@ -219,12 +221,8 @@ impl Asked<'_> {
         for (label, (of, met)) in ["advised", "runner-up"].into_iter().zip(self.chosen()) {
             lines.push(row(label, &format!("{}, {}, H = {}", scheme(of), of.form(), milliseconds(met.macro_step))));
             let error = percent(met.worst().and_then(|run| run.error).unwrap_or(f64::NAN));
-            let time = met.time_per_step_s().map_or_else(String::new, |time| quantity(time, "s"));
             let cost = with_digits(met.cost, "-", 3);
-            lines.push(row(
-                "",
-                &format!("error {error} at the worst of {} phases; cost {cost}; {time} per macro step", met.runs.len()),
-            ));
+            lines.push(row("", &format!("error {error} at the worst of {} phases; cost {cost}", met.runs.len())));
             let unstable = met.unstable.as_ref().map(|(step, _)| format!(", unstable at {}", milliseconds(*step)));
             if label == "advised" {
                 lines.push(row(
@@ -233,6 +231,14 @@ impl Asked<'_> {
                 ));
             }
         }
+        let times: Vec<String> = self
+            .chosen()
+            .filter_map(|(_, met)| Some(format!("{} per macro step", quantity(met.time_per_step_s()?, "s"))))
+            .collect();
+        if !times.is_empty() {
+            let times = times.join(", of the runner-up ");
+            lines.push(row("computing time", &format!("{times} (processor time of this machine)")));
+        }
         lines.extend(self.remarks().iter().map(|remark| format!("  {}", paragraph(remark, 2))));
         if let Some((of, met)) = self.chosen().next()
             && let Some(run) = met.worst()
@@ -240,7 +246,7 @@ impl Asked<'_> {
             lines.push(command_row("try it", &self.command(of, met.macro_step, run)));
         }
         let rest = if all { "" } else { " · --all for the others" };
-        let runs = format!("{} runs; times are processor time of this machine{rest}", advice.runs);
+        let runs = format!("{} runs{rest}", advice.runs);
         lines.push(paragraph(&runs, 0));
         if all {
             let mut table = Table::new(&["scheme", "form", "why not", "run id"]);

@@ -13,14 +13,16 @@ use rimbench::checksums::sha256_of_file;
 use rimbench::error::{Error, Result};
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
-use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, check_claims, run_job_until, write_claims};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Ranking, check_claims, run_job_until, write_claims};
 use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
-use rimbench::shipped;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
+
+/// The ranking of schemes.
+const RANKING: &str = "experiments/ranking.toml";
 
 /// The group whose claims and page stand together.
 const PAPER: &str = "paper";
@@ -93,8 +95,8 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
     figures.par_iter().try_for_each(|figure| figure.make(out, &styles).map(drop))?;
     if whole {
-        let ranking = Project::ranking(shipped::RANKING.0.as_ref())?;
-        ranking.rank(catalogue, out, Project::experiment)?.write(&out.join("ranking"))?;
+        let differing = Ranking::read(RANKING.as_ref())?.write(catalogue, out, Project::experiment)?;
+        changed += differing.len();
         write_page(catalogue, &out.join(PAPER))?;
     }
     for page in &pages {

@@ -17,7 +17,6 @@ mod perf_measuring;
 mod plan;
 mod progress;
 mod project;
-mod rank;
 mod report;
 mod reproduce;
 mod run;
@@ -68,7 +67,7 @@ enum Command {
     Run(run::Run),
     /// Check the claims of experiments against their stored results
     Verify(verify::Verify),
-    /// Write one page of any results, or draw their figures, rank their schemes, set the paper
+    /// Write one page of any results, or draw their figures, set the paper
     Report(report::ReportCommand),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),

@@ -3,7 +3,7 @@
 
 use rimbench::error::{Error, Result};
 use rimbench::figures::FigureList;
-use rimbench::harness::{Experiment, Ranking};
+use rimbench::harness::Experiment;
 use rimbench::shipped;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -50,15 +50,6 @@ impl Project {
             Some((_, text)) => Experiment::parse(path, (*text).to_owned()),
             None => Experiment::read(path),
         }
-    }
-
-    /// The ranking of a file, or the one that the program carries, in the same way.
-    ///
-    /// # Errors
-    /// Those of [`Ranking::read`].
-    pub(super) fn ranking(path: &Path) -> Result<Ranking> {
-        let (known, text) = shipped::RANKING;
-        if !path.exists() && Path::new(known) == path { Ranking::parse(path, text) } else { Ranking::read(path) }
     }
 
     /// The text of the experiment `<group>/<name>`, if there is one of that name.

@@ -1,10 +1,9 @@
-//! `rimbench report`: the page of a results folder; figures, ranking and PDF.
+//! `rimbench report`: the page of a results folder; figures and PDF.
 
 use super::figures::draw_figures;
 use super::paper::set_pdf;
 use super::print;
 use super::project::Project;
-use super::rank::rank;
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
@@ -24,7 +23,7 @@ use std::process::{Command, ExitCode, Stdio};
 /// Arguments of `report`.
 #[derive(Debug, Args)]
 pub struct ReportCommand {
-    /// A study, a group of studies, or all results; the page is written into it, as report.html. Figures and ranking take all results
+    /// A study, a group of studies, or all results; the page is written into it, as report.html. Figures take all results
     #[arg(value_name = "DIR", default_value = "results")]
     folder: PathBuf,
     /// Show the page in the browser
@@ -33,14 +32,11 @@ pub struct ReportCommand {
     /// No page: draw all figures whose results exist, and name the others
     #[arg(long, group = "part")]
     figures: bool,
-    /// No page: rank the scheme rows of experiments by what they need to know
-    #[arg(long, group = "part", value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "experiments/ranking.toml")]
-    ranking: Option<PathBuf>,
     /// No page: set the technical report, every number of it from stored results
     #[arg(long, group = "part", conflicts_with = "folder")]
     pdf: bool,
-    /// Folder of the ranking's tables [default: DIR/ranking], or file of the PDF [default: results/paper/paper.pdf]
-    #[arg(long, value_name = "PATH", requires = "part", conflicts_with = "figures")]
+    /// File of the PDF [default: results/paper/paper.pdf]
+    #[arg(long, value_name = "PATH", requires = "pdf")]
     out: Option<PathBuf>,
     /// Only the figures of this group of experiments
     #[arg(long, value_name = "NAME", requires = "figures")]
@@ -51,13 +47,10 @@ pub struct ReportCommand {
 }
 
 impl ReportCommand {
-    /// Exit code 1 if a figure could not be drawn, or a claim about the ranking comes out otherwise than was recorded.
+    /// Exit code 1 if a figure could not be drawn.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         if self.figures {
             return draw_figures(catalogue, &self.folder, self.file.as_deref(), self.group.as_deref());
-        }
-        if let Some(file) = &self.ranking {
-            return rank(catalogue, file, &self.folder, self.out.as_deref());
         }
         if self.pdf {
             set_pdf(&self.out.unwrap_or_else(|| PathBuf::from("results/paper/paper.pdf")))?;

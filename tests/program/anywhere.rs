@@ -40,19 +40,13 @@ fn the_figures_are_those_that_the_program_carries() {
 }
 
 #[test]
-fn experiments_and_the_ranking_are_those_that_the_program_carries_where_there_are_none() {
+fn experiments_are_those_that_the_program_carries_where_there_are_none() {
     let folder = tempfile::tempdir().unwrap();
     let results = root().join("results").display().to_string();
     let claims = |text: &str| text.lines().last().unwrap().to_owned();
     let verified = ["verify", "experiments/paper/fig1.toml", "experiments/paper/phases.toml", "--results", &results];
     let elsewhere = said(&mut called(folder.path(), &verified), 0);
     assert_eq!(claims(&elsewhere), claims(&said(&mut called(root(), &verified), 0)));
-    // The ranking is known; results are not there.
-    let ranked = said(&mut called(folder.path(), &["report", "--ranking"]), 2);
-    assert!(
-        ranked.contains("results/") && ranked.contains("`rimbench run") && !ranked.contains("ranking.toml"),
-        "{ranked}"
-    );
     let planned = said(&mut called(folder.path(), &["run", "experiments/paper/fig1.toml", "--dry-run"]), 0);
     assert_has(&planned, &["wedge-box"]);
     assert_eq!(files(folder.path()), [""; 0]);

@@ -24,7 +24,7 @@ struct Known {
 impl Known {
     fn find() -> Self {
         let commands = commands();
-        let parts = ["record", "compare", "show", "steps"].map(|part| said(&["perf", part, "--help"]));
+        let parts = ["record", "compare"].map(|part| said(&["perf", part, "--help"]));
         let help: String = commands.iter().map(|command| said(&[command, "--help"])).chain(parts).collect();
         let words =
             help.split(|c: char| c.is_whitespace() || "[]<>=,.".contains(c)).filter(|word| word.starts_with("--"));

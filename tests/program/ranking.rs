@@ -1,34 +1,7 @@
-//! The ranking: what the command writes of an experiment, and that the page says what the committed tables say.
+//! The ranking: that the page says what the committed tables say.
 
-use crate::program::rimbench;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap()
-}
-
-#[test]
-fn rows_are_ranked_by_what_they_need_to_know_and_a_chosen_gain_counts_as_tuned() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = "question = \"?\"\nmacro_steps_s = [1e-3, 2e-3]\nphases = 2\nduration_s = 0.5\n[[cases]]\nname = \"bouncing-ball\"\n\
-                [[schemes]]\nscheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"rim-nonsmooth-gap\"\n\
-                [[schemes]]\nscheme = \"nepce\"\ngain = 0.25\n";
-    std::fs::create_dir(folder.path().join("own")).unwrap();
-    std::fs::write(folder.path().join("own/sweep.toml"), text).unwrap();
-    std::fs::write(folder.path().join("mine.toml"), "question = \"?\"\nexperiments = [\"own/sweep.toml\"]\n").unwrap();
-    let called = |words: &[&str]| rimbench().current_dir(folder.path()).args(words).assert().success();
-    called(&["run", "own/sweep.toml"]);
-    let output = called(&["report", "--ranking=mine.toml"]).get_output().clone();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("samples, tuned:") && said.contains("3 rows over 4 problems of 1 cases"), "{said}");
-    let table = read(folder.path().join("results/ranking/ranking.csv"));
-    let classes: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
-    let classes: Vec<[&str; 3]> = classes.iter().map(|row| [row[0], row[1], row[4]]).collect();
-    let expected =
-        [["samples", "", "zero-order-hold"], ["samples", "bouncing-ball", "nepce"], ["model", "", "rim-nonsmooth-gap"]];
-    assert_eq!(classes, expected, "{table}");
-}
 
 fn rows_of(name: &str) -> Vec<BTreeMap<String, String>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/ranking").join(name);

@@ -45,7 +45,7 @@ pub use grid::{logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use load::Load;
 pub use provenance::Provenance;
-pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
+pub use ranking::Ranking;
 pub use references::obtain_reference;
 pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};
 pub use spectral::spectral_radius;

@@ -7,6 +7,9 @@ use rimbench_statistics::{TimeSummary, ratio_interval};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
+/// Part of a count that two builds of one source may differ by: what alignment, paths and the environment do to it.
+const FLOOR: f64 = 0.002;
+
 /// Everything a comparison has to say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
