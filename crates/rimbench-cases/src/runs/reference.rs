@@ -165,7 +165,8 @@ impl Reference {
         let equal = |column: usize| {
             distance(&coarse, &middle, column).max(distance(&middle, &fine, column)) <= summed * largest[column]
         };
-        if interface_of(&spec.case, &fine).all(equal) {
+        let interface: Vec<usize> = interface_of(&spec.case, &fine).collect();
+        if !interface.is_empty() && interface.into_iter().all(equal) {
             uncertainty = Self::by_longer_steps(spec, &fine, stop)?;
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
