@@ -74,8 +74,7 @@ fn ball(restitution: f64, gravity: &str) -> [[f64; 2]; 2] {
     ];
     let options = [("macro_step_s", "0.01"), ("mechanics_steps", "1"), ("duration_s", "0.02")];
     let trajectory = run(&spec_with("bouncing-ball", "zero-order-hold", &options, &set)).trajectory;
-    let [height, velocity] =
-        ["interface_position_m", "interface_velocity_m_s"].map(|name| column(&trajectory, name));
+    let [height, velocity] = ["interface_position_m", "interface_velocity_m_s"].map(|name| column(&trajectory, name));
     [1, 2].map(|step| [height[step], velocity[step]])
 }
 

@@ -138,8 +138,8 @@ impl Reference {
 
     /// Compares the solutions of [`REFINEMENTS`](Self::REFINEMENTS), the coarsest first.
     ///
-    /// Three equal solutions say nothing where code from outside may take steps of its own: a fourth one, by the case's macro step,
-    /// then tells what the length of a step does.
+    /// Three equal solutions say nothing where a side may take steps of its own: a fourth one, by the case's macro step, then tells
+    /// what the length of a step does.
     ///
     /// # Errors
     /// Bad parameters; a value that is not finite; a side that does not move in the steps of the reference.
@@ -165,7 +165,8 @@ impl Reference {
         let equal = |column: usize| {
             distance(&coarse, &middle, column).max(distance(&middle, &fine, column)) <= summed * largest[column]
         };
-        if spec.case.from_outside && interface_of(&spec.case, &fine).all(equal) {
+        let interface: Vec<usize> = interface_of(&spec.case, &fine).collect();
+        if !interface.is_empty() && interface.into_iter().all(equal) {
             uncertainty = Self::by_longer_steps(spec, &fine, stop)?;
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
@@ -177,8 +178,12 @@ impl Reference {
     fn by_longer_steps(spec: &RunSpec, fine: &Trajectory, stop: StopFlag<'_>) -> Result<Vec<f64>> {
         let steps = (spec.duration / spec.case.defaults.macro_step_s).ceil().max(1.0) as usize;
         let longer = ReferenceSteps { h: spec.duration / steps as f64, steps, every: 1 };
-        let solution = Self::solution_by(spec, longer, stop)?;
-        check_finite(&spec.case, &solution)?;
+        // Steps in which nothing can be computed tell nothing.
+        let solution = match Self::solution_by(spec, longer, stop) {
+            Ok(solution) if check_finite(&spec.case, &solution).is_ok() => solution,
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            _ => return Ok(vec![0.0; fine.columns().len()]),
+        };
         let same = fine.resampled(solution.column(0));
         let apart: Vec<f64> = (0..fine.columns().len()).map(|column| distance(&solution, &same, column)).collect();
         let stands = |name: &str| {
@@ -422,7 +427,8 @@ fn contact_gaps(spec: &RunSpec) -> Result<Vec<String>> {
     }
     let mut system = (spec.case.build)(&spec.parameters, &SolverEntry::active_set())?;
     let contacts = system.sides.mechanics.capabilities().contact_names();
-    let of_contact = |gap: &String| contacts.iter().any(|name| **gap == format!("{GAP}{name}_m"));
+    let is_of = |gap: &str| contacts.iter().any(|name| *gap == format!("{GAP}{name}_m"));
+    let of_contact = |gap: &String| contacts.is_empty() || is_of(gap);
     Ok(gaps.filter(of_contact).collect())
 }
 

@@ -256,11 +256,6 @@ impl ContactStepper {
         self.law.stabilisation
     }
 
-    /// Tells whether contacts rebound.
-    pub(super) fn rebounds(&self) -> bool {
-        self.law.rebounds()
-    }
-
     /// Tells whether contacts are compliant.
     pub(super) fn is_compliant(&self) -> bool {
         self.law.spring.is_some()

@@ -30,3 +30,10 @@ impl ContactLaw {
         }
     }
 }
+
+impl super::ContactStepper {
+    /// Tells whether contacts rebound.
+    pub(in crate::mechanics) fn rebounds(&self) -> bool {
+        self.law.rebounds()
+    }
+}
