@@ -74,7 +74,7 @@ fn within_limit<T>(spec: &RunSpec, stop: StopFlag<'_>, solve: impl FnOnce(StopFl
 }
 
 /// Everything that determines a reference, as text; the code itself included.
-fn content_key(spec: &RunSpec) -> String {
+pub(super) fn content_key(spec: &RunSpec) -> String {
     let (case, duration) = (&spec.case, spec.duration);
     let mut key = format!(
         "reference of {}\nsources {} {}\nduration_s = {duration:?}\n",

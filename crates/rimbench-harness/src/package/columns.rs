@@ -92,6 +92,7 @@ const KNOWN: [(&str, Kind, &str); 56] = [
     ("source", Text, "Where the value comes from"),
     ("interface_frequency_rad_s", Number, "Frequency ω of the coupling linearised at the start; Ω = H ω"),
     ("interface_damping_ratio", Number, "Its damping ratio ζ, of the actuator's feedthrough"),
+    ("rejected_draws", Number, "Draws rejected before a setting that has the event asked for; empty where none is"),
     ("column", Text, "Column of the trajectory"),
     ("rms_uncertainty", Number, "Rms uncertainty of the reference in this column, in its unit"),
     ("observed_order", Number, "Order at which its refinements approach each other"),

@@ -27,7 +27,7 @@ const TABLES: [(&str, &str); 7] = [
     ("cost.csv", "One row per run: wall times; of the machine named in provenance.csv"),
     ("provenance.csv", "One row per run: source, compiler, machine and its load"),
     ("parameters.csv", "Every parameter of every case, resolved"),
-    ("settings.csv", "What scales the coupling of each set of parameters"),
+    ("settings.csv", "What scales the coupling of each set of parameters, and how many draws were rejected before it"),
     ("reference.csv", "Uncertainty and observed order of the references, by column"),
     ("claims.csv", "What the experiment claims, what was measured, and whether it holds"),
 ];
