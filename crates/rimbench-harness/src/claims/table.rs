@@ -34,6 +34,9 @@ pub struct CheckedClaim {
     pub finding: Verdict,
     /// Why it has been replaced by another; empty if it has not.
     pub superseded: String,
+    /// The claim of which this one is a variant; empty where it says something of its own.
+    #[serde(default)]
+    pub variant_of: String,
     /// Number of runs it rests on.
     pub runs: usize,
     /// Their ids; known where the rows are, and not written.
@@ -42,7 +45,7 @@ pub struct CheckedClaim {
 }
 
 /// Columns of `claims.csv`: name, whether it is a number, what it is.
-pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
+pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 15] = [
     ("experiment", false, "Experiment the claim stands in"),
     ("id", false, "Short name of the claim"),
     ("by", false, "Who claims it: the paper, or ours"),
@@ -60,10 +63,16 @@ pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
     ("verdict", false, "Whether it holds"),
     ("finding", false, "What was found when the experiment was last looked at"),
     ("superseded", false, "Why the claim has been replaced by another"),
+    ("variant_of", false, "The claim of which this one is a variant, counted with it"),
     ("runs", true, "Number of runs it rests on"),
 ];
 
 impl CheckedClaim {
+    /// Whether it counts as a statement: no other claim has replaced it, and it is no variant of one.
+    pub fn counts(&self) -> bool {
+        self.superseded.is_empty() && self.variant_of.is_empty()
+    }
+
     /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
     pub fn differs(&self) -> bool {
         self.finding != Verdict::NotMeasured && self.verdict != self.finding
