@@ -238,6 +238,7 @@ fn claim(claim: CheckedClaim) -> Claim {
         quantity: claim.quantity,
         expected: claim.expected,
         superseded: claim.superseded,
+        variant_of: claim.variant_of,
     }
 }
 

@@ -95,7 +95,7 @@ impl Reproduce {
                 before.len()
             ))?;
         }
-        let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.superseded.is_empty()).collect();
+        let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.counts()).collect();
         let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
         print(&format!(
             "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",

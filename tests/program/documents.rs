@@ -3,6 +3,8 @@
 
 pub use crate::prose::{documents, files, prose, read, root};
 use crate::support::{cases, schemes};
+use rimbench::cases::ReferenceMethod;
+use rimbench::catalogue::Catalogue;
 use rimbench::figures::{fill_page, without_filled};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -198,9 +200,14 @@ fn rust_code_of_the_documents_is_compiled_or_quoted_from_what_is() {
 fn the_readme_counts_the_committed_claims() {
     let mut claims = csv::Reader::from_path(root().join("results/paper/claims.csv")).unwrap();
     let rows: Vec<BTreeMap<String, String>> = claims.deserialize().map(Result::unwrap).collect();
-    // Claims that others have replaced are kept, and counted nowhere.
-    let counts =
-        |row: &BTreeMap<String, String>, by: &str| row["superseded"].is_empty() && (by.is_empty() || row["by"] == by);
+    // Claims that others have replaced are kept, and counted nowhere; variants of one statement count once.
+    let counts = |row: &BTreeMap<String, String>, by: &str| {
+        row["superseded"].is_empty() && row["variant_of"].is_empty() && (by.is_empty() || row["by"] == by)
+    };
+    for row in rows.iter().filter(|row| !row["variant_of"].is_empty()) {
+        let id = row["variant_of"].rsplit('/').next().unwrap();
+        assert!(rows.iter().any(|other| other["id"] == id && counts(other, &row["by"])), "{} of {id}", row["id"]);
+    }
     let count = |by: &str| {
         let own: Vec<_> = rows.iter().filter(|row| counts(row, by)).collect();
         let reproduced = own.iter().filter(|row| row["verdict"] == "reproduced").count();
@@ -208,16 +215,54 @@ fn the_readme_counts_the_committed_claims() {
     };
     let [all, paper, ours] = ["", "paper", "ours"].map(count);
     let sentence = format!(
-        "**{} of {} claims reproduce**: {} of {} from the paper, {} of {} from this project.",
+        "**{} of {} statements reproduce**: {} of {} from the paper, {} of {} from this project.",
         all.0, all.1, paper.0, paper.1, ours.0, ours.1
     );
     let readme = read(&root().join("README.md"));
     assert!(readme.contains(&sentence), "README.md does not say: {sentence}");
     assert!(readme.contains("](results/paper/claims.md)"), "README.md does not link to the table of claims");
-    let replaced = rows.len() - all.1;
+    let replaced = rows.iter().filter(|row| !row["superseded"].is_empty()).count();
     let page = read(&root().join("results/paper/report.html"));
     let sentence = format!("<strong>{} of {} claims reproduce</strong>", all.0, all.1);
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
+}
+
+/// How a reference is made is said by the case itself: the code fills in what a page says, with `RIMBENCH_FILL_PAGES=1`.
+#[test]
+fn every_case_page_says_how_its_reference_is_made() {
+    let catalogue = Catalogue::standard();
+    let (mut faults, mut said) = (Vec::new(), 0);
+    for page in files(&root().join("docs/cases"), "md") {
+        let (text, mut made) = (read(&page), String::new());
+        let mut parts = text.split("<!-- reference case=");
+        let mut own = parts.next().unwrap().to_owned();
+        made += &own;
+        for part in parts {
+            let (name, rest) = part.split_once(" -->").unwrap();
+            let (_, behind) = rest.split_once("<!-- /reference -->").unwrap();
+            let case = catalogue.case(name).unwrap();
+            let sentence = match (case.reference)(&case.default_parameters()).unwrap() {
+                ReferenceMethod::Refined => "The reference is monolithic, by the semi-implicit rule.",
+                ReferenceMethod::EventDriven => "The reference steps both sides from event to event.",
+                ReferenceMethod::Own(_) => "The reference is an integrator of its own.",
+                ReferenceMethod::Exact(_) => "The reference is a closed form.",
+            };
+            made += &format!("<!-- reference case={name} -->{sentence}<!-- /reference -->{behind}");
+            own += behind;
+            said += 1;
+        }
+        if own.to_lowercase().replace('\n', " ").contains("is monolithic") {
+            faults.push(format!("{} says by hand how its reference is made", page.display()));
+        }
+        if made != text {
+            match std::env::var_os("RIMBENCH_FILL_PAGES") {
+                Some(_) => fs::write(&page, made).unwrap(),
+                None => faults.push(format!("{}: set RIMBENCH_FILL_PAGES=1", page.display())),
+            }
+        }
+    }
+    assert!(said >= 20, "{said} sentences: the check reads nothing");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 /// What is between markers is made by `rimbench reproduce --everything`; or here, from what is kept, with `RIMBENCH_FILL_PAGES=1`.

@@ -15,15 +15,19 @@ pub fn claims_markdown(path: &Path) -> Result<String> {
     let columns: Vec<usize> = names.iter().map(|name| claims.column(name)).collect::<Result<_>>()?;
     // Results of earlier versions do not have it.
     let superseded = claims.column("superseded").ok();
-    let reason = |row: usize| superseded.map(|column| claims.text(row, column)).filter(|reason| !reason.is_empty());
+    let variant_of = claims.column("variant_of").ok();
+    let said = |row: usize, column: Option<usize>, of: &str| {
+        let text = column.map(|column| claims.text(row, column)).filter(|text| !text.is_empty());
+        text.map(|text| format!(" *({of} {text})*")).unwrap_or_default()
+    };
     let mut text = String::from("| claim | by | quantity | measured | expected | verdict | experiment |\n");
     text.push_str("|---|---|---|---|---|---|---|\n");
     for row in 0..claims.len() {
         let cells = columns.iter().zip(names).map(|(&column, name)| match name {
             "measured" => significant(claims.number(row, column), 3) + &trust(&claims, row),
             "text" => {
-                let reason = reason(row).map(|reason| format!(" *(superseded: {reason})*")).unwrap_or_default();
-                format!("{}{reason}", claims.text(row, column)).replace('|', "\\|")
+                let more = said(row, superseded, "superseded:") + &said(row, variant_of, "variant of");
+                format!("{}{more}", claims.text(row, column)).replace('|', "\\|")
             }
             "verdict" => claims.text(row, column).replace('-', " "),
             _ => claims.text(row, column).replace('|', "\\|"),

@@ -122,13 +122,13 @@ pub(super) fn export_if_complete(
             found => Ok((spec, Some(found?))),
         }
     });
-    let of_references = results::write_references(job.folder, references, &names, job.experiment.trace_every_s)?;
+    let problem = |run: &PlannedRun| (run.spec.case.name.to_string(), run.spec.parameters.given());
+    let rejected = planned.iter().filter_map(|run| Some((problem(run), run.rejected_draws?))).collect();
+    let every = job.experiment.trace_every_s;
+    let of_references = results::write_references(job.folder, references, &names, &rejected, every)?;
     let traced = planned.iter().filter(|run| job.experiment.trace_of(&run.label).is_some());
     results::write_checksums(job.folder, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
-    let pooled = planned.iter().filter_map(|run| {
-        let (case, set) = (run.spec.case.name.to_string(), run.spec.parameters.given());
-        run.pooled_set.as_ref().map(|pooled| ((case, set), pooled.to_string()))
-    });
+    let pooled = planned.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string())));
     keep(job.folder, &PooledSets::from_iter(pooled), &plan_sha256(job.experiment, planned))?;
     Ok(found)
 }

@@ -87,7 +87,7 @@ impl Drop for Ended<'_> {
 }
 
 /// Everything that determines a reference, as text; the code itself included.
-fn content_key(spec: &RunSpec) -> String {
+pub(super) fn content_key(spec: &RunSpec) -> String {
     let (case, duration) = (&spec.case, spec.duration);
     let mut key = format!(
         "reference of {}\nsources {} {}\nduration_s = {duration:?}\n",

@@ -5,7 +5,7 @@
 //! cost.csv        one row per run: wall time, latency of macro steps; machine-dependent
 //! provenance.csv  one row per run: revision, lock file, compiler, processor, load
 //! parameters.csv  every parameter of every case, resolved
-//! settings.csv    what scales the coupling of each set of parameters
+//! settings.csv    what scales the coupling of each set of parameters, and how many draws were rejected before it
 //! reference.csv   uncertainty and observed order of the reference, per column
 //! traces/         one file per run, and the reference, where the experiment asks for them
 //! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
@@ -24,6 +24,7 @@ use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::kept::SUMMARY_KEYS;
 use rimbench_results::trace;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Tells whether the tables of a plan have a column of findings: what only claims ask for if one does.
@@ -172,6 +173,7 @@ pub(super) fn write_tables(
 
 /// Writes `parameters.csv`, `settings.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
 /// those traces, each with the one of `names` where there are several. A reference that took longer than its runs may take, or that there is none of, has no rows.
+/// `rejected_draws` are those before a setting, by case and set, where an event is required.
 ///
 /// # Errors
 /// [`Error::File`] naming the file; whatever makes a reference fail.
@@ -179,12 +181,13 @@ pub(super) fn write_references<'a>(
     folder: &Path,
     references: impl Iterator<Item = Result<(&'a RunSpec, Option<Reference>)>>,
     names: &[String],
+    rejected_draws: &BTreeMap<(String, String), usize>,
     trace_every_s: Option<f64>,
 ) -> Result<Vec<String>> {
     let mut traces = Vec::new();
     let mut parameters = vec![row(&["case", "set", "parameter", "value", "unit", "source"])];
-    let scales = ["case", "set", "interface_frequency_rad_s", "interface_damping_ratio", "effective_mass_ratio"];
-    let mut settings = vec![row(&scales)];
+    let scales = ["interface_frequency_rad_s", "interface_damping_ratio", "effective_mass_ratio"];
+    let mut settings = vec![row(&[&["case", "set"][..], &scales, &["rejected_draws"]].concat())];
     let mut columns = vec![row(&["case", "set", "column", "rms_uncertainty", "observed_order", "finest_step_s"])];
     for (index, found) in references.enumerate() {
         let (spec, reference) = found?;
@@ -195,7 +198,8 @@ pub(super) fn write_references<'a>(
         }
         let Some(reference) = reference else { continue };
         let [frequency, damping, ratio] = dimensionless(spec, &reference);
-        settings.push(row(&[case, &set, &frequency, &damping, &ratio]));
+        let rejected = rejected_draws.get(&(case.to_owned(), set.clone())).map(usize::to_string).unwrap_or_default();
+        settings.push(row(&[case, &set, &frequency, &damping, &ratio, &rejected]));
         for (column, name) in reference.trajectory.columns().iter().enumerate().skip(1) {
             let (uncertainty, order) = (number(reference.uncertainty[column]), number(reference.order[column]));
             columns.push(row(&[case, &set, name, &uncertainty, &order, &number(reference.step)]));

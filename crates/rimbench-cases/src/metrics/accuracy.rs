@@ -40,12 +40,43 @@ metrics! {
     TOUCH_DOWN_PEAK_RATIO: "touch_down_peak_ratio" in "-",
     "Largest force magnitude within 0.1 s of a contact that closes in the reference, over that of the reference there"
     => |evidence| {
-        let near = |t: f64| evidence.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
         worst(evidence, |row| {
-            let rows = evidence.run.rows().filter(|values| near(values[0]));
+            let rows = evidence.run.rows().filter(|values| is_near(evidence, values[0]));
             Some(peak(rows.map(|values| values[row.force]))? / row.reference_touch_down_peak?)
         })
     };
+
+    TOUCH_DOWN_SHOWN: "reference_touch_down_peak_ratio" in "-" of Claimed,
+    "The same of the reference at the communication points of the run: what of its peak can be seen there at all"
+    => |evidence| {
+        worst(evidence, |row| {
+            let exact = row.reference_touch_down_peak?;
+            let near = evidence.run.column(0).zip(evidence.pairs(row.force)).filter(|(t, _)| is_near(evidence, *t));
+            Some(peak(near.map(|(_, (_, reference))| reference))? / exact)
+        })
+    };
+
+    TOUCH_DOWN_ERROR: "touch_down_error_rms_of_peak" in "-" of Claimed,
+    "Rms force error within 0.1 s of a contact that closes in the reference, as a fraction of the largest force magnitude of the reference there"
+    => |evidence| {
+        worst(evidence, |row| {
+            let exact = row.reference_touch_down_peak?;
+            let near = evidence.run.column(0).zip(evidence.pairs(row.force)).filter(|(t, _)| is_near(evidence, *t));
+            Some(rms(near.map(|(_, (own, reference))| own - reference))? / exact)
+        })
+    };
+
+    TOUCH_DOWN_PRESSURE: "touch_down_pressure_max_pa" in "Pa" of Claimed,
+    "Largest pressure of the first chamber within 0.1 s of a contact that closes in the reference"
+    => |evidence| {
+        let pressure = evidence.run.column(evidence.run.index_of("pressure_1_pa")?);
+        let near = evidence.run.column(0).zip(pressure).filter(|(t, _)| is_near(evidence, *t));
+        peak(near.map(|(_, pressure)| pressure))
+    };
+
+    VELOCITY_END: "velocity_end_m_s" in "m/s" of Claimed,
+    "Interface velocity at the last communication point reached"
+    => |evidence| worst(evidence, |row| evidence.run.column(row.velocity).last());
 
     VELOCITY_ERROR_RMS: "velocity_error_rms_m_s" in "m/s",
     "Root mean square of the interface velocity minus the reference's"
@@ -70,6 +101,11 @@ metrics! {
     => |evidence| {
         worst(evidence, |row| evidence.pairs(row.position).last().map(|(own, reference)| own - reference))
     };
+}
+
+/// Whether a touch-down of the reference shows at a time.
+fn is_near(evidence: &Evidence<'_>, t: f64) -> bool {
+    evidence.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t))
 }
 
 /// The value of largest magnitude over the rows of the interface, with its sign; NaN wins.

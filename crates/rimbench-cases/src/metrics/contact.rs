@@ -1,5 +1,6 @@
 //! What contacts do: effective mass, lift-off, penetration.
 
+use super::contact_phase::CLOSES_AT;
 use super::evidence::{Evidence, metrics};
 
 /// A contact of the reference with a gap below this counts as closed, m.
@@ -29,6 +30,14 @@ metrics! {
             evidence.pairs(gap).filter(|(_, reference)| *reference <= CLOSED_IN_REFERENCE).map(|(own, _)| own)
         });
         lifted.reduce(f64::max).map(|height| height.max(0.0))
+    };
+
+    CLOSED_AT_END: "closed_contacts_end" in "-" of Claimed,
+    "Contacts with a gap of at most 10 µm at the last communication point reached"
+    => |evidence| {
+        let last = |&gap: &usize| evidence.run.column(gap).last();
+        let gaps = evidence.gaps.iter().map(last).collect::<Option<Vec<f64>>>()?;
+        (!gaps.is_empty()).then(|| gaps.iter().filter(|gap| **gap <= CLOSES_AT).count() as f64)
     };
 
     PENETRATION: "penetration_m" in "m",

@@ -1,6 +1,6 @@
 //! How the rows of an interface feel each other, of schemes that have a model for each.
 
-use super::evidence::metrics;
+use super::evidence::{Evidence, metrics};
 use crate::runs::NEUTRAL;
 use rimbench_core::cosim::OutcomeClass;
 
@@ -16,10 +16,23 @@ metrics! {
     AS_PREDICTED: "completed_as_predicted" in "-" of Claimed,
     "1 if the run completed and its coupling, linearised at the start, does not grow, or if neither; 0 if only one of the two"
     => |evidence| {
-        let completed = match evidence.report.outcome.class() {
-            OutcomeClass::NoAnswer => return None,
-            class => class == OutcomeClass::Completed,
-        };
-        Some(f64::from(completed == (evidence.predicted_growth? <= 1.0 + NEUTRAL)))
+        let [completed, predicted] = found_and_predicted(evidence)?;
+        Some(f64::from(completed == predicted))
     };
+
+    UNFORESEEN: "failed_unforeseen" in "-" of Claimed,
+    "1 if the run did not complete although its coupling, linearised at the start, does not grow: a prediction that errs on the unsafe side; else 0"
+    => |evidence| {
+        let [completed, predicted] = found_and_predicted(evidence)?;
+        Some(f64::from(predicted && !completed))
+    };
+}
+
+/// Whether the run completed, and whether that is predicted.
+fn found_and_predicted(evidence: &Evidence<'_>) -> Option<[bool; 2]> {
+    let completed = match evidence.report.outcome.class() {
+        OutcomeClass::NoAnswer => return None,
+        class => class == OutcomeClass::Completed,
+    };
+    Some([completed, evidence.predicted_growth? <= 1.0 + NEUTRAL])
 }

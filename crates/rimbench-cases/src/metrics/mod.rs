@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod contact;
+mod contact_event;
 mod contact_phase;
 mod energy;
 mod event;
@@ -23,6 +24,7 @@ mod tests;
 pub const USABLE: f64 = 0.1;
 
 pub use contact::STAYS_DOWN_M;
+pub use contact_event::ContactEvent;
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub(crate) use event::touch_downs;
 pub use evidence::{Evidence, Inside, InterfaceRow, Metric, Only};
@@ -48,6 +50,10 @@ pub const METRICS: &[Metric] = &[
     impulse::IMPULSE_ERROR,
     accuracy::FORCE_PEAK,
     accuracy::TOUCH_DOWN_PEAK_RATIO,
+    accuracy::TOUCH_DOWN_SHOWN,
+    accuracy::TOUCH_DOWN_ERROR,
+    accuracy::TOUCH_DOWN_PRESSURE,
+    accuracy::VELOCITY_END,
     accuracy::VELOCITY_ERROR_RMS,
     accuracy::POSITION_ERROR_RMS,
     accuracy::POSITION_ERROR_ALIGNED,
@@ -56,6 +62,7 @@ pub const METRICS: &[Metric] = &[
     contact::EFFECTIVE_MASS_MAX,
     contact::EFFECTIVE_MASS_RATIO,
     contact::LIFT_OFF,
+    contact::CLOSED_AT_END,
     contact::PENETRATION,
     event::TIME_SHIFT_MAX,
     event::MISSED,
@@ -93,6 +100,7 @@ pub const METRICS: &[Metric] = &[
     interface::LAMBDA,
     interface::CORRELATION,
     interface::AS_PREDICTED,
+    interface::UNFORESEEN,
 ];
 
 /// Finds what a metric, by name, must exceed to say more than that it is small.

@@ -128,6 +128,21 @@ fn a_peak_at_the_opening_of_the_valve_is_no_touch_down() {
     assert_eq!(given.value(RATIO), None);
 }
 
+/// Of a reference with a dip of 4 N a run that sees 2 N of it is off by 2 N in one of the rows near it, and by 50 N elsewhere.
+#[test]
+fn a_touch_down_is_judged_by_itself() {
+    const METRICS: [&str; 2] = ["touch_down_error_rms_of_peak", "reference_touch_down_peak_ratio"];
+    let mut given = Given::new(&[0.0, 50.0, 0.0, 1.0, -2.0, 1.0, 0.0, 0.0], &OPEN, &[0.0; 8]);
+    assert_eq!(METRICS.map(|name| given.value(name)), [None; 2], "nothing closes in the reference");
+    given.touch_downs = vec![[0.025, 0.055]];
+    let forces = [0.0, 0.0, 0.0, 1.0, -4.0, 1.0, 0.0, 0.0_f64];
+    let rows = forces.iter().enumerate().flat_map(|(k, force)| [time(k), *force]).collect();
+    given.reference = Trajectory::from_data(["time_s", "f_n"].map(str::to_owned).to_vec(), rows);
+    let near = (0..8).filter(|&k| (0.025..=0.055).contains(&time(k))).count() as f64;
+    approx::assert_relative_eq!(given.value(METRICS[0]).unwrap(), (4.0 / near).sqrt() / 4.0, max_relative = 1e-14);
+    assert_eq!(given.value(METRICS[1]), Some(1.0));
+}
+
 #[test]
 fn inside_a_macro_step_forces_are_compared_where_a_micro_step_starts_and_positions_in_its_middle() {
     let table = |columns: &[&str], data: Vec<f64>| {
@@ -190,11 +205,17 @@ fn a_run_ends_as_predicted_if_it_completes_and_does_not_grow_or_neither() {
     let given = |outcome: Outcome, predicted_growth: Option<f64>| {
         let (given, report) = (Given::new(&OPEN, &OPEN, &[]), Report::not_run(outcome));
         let evidence = Evidence { predicted_growth, ..Evidence::bare(&given.run, &given.reference, &report) };
-        (METRICS.iter().find(|metric| metric.name == "completed_as_predicted").unwrap().compute)(&evidence)
+        ["completed_as_predicted", "failed_unforeseen"]
+            .map(|name| (METRICS.iter().find(|metric| metric.name == name).unwrap().compute)(&evidence))
     };
     let failed = || Outcome::OutOfRange { at_s: 1.0, quantity: "x".into(), value: 0.0 };
     let completed = |growth| given(Outcome::Completed, Some(growth));
-    assert_eq!([0.9, 1.0, 1.1].map(completed), [Some(1.0), Some(1.0), Some(0.0)]);
-    assert_eq!([0.9, 1.1].map(|growth| given(failed(), Some(growth))), [Some(0.0), Some(1.0)]);
-    assert_eq!([given(Outcome::Completed, None), given(Outcome::Timeout { at_s: 1.0 }, Some(0.9))], [None; 2]);
+    let values = |pairs: [[f64; 2]; 3]| pairs.map(|pair| pair.map(Some));
+    assert_eq!([0.9, 1.0, 1.1].map(completed), values([[1.0, 0.0], [1.0, 0.0], [0.0, 0.0]]));
+    // Only a failure that was not foreseen errs on the unsafe side.
+    assert_eq!(
+        [0.9, 1.0, 1.1].map(|growth| given(failed(), Some(growth))),
+        values([[0.0, 1.0], [0.0, 1.0], [1.0, 0.0]])
+    );
+    assert_eq!([given(Outcome::Completed, None), given(Outcome::Timeout { at_s: 1.0 }, Some(0.9))], [[None; 2]; 2]);
 }

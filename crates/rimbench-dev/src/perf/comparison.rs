@@ -43,8 +43,6 @@ impl Paired {
     }
 }
 
-/// Part of a count by which programs built in two folders differ: alignment, paths, the environment.
-const FLOOR: f64 = 0.002;
 /// Part of a count by which it differs when the same program is recorded again.
 const REPEAT: f64 = 1e-6;
 

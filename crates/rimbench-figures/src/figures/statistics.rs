@@ -167,6 +167,21 @@ pub fn rounded(step: f64) -> f64 {
     (step * 1e6).round() / 1e6
 }
 
+/// The share of the runs with one abscissa, by ascending abscissa, that are usable: they completed with a metric of at most `within` in
+/// magnitude. Those without an answer are left out.
+pub fn share_usable(runs: &Runs<'_>, x: impl Fn(usize) -> f64, metric: &str, within: f64) -> Result<Vec<OverPhases>> {
+    let column = runs.table().column(metric)?;
+    let point = |(x, runs): (f64, Runs<'_>)| {
+        let is_usable = |row: &&usize| runs.table().number(**row, column).abs() <= within;
+        let usable = runs.completed().rows().iter().filter(is_usable).count() as f64;
+        let tally = runs.tally();
+        let tried = tally.completed + tally.failed;
+        let share = usable / tried as f64;
+        (tried > 0).then_some(OverPhases { x, median: share, least: share, most: share, lost: Loss::default() })
+    };
+    Ok(runs.by(x).into_iter().filter_map(point).collect())
+}
+
 /// A metric as it is shown, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars`
 /// says. Runs that did not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
 pub fn over_phases(

@@ -1,7 +1,9 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, OverPhases, floor, name, over_phases, read_runs, style, unit_of};
+use super::statistics::{
+    Bars, ONLY, Only, OverPhases, floor, name, over_phases, read_runs, share_usable, style, unit_of,
+};
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::{Color, Drawing};
 use crate::line_style::LineStyle;
@@ -55,6 +57,11 @@ keys! {
             Then("a logarithmic axis"),
             "vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second"
         ),
+        within: Option<f64> = key(
+            Takes::Positive,
+            Then("the metric itself"),
+            "show the share of the runs that complete with at most this much of the metric instead, on a linear axis"
+        ),
         floor: Option<String> = key(
             Takes::Text,
             Then("that of the metric, where it has one"),
@@ -82,9 +89,10 @@ impl SweepFigure {
             let runs = spec.only.one_of(&all)?;
             let (unit, factor) = unit_of(&runs);
             let x_axis = Axis::log10(format!("macro step H ({unit})"));
-            let y_axis = match spec.symlog {
-                Some([least, most]) => Axis::symlog(&spec.label, least).range(-most, most),
-                None => Axis::log10(&spec.label).within(spec.range),
+            let y_axis = match (spec.symlog, spec.within) {
+                (Some([least, most]), _) => Axis::symlog(&spec.label, least).range(-most, most),
+                (None, Some(_)) => Axis::linear(&spec.label).range(0.0, 1.0),
+                (None, None) => Axis::log10(&spec.label).within(spec.range),
             };
             let mut panel = Panel::new(&spec.title, x_axis, y_axis);
             if spec.symlog.is_some() {
@@ -96,7 +104,7 @@ impl SweepFigure {
             }
             for label in runs.labels(&spec.labels) {
                 let points = spec.points(&runs, label)?;
-                let has_order = self.panels.len() == 1 && spec.symlog.is_none();
+                let has_order = self.panels.len() == 1 && spec.symlog.is_none() && spec.within.is_none();
                 let order = if has_order { spec.order(&runs.of_label(label))? } else { None };
                 let levels_off = spec.levels_off(&points);
                 let lost = spec.fitted(&points).any(|point| point.lost.failed > 0.0);
@@ -120,6 +128,7 @@ impl SweepFigure {
                 Some(floor) => {
                     runs.rows().first().map(|&row| Ok(table.number(row, table.column(floor)?))).transpose()?
                 }
+                None if spec.within.is_some() => None,
                 None => floor(&runs, &spec.metric),
             };
             // Down there a distance from the reference says nothing.
@@ -137,9 +146,13 @@ impl SweepFigure {
 }
 
 impl SweepPanel {
-    /// The medians of one label over the macro steps.
+    /// The medians of one label over the macro steps, or the shares of its runs that are usable.
     fn points(&self, runs: &Runs<'_>, label: &str) -> Result<Vec<OverPhases>> {
-        over_phases(&runs.of_label(label), |row| runs.macro_step_ms(row), &self.metric, identity, Bars::Range)
+        let (own, step) = (runs.of_label(label), |row| runs.macro_step_ms(row));
+        match self.within {
+            Some(within) => share_usable(&own, step, &self.metric, within),
+            None => over_phases(&own, step, &self.metric, identity, Bars::Range),
+        }
     }
 
     /// About where the vertical axis begins.
@@ -271,6 +284,18 @@ mod tests {
         assert!((order(panel("force_error_rms_n", "")).unwrap() - 2.0).abs() < 1e-12);
         assert_eq!(order(panel("force_error_rms_n", "orders_over_ms = [1.0, 2.0]")), None);
         assert!(panel("nothing", "").order(&Runs::of(&table).unwrap()).is_err());
+    }
+
+    #[test]
+    fn a_usable_run_completes_within_the_bound_and_a_skipped_one_is_none() {
+        let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let rows = ["completed,0.05", "completed,-0.1", "completed,0.2", "diverged,0.01", "completed,", "skipped,"];
+        let rows = rows.map(|row| cells(&format!("box,,x,0.005,{row}"))).to_vec();
+        let header = cells("case,set,label,macro_step_s,outcome,error");
+        let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), header, rows);
+        let panel: SweepPanel = toml::from_str("metric = \"error\"\nwithin = 0.1\n").unwrap();
+        let points = panel.points(&Runs::of(&table).unwrap(), "x").unwrap();
+        assert_eq!(points.iter().map(|point| (point.x, point.median)).collect::<Vec<_>>(), [(5.0, 0.4)]);
     }
 
     #[test]

@@ -20,9 +20,9 @@ impl Verdict {
 }
 
 impl Claim {
-    /// Whether it counts in the head: it has not been replaced.
+    /// Whether it counts in the head: it has not been replaced, and is no variant.
     pub(super) fn counts(&self) -> bool {
-        self.superseded.is_empty()
+        self.superseded.is_empty() && self.variant_of.is_empty()
     }
 
     pub(super) fn anchor(&self, study: &Study) -> String {
@@ -203,9 +203,12 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         [good, all] => format!("{name} {good} of {all}"),
     });
     // They are in the table, and elsewhere they count.
-    let superseded = self::claims(report).filter(|(_, claim)| !claim.counts()).count();
-    let more = if superseded == 0 { String::new() } else { format!("{superseded} more are superseded") };
-    let parts: Vec<&String> = parts.iter().chain([&more]).filter(|part| !part.is_empty()).collect();
+    let count = |is: fn(&Claim) -> bool| self::claims(report).filter(|(_, claim)| is(claim)).count();
+    let superseded = count(|claim| !claim.superseded.is_empty());
+    let variants = count(|claim| claim.superseded.is_empty() && !claim.variant_of.is_empty());
+    let more = [(variants, "variants"), (superseded, "superseded")]
+        .map(|(count, what)| if count == 0 { String::new() } else { format!("{count} more are {what}") });
+    let parts: Vec<&String> = parts.iter().chain(&more).filter(|part| !part.is_empty()).collect();
     let mut text = format!(
         "<p class=\"score\"><strong>{}</strong> <span class=\"soft\">({})</span></p>\n<ul class=\"marks\" aria-label=\"Claims, failures first\">",
         score(report),
@@ -223,7 +226,7 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     text + "</ul>\n" + &unchecked
 }
 
-/// How many of the claims reproduce, superseded ones aside; nothing where there is none.
+/// How many of the claims reproduce, superseded ones and variants aside; nothing where there is none.
 pub(super) fn score(report: &Report<'_>) -> String {
     match tally(report, None) {
         [_, 0] => String::new(),
@@ -321,6 +324,7 @@ mod tests {
             expected: "≥ 2".to_owned(),
             verdict: Verdict::NotReproduced,
             superseded: String::new(),
+            variant_of: String::new(),
             run_ids: Vec::new(),
         };
         let shaded = |claim: &Claim| {

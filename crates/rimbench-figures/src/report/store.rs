@@ -87,6 +87,8 @@ pub struct Claim {
     pub verdict: Verdict,
     /// Why it has been replaced; empty if it has not.
     pub superseded: String,
+    /// The claim of which it is a variant; empty if it is none.
+    pub variant_of: String,
     /// The runs that it rests on.
     pub run_ids: Vec<String>,
 }

@@ -7,7 +7,9 @@ use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
 use rimbench_statistics::{
     ALL, Contest, Costed, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
+    share_told_by_threshold,
 };
+use std::collections::BTreeMap;
 
 /// Holds a claim against the rows of an experiment.
 pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Result<CheckedClaim> {
@@ -61,6 +63,7 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         verdict,
         finding: claim.finding,
         superseded: claim.superseded.clone(),
+        variant_of: claim.variant_of.clone(),
         runs: known.rows().len(),
         run_ids: known.rows().iter().map(|&row| table.text(row, id).to_owned()).collect(),
     })
@@ -112,6 +115,10 @@ impl<'a> Values<'a> {
                 COMPLETED => f64::from(!failed),
                 DIVERGED => f64::from(failed),
                 DIVERGED_AT if !failed => f64::NAN,
+                _ if claim.within.is_some() => {
+                    f64::from(!failed && claim.within.is_some_and(|most| number.abs() <= most))
+                }
+                _ if claim.statistic.is_threshold() && !number.is_nan() => f64::from(!failed),
                 _ if claim.statistic == Statistic::ShareBetter && failed => f64::INFINITY,
                 // What a run that failed has is no point on the way to H = 0.
                 _ if (claim.statistic == Statistic::Order || cost.is_some()) && failed => f64::NAN,
@@ -134,6 +141,9 @@ impl<'a> Values<'a> {
         if self.claim.statistic == Statistic::ShareBetter {
             return self.share(rows).share();
         }
+        if self.claim.statistic.is_threshold() {
+            return self.told_by_threshold(rows);
+        }
         let of = |label: &str| {
             let own = rows.iter().filter(|&&row| self.runs.label(row) == label);
             self.claim.statistic.of(own.map(|&row| (self.runs.macro_step(row), self.value[row])))
@@ -144,6 +154,17 @@ impl<'a> Values<'a> {
             // Nothing over nothing is no measurement.
             Some(other) => own.zip(of(other)).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan()),
         }
+    }
+
+    /// What a threshold for all cases, or one for each, tells.
+    fn told_by_threshold(&self, rows: &[usize]) -> Option<f64> {
+        let per_case = self.claim.statistic == Statistic::ThresholdPerCase;
+        let mut groups: BTreeMap<&str, Vec<(f64, bool)>> = BTreeMap::new();
+        for &row in rows {
+            let case = if per_case { self.runs.problem(row)[0] } else { ALL };
+            groups.entry(case).or_default().push((self.runs.macro_step(row), self.value[row] > 0.5));
+        }
+        share_told_by_threshold(groups.into_values())
     }
 
     /// In how many settings the one row is better than the other.
@@ -174,6 +195,8 @@ impl Claim {
     fn quantity(&self) -> String {
         let (statistic, than) = match self.statistic {
             Statistic::ShareBetter => ("share of settings with less".to_owned(), "than"),
+            Statistic::OneThreshold => ("share told by one macro step, of those with".to_owned(), ""),
+            Statistic::ThresholdPerCase => ("share told by one macro step per case, of those with".to_owned(), ""),
             _ => (format!("{:?} of", self.statistic).to_lowercase(), "relative to"),
         };
         let relative = self.relative_to.as_ref().map(|other| format!(" {than} {other}")).unwrap_or_default();
@@ -186,13 +209,15 @@ impl Claim {
         });
         let above = self.above.map(|above| format!(" > {above}")).unwrap_or_default();
         let metric = if self.is_by_magnitude() { format!("|{}|", self.metric) } else { self.metric.clone() };
-        format!("{statistic} {metric}{above} of {}{relative}{equal}{step}{}", self.scheme, problem.concat())
+        let within = self.within.map(|within| format!(" ≤ {within}, completed,")).unwrap_or_default();
+        format!("{statistic} {metric}{above}{within} of {}{relative}{equal}{step}{}", self.scheme, problem.concat())
     }
 
     /// Why a run can be left out.
     fn why_left_out(&self) -> &'static str {
         match self.metric.as_str() {
             COMPLETED | DIVERGED => "skipped, timed out or failed by a defect",
+            _ if self.within.is_some() => "skipped, timed out or failed by a defect",
             DIVERGED_AT => "not diverged",
             _ if self.statistic == Statistic::Order => {
                 "not completed, without a value, or within the reference's uncertainty"
@@ -215,7 +240,7 @@ impl Statistic {
             Statistic::Min => pool.range().map(|[least, _]| least),
             Statistic::Max => pool.range().map(|[_, most]| most),
             Statistic::Mean => pool.mean(),
-            Statistic::Order | Statistic::ShareBetter => None,
+            Statistic::Order | Statistic::ShareBetter | Statistic::OneThreshold | Statistic::ThresholdPerCase => None,
         }
     }
 }
@@ -366,6 +391,38 @@ mod tests {
         );
         let completed = check_in(&table(header, &rows), "set = \"all\"\nmetric = \"completed\"\nstatistic = \"mean\"");
         assert_eq!((completed.measured, completed.runs), (Some(0.6), 5));
+    }
+
+    #[test]
+    fn a_threshold_is_chosen_among_the_runs_that_have_the_metric() {
+        let rows = [
+            "a,,0.001,completed,1.0",
+            "a,,0.002,diverged,1.0",
+            "b,,0.001,completed,1.0",
+            "b,,0.002,completed,0.0",
+            "b,,0.004,diverged,",
+        ];
+        let told = |statistic: &str| {
+            let claim = checked(&format!("case = \"all\"\nmetric = \"error\"\nstatistic = \"{statistic}\""), &rows);
+            (claim.measured, claim.runs)
+        };
+        assert_eq!(told("one-threshold"), (Some(0.75), 4));
+        assert_eq!(told("threshold-per-case"), (Some(1.0), 4));
+    }
+
+    #[test]
+    fn a_usable_run_completes_within_the_bound() {
+        let rows = [
+            "box,,0.001,completed,0.05",
+            "box,,0.001,completed,-0.1",
+            "box,,0.001,completed,0.2",
+            "box,,0.001,diverged,0.01",
+            "box,,0.001,completed,",
+            "box,,0.001,skipped,",
+        ];
+        let claim = checked("metric = \"error\"\nwithin = 0.1\nstatistic = \"mean\"", &rows);
+        assert_eq!((claim.measured, claim.runs), (Some(0.4), 5));
+        assert!(claim.quantity.starts_with("mean of error ≤ 0.1, completed, of x"), "{}", claim.quantity);
     }
 
     #[test]

@@ -34,6 +34,9 @@ pub struct CheckedClaim {
     pub finding: Verdict,
     /// Why it has been replaced by another; empty if it has not.
     pub superseded: String,
+    /// The claim of which this one is a variant; empty where it says something of its own.
+    #[serde(default)]
+    pub variant_of: String,
     /// Number of runs it rests on.
     pub runs: usize,
     /// Their ids; known where the rows are, and not written.
@@ -42,6 +45,11 @@ pub struct CheckedClaim {
 }
 
 impl CheckedClaim {
+    /// Whether it counts as a statement: no other claim has replaced it, and it is no variant of one.
+    pub fn counts(&self) -> bool {
+        self.superseded.is_empty() && self.variant_of.is_empty()
+    }
+
     /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
     pub fn differs(&self) -> bool {
         self.finding != Verdict::NotMeasured && self.verdict != self.finding

@@ -37,6 +37,8 @@ pub struct Claim {
     pub(crate) metric: String,
     /// Counts runs: the value is 1 where the metric is above this, else 0.
     pub(crate) above: Option<f64>,
+    /// Counts usable runs: the value is 1 where a run completed and the magnitude of the metric is at most this, else 0.
+    pub(crate) within: Option<f64>,
     /// What to make of several runs.
     #[serde(default)]
     pub(crate) statistic: Statistic,
@@ -48,6 +50,10 @@ pub struct Claim {
     /// Why the claim has been replaced by another, if it has: it is kept, and measured, all the same.
     #[serde(default)]
     pub(crate) superseded: String,
+    /// The claim, by id, of which this one is a variant: it says the same of another phase, statistic or option. It is measured all the same,
+    /// and statements are counted once.
+    #[serde(default)]
+    pub(crate) variant_of: String,
 }
 
 /// Who makes a claim.
@@ -73,6 +79,18 @@ pub(crate) enum Statistic {
     Order,
     /// Share of the settings in which the median over phases is less than that of `relative_to`.
     ShareBetter,
+    /// Share of the runs for which a single macro step tells whether they complete, chosen after the fact: the baseline of a prediction. The
+    /// metric says which runs count: those that have it.
+    OneThreshold,
+    /// The same with a macro step for each case.
+    ThresholdPerCase,
+}
+
+impl Statistic {
+    /// Whether it is about completion, of the runs that have the metric.
+    pub(crate) fn is_threshold(self) -> bool {
+        matches!(self, Statistic::OneThreshold | Statistic::ThresholdPerCase)
+    }
 }
 
 /// What came of a claim.

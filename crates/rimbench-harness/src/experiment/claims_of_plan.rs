@@ -2,6 +2,7 @@
 
 use super::claim::{Claim, Statistic, claim_metrics};
 use super::planned_run::PlannedRun;
+use rimbench_cases::metrics::METRICS;
 use rimbench_cases::runs::EvaluatedRun;
 use rimbench_core::cosim::Outcome;
 use rimbench_core::error::{Error, Result};
@@ -21,6 +22,9 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         claim.check_equal_cost()?;
         claim.check_share()?;
         claim.check_ends()?;
+        claim.check_within()?;
+        claim.check_threshold()?;
+        claim.check_variant(claims)?;
         if !claim_metrics().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
         }
@@ -80,6 +84,50 @@ impl Claim {
         }
         let message = format!("claim `{}`: statistic = \"share-better\" needs relative_to, and no at_equal", self.id);
         Err(Error::Incompatible(message))
+    }
+
+    /// Checks that a threshold is looked for among all the macro steps of one row.
+    fn check_threshold(&self) -> Result<()> {
+        let alone = self.relative_to.is_none() && self.at_equal.is_none() && self.macro_step_s.is_none();
+        if !self.statistic.is_threshold() || (alone && self.above.is_none() && self.within.is_none()) {
+            return Ok(());
+        }
+        let id = &self.id;
+        Err(Error::Incompatible(format!(
+            "claim `{id}`: a threshold takes no relative_to, at_equal, macro_step_s, above or within"
+        )))
+    }
+
+    /// Checks that usable runs are counted by a metric, within a bound that can be met.
+    fn check_within(&self) -> Result<()> {
+        let Some(within) = self.within else { return Ok(()) };
+        let is_count = METRICS.iter().any(|metric| metric.name == self.metric)
+            && self.above.is_none()
+            && self.at_equal.is_none()
+            && self.statistic == Statistic::Mean;
+        if is_count && within.is_finite() && within >= 0.0 {
+            return Ok(());
+        }
+        Err(Error::Incompatible(format!(
+            "claim `{}`: within = {within:?} needs a number from 0, statistic = \"mean\" and a metric, and no above or at_equal",
+            self.id
+        )))
+    }
+
+    /// Checks that what it is a variant of is a statement of the same claimant in the same file; those of other files have no ids here.
+    fn check_variant(&self, claims: &[Claim]) -> Result<()> {
+        if self.variant_of.is_empty() || self.variant_of.contains('/') {
+            return Ok(());
+        }
+        let statements = || claims.iter().filter(|other| other.variant_of.is_empty() && other.by == self.by);
+        match statements().any(|other| other.id == self.variant_of) {
+            true => Ok(()),
+            false => Err(Error::unknown(
+                "statement in variant_of",
+                &self.variant_of,
+                statements().map(|other| other.id.as_str()),
+            )),
+        }
     }
 
     /// Checks that the case and the set it names are there, and that it names them where there are several.

@@ -1,13 +1,16 @@
 //! The runs that an experiment file stands for.
 
 use super::claims_of_plan::check_claims_against_plan;
+use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
 use super::{CaseEntry, Experiment};
 use crate::grid::parameter_grid;
+use crate::references::content_key;
 use rayon::prelude::*;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunRequest;
+use rimbench_cases::runs::{Reference, RunRequest, RunSpec};
+use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
 use std::collections::HashSet;
@@ -96,7 +99,8 @@ impl Experiment {
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
             let case = &self.with_own_reference(case);
-            for (parameters, pooled_set) in &entry.settings(case).map_err(|error| entry.place(&error))? {
+            let settings = entry.settings(case, |parameters| self.any_run(entry, catalogue, case, parameters));
+            for Setting { parameters, pooled_set, rejected_draws } in &settings.map_err(|error| entry.place(&error))? {
                 for row in &self.schemes {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
@@ -111,7 +115,8 @@ impl Experiment {
                             let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
                             spec.audit = self.audit && spec.not_auditable().is_none();
                             let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
-                            Ok(PlannedRun { id: spec.id(), spec, label, pooled_set })
+                            let rejected_draws = *rejected_draws;
+                            Ok(PlannedRun { id: spec.id(), spec, label, pooled_set, rejected_draws })
                         };
                         runs.extend(phases.par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
                     }
@@ -124,6 +129,13 @@ impl Experiment {
             ));
         }
         Ok(runs)
+    }
+
+    /// A run of a case with these parameters, for what all of its runs have in common: the reference.
+    fn any_run(&self, entry: &CaseEntry, catalogue: &Catalogue, case: &Arc<Case>, set: &Parameters) -> Result<RunSpec> {
+        let request = self.schemes.first().and_then(|row| row.requests().into_iter().next()).unwrap_or_default();
+        let duration_s = entry.duration_s.or(self.duration_s);
+        RunRequest { scheme: request.scheme, duration_s, ..RunRequest::default() }.resolve_for(catalogue, case, set)
     }
 
     /// What the file asks of one run: the row goes before the case, the case before the experiment.
@@ -140,19 +152,47 @@ impl Experiment {
     }
 }
 
+/// A set of parameters of a case, with what its runs say of it.
+struct Setting {
+    parameters: Parameters,
+    /// See [`PlannedRun`].
+    pooled_set: Option<Arc<str>>,
+    rejected_draws: Option<usize>,
+}
+
 impl CaseEntry {
-    /// Every point of its grid with every setting drawn, and the set of parameters less what was drawn, if anything was.
-    fn settings(&self, case: &Case) -> Result<Vec<(Parameters, Option<Arc<str>>)>> {
+    /// Every point of its grid with every setting drawn; `any_run` makes a run of parameters.
+    fn settings(&self, case: &Case, any_run: impl Fn(&Parameters) -> Result<RunSpec> + Sync) -> Result<Vec<Setting>> {
         let grid = parameter_grid(case, &self.set)?;
-        let Some(draw) = &self.draw else { return Ok(grid.into_iter().map(|point| (point, None)).collect()) };
-        let drawn = draw.settings(case, &self.set)?;
+        let Some(draw) = &self.draw else {
+            let alone = |parameters| Setting { parameters, pooled_set: None, rejected_draws: None };
+            return Ok(grid.into_iter().map(alone).collect());
+        };
+        let with = |point: &Parameters, values: &[(String, String)]| -> Result<Parameters> {
+            let mut parameters = point.clone();
+            values.iter().try_for_each(|(name, value)| parameters.set(name, value))?;
+            Ok(parameters)
+        };
+        let has_event = |event, values: &[(String, String)]| {
+            let mut happens = None;
+            for point in &grid {
+                happens = Reference::has_event(&any_run(&with(point, values)?)?, event, StopFlag::never())?;
+                if happens != Some(true) {
+                    break;
+                }
+            }
+            Ok(happens)
+        };
+        // Without an event nothing has to be found out.
+        let runs = grid.iter().filter(|_| draw.requires.is_some()).map(|point| Ok(content_key(&any_run(point)?)));
+        let search = Search { has_event: &has_event, key: runs.collect::<Result<Vec<_>>>()?.concat() };
+        let drawn = draw.settings(case, &self.set, &search)?;
         let mut settings = Vec::with_capacity(grid.len() * drawn.len());
-        for point in grid {
+        for point in &grid {
             let pooled_set: Arc<str> = point.given().into();
-            for values in &drawn {
-                let mut parameters = point.clone();
-                values.iter().try_for_each(|(name, value)| parameters.set(name, value))?;
-                settings.push((parameters, Some(pooled_set.clone())));
+            for Drawn { values, rejected } in &drawn {
+                let (pooled_set, rejected_draws) = (Some(pooled_set.clone()), *rejected);
+                settings.push(Setting { parameters: with(point, values)?, pooled_set, rejected_draws });
             }
         }
         Ok(settings)

@@ -12,6 +12,8 @@ pub struct PlannedRun {
     pub label: String,
     /// Its set of parameters less those that were drawn, where some were: under this what is kept pools its runs.
     pub pooled_set: Option<Arc<str>>,
+    /// How many draws were rejected before that of its setting, where an event is required of settings.
+    pub rejected_draws: Option<usize>,
     /// [`RunSpec::id`].
     pub id: String,
 }
