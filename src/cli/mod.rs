@@ -4,6 +4,7 @@ mod advise;
 mod advise_text;
 mod collect;
 mod corpus;
+mod deadline_log;
 mod everything;
 mod export;
 mod figures;

@@ -1,5 +1,6 @@
 //! `rimbench simulate`: one run.
 
+use super::deadline_log::DeadlineLog;
 use super::json::Object;
 use super::number::{percent, quantity};
 use super::progress::Heartbeat;
@@ -24,6 +25,8 @@ use std::path::PathBuf;
 pub struct Simulate {
     #[command(flatten)]
     run: RunOptions<false>,
+    #[command(flatten)]
+    deadlines: DeadlineLog,
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -41,6 +44,7 @@ pub struct Simulate {
 impl Simulate {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let mut request = self.run.request()?;
+        self.deadlines.apply(&mut request.delivery_up)?;
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve(&catalogue)?;

@@ -19,6 +19,10 @@ metrics! {
     "Energy created because the mechanics' own steps were not those of the frozen model"
     => |evidence| evidence.report.audit.model.map(|model| model.unfrozen);
 
+    BY_AGE: "created_by_age_j" in "J" of Late,
+    "Energy created because the samples that the interface model was made of were late"
+    => |evidence| evidence.report.audit.model.map(|model| model.age);
+
     LARGEST_JUMP: "largest_jump_j" in "J" of Audit,
     "Most energy that the interface model created at one communication point; 0 if it created none at any"
     => |evidence| Some(evidence.report.audit.model?.largest.map_or(0.0, |jump| jump.energy));

@@ -5,8 +5,8 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, CommunicationGrid, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer,
-    Trajectory, check_coupling, counts_interface_work,
+    Bounds, CommunicationGrid, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides,
+    StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -51,7 +51,10 @@ impl RunSpec {
     /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
     pub fn audited(self) -> Result<Self> {
         let RunSpec { scheme, force_return, .. } = &self;
+        let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         let why = match force_return {
+            _ if self.belief.is_some() => "its model is not that of the mechanics".to_owned(),
+            _ if late_forces => "it accounts for late samples of the mechanics only, and forces are late".to_owned(),
             _ if !scheme.has_model() => format!("scheme `{}` has no reduced interface model", scheme.name),
             ForceReturn::Mean | ForceReturn::Profile => return Ok(RunSpec { audit: true, ..self }),
             _ => format!(
@@ -122,6 +125,8 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
         .or_else(|| unequal_steps(spec, &setup))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| without_sight(spec, sides.lend()))
+        .or_else(|| without_bridge(spec, sides.lend()))
+        .or_else(|| groundless(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
@@ -183,6 +188,18 @@ fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
             .unmet(sides)
             .map(|reason| format!("step control step-doubling takes steps back: {reason}")),
     }
+}
+
+/// Why the model cannot be wrong in this way, if it cannot.
+fn groundless(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    let model = sides.mechanics.capabilities().empty_interface_model()?;
+    spec.belief.as_ref()?.check_model(&model).err().map(|error| error.to_string())
+}
+
+/// Why the mechanics has no model of the actuator to bridge late forces, if it is to have one.
+fn without_bridge(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    spec.delivery.as_ref().filter(|delivery| delivery.bridge == ForceBridge::Rates)?;
+    Requirement::OutputRates.unmet(sides).map(|reason| format!("late_forces = rates: {reason}"))
 }
 
 /// Why the scheme's model cannot set the macro steps, if it is to and cannot.
