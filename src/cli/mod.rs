@@ -2,6 +2,7 @@
 
 mod advise;
 mod collect;
+mod deadline_log;
 mod everything;
 mod figures;
 mod fmu;

@@ -1,5 +1,6 @@
 //! `rimbench simulate`: one run.
 
+use super::deadline_log::DeadlineLog;
 use super::json::Object;
 use super::number::{percent, quantity};
 use super::progress::Heartbeat;
@@ -25,6 +26,8 @@ use std::process::ExitCode;
 pub struct Simulate {
     #[command(flatten)]
     run: RunOptions<false>,
+    #[command(flatten)]
+    deadlines: DeadlineLog,
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -43,6 +46,7 @@ impl Simulate {
     /// Exit code 1 if the run gave no answer: it was skipped, or took too long.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
+        self.deadlines.apply(&mut request.delivery_up)?;
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve(&catalogue)?;

@@ -29,6 +29,7 @@ mod golden;
 mod hydraulic_line;
 mod impact;
 mod large_cases;
+mod late_samples;
 mod many_actuators;
 mod many_contacts;
 mod model_steps;

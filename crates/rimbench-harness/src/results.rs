@@ -40,11 +40,15 @@ fn has(planned: &[PlannedRun], name: &str) -> bool {
     let only = match name {
         "split" => Some(Only::Split),
         "audit" => Some(Only::Audit),
+        "belief" => Some(Only::Belief),
+        "delivery_up" | "delivery_down" | "late_samples" | "late_forces" | "catch_up_steps" => Some(Only::Late),
         name => only_of(name),
     };
     match only {
         Some(Only::Split) => planned.iter().any(|run| run.spec.scheme.splits),
         Some(Only::Audit) => planned.iter().any(|run| run.spec.audit),
+        Some(Only::Belief) => planned.iter().any(|run| run.spec.belief.is_some()),
+        Some(Only::Late) => planned.iter().any(|run| run.spec.delivery.is_some()),
         Some(Only::Column) => planned.iter().any(|run| run.spec.case.trace_columns.iter().any(|own| own == name)),
         Some(Only::Friction | Only::Claimed) | None => true,
     }

@@ -93,6 +93,7 @@ pub const METRICS: &[Metric] = &[
     model_energy::BY_FIRST_MOMENT,
     model_energy::BY_CONTACTS,
     model_energy::UNFROZEN,
+    model_energy::BY_AGE,
     model_energy::LARGEST_JUMP,
     model_energy::HEAVINESS,
     pace::MEAN_MACRO_STEP,

@@ -21,6 +21,10 @@ metrics! {
     "Energy created because the mechanics' own steps were not those of the frozen model"
     => |evidence| evidence.report.audit.model.map(|model| model.unfrozen);
 
+    BY_AGE: "created_by_age_j" in "J" (signed) of Late,
+    "Energy created because the samples that the interface model was made of were late"
+    => |evidence| evidence.report.audit.model.map(|model| model.age);
+
     LARGEST_JUMP: "largest_jump_j" in "J" of Audit,
     "Most energy gained in one jump, which bounds from above what was created there; 0 if no jump gained any"
     => |evidence| Some(evidence.report.audit.model?.largest.map_or(0.0, |jump| jump.energy));

@@ -95,6 +95,7 @@ impl EvaluatedRun {
             ("macro_steps", cosim.macro_steps),
             ("repeated_macro_steps", cosim.repeated_macro_steps),
             ("exchanges", cosim.exchanges),
+            ("catch_up_steps", cosim.catch_up_steps),
             ("mechanics_micro_steps", mechanics.micro_steps),
             ("actuator_micro_steps", actuator.micro_steps),
             ("eliminations", mechanics.eliminations),

@@ -73,6 +73,8 @@ impl RunSpec {
             mechanics_steps,
             mechanics_integrator,
             actuator_integrator,
+            delivery,
+            belief,
             macro_step,
             step_control,
             phase,
@@ -100,6 +102,11 @@ impl RunSpec {
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
             of_model("split", model.as_ref().filter(|_| scheme.splits).map(|model| model.split.to_string())),
+            of_model("delivery_up", delivery.as_ref().map(|delivery| delivery.up.to_string())),
+            of_model("delivery_down", delivery.as_ref().map(|delivery| delivery.down.to_string())),
+            of_model("late_samples", delivery.as_ref().map(|delivery| delivery.late.to_string())),
+            of_model("late_forces", delivery.as_ref().map(|delivery| delivery.bridge.to_string())),
+            of_model("belief", belief.as_ref().map(|belief| belief.to_string())),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),
@@ -124,7 +131,8 @@ impl RunSpec {
         for fact in self.facts() {
             match &fact.value {
                 // Runs without it are as old as they are.
-                None if ["split", "audit"].contains(&fact.name) => {}
+                None if ["split", "audit", "delivery_up", "delivery_down", "late_samples", "late_forces", "belief"]
+                    .contains(&fact.name) => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),
@@ -156,6 +164,11 @@ mod tests {
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
         ("split", "joint", "rim-split"),
+        ("delivery_up", "delay:1", "rim-smooth"),
+        ("delivery_down", "loss:0.1", "rim-smooth"),
+        ("late_samples", "raw", "rim-smooth"),
+        ("late_forces", "linear", "rim-smooth"),
+        ("belief", "mass:1.2", "rim-smooth"),
         ("solver", "lemke", "rim-smooth"),
         ("gain", "0.25", "nepce"),
         ("macro_step_s", "1e-3", "rim-smooth"),
@@ -179,6 +192,9 @@ mod tests {
             if ["step_tolerance", "min_macro_step_s"].contains(&key) {
                 usual.put("step_control", "energy-residual").unwrap();
                 usual.put("step_tolerance", "0.1").unwrap();
+            }
+            if key.starts_with("late_") {
+                usual.put("delivery_down", "delay:1").unwrap();
             }
             let mut changed = usual.clone();
             changed.put(key, text).unwrap();

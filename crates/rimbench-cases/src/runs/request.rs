@@ -1,9 +1,11 @@
 //! What a file or the command line asks of one run, in their own words.
 
 use super::step_control::StepControlKind;
-use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence};
+use rimbench_core::cosim::{
+    ActuatorIntegrator, Channel, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps, Sequence,
+};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::Redundancy;
+use rimbench_core::interface_model::{Belief, Redundancy};
 use rimbench_core::schemes::{ContactDetection, ModelMotion, Split};
 
 /// An option of a run, for whoever offers it to a user.
@@ -78,6 +80,16 @@ run_options! {
     contact_detection: ContactDetection, "DETECTION";
     /// Where each of several actuators has a model of its own, what it contains of the others, and how heavy it is: mean, blind, each with :rows, :shares, :body; law; joint
     split: Split, "SPLIT";
+    /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
+    delivery_up: Channel, "HOW";
+    /// How forces reach the mechanics, likewise
+    delivery_down: Channel, "HOW";
+    /// What the actuator makes of late samples: catch-up (uses their time, runs a model forward to the present), raw
+    late_samples: LateRule, "RULE";
+    /// What the mechanics makes of late forces: hold, linear, rates (a model of the actuator); hold if not given
+    late_forces: ForceBridge, "RULE";
+    /// What an interface model believes of the mechanics, which stays as it is: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
+    belief: Belief, "HOW";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME";
     /// The scheme's gain, where it has one (see `rimbench list schemes`)
@@ -159,6 +171,10 @@ read_by_name!(
     ModelMotion,
     ContactDetection,
     Split,
+    Channel,
+    LateRule,
+    ForceBridge,
+    Belief,
     StepControlKind
 );
 

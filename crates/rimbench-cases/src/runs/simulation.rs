@@ -5,8 +5,8 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, CommunicationGrid, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer,
-    Trajectory, check_coupling, counts_interface_work,
+    Bounds, CommunicationGrid, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides,
+    StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -59,8 +59,11 @@ impl RunSpec {
     /// Says why there can be no account of what the interface model creates, if there can be none.
     pub fn not_auditable(&self) -> Option<String> {
         let RunSpec { scheme, force_return, .. } = self;
+        let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
+            _ if self.belief.is_some() => Some("the model is not that of the mechanics".to_owned()),
+            _ if late_forces => Some("forces are late, and it accounts for late samples of the mechanics only".to_owned()),
             ForceReturn::Mean | ForceReturn::Profile => None,
             _ => Some(format!(
                 "force return `{force_return}` is not the impulse that the model received; use `mean` or `profile`"
@@ -129,6 +132,8 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
         .or_else(|| unequal_steps(spec, &setup))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| without_sight(spec, sides.lend()))
+        .or_else(|| without_bridge(spec, sides.lend()))
+        .or_else(|| groundless(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
@@ -186,6 +191,18 @@ fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
         StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
             .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
     }
+}
+
+/// Why the model cannot be wrong in this way, if it cannot.
+fn groundless(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    let model = sides.mechanics.capabilities().empty_interface_model()?;
+    spec.belief.as_ref()?.check_model(&model).err().map(|error| error.to_string())
+}
+
+/// Why the mechanics has no model of the actuator to bridge late forces, if it is to have one.
+fn without_bridge(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    spec.delivery.as_ref().filter(|delivery| delivery.bridge == ForceBridge::Rates)?;
+    Requirement::OutputRates.unmet(sides).map(|reason| format!("late_forces = rates: {reason}"))
 }
 
 /// Why the scheme's model cannot set the macro steps, if it is to and cannot.

@@ -5,10 +5,11 @@ use super::step_control::StepControl;
 use crate::cases::{Case, Parameters};
 use crate::catalogue::Catalogue;
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Bounds, CommunicationGrid, ForceReturn, MechanicsIntegrator, MechanicsSteps, SecondOrder,
-    Sequence, Setup, Sides, division,
+    ActuatorIntegrator, Bounds, Channel, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule,
+    MechanicsIntegrator, MechanicsSteps, SecondOrder, Sequence, Setup, Sides, division,
 };
 use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::Belief;
 use rimbench_core::schemes::{ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
 use std::sync::Arc;
@@ -39,6 +40,10 @@ pub struct RunSpec {
     pub mechanics_integrator: MechanicsIntegrator,
     /// How the actuator steps.
     pub actuator_integrator: ActuatorIntegrator,
+    /// How samples arrive, if not all of them in time.
+    pub delivery: Option<Delivery>,
+    /// What its reduced interface model believes of the mechanics, if it is wrong.
+    pub belief: Option<Belief>,
     /// Macro step H, s.
     pub macro_step: f64,
     /// How the macro step is controlled; H is then the first and the longest.
@@ -90,6 +95,11 @@ impl RunRequest {
             model_motion,
             contact_detection,
             split,
+            delivery_up,
+            delivery_down,
+            late_samples,
+            late_forces,
+            belief,
             solver,
             gain,
             macro_step_s,
@@ -110,9 +120,10 @@ impl RunRequest {
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
             ("split", split.map(|split| split.to_string())),
+            ("belief", belief.as_ref().map(|belief| belief.to_string())),
         ];
         let (exchange, of_model) = texts.split_at(3);
-        let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..]);
+        let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..3]);
         for (in_vain, options, why) in [
             (
                 scheme.moves_as_one(),
@@ -149,6 +160,7 @@ impl RunRequest {
                 catalogue.tunable_schemes().join(", ")
             )));
         }
+        let delivery = delivery(&scheme, delivery_up.as_ref(), delivery_down.as_ref(), *late_samples, *late_forces)?;
         let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
         let control = step_control.unwrap_or_default();
         let mut spec = RunSpec {
@@ -163,6 +175,8 @@ impl RunRequest {
             mechanics_steps,
             mechanics_integrator: mechanics_integrator.unwrap_or_default(),
             actuator_integrator: actuator_integrator.unwrap_or_default(),
+            delivery,
+            belief: belief.clone().filter(|belief| *belief != Belief::default()),
             macro_step,
             step_control: StepControl::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
             phase: phase.unwrap_or(1.0),
@@ -246,6 +260,9 @@ impl RunSpec {
                 self.scheme.name
             )));
         }
+        if let Some(delivery) = &self.delivery {
+            self.check_delivery(delivery, macro_steps)?;
+        }
         self.scheme.check_sequence(self.sequence)?;
         self.scheme.check_force_return(self.force_return)?;
         self.force_return.check(self.sequence)?;
@@ -261,6 +278,52 @@ impl RunSpec {
             self.scheme.detection(model.detection)?;
         }
         Ok(grid)
+    }
+
+    /// Checks that late samples go together with the rest of the run.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    fn check_delivery(&self, delivery: &Delivery, macro_steps: usize) -> Result<()> {
+        delivery.up.check("delivery_up", macro_steps)?;
+        delivery.down.check("delivery_down", macro_steps)?;
+        let (scheme, model) = (&self.scheme, self.model.as_ref());
+        let catches_up = model.filter(|_| delivery.late == LateRule::CatchUp && !delivery.up.is_in_time());
+        let averaged = matches!(self.force_return, ForceReturn::Mean | ForceReturn::Profile);
+        let late_forces = !delivery.down.is_in_time();
+        let why = if !scheme.real_time() {
+            format!(
+                "scheme `{}` takes steps again, which has no late samples: use one that does not iterate",
+                scheme.name
+            )
+        } else if scheme.needs.contains(&Requirement::TransmissionLines) {
+            format!("scheme `{}` exchanges waves, whose delay is that of its lines: use another scheme", scheme.name)
+        } else if self.step_control != StepControl::None {
+            format!(
+                "step_control = {}: samples are late by macro steps of one length: use `none`",
+                self.step_control.kind()
+            )
+        } else if scheme.has_model() && !averaged {
+            format!("force return `{}`: a late model needs `mean` or `profile`", self.force_return)
+        } else if late_forces && self.force_return == ForceReturn::Pieces {
+            "force return `pieces` is of the present: use `mean` or `profile`".to_owned()
+        } else if self.force_return == ForceReturn::Held && delivery.bridge != ForceBridge::Hold {
+            format!(
+                "late_forces = {}: with force return `held` the scheme goes on from late forces itself",
+                delivery.bridge
+            )
+        } else if self.audit && late_forces {
+            "the audit accounts for late samples of the mechanics only: use delivery_up".to_owned()
+        } else if catches_up.is_some_and(|model| model.motion != ModelMotion::Frozen) {
+            "late_samples = catch-up: a model is run forward as a frozen one: use model_motion `frozen`, or late_samples `raw`".to_owned()
+        } else if catches_up.is_some() && self.actuator_integrator != ActuatorIntegrator::Euler {
+            "late_samples = catch-up: a model is run forward in micro steps of the first order: use actuator_integrator `euler`, or \
+             late_samples `raw`"
+                .to_owned()
+        } else {
+            return Ok(());
+        };
+        Err(Error::Incompatible(format!("delivery: {why}")))
     }
 
     /// Checks the steps of the reference: one that would never end is found before it is begun.
@@ -374,6 +437,8 @@ impl RunSpec {
             actuator_integrator: self.actuator_integrator,
             sequence: self.sequence,
             force_return: self.force_return,
+            delivery: self.delivery.clone(),
+            belief: self.belief.clone(),
             bounds,
         }
     }
@@ -395,6 +460,46 @@ pub(super) fn use_integrators(
         return Some(format!("actuator_integrator = {actuator}: {reason}"));
     }
     None
+}
+
+/// Resolves how samples arrive; none where all are in time.
+///
+/// # Errors
+/// [`Error::Incompatible`] for a treatment of late samples where none is late, or that the scheme does not have.
+fn delivery(
+    scheme: &SchemeEntry,
+    up: Option<&Channel>,
+    down: Option<&Channel>,
+    late: Option<LateRule>,
+    bridge: Option<ForceBridge>,
+) -> Result<Option<Delivery>> {
+    let late_one = |channel: Option<&Channel>| channel.filter(|channel| !channel.is_in_time()).cloned();
+    let (up, down) = (late_one(up), late_one(down));
+    for (asked, given, needs) in [
+        (late.map(|late| format!("late_samples = {late}")), up.is_some() || down.is_some(), "delivery_up"),
+        (bridge.map(|bridge| format!("late_forces = {bridge}")), down.is_some(), "delivery_down"),
+    ] {
+        if let Some(asked) = asked.filter(|_| !given) {
+            return Err(Error::Incompatible(format!("{asked}: no sample is late: give {needs}, such as `delay:1`")));
+        }
+    }
+    if up.is_none() && down.is_none() {
+        return Ok(None);
+    }
+    let possible = !scheme.has_model() || (scheme.moves_model && !scheme.splits);
+    if !possible && late == Some(LateRule::CatchUp) {
+        return Err(Error::Incompatible(format!(
+            "late_samples = catch-up: scheme `{}` does not move its model by itself: use `raw`",
+            scheme.name
+        )));
+    }
+    let usual = if possible { LateRule::CatchUp } else { LateRule::Raw };
+    Ok(Some(Delivery {
+        up: up.unwrap_or_default(),
+        down: down.unwrap_or_default(),
+        late: late.unwrap_or(usual),
+        bridge: bridge.unwrap_or_default(),
+    }))
 }
 
 /// A name that must be given.

@@ -1,6 +1,7 @@
 //! Both sides and what is between them, and how they exchange.
 
 mod advance;
+mod late;
 
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
@@ -48,6 +49,9 @@ impl CoupledPair<'_> {
             self.state.received.copy_from_slice(&self.state.y.actuator);
         }
         self.watch_bounds()?;
+        if self.state.late.is_some() {
+            return self.exchange_late(step);
+        }
         self.fill_attachments(step)?;
         let PairState { y, attachments, .. } = &*self.state;
         let sample = Sample {
@@ -82,6 +86,9 @@ impl CoupledPair<'_> {
             && !self.sides.mechanics.capabilities().interface_model(mechanics_step, model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
+        }
+        if let (Some(belief), Some(model)) = (&self.setup.belief, &mut attachments.interface_model) {
+            belief.distort(model);
         }
         if let Some(rates) = &mut attachments.output_rates
             && !self.sides.actuator.capabilities().output_rates(step.start, &u.actuator, rates)?
@@ -121,6 +128,9 @@ impl CoupledPair<'_> {
         MacroInterval { step, end }: MacroInterval,
     ) -> Result<(), Failure> {
         self.state.counters.exchanges += 1;
+        if self.state.late.is_some() && from == Side::Mechanics {
+            return self.send_fresh_sample_late(MacroInterval { step, end });
+        }
         let sample =
             Sample { time: end, ..Sample::of_outputs(step, &self.state.y[from], self.actuator_micro_step(step)) };
         self.scheme.receive(from, &sample)

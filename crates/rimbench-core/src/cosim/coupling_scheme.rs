@@ -158,6 +158,14 @@ pub trait CouplingScheme: Send {
         false
     }
 
+    /// Changes the length of the micro steps to come, s, for a model that is brought to the present over macro steps of several lengths.
+    ///
+    /// # Errors
+    /// A [`Failure`] that ends the run and becomes its outcome.
+    fn change_micro_step(&mut self, _length: f64) -> Result<(), Failure> {
+        Ok(())
+    }
+
     /// Says where the scheme's own model of the mechanics has come to with the actuator's force; none from a scheme that moves no
     /// such model.
     fn forecast(&self) -> Option<Forecast<'_>> {

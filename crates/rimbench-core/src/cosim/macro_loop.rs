@@ -6,6 +6,7 @@ use super::coupled_pair::CoupledPair;
 use super::coupling_scheme::CouplingScheme;
 use super::exchange_data::ExchangeData;
 use super::force_return::ForceReturn;
+use super::late_samples::Shadow;
 use super::log::{End, Log};
 use super::micro_log::micro_log;
 use super::model_audit::ModelAudit;
@@ -35,6 +36,9 @@ pub fn cosimulate(
     let audited = attachments.interface_model.as_ref().filter(|_| supervision.audit && averages);
     let audit = audited.map(|empty| Box::new(ModelAudit::new(empty)));
     let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), attachments) };
+    if let (Some(late), Some(_), Some(copy)) = (&mut state.late, &state.audit, scheme.try_clone()) {
+        late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));
+    }
     let pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
     cover(|pair, interval| pair.advance(interval), pair, supervision.timer, observe)
 }

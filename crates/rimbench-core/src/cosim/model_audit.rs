@@ -1,11 +1,12 @@
 //! Where the energy comes from that an interface model creates: the jump from the end of the model to that of the mechanics, by contact.
 //!
 //! ```text
-//! received − sent = jump + first moment + contacts + unfrozen
+//! received − sent = jump + first moment + contacts + unfrozen + age
 //! jump          T⁺ − T̂ = −½ ΔPᵀ H_uu ΔP + w_u⁺ · ΔP,   ΔP = P − P̂
 //! first moment  a_i · (Σ p_j (t_j + ½ h_j) − ∫ t λ dt)
 //! contacts      what contacts lose in the mechanics beyond what they lose in the model, micro steps included
 //! unfrozen      what the mechanics received beyond the frozen model's account of its own steps: rows that turn
+//! age           what the model would have been sent had its samples been in time, under the same forces, less what it was sent
 //! ```
 //! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro steps. A model that
 //! started with a half-kick k has `a − 2k/H` inside, and ends k short of the mechanics: `w_u⁺ − k_u` takes the place of `w_u⁺`.
@@ -62,6 +63,8 @@ pub struct ModelEnergy {
     pub contacts: f64,
     /// Created because the mechanics' own steps are not those of the frozen model.
     pub unfrozen: f64,
+    /// Created because the samples that the model was made of were late.
+    pub age: f64,
     /// Largest eigenvalue of `H_mech − H_model` over all macro steps, each with the contacts that carried impulse, relative to the largest
     /// entry of `H_ii`: above 0 the model was heavier than the mechanics in some direction.
     pub heaviness: f64,
@@ -125,6 +128,14 @@ impl ModelAudit {
             difference: vec![0.0; n_i * n_i],
             states: vec![ContactState::Open; empty.friction.len()],
             system: StateSystem::new(empty.friction.len()),
+        }
+    }
+
+    /// Notes what late samples have created since the start, J.
+    pub(crate) fn set_age(&mut self, created: Option<f64>) {
+        match created {
+            Some(created) => self.energy.age = created,
+            None => self.known = false,
         }
     }
 

@@ -3,6 +3,7 @@
 use super::communication_grid::division;
 use super::exchange_data::ExchangeData;
 use super::integrators::ActuatorIntegrator;
+use super::late_samples::LateSamples;
 use super::model_audit::ModelAudit;
 use super::model_defect::DefectMeter;
 use super::outcome::Outcome;
@@ -43,6 +44,8 @@ pub(crate) struct PairState {
     pub(crate) inside: Option<Trajectory>,
     /// The account of the scheme's interface model, where it is kept.
     pub(crate) audit: Option<Box<ModelAudit>>,
+    /// Samples on their way, where they may be late.
+    pub(crate) late: Option<Box<LateSamples>>,
 }
 
 impl PairState {
@@ -61,6 +64,10 @@ impl PairState {
         let to_mechanics = ports.actuator.outputs.len();
         let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
         let midpoint = setup.actuator_integrator == ActuatorIntegrator::Midpoint;
+        let late = setup
+            .delivery
+            .as_ref()
+            .map(|delivery| Box::new(LateSamples::new(delivery, setup, ports, attachments.interface_model.as_ref())));
         PairState {
             without_feedthrough: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
             takes_polynomial,
@@ -79,6 +86,7 @@ impl PairState {
             diverged: None,
             inside: None,
             audit: None,
+            late,
         }
     }
 }

@@ -1,11 +1,13 @@
 //! Everything that determines a run besides the subsystems and the scheme.
 
 use super::communication_grid::{CommunicationGrid, MacroStep, division};
+use super::delivery::Delivery;
 use super::force_return::{ForceReturn, Sequence};
 use super::integrators::ActuatorIntegrator;
 use super::mechanics_steps::MechanicsSteps;
 use super::side::PerSide;
 use super::step_rule::StepRule;
+use crate::interface_model::Belief;
 
 /// Everything that determines a run besides the subsystems and the scheme.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +28,10 @@ pub struct Setup {
     pub sequence: Sequence,
     /// The force that the mechanics receives.
     pub force_return: ForceReturn,
+    /// How samples arrive, if not all of them in time; equal macro steps only.
+    pub delivery: Option<Delivery>,
+    /// What the scheme believes of the mechanics, if its interface model is wrong.
+    pub belief: Option<Belief>,
     /// Beyond these the run counts as diverged.
     pub bounds: Bounds,
 }
@@ -48,6 +54,8 @@ impl Setup {
             actuator_integrator: ActuatorIntegrator::default(),
             sequence,
             force_return,
+            delivery: None,
+            belief: None,
             bounds: Bounds::default(),
         }
     }

@@ -13,6 +13,8 @@ pub struct CosimCounters {
     pub repeated_macro_steps: u64,
     /// Exchanges between the sides.
     pub exchanges: u64,
+    /// Micro steps of a late interface model that bring it to the present.
+    pub catch_up_steps: u64,
 }
 
 /// Work of the loop, of both sides and of the scheme; what was done on copies and thrown away included.
@@ -32,6 +34,7 @@ impl Work {
         self.cosim.macro_steps += other.cosim.macro_steps;
         self.cosim.repeated_macro_steps += other.cosim.repeated_macro_steps;
         self.cosim.exchanges += other.cosim.exchanges;
+        self.cosim.catch_up_steps += other.cosim.catch_up_steps;
         self.sides.mechanics.add(&other.sides.mechanics);
         self.sides.actuator.add(&other.sides.actuator);
         self.scheme.add(&other.scheme);
@@ -44,6 +47,7 @@ impl Work {
                 macro_steps: self.cosim.macro_steps - earlier.cosim.macro_steps,
                 repeated_macro_steps: self.cosim.repeated_macro_steps - earlier.cosim.repeated_macro_steps,
                 exchanges: self.cosim.exchanges - earlier.cosim.exchanges,
+                catch_up_steps: self.cosim.catch_up_steps - earlier.cosim.catch_up_steps,
             },
             sides: self.sides.zip(earlier.sides).map(|(now, earlier)| now.since(&earlier)),
             scheme: self.scheme.since(&earlier.scheme),

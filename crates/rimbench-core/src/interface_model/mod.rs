@@ -23,6 +23,7 @@
 pub const MEMORY_LIMIT: u64 = 4 << 30;
 
 mod acceleration_jumps;
+mod belief;
 mod condensation;
 mod contact_modes;
 mod delassus_products;
@@ -38,6 +39,7 @@ mod reduced_interface_model;
 mod redundancy;
 
 pub use acceleration_jumps::AccelerationJumps;
+pub use belief::Belief;
 pub(crate) use condensation::smallest_eigenvalue;
 pub use condensation::{Condensation, PSEUDO_INVERSE_LIMIT, condense, condense_in_modes};
 pub use contact_modes::ContactModes;

@@ -186,6 +186,13 @@ impl CouplingScheme for ReducedInterface {
         if self.feedthrough.set(feedthrough, self.micro_step) { self.discretise() } else { Ok(()) }
     }
 
+    fn change_micro_step(&mut self, length: f64) -> Result<(), Failure> {
+        self.micro_step = length;
+        self.discretise()?;
+        self.law = self.gap_term.law(&self.model.received, length);
+        Ok(())
+    }
+
     fn input_at_end(&self, to: Side, u: &mut [f64]) {
         for row in 0..self.state.position.len() {
             self.row_at_end(to, row, u);

@@ -11,7 +11,7 @@ use toml::Spanned;
 pub(super) type RawRow = Spanned<BTreeMap<String, toml::Value>>;
 
 /// Keys of a row besides the options of a run.
-const OWN_KEYS: [&str; 3] = ["label", "macro_steps_s", "step_tolerances"];
+const OWN_KEYS: [&str; 4] = ["label", "macro_steps_s", "step_tolerances", "delivery"];
 
 /// Options of a run that a row does not set: the grid does.
 const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
@@ -62,6 +62,7 @@ impl SchemeRow {
                 }
                 "macro_steps_s" => row.macro_steps_s = Some(list(&key, value)?),
                 "step_tolerances" => row.step_tolerances = Some(list(&key, value)?),
+                "delivery" => row.read_delivery(value)?,
                 option => {
                     if !options().any(|known| known == option) {
                         return Err(Error::unknown(
@@ -90,6 +91,41 @@ impl SchemeRow {
             return Err(Error::invalid("label", format!("{:?}", row.label), "text without tabs or line ends"));
         }
         Ok(row)
+    }
+
+    /// Reads how samples arrive: a table `delivery` with `up` and `down`, each a table or its text, `late_samples` and `late_forces`.
+    ///
+    /// ```text
+    /// delivery.up = { delay = 2, jitter = 1, loss = 0.2, seed = 3, missed = [4, 9] }
+    /// ```
+    fn read_delivery(&mut self, value: toml::Value) -> Result<()> {
+        let keys = [("up", "delivery_up"), ("down", "delivery_down"), ("late_samples", ""), ("late_forces", "")];
+        let toml::Value::Table(table) = value else {
+            return Err(Error::invalid("delivery", value.type_str(), "a table, as in `delivery.up = { delay = 2 }`"));
+        };
+        for (key, value) in table {
+            let Some((_, option)) = keys.iter().find(|(known, _)| *known == key) else {
+                return Err(Error::unknown("key of delivery", &key, keys.iter().map(|(known, _)| *known)));
+            };
+            let option = if option.is_empty() { &key } else { *option };
+            let text = match value {
+                toml::Value::Table(parts) => {
+                    let parts = parts.into_iter().map(|(name, part)| match part {
+                        toml::Value::Array(steps) => {
+                            let steps: Result<Vec<String>> =
+                                steps.iter().map(|step| scalar_text(&name, step)).collect();
+                            Ok(format!("{name}:{}", steps?.join("+")))
+                        }
+                        part => Ok(format!("{name}:{}", scalar_text(&name, &part)?)),
+                    });
+                    parts.collect::<Result<Vec<String>>>()?.join(",")
+                }
+                text => scalar_text(&key, &text)?,
+            };
+            self.request.put(option, &text)?;
+            self.given.insert(option.to_owned(), text);
+        }
+        Ok(())
     }
 
     /// What the file asks of its runs, once per tolerance.

@@ -41,10 +41,16 @@ impl CoupledPair<'_> {
     #[cold]
     fn audit(&mut self, step: MacroStep) {
         let InterfaceWork { sent_j, received_j } = self.interface_work();
-        let PairState { audit, attachments, transmission, rates, .. } = &mut *self.state;
+        let PairState { audit, attachments, transmission, rates, late, .. } = &mut *self.state;
         if let (Some(audit), Some(model)) = (audit, &attachments.interface_model) {
             let kicked = if rates.is_some() { 1.0 } else { 0.5 };
-            audit.finish(model, step, transmission, &mut *self.scheme, [sent_j, received_j], kicked);
+            let shadow = late.as_mut().and_then(|late| late.shadow.as_mut());
+            let Some(shadow) = shadow else {
+                return audit.finish(model, step, transmission, &mut *self.scheme, [sent_j, received_j], kicked);
+            };
+            let in_time = shadow.work_sent.sent();
+            audit.finish(model, step, transmission, &mut *shadow.scheme.0, [in_time, received_j], kicked);
+            audit.set_age(in_time.zip(sent_j).map(|(in_time, sent)| in_time - sent));
         }
     }
 
@@ -73,10 +79,11 @@ impl CoupledPair<'_> {
     fn actuate<const ORDER: u32>(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
         let averaged =
-            matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces);
+            matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces)
+                || self.state.late.is_some();
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.actuator;
-        let PairState { own, u, transmission, work_sent, end, rates, inside, .. } = &mut *self.state;
+        let PairState { own, u, transmission, work_sent, end, rates, inside, late, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         transmission.clear();
@@ -120,14 +127,17 @@ impl CoupledPair<'_> {
         if self.setup.force_return == ForceReturn::End {
             actuator.outputs(u, end)?;
         }
-        Ok(())
+        match late {
+            Some(late) => late.keep_course(step.index, transmission, actuator, u),
+            None => Ok(()),
+        }
     }
 
     pub(crate) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.mechanics;
-        let PairState { own, u, transmission, end, received, audit, attachments, .. } = &mut *self.state;
+        let PairState { own, u, transmission, end, received, audit, attachments, late, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
         let in_pieces = self.setup.force_return == ForceReturn::Pieces;
@@ -145,6 +155,9 @@ impl CoupledPair<'_> {
                 ForceReturn::End => u.copy_from_slice(end),
                 ForceReturn::Mean => transmission.mean_over(0, 1, u),
                 ForceReturn::Profile | ForceReturn::Pieces => transmission.mean_over(i, count, u),
+            }
+            if let (Some(late), false) = (&mut *late, self.setup.force_return == ForceReturn::Held) {
+                late.deliver_force(step, i, count, u);
             }
             if in_pieces {
                 step_in_pieces(mechanics, transmission.course(i, count, u), at.length)?;

@@ -1,0 +1,319 @@
+//! What both sides know of each other where samples are late: the samples kept until they arrive, and what is made of them then.
+
+use super::communication_grid::MacroStep;
+use super::coupling_scheme::{CouplingScheme, MicroStep};
+use super::delivery::{Delivery, ForceBridge, LateRule};
+use super::output_history::OutputHistory;
+use super::output_rates::OutputRates;
+use super::ports::Ports;
+use super::setup::Setup;
+use super::side::{PerSide, Side};
+use super::subsystem::Subsystem;
+use super::work_meter::WorkMeter;
+use crate::error::Failure;
+use crate::interface_model::ReducedInterfaceModel;
+
+/// Samples on their way, in a ring by macro step, and which of them have arrived. Nothing is allocated after the start.
+#[derive(Debug, Clone)]
+pub(crate) struct LateSamples {
+    pub(crate) rule: LateRule,
+    bridge: ForceBridge,
+    /// By the side that sends: the newest sample that has arrived, by communication point.
+    newest: PerSide<Vec<Option<usize>>>,
+    ring: Vec<Kept>,
+    /// The actuator's outputs at the start, which the mechanics knows.
+    initial: Vec<f64>,
+    /// Means and their times of the newest two macro steps whose forces have arrived, the newest first.
+    arrived: [(f64, Vec<f64>); 2],
+    /// The scheme with samples in time, under the same forces, where what age creates is accounted for.
+    pub(crate) shadow: Option<Shadow>,
+}
+
+/// What is kept of a communication point, and of the macro step that starts there.
+#[derive(Debug, Clone)]
+pub(crate) struct Kept {
+    pub(crate) step: MacroStep,
+    pub(crate) time: f64,
+    pub(crate) micro_step: f64,
+    /// Outputs of the mechanics.
+    pub(crate) motion: Vec<f64>,
+    pub(crate) model: Option<ReducedInterfaceModel>,
+    /// Outputs of the actuator, with the motion that it knew.
+    pub(crate) force: Vec<f64>,
+    /// Outputs of the actuator by micro step.
+    course: OutputHistory,
+    /// Forces for the mechanics by its own step.
+    returned: OutputHistory,
+    /// Outputs, inputs and rates of the actuator at the end.
+    outputs: Vec<f64>,
+    inputs: Vec<f64>,
+    rates: OutputRates,
+}
+
+impl LateSamples {
+    pub(crate) fn new(
+        delivery: &Delivery,
+        setup: &Setup,
+        ports: PerSide<&Ports>,
+        model: Option<&ReducedInterfaceModel>,
+    ) -> Self {
+        let points = setup.grid.macro_steps() + 2;
+        let newest = PerSide {
+            mechanics: delivery.up.newest(Side::Mechanics, points),
+            actuator: delivery.down.newest(Side::Actuator, points),
+        };
+        let ages = Side::BOTH.map(|side| {
+            let ages = newest[side].iter().enumerate().map(|(k, newest)| k - newest.unwrap_or(0));
+            ages.max().unwrap_or(0)
+        });
+        let (forces, motions) = (ports.actuator.outputs.len(), ports.mechanics.outputs.len());
+        let full = MacroStep { index: 0, start: 0.0, length: setup.grid.macro_step() };
+        let kept = Kept {
+            step: full,
+            time: 0.0,
+            micro_step: 0.0,
+            motion: vec![0.0; motions],
+            model: model.cloned(),
+            force: vec![0.0; forces],
+            course: OutputHistory::new(forces, setup.actuator_steps(full)),
+            returned: OutputHistory::new(forces, setup.own_mechanics_steps(full)),
+            outputs: vec![0.0; forces],
+            inputs: vec![0.0; motions],
+            rates: OutputRates::zeros(forces, motions),
+        };
+        LateSamples {
+            rule: delivery.late,
+            bridge: delivery.bridge,
+            newest,
+            // The present macro step, the sample at its end, and all that are still waited for.
+            ring: vec![kept; ages[0].max(ages[1]) + 2],
+            initial: vec![0.0; forces],
+            arrived: [(f64::NAN, vec![0.0; forces]), (f64::NAN, vec![0.0; forces])],
+            shadow: None,
+        }
+    }
+
+    /// The newest sample of the mechanics at communication point `k`; the first is known from the start.
+    pub(crate) fn newest_motion(&self, k: usize) -> usize {
+        self.newest.mechanics[k].unwrap_or(0)
+    }
+
+    /// The newest sample of the actuator's outputs at communication point `k`; the first is known from the start.
+    pub(crate) fn newest_force(&self, k: usize) -> usize {
+        self.newest.actuator[k].unwrap_or(0)
+    }
+
+    /// What is kept of communication point `m`.
+    pub(crate) fn kept(&self, m: usize) -> &Kept {
+        &self.ring[m % self.ring.len()]
+    }
+
+    pub(crate) fn kept_mut(&mut self, m: usize) -> &mut Kept {
+        let length = self.ring.len();
+        &mut self.ring[m % length]
+    }
+
+    /// Keeps the fresh sample of the mechanics at the start of `step`; δ of the actuator in s.
+    pub(crate) fn keep(
+        &mut self,
+        step: MacroStep,
+        micro_step: f64,
+        motion: &[f64],
+        model: Option<&ReducedInterfaceModel>,
+    ) {
+        let kept = self.kept_mut(step.index);
+        (kept.step, kept.time, kept.micro_step) = (step, step.start, micro_step);
+        kept.motion.copy_from_slice(motion);
+        if let (Some(own), Some(model)) = (&mut kept.model, model) {
+            own.copy_from(model);
+        }
+        kept.returned.clear();
+    }
+
+    /// Keeps what the actuator put out at the start of macro step `k`.
+    pub(crate) fn keep_force(&mut self, k: usize, force: &[f64]) {
+        if k == 0 {
+            self.initial.copy_from_slice(force);
+        }
+        self.kept_mut(k).force.copy_from_slice(force);
+    }
+
+    /// Keeps what the actuator put out in macro step `k`, which it has covered, with its last inputs.
+    ///
+    /// # Errors
+    /// Those of the actuator.
+    pub(crate) fn keep_course(
+        &mut self,
+        k: usize,
+        course: &OutputHistory,
+        actuator: &mut dyn Subsystem,
+        inputs: &[f64],
+    ) -> Result<(), Failure> {
+        let with_rates = self.bridge == ForceBridge::Rates;
+        let kept = self.kept_mut(k);
+        kept.course.copy_from(course);
+        if with_rates {
+            kept.inputs.copy_from_slice(inputs);
+            actuator.outputs(inputs, &mut kept.outputs)?;
+            actuator.capabilities().output_rates(kept.step.start + kept.step.length, inputs, &mut kept.rates)?;
+        }
+        if let Some(mut shadow) = self.shadow.take() {
+            let replayed = shadow.replay(self.kept(k));
+            self.shadow = Some(shadow);
+            replayed?;
+        }
+        Ok(())
+    }
+
+    /// Brings the scheme's model from communication point `m` to `k`, with the forces that the actuator has had since. `u` becomes where it is then;
+    /// returned are the micro steps that it took.
+    ///
+    /// # Errors
+    /// Those of the scheme.
+    pub(crate) fn catch_up(
+        &mut self,
+        m: usize,
+        k: usize,
+        scheme: &mut dyn CouplingScheme,
+        u: &mut [f64],
+    ) -> Result<u64, Failure> {
+        let (start, mut micro_step, mut passed) = (self.kept(m).time, self.kept(m).micro_step, 0);
+        for kept in (m..k).map(|index| self.kept(index)) {
+            if kept.micro_step != micro_step {
+                micro_step = kept.micro_step;
+                scheme.change_micro_step(micro_step)?;
+            }
+            let rows = kept.course.rows();
+            let count = rows.len();
+            for (j, force) in rows.enumerate() {
+                let at = MicroStep::new(kept.step, j, count);
+                let at = MicroStep { index: passed + j, since_exchange: at.start - start, ..at };
+                scheme.input(Side::Actuator, at, force, u)?;
+            }
+            passed += count;
+        }
+        if self.kept(k).micro_step != micro_step {
+            scheme.change_micro_step(self.kept(k).micro_step)?;
+        }
+        Ok(passed as u64)
+    }
+
+    /// Replaces the force `u` of own step `i` of `count` of the mechanics in `step` by what the mechanics knows of it.
+    pub(crate) fn deliver_force(&mut self, step: MacroStep, i: usize, count: usize, u: &mut [f64]) {
+        let k = step.index;
+        self.kept_mut(k).returned.push(u);
+        let newest = self.newest.actuator[k];
+        if newest == Some(k) && self.bridge != ForceBridge::Linear {
+            return;
+        }
+        let Some(n) = newest else {
+            u.copy_from_slice(&self.initial);
+            return;
+        };
+        match self.bridge {
+            ForceBridge::Hold => {
+                let kept = &self.kept(n).returned;
+                match kept.rows().len() == count {
+                    true => u.copy_from_slice(kept.at(i)),
+                    false => kept.mean_over(0, 1, u),
+                }
+            }
+            ForceBridge::Linear => self.go_on(n, step, count, u),
+            ForceBridge::Rates => self.model_of_actuator(n, MicroStep::new(step, i, count), u),
+        }
+    }
+
+    /// Goes on along the means of the newest two macro steps whose forces have arrived, to the middle of the present one.
+    fn go_on(&mut self, n: usize, step: MacroStep, count: usize, u: &mut [f64]) {
+        let slot = n % self.ring.len();
+        let Kept { step: sent, returned, .. } = &self.ring[slot];
+        // The present macro step is complete with its last own step.
+        let complete = n < step.index || returned.rows().len() == count;
+        let time = sent.start + 0.5 * sent.length;
+        if complete && self.arrived[0].0 != time {
+            self.arrived.swap(0, 1);
+            self.arrived[0].0 = time;
+            returned.mean_over(0, 1, &mut self.arrived[0].1);
+        }
+        if n == step.index {
+            return;
+        }
+        let [(last, newest), (before, older)] = &self.arrived;
+        let share = (step.start + 0.5 * step.length - last) / (last - before);
+        for (u, (newest, older)) in u.iter_mut().zip(newest.iter().zip(older)) {
+            // Until two have arrived there is no line.
+            *u = if share.is_finite() { newest + share * (newest - older) } else { *newest };
+        }
+    }
+
+    /// Follows the actuator from the end of macro step `n` to the middle of an own step of the mechanics, with the motion of the mechanics.
+    ///
+    /// ```text
+    /// F = F_n + r τ + D (u − u_n) + R ∫ (u − u_n) dt        trapezoids between communication points
+    /// ```
+    fn model_of_actuator(&self, n: usize, at: MicroStep, u: &mut [f64]) {
+        let Kept { outputs, inputs, rates, step, .. } = self.kept(n);
+        let start = step.start + step.length;
+        let width = inputs.len();
+        // The communication point at which this macro step starts, and half a step beyond with the velocity held.
+        let k = (n + 1..).find(|&index| self.kept(index).time + 1e-12 >= at.start - at.since_exchange).unwrap_or(n + 1);
+        for (i, force) in u.iter_mut().enumerate() {
+            *force = outputs[i] + rates.rate[i] * (at.middle() - start);
+            for j in 0..width {
+                let change = |index: usize| self.kept(index).motion[j] - inputs[j];
+                let between = |index: usize| {
+                    0.5 * (change(index) + change(index + 1)) * (self.kept(index + 1).time - self.kept(index).time)
+                };
+                let sum: f64 = (n + 1..k).map(between).sum::<f64>() + change(k) * (at.middle() - self.kept(k).time);
+                *force += rates.feedthrough[i * width + j] * change(k) + rates.rate_gain[i * width + j] * sum;
+            }
+        }
+    }
+}
+
+/// A copy of the scheme that has its samples in time, under the forces that the actuator had with late ones.
+#[derive(Debug, Clone)]
+pub(crate) struct Shadow {
+    pub(crate) scheme: SchemeCopy,
+    u: Vec<f64>,
+    /// What the actuator would have sent to this model, J.
+    pub(crate) work_sent: WorkMeter,
+}
+
+impl Shadow {
+    pub(crate) fn new(scheme: Box<dyn CouplingScheme>, actuator: &Ports) -> Self {
+        Shadow { scheme: SchemeCopy(scheme), u: vec![0.0; actuator.inputs.len()], work_sent: WorkMeter::new(actuator) }
+    }
+
+    /// Starts the macro step from the outputs of the mechanics.
+    pub(crate) fn start_from(&mut self, motion: &[f64]) {
+        self.u.copy_from_slice(motion);
+    }
+
+    /// Covers a macro step under the forces that were.
+    fn replay(&mut self, kept: &Kept) -> Result<(), Failure> {
+        let count = kept.course.rows().len();
+        for (j, force) in kept.course.rows().enumerate() {
+            let at = MicroStep::new(kept.step, j, count);
+            self.work_sent.add_half_step(at.length, force, &self.u);
+            self.scheme.0.input(Side::Actuator, at, force, &mut self.u)?;
+            self.work_sent.add_half_step(at.length, force, &self.u);
+        }
+        Ok(())
+    }
+}
+
+/// A scheme that is known to be copied.
+pub(crate) struct SchemeCopy(pub(crate) Box<dyn CouplingScheme>);
+
+impl Clone for SchemeCopy {
+    fn clone(&self) -> Self {
+        SchemeCopy(self.0.try_clone().expect("a copy of a scheme can be copied"))
+    }
+}
+
+impl std::fmt::Debug for SchemeCopy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("SchemeCopy")
+    }
+}
