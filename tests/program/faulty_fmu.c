@@ -20,7 +20,8 @@ typedef double D;
 #endif
 typedef struct {
     D x, v, f, p, d, x0, n, t, rest, own;
-    D table[3];
+    D table[3], before[2];
+    int undone;
     int whole, truth, begun, stop;
     void *env;
     void (*say)();
@@ -91,7 +92,12 @@ static int begin(S *s) {
     return 0;
 }
 static D force(S *s) { return -s->p * (s->x - s->rest) - s->d * s->v; }
-static int step(S *s, D t, D h) {
+static int step(S *s, D t, D h, int for_good) {
+    (void)for_good;
+#ifdef REPEATS /* as long as one may go back, a step is only tried */
+    if (s->undone) s->x = s->before[0], s->v = s->before[1];
+    s->before[0] = s->x, s->before[1] = s->v, s->undone = !for_good;
+#endif
 #ifdef TIME_MS
     h /= 1000; /* its independent variable is in ms */
 #endif
@@ -231,7 +237,7 @@ int P(SetReal)(C s, const VR *r, size_t n, const D *y) { return set(s, r, n, y);
 int P(SetInteger)(C s, const VR *r, size_t n, const int *y) { (void)r; if (n) ((S *)s)->whole = y[0]; return 0; }
 int P(SetBoolean)(C s, const VR *r, size_t n, const int *y) { (void)r; if (n) ((S *)s)->truth = y[0]; return 0; }
 int P(SetString)(C s, const VR *r, size_t n, const char *const *y) { (void)r; if (n) ((S *)s)->p = atof(y[0]); return 0; }
-int P(DoStep)(C s, D t, D h, int q) { (void)q; return step(s, t, h); }
+int P(DoStep)(C s, D t, D h, int q) { return step(s, t, h, q); }
 int P(GetFMUstate)(C s, void **k) { return keep(s, k); }
 int P(SetFMUstate)(C s, void *k) { return put_back(s, k); }
 int P(FreeFMUstate)(C s, void **k) { (void)s; return drop(k); }
@@ -251,10 +257,9 @@ int P(SetInt64)(C s, const VR *r, size_t n, const long *y, size_t m) { (void)r, 
 int P(GetInt64)(C s, const VR *r, size_t n, long *y, size_t m) { (void)r, (void)n, (void)m; y[0] = ((S *)s)->whole; return 0; }
 int P(SetString)(C s, const VR *r, size_t n, const char *const *y, size_t m) { (void)r, (void)m; if (n) ((S *)s)->p = atof(y[0]); return 0; }
 int P(DoStep)(C s, D t, D h, B q, B *ev, B *term, B *early, D *last) {
-    (void)q;
     *ev = *early = 0;
     *term = 0;
-    int status = step(s, t, h);
+    int status = step(s, t, h, q);
     *last = t + h;
 #ifdef LAGS
     *last = ((S *)s)->own; /* and it says so, as FMI 3.0 has it */

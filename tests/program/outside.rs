@@ -387,6 +387,17 @@ fn legal_fmus_are_not_refused() {
 }
 
 #[test]
+fn an_fmu_that_takes_no_step_for_good_while_one_may_go_back_moves() {
+    for version in [2, 3] {
+        let Some(folder) = case(&Guest { version, faults: &["REPEATS"], ..MASS }, &SPRING, &[]) else { return };
+        assert!((last(folder.path(), POSITION) - 0.1 * f64::cos(2.0)).abs() < 5e-3);
+        // Steps from which one does go back it does not take.
+        let (said, _) = run(folder.path(), "--scheme iterated-aitken");
+        assert_has(said["reason"].as_str().unwrap(), &["the state of the mechanics does not come back"]);
+    }
+}
+
+#[test]
 fn sides_couple_by_velocity_and_force_alone() {
     // A damper on a mass: x is the integral of the velocity on either side.
     let Some(folder) = case(&MASS, &SPRING, &[]) else { return };

@@ -25,6 +25,7 @@ use std::io::Write;
 use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How much of the end of the log of one call is repeated, characters.
 const LONGEST_LOG: usize = 400;
@@ -64,15 +65,13 @@ pub fn standard_output() -> Option<std::fs::File> {
 
 /// What the library has said since it was last asked.
 #[derive(Default)]
-struct Saying {
-    text: String,
+struct Said {
+    text: Mutex<String>,
     /// Whether one of it was a warning.
-    warned: bool,
+    warned: AtomicBool,
     /// Whether it is shown as it comes, and how the FMU is called there.
     shown_as: Option<String>,
 }
-
-type Said = Mutex<Saying>;
 
 /// The status of a warning.
 const WARNING: c_int = 1;
@@ -84,15 +83,16 @@ unsafe fn note(said: *mut c_void, status: c_int, message: *const c_char) {
     let (Some(said), false) = (unsafe { said.cast::<Said>().as_ref() }, message.is_null()) else { return };
     // SAFETY: it is not null, so that it ends in zero, as the caller says.
     let message = unsafe { std::ffi::CStr::from_ptr(message) }.to_string_lossy();
-    if let Ok(mut said) = said.lock() {
-        let Saying { text, warned, shown_as } = &mut *said;
+    if let Ok(mut text) = said.text.lock() {
         let from = text.len();
         if from > 0 {
             text.push_str("; ");
         }
         text.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }));
-        *warned |= status == WARNING;
-        if let Some(name) = shown_as {
+        if status == WARNING {
+            said.warned.store(true, Ordering::Relaxed);
+        }
+        if let Some(name) = &said.shown_as {
             // Where nobody listens nobody is told.
             let _ = writeln!(std::io::stderr().lock(), "{name}: {}", text[from..].trim_start_matches("; "));
         }
@@ -110,6 +110,8 @@ struct Slot {
     kept: Option<Keep>,
     /// Whether somebody has it.
     used: bool,
+    /// The time that it has come to, s.
+    time: f64,
 }
 
 /// An array of which elements are coupled.
@@ -182,7 +184,7 @@ impl Loaded {
     pub(super) fn new(plan: Plan) -> Result<Self, String> {
         let house = plan.lodger.then(House::enter).transpose().map_err(|error| error.to_string())?;
         let shown_as = plan.log.then(|| plan.file.display().to_string());
-        let said = Box::new(Said::new(Saying { shown_as, ..Saying::default() }));
+        let said = Box::new(Said { shown_as, ..Said::default() });
         let environment: *mut c_void = (&raw const *said).cast_mut().cast();
         let opened = Opened::new(&plan)?;
         let make = if plan.version_2 { Two::make } else { Three::make };
@@ -192,7 +194,7 @@ impl Loaded {
         }
         let Made { instance, common, version } = made?;
         if instance.is_null() {
-            let said = said.lock().map(|said| said.text.clone()).unwrap_or_default();
+            let said = said.text.lock().map(|text| text.clone()).unwrap_or_default();
             let said = if said.is_empty() { "it does not say why".to_owned() } else { said };
             return Err(opened.wrong(format_args!("no instance can be made: {said}")));
         }
@@ -200,7 +202,7 @@ impl Loaded {
             instance,
             common,
             version: ManuallyDrop::new(version),
-            copies: vec![Slot { kept: None, used: true }],
+            copies: vec![Slot { kept: None, used: true, time: 0.0 }],
             present: 0,
             inputs: Places::of(&plan.inputs),
             outputs: Places::of(&plan.outputs),
@@ -259,14 +261,13 @@ impl Loaded {
     /// A status as a result: `OK` and `Warning` are none, but warnings are counted, whether the status says so or the log.
     fn check(&self, status: c_int, what: &str) -> Result<(), String> {
         if (0..=WARNING).contains(&status) {
-            let mut said = self.said.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            if status == WARNING || said.warned {
+            if status == WARNING || self.said.warned.load(Ordering::Relaxed) {
+                self.said.warned.store(false, Ordering::Relaxed);
                 let mut warnings = self.warnings.borrow_mut();
                 warnings.0 += 1;
-                if warnings.1.is_empty() {
-                    warnings.1 = std::mem::take(&mut said.text);
+                if let (true, Ok(mut text)) = (warnings.1.is_empty(), self.said.text.lock()) {
+                    warnings.1 = std::mem::take(&mut text);
                 }
-                said.warned = false;
             }
             return Ok(());
         }
@@ -277,7 +278,7 @@ impl Loaded {
             .and_then(|status| name.get(status))
             .copied()
             .unwrap_or("a status that there is not");
-        let said = self.said.lock().map(|mut said| std::mem::take(&mut said.text)).unwrap_or_default();
+        let said = self.said.text.lock().map(|mut text| std::mem::take(&mut *text)).unwrap_or_default();
         let said = if said.is_empty() { String::new() } else { format!(": {said}") };
         Err(self.opened.wrong(format_args!("{what} returned {name}{said}")))
     }
@@ -309,6 +310,12 @@ impl Loaded {
         }
         let mut room = std::mem::take(&mut self.room);
         room.clear();
+        if self.inputs.arrays.is_empty() {
+            room.extend(u.iter().zip(&self.plan.inputs).map(|(u, scale)| scale.inwards(*u)));
+            let done = self.set(&self.inputs.single, &room);
+            self.room = room;
+            return done;
+        }
         let Places { single, arrays, of_arrays } = &mut self.inputs;
         for (u, scale) in u.iter().zip(&self.plan.inputs).filter(|(_, scale)| scale.element.is_none()) {
             room.push(scale.inwards(*u));
@@ -330,6 +337,13 @@ impl Loaded {
 
     /// Appends the outputs, in SI.
     fn take_outputs(&mut self, output: &mut Vec<f64>) -> Result<(), String> {
+        if self.outputs.arrays.is_empty() {
+            let from = output.len();
+            output.resize(from + self.outputs.single.len(), 0.0);
+            self.get(&self.outputs.single, &mut output[from..])?;
+            output[from..].iter_mut().zip(&self.plan.outputs).for_each(|(y, scale)| *y = scale.outwards(*y));
+            return Ok(());
+        }
         let mut places = std::mem::take(&mut self.outputs);
         let done = self.take(&mut places, &self.plan.outputs, output);
         self.outputs = places;
@@ -485,7 +499,10 @@ impl Loaded {
 
     fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
         let unit = self.plan.time_unit;
-        let status = self.version.step(self.instance, t / unit, h / unit).map_err(|why| self.opened.wrong(why))?;
+        // Some take no step for good as long as one may go back behind it.
+        let no_way_back = !self.copies.iter().any(|copy| copy.used && copy.time < t);
+        let status = self.version.step(self.instance, [t, h].map(|time| time / unit), no_way_back);
+        let status = status.map_err(|why| self.opened.wrong(why))?;
         self.check(status, "DoStep")
     }
 }
@@ -497,11 +514,13 @@ impl Host for Loaded {
             return Err(self.opened.wrong("it has returned Fatal before: nothing more can be asked of it"));
         }
         // What it said of calls that went well explains no other.
-        if let Ok(mut said) = self.said.lock() {
-            said.text.clear();
+        if let Ok(mut text) = self.said.text.lock() {
+            text.clear();
         }
         let done = self.answer(ask, id, input, output);
-        self.tidy();
+        if let Some(house) = &self.house {
+            house.tidy_after_call();
+        }
         done
     }
 }
@@ -529,7 +548,9 @@ impl Loaded {
             Ask::Step => {
                 let [t, h, u @ ..] = input else { return Err("a step needs a time and a length".to_owned()) };
                 self.put(u)?;
+                self.copies[self.present].time = *t;
                 self.step(*t, *h)?;
+                self.copies[self.present].time = t + h;
                 self.take_outputs(output)
             }
             Ask::Rates => {
@@ -577,7 +598,7 @@ impl Loaded {
                     self.copies.push(Slot::default());
                 }
                 self.store(id)?;
-                self.copies[id].used = true;
+                (self.copies[id].used, self.copies[id].time) = (true, self.copies[self.present].time);
                 output.push(id as f64);
                 Ok(())
             }

@@ -76,7 +76,7 @@ impl PythonMember {
             python: python.to_owned(),
             answer_within: Duration::from_secs_f64(file.answer_within_s.min(1e9)),
         };
-        let mut host = member.host(usual).map_err(Error::Incompatible)?;
+        let mut host = member.host(usual).map_err(&wrong)?;
         let mut told = Vec::new();
         host.ask(Ask::Describe, 0, &[], &mut told).map_err(|message| wrong(message.clone()))?;
         let [through, work, model, contacts, names @ ..] = &*told else {

@@ -16,4 +16,6 @@ impl House {
     }
 
     pub(super) fn tidy(&self) {}
+
+    pub(super) fn tidy_after_call(&self) {}
 }

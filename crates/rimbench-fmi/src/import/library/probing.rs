@@ -274,7 +274,7 @@ mod tests {
         fn read(&self, _: &Opened, _: Instance, _: Type, _: u32, _: &mut [f64]) -> Result<c_int, String> {
             Ok(0)
         }
-        fn step(&self, instance: Instance, _: f64, h: f64) -> Result<c_int, String> {
+        fn step(&self, instance: Instance, [_, h]: [f64; 2], _: bool) -> Result<c_int, String> {
             // SAFETY: as above.
             let guest = unsafe { called(instance) };
             guest.longest = guest.longest.max(h);
@@ -331,7 +331,7 @@ mod tests {
             },
             version: ManuallyDrop::new(Box::new(OfGuest)),
             instance: (&raw mut *guest).cast(),
-            copies: vec![Slot { kept: None, used: true }],
+            copies: vec![Slot { kept: None, used: true, time: 0.0 }],
             present: 0,
             inputs: Places::of(&plan.inputs),
             outputs: Places::of(&plan.outputs),

@@ -175,12 +175,12 @@ impl Version for Three {
         unsafe { (self.get)(instance, references.as_ptr(), references.len(), values.as_mut_ptr(), values.len()) }
     }
 
-    fn step(&self, instance: Instance, t: f64, h: f64) -> Result<c_int, String> {
+    fn step(&self, instance: Instance, [t, h]: [f64; 2], no_way_back: bool) -> Result<c_int, String> {
         let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, f64::NAN);
         // SAFETY: the instance is alive and has been initialised; there is room for all four that it tells, bytes being bytes
         // whatever it takes for a truth.
         let status = unsafe {
-            (self.step)(instance, t, h, false, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
+            (self.step)(instance, t, h, no_way_back, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
         };
         match (0..=1).contains(&status) {
             true if terminate != 0 => Err(format!("it wants the simulation to end at {last} s")),

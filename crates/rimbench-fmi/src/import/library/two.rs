@@ -131,9 +131,9 @@ impl Version for Two {
         unsafe { (self.get)(instance, references.as_ptr(), references.len(), values.as_mut_ptr()) }
     }
 
-    fn step(&self, instance: Instance, t: f64, h: f64) -> Result<c_int, String> {
+    fn step(&self, instance: Instance, [t, h]: [f64; 2], no_way_back: bool) -> Result<c_int, String> {
         // SAFETY: the instance is alive and has been initialised.
-        Ok(unsafe { (self.step)(instance, t, h, 0) })
+        Ok(unsafe { (self.step)(instance, t, h, no_way_back.into()) })
     }
 
     fn derivative(&self, instance: Instance, unknowns: &[u32], input: u32, column: &mut [f64]) -> Option<c_int> {

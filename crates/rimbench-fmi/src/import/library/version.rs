@@ -33,9 +33,11 @@ pub(super) trait Version {
         values: &mut [f64],
     ) -> Result<c_int, String>;
 
+    /// Takes a step from a time on, of a length; whether no state from before will be set any more.
+    ///
     /// # Errors
     /// Why a step that went well is none.
-    fn step(&self, instance: Instance, t: f64, h: f64) -> Result<c_int, String>;
+    fn step(&self, instance: Instance, from: [f64; 2], no_way_back: bool) -> Result<c_int, String>;
 
     /// What each unknown changes by with an input, if there are directional derivatives.
     fn derivative(&self, instance: Instance, unknowns: &[u32], input: u32, column: &mut [f64]) -> Option<c_int>;
