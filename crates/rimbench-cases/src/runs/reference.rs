@@ -175,9 +175,9 @@ impl Reference {
         let columns = fine.columns().len();
         let largest = largest(&fine);
         let (mut uncertainty, mut order) = (Vec::with_capacity(columns), Vec::with_capacity(columns));
-        for column in 0..columns {
+        for (column, largest) in largest.iter().enumerate() {
             let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
-            let rounding = ROUNDING * largest[column];
+            let rounding = ROUNDING * largest;
             let observed = if first.min(second) > rounding { libm::log2(first / second) } else { f64::NAN };
             let trusted = if observed.is_nan() { best } else { observed.clamp(0.5, best) };
             uncertainty.push(second.max(0.5 * first) / (libm::pow(2.0_f64, trusted) - 1.0));
@@ -294,7 +294,7 @@ impl Reference {
             outputs
                 .map(|port| match self.trajectory.index_of(&port.name) {
                     Some(column) if !system.unbounded => {
-                        let scale = case.scale.map_or_else(|| self.own_scale(case), |scale| scale).of(port.quantity);
+                        let scale = case.scale.unwrap_or_else(|| self.own_scale(case)).of(port.quantity);
                         let least = (STIRRED * scale).max(KNOWN_PEAK * self.uncertainty[column]);
                         DIVERGENCE_FACTOR * self.largest[column].max(least).max(port.quantity.negligible())
                     }
