@@ -87,9 +87,12 @@ fn ctrl_c_in_a_terminal_does_not_end_the_processes_of_fmus() {
 fn twice_ctrl_c_or_sigterm_ends_runs_that_would_take_hours_and_says_so() {
     ended_by(
         &["-INT", "-INT"],
-        &["stopping after the runs in progress; again to stop now", "stopping now; what is stored is kept"],
+        &[
+            "stopping after the runs in progress, after which the same command goes on from there; again to stop now",
+            "stopping now; what is stored is kept, and the same command goes on from there",
+        ],
     );
-    ended_by(&["-TERM"], &["stopping now; what is stored is kept"]);
+    ended_by(&["-TERM"], &["stopping now; what is stored is kept, and the same command goes on from there"]);
 }
 
 fn ended_by(signals: &[&str], answers: &[&str]) {

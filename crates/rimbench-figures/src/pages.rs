@@ -430,7 +430,7 @@ mod tests {
                     1,a,box,,0.005,,completed,16.6,0.00123\n2,a,box,,0.01,,completed,30,2e-3\n3,a,box,,0.01,,diverged,,\n\
                     4,b,box,,0.005,,completed,8.3,1e-3\n5,b,box,,0.01,,diverged,1e9,1\n";
         std::fs::write(own.join("runs.csv"), runs).unwrap();
-        keep(&own, &PooledSets::new(), "").unwrap();
+        keep(&own, &PooledSets::new(), &"0".repeat(64)).unwrap();
         let claims = "experiment,id,text,measured,low,high,expected,verdict\nx,floor,t,43.26,40,50,≥ 2,reproduced\n";
         std::fs::write(own.join("claims.csv"), claims).unwrap();
         folder
@@ -476,7 +476,7 @@ mod tests {
                     a,box,c=1 soft,0.005,,completed,1.5\na,box,hard,0.005,,completed,2.5\n\
                     b,box,c=1 soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
         std::fs::write(own.join("runs.csv"), runs).unwrap();
-        keep(&own, &PooledSets::new(), "").unwrap();
+        keep(&own, &PooledSets::new(), &"0".repeat(64)).unwrap();
         let table =
             |marker: &str| fill_page("p".as_ref(), &format!("<!-- table {marker} --><!-- /table -->"), folder.path());
         let made = table("of=study/x by=set row=a names=\"c=1 soft=soft stops; set=stops\"").unwrap();

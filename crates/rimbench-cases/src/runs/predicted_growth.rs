@@ -3,7 +3,7 @@
 use super::RunSpec;
 use nalgebra::DMatrix;
 use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, OutputRates, Sequence, Side, division};
-use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::error::{Cause, Error, Failure, Result};
 use rimbench_core::interface_model::{Condensation, Redundancy, condense};
 use rimbench_core::schemes::ModelMotion;
 
@@ -113,10 +113,13 @@ impl LinearCoupling {
 /// or the case is linear, and its spectral radius is probed instead.
 ///
 /// # Errors
-/// Those of building the case.
+/// What fails in the numerics of a side at its start; one that does not offer what is asked, or says that it cannot, has no such map.
 pub fn predicted_growth(spec: &RunSpec) -> Result<Option<(f64, LinearCoupling)>> {
     let Some(recurrence) = recurrence(spec).filter(|_| spec.case.linear_state.is_empty()) else { return Ok(None) };
-    let found = linearise(spec).map_err(|failure| Error::Incompatible(failure.to_string()))?;
+    let found = match linearise(spec).map_err(Failure::into_cause) {
+        Err(Cause::NotOffered { .. } | Cause::NotCopied | Cause::Reported { .. }) => None,
+        found => found.map_err(|cause| Error::Incompatible(cause.to_string()))?,
+    };
     let micro_steps = division(spec.macro_step, spec.micro_step);
     Ok(found.map(|coupling| (coupling.growth(recurrence, spec.macro_step, micro_steps), coupling)))
 }

@@ -129,16 +129,7 @@ impl RunRequest {
             }
         }
         let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
-        let mechanics_steps = match mechanics_steps {
-            Some(steps @ MechanicsSteps::Count(_)) if scheme.moves_as_one() => {
-                return Err(Error::Incompatible(format!(
-                    "mechanics_steps = {steps}: with scheme `{}` both sides move as one, so that the mechanics takes `all` micro steps",
-                    scheme.name
-                )));
-            }
-            _ if scheme.moves_as_one() => MechanicsSteps::AsActuator,
-            steps => steps.unwrap_or(case.usual_mechanics_steps()),
-        };
+        let mechanics_steps = mechanics_steps.unwrap_or(case.usual_mechanics_steps());
         // The profile of one step is its mean.
         let force_return = match force_return {
             ForceReturn::Profile if mechanics_steps == MechanicsSteps::ONE => ForceReturn::Mean,
@@ -477,12 +468,6 @@ mod tests {
         for (count, phase) in [("19", "1.0"), ("20", "0.5")] {
             assert_ne!(steps(count, phase).id(), steps("all", phase).id());
         }
-        assert_eq!(resolved("monolithic", &[]).id(), resolved("monolithic", &[("mechanics_steps", "all")]).id());
-        let message = refused(|request| {
-            request.scheme = Some("monolithic".into());
-            request.put("mechanics_steps", "2").unwrap();
-        });
-        assert!(message.contains("both sides move as one"), "{message}");
         let base = |carriage: &str| {
             refused(|request| {
                 request.case = Some("impact-oscillator".into());

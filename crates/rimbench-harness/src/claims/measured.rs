@@ -408,11 +408,18 @@ mod tests {
     /// Whatever is asked: a run that took too long has no value, and one that could not be solved has not held.
     #[test]
     fn an_outcome_counts_by_its_class_in_every_quantity() {
-        let rows = ["box,,0.001,timeout,9.0", "box,,0.001,panicked,8.0", "box,,0.001,solver-failed,1.0,0.2"];
-        let of = |metric: &str| checked(&format!("metric = \"{metric}\"\nstatistic = \"max\""), &rows);
+        let header = "run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s\n";
+        let rows = [
+            "0,x,box,,0.001,timeout,9.0,0.1\n",
+            "1,x,box,,0.001,panicked,8.0,\n",
+            "2,x,box,,0.001,solver-failed,1.0,0.2\n",
+        ];
+        let all = table(header.trim_end(), &rows.concat());
+        let of = |metric: &str| check_in(&all, &format!("metric = \"{metric}\"\nstatistic = \"max\""));
         assert_eq!((of("error").measured, of("error").run_ids), (Some(1.0), vec!["2".to_owned()]));
         assert_eq!(["diverged", "completed", "diverged_at_s"].map(|name| of(name).measured), [1.0, 0.0, 0.2].map(Some));
-        assert_eq!(checked("metric = \"error\"", &rows[..2]).verdict, Verdict::NotMeasured);
+        let silent = table(header.trim_end(), &rows[..2].concat());
+        assert_eq!(check_in(&silent, "metric = \"error\"").verdict, Verdict::NotMeasured);
     }
 
     #[test]

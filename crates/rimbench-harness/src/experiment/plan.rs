@@ -162,7 +162,7 @@ impl CaseEntry {
 /// Checksum of a plan: which runs under which labels, held against which reference.
 pub(crate) fn plan_sha256(experiment: &Experiment, planned: &[PlannedRun]) -> String {
     let runs = planned.iter().map(|run| format!("{} {}\n", run.id, run.label));
-    sha256(&std::iter::once(experiment.reference_identity() + "\n").chain(runs).collect::<String>())
+    sha256(std::iter::once(experiment.reference_identity() + "\n").chain(runs).collect::<String>())
 }
 
 /// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is computed once.
