@@ -231,13 +231,10 @@ impl Asked<'_> {
                 ));
             }
         }
-        let times: Vec<String> = self
-            .chosen()
-            .filter_map(|(_, met)| Some(format!("{} per macro step", quantity(met.time_per_step_s()?, "s"))))
-            .collect();
-        if !times.is_empty() {
-            let times = times.join(", of the runner-up ");
-            lines.push(row("computing time", &format!("{times} (processor time of this machine)")));
+        let mut times = self.chosen().filter_map(|(_, met)| Some(quantity(met.time_per_step_s()?, "s")));
+        if let Some(time) = times.next() {
+            let other = times.next().map_or(String::new(), |time| format!(", runner-up {time}"));
+            lines.push(row("computing time", &format!("{time} per macro step{other} (processor time)")));
         }
         lines.extend(self.remarks().iter().map(|remark| format!("  {}", paragraph(remark, 2))));
         if let Some((of, met)) = self.chosen().next()
