@@ -433,6 +433,8 @@ fn texts_in(svg: &Path) -> BTreeMap<String, usize> {
 fn texts_of(svg: &str) -> BTreeMap<String, usize> {
     let mut texts = BTreeMap::new();
     assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
+    // It is dark where the page around it is.
+    assert_eq!(svg.matches("<style>@media (prefers-color-scheme:dark){svg{").count(), 1);
     let mut open: Vec<&str> = Vec::new();
     for tag in svg.split('<').skip(1) {
         let (inside, after) = tag.split_once('>').expect("a tag has an end");
@@ -442,7 +444,7 @@ fn texts_of(svg: &str) -> BTreeMap<String, usize> {
             continue;
         }
         let name = inside.split([' ', '/']).next().unwrap_or_default();
-        assert!(["svg", "title", "desc", "path", "g", "text"].contains(&name), "{tag}");
+        assert!(["svg", "title", "desc", "style", "path", "g", "text"].contains(&name), "{tag}");
         if name == "text" {
             let plain = after.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&");
             *texts.entry(plain).or_default() += 1;

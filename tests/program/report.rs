@@ -219,7 +219,10 @@ fn a_page_of_a_fresh_checkout_shows_every_kept_claim_figure_and_summary() {
                 for row in lines.records() {
                     let id = row.unwrap()[column].to_owned();
                     claims += 1;
-                    assert!(page.contains(&format!("id=\"claim-{anchor}-{id}\"")), "{file}: {id}");
+                    assert!(
+                        page.contains(&format!("id=\"claim-{}-{id}\"", anchor.trim_start_matches("study-"))),
+                        "{file}: {id}"
+                    );
                 }
             }
             _ => {}

@@ -61,6 +61,7 @@ mod pages;
 mod paint;
 mod panel;
 mod scale;
+mod seven_bits;
 mod vector;
 
 pub use claims_table::claims_markdown;

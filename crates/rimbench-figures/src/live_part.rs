@@ -4,7 +4,7 @@
 //! another compiler; `.ci/page.mjs digits` holds it against the program. Everything stands in the one file of the report.
 
 use crate::drawing::Color;
-use crate::report::seven_bits;
+use crate::seven_bits::seven_bits;
 use crate::style::{Styles, on_dark_paper};
 use rimbench_cases::metrics::{STAYS_DOWN_M, USABLE};
 use rimbench_core::schemes::standard_schemes;

@@ -259,7 +259,7 @@ impl FigureList {
     /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a group without figures.
     pub fn make_all(&self, results: &Path, group: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
         if !results.is_dir() {
-            return Err(Error::file(results, "is no folder of results"));
+            return Err(Error::file(results, "is not a folder of results"));
         }
         if let Some(group) = group.filter(|group| self.of_group(Some(group)).is_empty()) {
             let groups: BTreeSet<&str> = self.figures.iter().map(FigureEntry::group).collect();

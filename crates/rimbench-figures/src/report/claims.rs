@@ -97,7 +97,7 @@ impl Claim {
             reason => format!("<br><span class=\"soft\">Replaced by another claim: {}</span>", escaped(reason)),
         };
         let figures = study.figures.iter().filter(|(_, _, made)| made.is_ok());
-        let mut links: Vec<String> = figures.map(|(id, _, _)| super::sections::link_to(id)).collect();
+        let mut links: Vec<String> = figures.map(|(id, _, _)| link_to(id)).collect();
         links.insert(0, format!("<a href=\"#{}\">study</a>", study.anchor()));
         // Without a script the study is what there is of its runs.
         let runs = format!(
@@ -129,6 +129,11 @@ impl Claim {
             links = links.join(" "),
         )
     }
+}
+
+/// A link to a figure.
+pub(super) fn link_to(id: &str) -> String {
+    format!("<a href=\"#figure-{id}\">figure {}</a>", escaped(&id.replace('_', " ")))
 }
 
 /// The claims of a study that count, folded under its figure, a line each, failures first.

@@ -22,7 +22,6 @@ mod store;
 
 pub use address::address;
 pub use claims::words as quantity_in_words;
-pub(crate) use packed::seven_bits;
 pub use store::{Claim, Made, Picture, Study, Verdict, find_studies};
 
 use crate::live_part;

@@ -5,6 +5,7 @@
 use super::Report;
 use super::store::Study;
 use crate::drawing::{Datum, PanelData, SeriesData};
+use crate::seven_bits::seven_bits;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rimbench_core::error::{Error, Result};
@@ -52,8 +53,7 @@ impl Detail {
     /// Digits of a metric.
     fn digits(self) -> usize {
         match self {
-            Detail::Full => 6,
-            Detail::Digits => 4,
+            Detail::Full | Detail::Digits => 4,
             _ => 3,
         }
     }
@@ -130,29 +130,6 @@ pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usi
     let packed = packed.map_err(|error| Error::Incompatible(format!("the runs cannot be packed: {error}")))?;
     let letters = seven_bits(&packed);
     Ok((letters.len() <= most).then_some(letters))
-}
-
-/// Writes bytes as text for a script of the page, seven bits a letter, a sixth shorter than base64. The letters that HTML would change or
-/// take for the beginning of a tag stand 128 further on, where UTF-8 takes two bytes for them.
-pub(crate) fn seven_bits(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len() * 6 / 5);
-    let (mut held, mut bits) = (0_u32, 0);
-    // A last letter takes what is left, filled up with zeros.
-    for byte in bytes.iter().copied().map(Some).chain([None]) {
-        match byte {
-            Some(byte) => (held, bits) = (held << 8 | u32::from(byte), bits + 8),
-            None if bits > 0 => (held, bits) = (held << (7 - bits), 7),
-            None => {}
-        }
-        while bits >= 7 {
-            bits -= 7;
-            let letter = (held >> bits & 127) as u8;
-            let shifted = matches!(letter, 0 | b'\r' | b'<');
-            text.push(char::from(if shifted { letter + 128 } else { letter }));
-        }
-        held &= 0x7f;
-    }
-    text
 }
 
 /// Columns of a summary that the page shows.

@@ -253,7 +253,8 @@ impl Report<'_> {
             for made in study.figures.iter().filter(|made| !is_above(made)) {
                 text.push_str(&figure(study, made, packed));
             }
-            let above: Vec<String> = study.figures.iter().filter(is_above).map(|(id, ..)| link_to(id)).collect();
+            let above: Vec<String> =
+                study.figures.iter().filter(is_above).map(|(id, ..)| claims::link_to(id)).collect();
             if !above.is_empty() {
                 let _ = writeln!(text, "<p class=\"soft\">See {}.</p>", above.join(", "));
             }
@@ -289,11 +290,6 @@ fn around(title: &str) -> String {
 /// The article on the method; of the contribution that is reproduced no address is known.
 const METHOD: &str =
     "https://asmedigitalcollection.asme.org/computationalnonlinear/article-abstract/19/7/071006/1197206";
-
-/// A link to a figure.
-pub(super) fn link_to(id: &str) -> String {
-    format!("<a href=\"#figure-{id}\">figure {}</a>", escaped(&id.replace('_', " ")))
-}
 
 /// Figures that a text shows.
 fn places(text: &str) -> BTreeSet<&str> {
