@@ -268,7 +268,7 @@ fn the_numerics_must_use_the_terms_of_the_field_and_their_comments_say_what_is_t
 }
 
 /// What is longer than these is said twice somewhere, or needed by nothing. The bounds fall with every cut, and rise only with a capability:
-/// last with the account of what a model creates and with models of shares of a body.
+/// last with what is checked of sides from outside, and what of FMI is read.
 #[test]
 fn the_lines_of_rust_must_become_fewer() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -278,7 +278,7 @@ fn the_lines_of_rust_must_become_fewer() {
     };
     let [tests, others] = [&["tests"][..], &["crates", "src", "benches", "examples"]]
         .map(|folders| folders.iter().map(|folder| lines(folder)).sum::<usize>());
-    assert!(tests <= 18_100 && tests + others <= 98_100, "{tests} lines of tests, {} in all", tests + others);
+    assert!(tests <= 18_700 && tests + others <= 101_000, "{tests} lines of tests, {} in all", tests + others);
     assert!(tests > 10_000 && others > 50_000, "{tests} and {others} lines found: the check reads nothing");
 }
 
