@@ -80,11 +80,14 @@ fn requests(scheme: &SchemeEntry, fixed: &RunRequest, information: Information) 
     own.then(|| named.clone()).into_iter().chain(others).collect()
 }
 
+/// A scheme that does not compete, and why.
+type Refused = (String, String);
+
 /// Everything that competes, and what cannot, with the reason.
 ///
 /// # Errors
 /// Bad input that no scheme could mend: an unknown case, bad parameters, a scheme that is asked for and does not exist.
-pub(super) fn all(question: &Question<'_>) -> Result<(Vec<AdviceRow>, Vec<(String, String)>)> {
+pub(super) fn all(question: &Question<'_>) -> Result<(Vec<AdviceRow>, Vec<Refused>)> {
     let Question { catalogue, fixed, macro_steps, .. } = question;
     let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
     let mut parameters = case.default_parameters();
