@@ -63,7 +63,9 @@ impl RunSpec {
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
             _ if self.belief.is_some() => Some("the model is not that of the mechanics".to_owned()),
-            _ if late_forces => Some("forces are late, and it accounts for late samples of the mechanics only".to_owned()),
+            _ if late_forces => {
+                Some("forces are late, and it accounts for late samples of the mechanics only".to_owned())
+            }
             ForceReturn::Mean | ForceReturn::Profile => None,
             _ => Some(format!(
                 "force return `{force_return}` is not the impulse that the model received; use `mean` or `profile`"
