@@ -34,7 +34,7 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
     // At 5 ms all runs of one scheme are lost, and the other has none; at 1 ms errors are nine tenths of the peak.
     let place = MadeUp::new();
     place.edit("runs.csv", |k, row| match k {
-        0 => Some(row.replace(",error,", ",force_error_rms_of_peak,")),
+        0 => Some(row.replace(",force_error_rms_n,", ",force_error_rms_of_peak,")),
         _ if !row.contains(",0.005,") => Some(row.replace(",completed,0.00", ",completed,0.9")),
         _ => row.contains("rim-smooth").then(|| row.replace("completed", "diverged")),
     });
@@ -54,7 +54,7 @@ fn made_up_results(folder: &Path) {
     let folder = folder.join("study/made-up");
     std::fs::create_dir_all(&folder).unwrap();
     let mut runs = String::from(
-        "run_id,case,set,label,mechanics_steps,macro_step_s,phase,outcome,error,residual_j,reference_error,\
+        "run_id,case,set,label,mechanics_steps,macro_step_s,phase,outcome,force_error_rms_n,residual_j,reference_force_uncertainty_n,\
          actuator_micro_steps,mechanics_steps\n",
     );
     let mut cost = String::from("run_id,wall_s\n");
@@ -154,18 +154,18 @@ kind = "sweep"
 experiment = "study/made-up"
 [[figure.panels]]
 title = "created"
-metric = "error"
+metric = "force_error_rms_n"
 only = { set = "all" }
 label = "error (N)"
 range = [1e-6, 1e-1]
-floor = "reference_error"
+floor = "reference_force_uncertainty_n"
 slope = [1.0, [2.0, 1e-3]]
 
 [[figure]]
 id = "work"
 kind = "work-precision"
 experiment = "study/made-up"
-metric = "error"
+metric = "force_error_rms_n"
 label = "error (N)"
 range = [1e-4, 1.0]
 [[figure.panels]]
@@ -187,7 +187,7 @@ parameter = "margin_m"
 x_label = "margin (m)"
 [[figure.panels]]
 title = "(a)"
-metric = "error"
+metric = "force_error_rms_n"
 label = "error (N)"
 range = [1e-4, 1.0]
 macro_step_s = 5e-3
@@ -204,7 +204,7 @@ id = "other"
 kind = "sweep"
 experiment = "paper/not-run"
 [[figure.panels]]
-metric = "error"
+metric = "force_error_rms_n"
 "#;
 
 #[test]
@@ -324,7 +324,7 @@ fn what_may_be_left_out_has_a_default_and_the_figure_is_drawn() {
     assert_eq!((made.files.len(), &made.failed[..]), (1, &[][..]));
     let svg = std::fs::read_to_string(place.path("figures/mine.svg")).unwrap();
     assert_has(&svg, &["viewBox=\"0 0 680 330\""]);
-    assert!(texts_of(&svg).contains_key("error"), "the label is the metric");
+    assert!(texts_of(&svg).contains_key("force_error_rms_n"), "the label is the metric");
 }
 
 #[test]

@@ -97,7 +97,7 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
     for case in catalogue.cases() {
         judge("case", &case.name, case.purpose == Purpose::Speed && timed.contains(&*case.name));
     }
-    let solvers = read(root().join("docs/results/solvers.md"));
+    let solvers = read(root().join("benches/solvers.rs"));
     for solver in catalogue.solvers() {
         judge("solver", &solver.name, solvers.contains(&*solver.name));
     }

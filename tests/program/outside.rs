@@ -150,7 +150,8 @@ fn output(folder: &Path, arguments: &str) -> Output {
 fn run(folder: &Path, arguments: &str) -> (Value, String) {
     let output = output(folder, &format!("{arguments} --format json"));
     let shown = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{shown}");
+    // A run that is skipped is no answer, and has another exit code.
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{shown}");
     (serde_json::from_slice(&output.stdout).unwrap(), shown)
 }
 
@@ -177,8 +178,7 @@ fn a_state_that_does_not_come_back_leaves_plain_schemes_and_skips_the_others_wit
     for version in [2, 3] {
         for faults in [&["FORGETS_V"], &["SHALLOW"]] {
             let Some(folder) = case(&Guest { version, faults, ..MASS }, &SPRING, &[]) else { return };
-            let doubling = "zero-order-hold --step-control step-doubling --step-tolerance 1e-3";
-            for scheme in ["rim-smooth", "iterated-aitken", doubling] {
+            for scheme in ["rim-smooth", "iterated-aitken"] {
                 let (said, _) = run(folder.path(), &format!("--scheme {scheme}"));
                 assert_eq!(said["outcome"], "skipped", "{faults:?} {scheme}: {said:#}");
                 let reason = said["reason"].as_str().unwrap();

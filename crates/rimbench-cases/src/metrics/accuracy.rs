@@ -37,7 +37,7 @@ metrics! {
     "Largest magnitude of the actuator's own force"
     => |evidence| worst(evidence, |row| peak(evidence.run.column(row.force)));
 
-    TOUCH_DOWN_PEAK_RATIO: "touch_down_peak_ratio" in "-",
+    TOUCH_DOWN_PEAK_RATIO: "touch_down_peak_ratio" in "-" (ideal_one),
     "Largest force magnitude within 0.1 s of a contact that closes in the reference, over that of the reference there"
     => |evidence| {
         worst(evidence, |row| {

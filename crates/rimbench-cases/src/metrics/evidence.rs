@@ -76,6 +76,8 @@ pub struct Metric {
     pub only: Option<Only>,
     /// Whether it may be below 0, so that how much it is lies in its magnitude.
     pub signed: bool,
+    /// The value of a run without error: 0, or 1 of a ratio that is then 1.
+    pub ideal: f64,
     /// What it must exceed to say more than that it is small; none for what is no error of force or position.
     pub floor: Option<Floor>,
     /// One line.
@@ -103,7 +105,7 @@ pub enum Only {
     Claimed,
 }
 
-/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)`, the runs that it is for (`of`, where these are not
+/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)` or has its `(ideal_one)` at 1, the runs that it is for (`of`, where these are not
 /// all), what it must exceed to say more than that it is small (`above`, for errors of force and position), one line about it, and how it is
 /// computed.
 macro_rules! metrics {
@@ -111,6 +113,9 @@ macro_rules! metrics {
     (@floor $floor:path) => { Some($floor) };
     (@signed) => { false };
     (@signed signed) => { true };
+    (@signed ideal_one) => { false };
+    (@ideal ideal_one) => { 1.0 };
+    (@ideal $($signed:ident)?) => { 0.0 };
     (@only) => { None };
     (@only $only:ident) => { Some($crate::metrics::Only::$only) };
     ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(($signed:ident))? $(of $only:ident)? $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
@@ -120,6 +125,7 @@ macro_rules! metrics {
             unit: $unit,
             only: metrics!(@only $($only)?),
             signed: metrics!(@signed $($signed)?),
+            ideal: metrics!(@ideal $($signed)?),
             floor: metrics!(@floor $($floor)?),
             about: $about,
             compute: $compute,

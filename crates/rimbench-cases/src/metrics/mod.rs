@@ -114,6 +114,11 @@ pub fn is_signed(name: &str) -> bool {
     METRICS.iter().any(|metric| metric.name == name && metric.signed)
 }
 
+/// Finds the value of a metric, by name, of a run without error: 0 of what is no metric.
+pub fn ideal_of(name: &str) -> f64 {
+    METRICS.iter().find(|metric| metric.name == name).map_or(0.0, |metric| metric.ideal)
+}
+
 /// Finds the runs that a metric, by name, says something of; none where these are all, or it is no metric.
 pub fn only_of(name: &str) -> Option<Only> {
     METRICS.iter().find(|metric| metric.name == name)?.only

@@ -93,17 +93,17 @@ impl LateSamples {
         }
     }
 
-    /// The newest sample of the mechanics at communication point `k`; the first is known from the start.
+    /// Returns the newest sample of the mechanics at communication point `k`; the first is known from the start.
     pub(crate) fn newest_motion(&self, k: usize) -> usize {
         self.newest.mechanics[k].unwrap_or(0)
     }
 
-    /// The newest sample of the actuator's outputs at communication point `k`; the first is known from the start.
+    /// Returns the newest sample of the actuator's outputs at communication point `k`; the first is known from the start.
     pub(crate) fn newest_force(&self, k: usize) -> usize {
         self.newest.actuator[k].unwrap_or(0)
     }
 
-    /// What is kept of communication point `m`.
+    /// Returns what is kept of communication point `m`.
     pub(crate) fn kept(&self, m: usize) -> &Kept {
         &self.ring[m % self.ring.len()]
     }
@@ -170,7 +170,7 @@ impl LateSamples {
     ///
     /// # Errors
     /// Those of the scheme.
-    pub(crate) fn catch_up(
+    pub(crate) fn run_forward(
         &mut self,
         m: usize,
         k: usize,

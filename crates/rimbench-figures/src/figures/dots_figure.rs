@@ -6,6 +6,7 @@ use crate::chart::Axis;
 use crate::dots::{Dot, DotPanel, DotPlot, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
+use rimbench_cases::metrics::ideal_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Runs;
 use std::path::Path;
@@ -78,7 +79,8 @@ impl DotsFigure {
             };
             dots.push(labels.iter().map(of_label).collect::<Result<_>>()?);
         }
-        let order = ranked(&dots, labels.len());
+        let ideals: Vec<f64> = self.panels.iter().map(|panel| ideal_of(&panel.metric)).collect();
+        let order = ranked(&dots, &ideals, labels.len());
         let (unit, factor) = unit_of(&parts[0]);
         let sign = |index: usize| match alike {
             true => {
@@ -154,16 +156,16 @@ fn of_point(point: &OverPhases) -> Dot {
     Dot { value: point.median, range, lost: Some(point.lost) }
 }
 
-/// Rows by their mean rank over all panels and signs, the least value first; what is lost is last, and of equals the first stays first.
-fn ranked(dots: &[Vec<Vec<Dot>>], rows: usize) -> Vec<usize> {
+/// Rows by their mean rank over all panels and signs, the value nearest to the ideal of its panel first; what is lost is last, and of equals the first stays first.
+fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
     let mut total = vec![0.0; rows];
-    for panel in dots {
+    for (panel, ideal) in dots.iter().zip(ideals) {
         let signs = panel.first().map_or(0, Vec::len);
         for dots in (0..signs).map(|sign| panel.iter().map(|row| row[sign]).collect::<Vec<Dot>>()) {
             let value = |row: usize| {
                 let dot = &dots[row];
                 if dot.value.is_finite() && dot.lost.is_some_and(|loss| loss.failed < 1.0) {
-                    dot.value
+                    (dot.value - ideal).abs()
                 } else {
                     f64::INFINITY
                 }
@@ -191,7 +193,9 @@ mod tests {
             lost: Some(Loss { failed: if value.is_nan() { 1.0 } else { 0.0 }, silent: 0.0 }),
         };
         let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
-        assert_eq!(ranked(&[panel], 3), [2, 1, 0]);
-        assert_eq!(ranked(&[], 2), [0, 1]);
+        assert_eq!(ranked(std::slice::from_ref(&panel), &[0.0], 3), [2, 1, 0]);
+        assert_eq!(ranked(&[], &[], 2), [0, 1]);
+        // Of a ratio the least is not the best: 3 and 4 are nearer to 3.5 than 1 and 2.
+        assert_eq!(ranked(&[panel], &[3.5], 3), [0, 2, 1]);
     }
 }

@@ -8,6 +8,7 @@ use crate::drawing::{Datum, PanelData, SeriesData};
 use crate::seven_bits::seven_bits;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::HashMap;
@@ -134,7 +135,7 @@ pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usi
 
 /// Columns of a summary that the page shows.
 const OF_SUMMARY: [&str; 7] =
-    ["case", "set", "label", "macro_step_s", "runs", "completed", "force_error_rms_of_peak_median"];
+    ["case", "set", "label", "macro_step_s", "runs", OutcomeKind::Completed.name(), "force_error_rms_of_peak_median"];
 
 /// The medians that are kept of a study without rows, by its anchor: rows of cells, the header first.
 fn summary(study: &Study) -> Option<(String, String)> {

@@ -42,7 +42,7 @@ impl CoupledPair<'_> {
         scheme.receive(Side::Mechanics, &sample)?;
         if goes_on {
             scheme.receive(Side::Actuator, &Sample { y: &kept.force, model: None, ..sample })?;
-            counters.catch_up_steps += late.catch_up(known, k, scheme, &mut u.actuator)?;
+            counters.catch_up_steps += late.run_forward(known, k, scheme, &mut u.actuator)?;
         }
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         late.keep_force(k, &own.actuator);
