@@ -77,7 +77,6 @@ fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
 }
 
 /// A mass from outside with a fault.
-
 struct Faulty {
     mass: Box<dyn Subsystem>,
     /// Steps below this give no number, s.

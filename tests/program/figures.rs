@@ -265,9 +265,9 @@ fn refused(figure: &str) -> String {
 }
 
 const LEAST_SWEEP: &str = "[[figure]]\nid = \"mine\"\nkind = \"sweep\"\nexperiment = \"study/made-up\"\n";
-const LEAST_PANEL: &str = "[[figure.panels]]\nmetric = \"error\"\n";
+const LEAST_PANEL: &str = "[[figure.panels]]\nmetric = \"force_error_rms_n\"\n";
 /// The same of the made-up results, which have two sets of parameters.
-const POOLED_PANEL: &str = "[[figure.panels]]\nmetric = \"error\"\nonly = { set = \"all\" }\n";
+const POOLED_PANEL: &str = "[[figure.panels]]\nmetric = \"force_error_rms_n\"\nonly = { set = \"all\" }\n";
 
 #[test]
 fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics() {

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// Constants of the method that a sentence may have, as the documentation has them: contact margins, the bound of divergence, the
 /// threshold of a lift-off, the level of an interval, and the slope from which on an order counts as two.
-const CONSTANTS: [&str; 10] = ["1 µm", "10 µm", "30 µm", "0.1 mm", "0.3 mm", "1 mm", "3 mm", "3 times", "95 %", "1.9"];
+const CONSTANTS: [&str; 11] =
+    ["0.1 s", "1 µm", "10 µm", "30 µm", "0.1 mm", "0.3 mm", "1 mm", "3 mm", "3 times", "95 %", "1.9"];
 
 /// How the headings of the appendix are numbered.
 const NUMBERING: &str = "A.1";

@@ -222,18 +222,20 @@ pub fn limit<'py>(
     })?;
     complain(py, &cache)?;
     let points = PyList::empty(py);
-    for StabilityPoint { macro_step, fraction_stable, failure, spectral_radius } in &found.points {
+    for StabilityPoint { macro_step, fraction_stable, verdict, spectral_radius } in &found.points {
         let point = PyDict::new(py);
         point.set_item("macro_step_s", macro_step)?;
         point.set_item("fraction_stable", fraction_stable)?;
-        point.set_item("failure", failure.as_ref().map(ToString::to_string))?;
+        point.set_item("failure", verdict.why())?;
         point.set_item("spectral_radius", spectral_radius)?;
         points.append(point)?;
     }
     let result = PyDict::new(py);
-    result.set_item("stability_limit_s", found.last_stable.filter(|_| found.first_unstable.is_some()))?;
+    let known = found.first_unstable.is_some() && found.no_answer.is_none();
+    result.set_item("stability_limit_s", found.last_stable.filter(|_| known))?;
     result.set_item("last_stable_s", found.last_stable)?;
     result.set_item("first_unstable_s", found.first_unstable)?;
+    result.set_item("no_answer_s", found.no_answer)?;
     result.set_item("points", points)?;
     Ok(result)
 }

@@ -160,7 +160,7 @@ impl RunRequest {
                 catalogue.tunable_schemes().join(", ")
             )));
         }
-        let delivery = delivery(&scheme, delivery_up.as_ref(), delivery_down.as_ref(), *late_samples, *late_forces)?;
+        let delivery = delivery(scheme, delivery_up.as_ref(), delivery_down.as_ref(), *late_samples, *late_forces)?;
         let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
         let control = step_control.unwrap_or_default();
         let mut spec = RunSpec {

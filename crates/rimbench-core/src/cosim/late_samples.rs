@@ -259,8 +259,8 @@ impl LateSamples {
         let k = (n + 1..).find(|&index| self.kept(index).time + 1e-12 >= at.start - at.since_exchange).unwrap_or(n + 1);
         for (i, force) in u.iter_mut().enumerate() {
             *force = outputs[i] + rates.rate[i] * (at.middle() - start);
-            for j in 0..width {
-                let change = |index: usize| self.kept(index).motion[j] - inputs[j];
+            for (j, input) in inputs.iter().enumerate() {
+                let change = |index: usize| self.kept(index).motion[j] - input;
                 let between = |index: usize| {
                     0.5 * (change(index) + change(index + 1)) * (self.kept(index + 1).time - self.kept(index).time)
                 };

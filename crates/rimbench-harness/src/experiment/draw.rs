@@ -57,10 +57,13 @@ pub(super) struct Drawn {
 /// Values of parameters by name.
 type Values = Vec<(String, String)>;
 
+/// Tells whether the reference of a setting has an event; none where no contact of the case could have it.
+pub(super) type HasEvent<'a> = dyn Fn(ContactEvent, &[(String, String)]) -> Result<Option<bool>> + Sync + 'a;
+
 /// How it is found out whether a setting has an event.
 pub(super) struct Search<'a> {
     /// Tells it of values drawn, at every point of the grid; none where no contact could have it.
-    pub(super) has_event: &'a (dyn Fn(ContactEvent, &[(String, String)]) -> Result<Option<bool>> + Sync),
+    pub(super) has_event: &'a HasEvent<'a>,
     /// What determines that besides the values.
     pub(super) key: String,
 }

@@ -163,6 +163,8 @@ class Limit:
     last_stable_s: float | None
     #: Smallest unstable macro step, s.
     first_unstable_s: float | None
+    #: Smallest macro step of which nothing is known (time-out, panic), s.
+    no_answer_s: float | None
     #: Every macro step that was tried, ascending: `macro_step_s`, `fraction_stable`, `failure`, `spectral_radius`.
     points: list[dict[str, Any]] = field(repr=False)
 
