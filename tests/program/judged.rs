@@ -72,6 +72,15 @@ fn named() -> Named {
                 if labels.contains(label) || drawn.iter().any(in_figure) {
                     let keys = row.keys().flat_map(|key| texts(row, key).into_iter().map(move |text| (key, text)));
                     named.extend(keys.map(|(key, text)| (key.clone(), without_number(text).to_owned())));
+                    if let Some(delivery) = row.get("delivery").and_then(Value::as_table) {
+                        let texts =
+                            delivery.iter().filter_map(|(key, value)| Some((key.clone(), value.as_str()?.to_owned())));
+                        named.extend(texts);
+                        named.extend(delivery.keys().map(|key| (format!("delivery_{key}"), String::new())));
+                        // What a model does with late samples if nothing is asked for.
+                        let usual = (!delivery.contains_key("late_samples")).then(|| "catch-up".to_owned());
+                        named.extend(usual.map(|usual| ("late_samples".to_owned(), usual)));
+                    }
                 }
             }
         }
@@ -108,7 +117,11 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
         .flat_map(|scheme| RunRequest::of("wedge-box", &*scheme.name).resolve(&catalogue).unwrap().facts())
         .collect();
     let mut options = 0;
-    for option in RunRequest::OPTIONS.iter().filter(|option| !["case", "scheme", "solver"].contains(&option.key)) {
+    // These have parts with numbers, and no values by name.
+    let parts = ["delivery_up", "delivery_down", "belief"];
+    assert!(parts[..2].iter().all(|key| has(key, "")) && has("belief", "mass"));
+    let others = [&["case", "scheme", "solver"][..], &parts].concat();
+    for option in RunRequest::OPTIONS.iter().filter(|option| !others.contains(&option.key)) {
         let Err(Error::UnknownName { valid, .. }) = RunRequest::default().put(option.key, "no name of a value") else {
             continue;
         };

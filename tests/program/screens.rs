@@ -64,6 +64,9 @@ fn masked(line: &str) -> String {
     if let Some((before, _)) = line.split_once(" (").filter(|_| line.ends_with(" from summaries)")) {
         return before.to_owned();
     }
+    if line.starts_with("  computing time") {
+        return "  computing time    (of this machine)".to_owned();
+    }
     if let Some((before, _)) = line.split_once("processor time") {
         return format!("{before}processor time    (of this machine)");
     }
