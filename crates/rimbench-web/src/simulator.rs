@@ -139,10 +139,7 @@ fn reference(spec: &RunSpec) -> Result<Reference> {
     };
     // An impact in the heap of the crane takes the program's step.
     let (solution, step) = solved(COARSER).or_else(|_| solved(1.0))?;
-    let unknown = vec![f64::NAN; solution.columns().len()];
-    let packed = [solution.data(), &unknown, &unknown, &[step]].concat();
-    Reference::unpack(&spec.case, packed)
-        .ok_or_else(|| Error::Incompatible(format!("the reference of case {} does not fit", spec.case.name)))
+    Reference::of_one(spec, solution, step)
 }
 
 fn words(spec: &RunSpec, run: &EvaluatedRun) -> String {

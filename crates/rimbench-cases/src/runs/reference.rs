@@ -114,12 +114,20 @@ impl Reference {
                 let defaults = &mut Arc::make_mut(&mut coarse.case).defaults;
                 defaults.reference_step_s = defaults.reference_sampling_s;
                 let solution = Self::solution(&coarse, Self::REFINEMENTS[0], stop)?;
-                let unknown = vec![f64::NAN; solution.columns().len()];
-                let contact_gaps = contact_gaps(&coarse)?;
-                Self::of(&coarse.case, solution, unknown.clone(), unknown, f64::NAN, contact_gaps)
+                Self::of_one(&coarse, solution, f64::NAN)?
             }
         };
         Ok(event.happens(&reference.contacts, &reference.friction))
+    }
+
+    /// Makes a reference of one solution with this step (s), of whose uncertainty nothing is known.
+    ///
+    /// # Errors
+    /// Bad parameters; a value that is not finite.
+    pub fn of_one(spec: &RunSpec, solution: Trajectory, step: f64) -> Result<Self> {
+        check_finite(&spec.case, &solution)?;
+        let unknown = vec![f64::NAN; solution.columns().len()];
+        Ok(Self::of(&spec.case, solution, unknown.clone(), unknown, step, contact_gaps(spec)?))
     }
 
     /// Integrates the whole system with the reference step over `refinement`.
