@@ -56,12 +56,30 @@ fn is_plain(svg: &str) -> bool {
         |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_lowercase()).trim_start().starts_with('=');
     let is_fine = |tag: &str| {
         let foreign = ["script", "foreignobject", "style", "a ", "a>", "image", "use", "iframe", "!", "?"];
-        let is_foreign = foreign.iter().any(|name| tag.starts_with(name));
+        let is_foreign = foreign.iter().any(|name| {
+            tag.starts_with(name.trim_end_matches('>')) && (!name.ends_with('>') || tag == name.trim_end_matches('>'))
+        });
         !is_foreign
             && !tag.contains("href")
-            && !tag.split(char::is_whitespace).any(|part| part.strip_prefix("on").is_some_and(is_handler))
+            && !tag
+                .match_indices(char::is_whitespace)
+                .any(|(at, _)| tag[at..].trim_start().strip_prefix("on").is_some_and(is_handler))
     };
-    lower.starts_with("<svg") && lower.split('<').skip(1).all(is_fine)
+    lower.starts_with("<svg") && lower.split('<').skip(1).map(without_text).all(is_fine)
+}
+
+/// A tag without the text behind it; a `>` within quotes does not end it.
+fn without_text(tag: &str) -> &str {
+    let mut quote = None;
+    for (at, letter) in tag.char_indices() {
+        match quote {
+            Some(open) if letter == open => quote = None,
+            None if letter == '>' => return &tag[..at],
+            None if ['"', '\''].contains(&letter) => quote = Some(letter),
+            _ => {}
+        }
+    }
+    tag
 }
 
 /// A claim with what was measured; numbers that are not there are NaN.

@@ -267,8 +267,8 @@ mod tests {
     fn a_setting_without_the_event_is_drawn_again_and_counted() {
         let plan = |requires: &str| {
             let case = format!(
-                "duration_s = 1.0\nset = {{ restitution = [0.0, 0.3] }}\n[cases.draw]\nsettings = 4\nseed = 201\n{requires}\n\
-                 [cases.draw.ranges]\nvalve_area_m2 = [1e-7, 1e-4]\nspool_final = [0.05, 0.4]\n"
+                "duration_s = 2.5\nset = {{ restitution = [0.0, 0.3] }}\n[cases.draw]\nsettings = 4\nseed = 201\n{requires}\n\
+                 [cases.draw.ranges]\nvalve_area_m2 = [1e-6, 1e-4]\nspool_final = [0.2, 0.4]\n"
             );
             parsed(&case).unwrap().plan(&Catalogue::standard(), false).unwrap()
         };
