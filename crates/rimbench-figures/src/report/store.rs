@@ -55,10 +55,9 @@ fn is_plain(svg: &str) -> bool {
     let is_handler =
         |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_lowercase()).trim_start().starts_with('=');
     let is_fine = |tag: &str| {
-        let foreign = ["script", "foreignobject", "style", "a ", "a>", "image", "use", "iframe", "!", "?"];
-        let is_foreign = foreign.iter().any(|name| {
-            tag.starts_with(name.trim_end_matches('>')) && (!name.ends_with('>') || tag == name.trim_end_matches('>'))
-        });
+        let foreign = ["script", "foreignobject", "style", "image", "use", "iframe", "!", "?"];
+        let is_link = tag.strip_prefix('a').is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_alphanumeric()));
+        let is_foreign = is_link || foreign.iter().any(|name| tag.starts_with(name));
         !is_foreign
             && !tag.contains("href")
             && !tag
