@@ -12,7 +12,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
     Advice, AdviceRow, Cache, Information, METRIC, Met, Probe, Question, Step, USUAL_PRICES, WORK, advise,
-    logarithmic_grid, longest_macro_step, milliseconds, shortest_macro_step,
+    logarithmic_grid, longest_macro_step, measured_prices, milliseconds, shortest_macro_step,
 };
 use rimbench::runs::RunRequest;
 use serde_json::{Value, json};
@@ -27,9 +27,9 @@ pub struct Advise {
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     error: String,
     /// Costs of an exchange, of a mechanics step with its contact problem, of a micro step of the actuator, and of a contact problem of
-    /// an interface model
-    #[arg(long, value_name = "E,M,U,L", value_delimiter = ',', allow_negative_numbers = true, default_values_t = USUAL_PRICES)]
-    costs: Vec<f64>,
+    /// an interface model [default: 9,13,1,1.5; with a side from outside as measured]
+    #[arg(long, value_name = "E,M,U,L", value_delimiter = ',', allow_negative_numbers = true)]
+    costs: Option<Vec<f64>>,
     /// Only schemes that never take a step again, at what work costs in this program
     #[arg(long)]
     real_time: bool,
@@ -72,7 +72,8 @@ impl Advise {
         let catalogue = &*with_files(catalogue, &mut fixed)?;
         let macro_steps = self.macro_steps(catalogue, &fixed)?;
         let four = |costs: Vec<f64>| Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L");
-        let prices = <[f64; 4]>::try_from(self.costs.clone()).map_err(four)?;
+        let asked = self.costs.clone().map(|costs| <[f64; 4]>::try_from(costs).map_err(four)).transpose()?;
+        let prices = asked.map_or_else(|| prices(catalogue, &fixed), Ok)?;
         use_threads(self.jobs)?;
         let interruption = Interruption::listen();
         let progress = Progress::begin("advise", None);
@@ -128,6 +129,18 @@ impl Advise {
         rounded.dedup();
         Ok(rounded)
     }
+}
+
+/// What work costs unless it is said: of a case of our own what is known, of sides from outside what is measured.
+fn prices(catalogue: &Catalogue, fixed: &RunRequest) -> Result<[f64; 4]> {
+    let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
+    if !case.from_outside {
+        return Ok(USUAL_PRICES);
+    }
+    // With the first scheme that can be run; where there is none the search says why.
+    let scheme = |scheme: String| RunRequest { scheme: Some(scheme), ..fixed.clone() }.resolve(catalogue);
+    let hold = scheme(fixed.scheme.clone().unwrap_or_else(|| "zero-order-hold".to_owned()));
+    Ok(hold.and_then(|spec| measured_prices(&spec)).unwrap_or(USUAL_PRICES))
 }
 
 /// Reads `1%` or `0.01`; a number without the sign is below 1, because `1` may mean either.
@@ -212,6 +225,7 @@ impl Asked<'_> {
         let case = question.fixed.case.as_deref().unwrap_or_default();
         let about = format!("{case}{set} · rms force error at most {} of the peak", percent(question.error));
         let answer = self.chosen().next().map(|(row, met)| (scheme(row), met));
+        let outside = self.chosen().any(|(row, _)| row.first.case.from_outside);
         let mut lines = vec![match answer {
             Some((scheme, met)) => {
                 headline(&about, &format!("{scheme} at {}", milliseconds(met.macro_step)), Mood::Good)
@@ -234,7 +248,15 @@ impl Asked<'_> {
         let mut times = self.chosen().filter_map(|(_, met)| Some(quantity(met.time_per_step_s()?, "s")));
         if let Some(time) = times.next() {
             let other = times.next().map_or(String::new(), |time| format!(", runner-up {time}"));
-            lines.push(row("computing time", &format!("{time} per macro step{other} (processor time)")));
+            let kind = if outside { "wall time" } else { "processor time" };
+            lines.push(row("computing time", &format!("{time} per macro step{other} ({kind})")));
+            if question.prices != USUAL_PRICES {
+                let price = |place: usize| with_digits(question.prices[place], "-", 2);
+                let [exchange, mechanics, micro, model] = std::array::from_fn(price);
+                let prices =
+                    format!("exchange {exchange}, mechanics step {mechanics}, micro step {micro}, model {model}");
+                lines.push(row("prices", &prices));
+            }
         }
         lines.extend(self.remarks().iter().map(|remark| format!("  {}", paragraph(remark, 2))));
         if let Some((of, met)) = self.chosen().next()
@@ -272,7 +294,8 @@ impl Asked<'_> {
                 "is_largest_tried": met.is_largest,
                 "worst_error": met.worst().and_then(|run| run.error),
                 "cost": met.cost,
-                "processor_time_per_macro_step_s": met.time_per_step_s(),
+                "time_per_macro_step_s": met.time_per_step_s(),
+                "time_is_of": if row.first.case.from_outside { "wall" } else { "processor" },
                 "last_stable_s": met.last_stable,
                 "first_unstable_s": met.unstable.as_ref().map(|(step, _)| *step),
                 "failure_there": met.unstable.as_ref().map(|(_, reason)| reason),

@@ -202,7 +202,8 @@ impl Said<'_> {
             };
             let text =
                 format!("at most {most} of {} per macro step{late}, on this machine", quantity(spec.macro_step, "s"));
-            lines.push(row("processor time", &text));
+            let waits = spec.wall_limit.is_some() || spec.case.from_outside;
+            lines.push(row(if waits { "wall time" } else { "processor time" }, &text));
         }
         let metrics = run.metrics_of(&spec.case).count();
         let counters = run.counters().len();

@@ -139,7 +139,7 @@ fn an_advice_is_the_same_for_any_number_of_threads_and_prices_change_it() {
     let one = advised("--jobs 1");
     let mut two = advised("--jobs 2");
     for (choice, own) in [("advised", &one["advised"]), ("runner_up", &one["runner_up"])] {
-        let time = "processor_time_per_macro_step_s";
+        let time = "time_per_macro_step_s";
         assert!(own[time].as_f64().unwrap() > 0.0, "{own}");
         two[choice][time] = own[time].clone();
     }

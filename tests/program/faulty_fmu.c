@@ -23,6 +23,7 @@ typedef struct {
     D table[3], before[2];
     int undone;
     int whole, truth, begun, stop;
+    char home[4096];
     void *env;
     void (*say)();
 #if V == 2
@@ -56,6 +57,9 @@ static S *make(void) {
     S *s = calloc(1, sizeof *s);
 #ifdef CHDIR
     if (chdir("/")) return 0;
+#endif
+#ifdef AT_HOME
+    if (!getcwd(s->home, sizeof s->home)) return 0;
 #endif
 #ifdef FPE
     feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW);
@@ -100,6 +104,16 @@ static int step(S *s, D t, D h, int for_good) {
 #endif
 #ifdef TIME_MS
     h /= 1000; /* its independent variable is in ms */
+#endif
+#ifdef WANDERS_AT
+    if (t > WANDERS_AT && chdir("/")) return 3; /* to where its data are, say */
+#endif
+#ifdef AT_HOME
+    char here[4096];
+    if (!getcwd(here, sizeof here) || strcmp(here, s->home)) return fail(s, t, "not the folder that it began in");
+#endif
+#ifdef SLOW_US
+    usleep(SLOW_US);
 #endif
 #ifdef PRINT
     printf("step at %g\n", t);

@@ -319,7 +319,7 @@ fn descriptions_mean_what_they_say() {
     let two = "[[interface]]\nmechanics = { position = \"x\", velocity = \"v2\", force = \"f\" }\nactuator = { position = \"x\", velocity = \
                \"v\", force = \"f\" }\n[[interface]]";
     write_case(folder.path(), &[("[[interface]]", two)]);
-    assert_has(&refused(folder.path()), &["stands in two places of the case"]);
+    assert_has(&refused(folder.path()), &["is named in two places of the case"]);
 }
 
 #[test]
@@ -438,9 +438,125 @@ fn what_an_fmu_in_our_process_does_to_it_is_set_back() {
         assert!(fs::remove_file(plain.path().join("here.csv")).is_ok(), "{fault}");
         assert_eq!(shown.contains("step at"), fault == "PRINT", "{shown}");
     }
+    // In the middle of a long run as well: the other side steps where it began.
+    Guest { faults: &["WANDERS_AT=0.1"], ..SPRING }.packed(&plain.path().join("spring.fmu")).unwrap();
+    Guest { faults: &["AT_HOME"], ..MASS }.packed(&plain.path().join("mass.fmu")).unwrap();
+    let (said, _) = run(plain.path(), "--scheme zero-order-hold");
+    assert_eq!(said["force_error_rms_n"], known["force_error_rms_n"], "{said:#}");
     // Instances that share what they are made of.
     Guest { faults: &["SHARED"], ..MASS }.packed(&plain.path().join("mass.fmu")).unwrap();
     assert_has(&refused(plain.path()), &["mass.fmu", "instances share", "process = \"own\""]);
+}
+
+#[test]
+fn what_a_side_costs_is_measured_and_advice_is_at_these_prices() {
+    // What sleeps 300 µs in each step costs more than many micro steps, whatever else the machine does.
+    let Some(folder) = case(&Guest { faults: &["SLOW_US=300"], ..MASS }, &SPRING, &[]) else { return };
+    let advise = |options: &str| -> Value {
+        let mut command = process();
+        command.current_dir(folder.path()).env("RIMBENCH_CACHE", folder.path().join("cache"));
+        command.args([
+            "advise",
+            "--case",
+            "case.toml",
+            "--error",
+            "20%",
+            "--format",
+            "json",
+            "--scheme",
+            "zero-order-hold",
+        ]);
+        command.args(["--from", "5e-3", "--to", "1e-2", "--per-decade", "2", "--phases", "1"]);
+        let output = command.args(options.split_whitespace()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let said = advise("");
+    assert!(said["costs"][1].as_f64().unwrap() > 100.0, "{said:#}");
+    assert_eq!(said["advised"]["time_is_of"], "wall", "{said:#}");
+    // Three solutions of the reference aside, each of its steps has waited.
+    assert!(said["advised"]["time_per_macro_step_s"].as_f64().unwrap() > 3e-4, "{said:#}");
+    assert_eq!(advise("--costs 1,2,3,4")["costs"], serde_json::json!([1.0, 2.0, 3.0, 4.0]));
+}
+
+#[test]
+fn a_case_file_declares_the_scale_below_which_a_force_is_nothing() {
+    let scale =
+        |force: &str| format!("scale = {{ position_m = 0.1, velocity_m_s = 1.0, force_n = {force} }}\n[mechanics]");
+    let Some(folder) = case(&MASS, &SPRING, &[("[mechanics]", &scale("10.0"))]) else { return };
+    assert!(run(folder.path(), "--scheme zero-order-hold").0["force_error_rms_of_peak"].is_number());
+    write_case(folder.path(), &[("[mechanics]", &scale("1e15"))]);
+    let (said, _) = run(folder.path(), "--scheme zero-order-hold");
+    assert_eq!(said["outcome"], "completed", "{said:#}");
+    assert!(said["force_error_rms_of_peak"].is_null(), "{said:#}");
+    for force in ["0.0", "-1.0", "nan"] {
+        write_case(folder.path(), &[("[mechanics]", &scale(force))]);
+        assert_has(&refused(folder.path()), &["case.toml", "force_n of scale", "above 0"]);
+    }
+}
+
+/// Every fault on either side, in both versions of the standard and either process, with schemes that ask for ever more.
+#[test]
+#[ignore = "a sweep of minutes: .ci/sweeps"]
+fn a_fault_outside_ends_as_the_right_number_or_as_a_reason() {
+    let faults = [
+        "AT_HOME",
+        "CHDIR",
+        "ENDS_AT=0.1",
+        "EXACT_TIME",
+        "FAIL_AT=0.1",
+        "FORGETS_V",
+        "INF_AT=0.1",
+        "LAGS",
+        "LOCALE",
+        "LONGEST=5e-4",
+        "NAN_AT=0.1",
+        "NAN_BELOW=3e-4",
+        "NEEDS_STOP",
+        "PRINT",
+        "REPEATS",
+        "SHALLOW",
+        "SHARED",
+        "START=0",
+        "TRUNCATES",
+        "WANDERS_AT=0.1",
+    ];
+    let schemes = ["zero-order-hold", "rim-smooth", "interface-jacobian", "true-acceleration", "iterated-aitken"];
+    for version in [2, 3] {
+        let (mass, spring) = (Guest { version, ..MASS }, Guest { version, ..SPRING });
+        let Some(folder) = case(&mass, &spring, &[]) else { return };
+        let error = |said: &Value| said["force_error_rms_n"].as_f64();
+        let known = schemes.map(|scheme| error(&run(folder.path(), &format!("--scheme {scheme}")).0).unwrap());
+        for process in ["own", "same"] {
+            write_case(folder.path(), &[("[mechanics]", &format!("process = \"{process}\"\n[mechanics]"))]);
+            for (fault, of_mass) in faults.iter().flat_map(|fault| [(fault, true), (fault, false)]) {
+                let faulty = |guest: &Guest<'_>, here: bool| {
+                    let faults: &[&str] = if here { &[fault] } else { &[] };
+                    Guest { faults, ..*guest }.packed(&folder.path().join(format!("{}.fmu", guest.role))).unwrap();
+                };
+                faulty(&mass, of_mass);
+                faulty(&spring, !of_mass);
+                for (scheme, known) in schemes.iter().zip(known) {
+                    let output = output(folder.path(), &format!("--scheme {scheme} --format json"));
+                    let shown = String::from_utf8_lossy(&output.stderr).into_owned();
+                    let what = format!("FMI {version}, {process}, {fault}, of the mass: {of_mass}, {scheme}: {shown}");
+                    match output.status.code() {
+                        Some(2) => assert!(shown.starts_with("error: "), "{what}"),
+                        Some(0 | 1) => {
+                            let said: Value = serde_json::from_slice(&output.stdout).expect(&what);
+                            if said["outcome"] == "completed" {
+                                let error = error(&said).expect(&what);
+                                assert!((error / known - 1.0).abs() < 0.1, "{what}: {error} {known}");
+                            } else {
+                                assert!(said["reason"] != "", "{what}: {said:#}");
+                            }
+                        }
+                        code => panic!("{what}: {code:?}"),
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -31,7 +31,8 @@ mod stock;
 mod store;
 
 pub use advice::{
-    Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, milliseconds,
+    Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, measured_prices,
+    milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;

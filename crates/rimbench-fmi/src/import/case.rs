@@ -1,14 +1,16 @@
 //! The case that a case file and its FMUs make.
 
-use super::case_file::{CaseFile, ParameterTable, ProcessKind, SHORTEST_ANSWER, check_parameter, columns, parameters};
+use super::case_file::{
+    CaseFile, ParameterTable, ProcessKind, SHORTEST_ANSWER, ScaleTable, check_parameter, columns, parameters,
+};
 use super::member::{FmuMember, Process};
 use super::python::PythonMember;
 use super::side::ImportedSide;
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameters, PossibleSteps, WHAT_REMAINS, doubts_of,
-    first_outputs,
+    Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameters, PossibleSteps, Scale, WHAT_REMAINS,
+    doubts_of, first_outputs,
 };
 use rimbench_core::cosim::{PerSide, Ports, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
@@ -127,6 +129,16 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     for (key, value) in times.into_iter().chain(probes).filter_map(|(key, value)| Some((key, value?))) {
         if !(value.is_finite() && value > 0.0) {
             return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
+        }
+    }
+    let scale =
+        file.scale.map(|ScaleTable { position_m, velocity_m_s, force_n }| Scale { position_m, velocity_m_s, force_n });
+    for (key, value) in scale
+        .iter()
+        .flat_map(|of| [("position_m", of.position_m), ("velocity_m_s", of.velocity_m_s), ("force_n", of.force_n)])
+    {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(wrong(Error::invalid(format!("{key} of scale"), value, "a finite number above 0").to_string()));
         }
     }
     let patience = file.answer_within_s;
@@ -269,6 +281,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         trace_columns: trace,
         interface_columns,
         steps,
+        scale,
         ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
     };
     Ok(case)

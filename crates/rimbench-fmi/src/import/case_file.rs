@@ -30,6 +30,8 @@ pub(super) struct CaseFile {
     /// Coarsest of the three steps of the reference, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) reference_step_s: Option<f64>,
+    /// Magnitudes of the motion at the interface, below a share of which a force or a motion is nothing.
+    pub(super) scale: Option<ScaleTable>,
     #[serde(default)]
     pub(super) process: ProcessKind,
     /// After so long without an answer a process is ended, s.
@@ -57,6 +59,17 @@ impl CaseFile {
 
 fn minute() -> f64 {
     60.0
+}
+
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ScaleTable {
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) position_m: f64,
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) velocity_m_s: f64,
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) force_n: f64,
 }
 
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]

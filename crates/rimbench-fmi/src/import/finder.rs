@@ -182,7 +182,7 @@ impl Finder<'_> {
             if known.is_some() {
                 return Err(self.wrong(format!("variable `{name}` is set twice")));
             }
-            starts.push(Start { reference, kind, values });
+            starts.push(Start { variable: name.to_owned(), reference, kind, values });
             return Ok(());
         };
         let place = match known {
@@ -196,7 +196,7 @@ impl Finder<'_> {
                     )));
                 }
                 let whole = self.values(Side::Mechanics, name, kind, &written.iter().collect::<Vec<_>>())?;
-                starts.push(Start { reference, kind, values: whole });
+                starts.push(Start { variable: name.to_owned(), reference, kind, values: whole });
                 starts.len() - 1
             }
         };

@@ -136,6 +136,8 @@ pub(super) enum Values {
 /// Values that are set before a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Start {
+    /// The name of the variable, for messages.
+    pub(super) variable: String,
     pub(super) reference: u32,
     pub(super) kind: Type,
     pub(super) values: Values,

@@ -228,7 +228,7 @@ impl Loaded {
     fn enter(&mut self) -> Result<(), String> {
         for start in &self.plan.starts {
             let status = self.version.set_start(&self.opened, self.instance, start)?;
-            self.check(status, "setting a start value")?;
+            self.check(status, &format!("setting the start value of `{}`", start.variable))?;
         }
         // An array that is coupled in part is set as a whole, and begins with what it has.
         let mut arrays = std::mem::take(&mut self.inputs.arrays);
@@ -519,7 +519,7 @@ impl Host for Loaded {
         }
         let done = self.answer(ask, id, input, output);
         if let Some(house) = &self.house {
-            house.tidy_after_call();
+            house.tidy();
         }
         done
     }

@@ -178,7 +178,12 @@ impl FmuMember {
                 )
             })?;
             let Some(Element { at, .. }) = *element else {
-                plan.starts.push(Start { reference: *reference, kind: *kind, values: value });
+                plan.starts.push(Start {
+                    variable: variable.clone(),
+                    reference: *reference,
+                    kind: *kind,
+                    values: value,
+                });
                 continue;
             };
             let array = plan.starts.iter_mut().find(|start| start.reference == *reference && start.kind == *kind);
@@ -308,7 +313,7 @@ fn check_roles(finder: &Finder<'_>, roles: &[Scaled], starts: &[Start]) -> Resul
         if roles[..at].iter().any(same) {
             let name = name(role.reference, role.kind);
             return Err(finder
-                .wrong(format!("variable `{name}` stands in two places of the case; valid: one for each quantity")));
+                .wrong(format!("variable `{name}` is named in two places of the case; valid: one for each quantity")));
         }
         if starts.iter().any(|start| start.reference == role.reference && start.kind == role.kind) {
             let name = name(role.reference, role.kind);

@@ -7,11 +7,13 @@
 //! found. The search ends when no cell is left that could be cheaper than the cheapest of two schemes.
 
 mod forms;
+mod prices;
 
 pub use forms::Information;
+pub use prices::{USUAL_PRICES, measured_prices};
 
 use super::cache::Cache;
-use super::clock::processor_clock;
+use super::clock::{monotonic_clock, processor_clock};
 use super::execution::evaluated;
 use super::grid::phase_ensemble;
 use super::job::{Progress, Step};
@@ -32,11 +34,6 @@ pub const METRIC: &str = "force_error_rms_of_peak";
 /// What is counted: exchanges of the coupling variables, steps of the mechanics with their contact problem, micro steps of the actuator, contact
 /// problems of the scheme's interface model.
 pub const WORK: [&str; 4] = ["exchanges", "mechanics_solves", "micro_steps", "model_solves"];
-
-/// What one of each costs, in micro steps: instructions of the wedge box by Valgrind's count (`rimbench perf record`, November 2026), over
-/// those of a micro step, 437. A mechanics step takes 5699; the model of `rim-nonsmooth-gap` 638 in each micro step; what is left of a
-/// macro step of `zero-order-hold` beside its mechanics step and its micro steps 3947, of which 2733 find the effective mass.
-pub const USUAL_PRICES: [f64; 4] = [9.0, 13.0, 1.0, 1.5];
 
 /// Cells that are looked at together; a number of its own, so that what is found does not depend on how many threads there are.
 const BATCH: usize = 32;
@@ -140,7 +137,7 @@ pub struct Probe {
     pub error: Option<f64>,
     /// Whether the model was the mechanics itself.
     pub model_exact: bool,
-    /// Processor time of this machine per macro step, s.
+    /// Time per macro step on this machine, s: of the processor, or by the wall clock where a side is from outside.
     pub time_per_step_s: f64,
     work: [f64; 4],
 }
@@ -151,7 +148,7 @@ impl Met {
         self.runs.iter().max_by(|a, b| a.error.unwrap_or(0.0).total_cmp(&b.error.unwrap_or(0.0)))
     }
 
-    /// Median processor time of this machine per macro step, s.
+    /// Median [time per macro step](Probe::time_per_step_s), s.
     pub fn time_per_step_s(&self) -> Option<f64> {
         Pool::of(self.runs.iter().map(|run| run.time_per_step_s)).median()
     }
@@ -329,9 +326,11 @@ impl Search<'_> {
         {
             return Ok((None, Some(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0))));
         }
-        let begun = processor_clock();
+        // Waiting for another program takes no processor time of this one.
+        let clock = if spec.case.from_outside { monotonic_clock } else { processor_clock };
+        let begun = clock();
         let run = evaluated(&spec, &self.bounds, self.reference, simulate, self.question.stop)?;
-        let time = (processor_clock() - begun).as_secs_f64();
+        let time = (clock() - begun).as_secs_f64();
         if matches!(run.outcome, Outcome::Stopped { .. }) {
             return Err(Error::Stopped);
         }

@@ -1,9 +1,7 @@
-//! What an FMU in our process may change of it, and that is set back: working folder, standard output, locale, and how the processor
-//! rounds and traps. The latter after each call; folder and locale, which cost a call of the system, after those that are seldom, the
-//! first ones, every [`SELDOM`]th, and when the FMU goes.
+//! What an FMU in our process may change of it, and that is set back after each call: working folder, standard output, locale, and how
+//! the processor rounds and traps.
 
 use super::system;
-use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fs::File;
 use std::io::{Result, Write};
@@ -35,11 +33,7 @@ pub(super) struct House {
     folder: Option<File>,
     locale: CString,
     arithmetic: Arithmetic,
-    calls: Cell<u32>,
 }
-
-/// How seldom folder and locale are looked at in a long run, calls.
-const SELDOM: u32 = 64;
 
 impl House {
     pub(super) fn enter() -> Result<House> {
@@ -56,24 +50,7 @@ impl House {
             }
         }
         output.0 += 1;
-        Ok(House {
-            folder: File::open(".").ok(),
-            locale: locale(),
-            arithmetic: Arithmetic::present(),
-            calls: Cell::new(0),
-        })
-    }
-
-    /// Sets back what one of many calls may have changed.
-    #[inline]
-    pub(super) fn tidy_after_call(&self) {
-        let calls = self.calls.get().wrapping_add(1);
-        self.calls.set(calls);
-        if calls < SELDOM || calls.is_multiple_of(SELDOM) {
-            self.tidy();
-        } else {
-            self.arithmetic.keep();
-        }
+        Ok(House { folder: File::open(".").ok(), locale: locale(), arithmetic: Arithmetic::present() })
     }
 
     /// Sets back everything.
@@ -144,26 +121,6 @@ impl Arithmetic {
         }
         // Without what has happened so far.
         Arithmetic { vector: vector & !0x3f, stack }
-    }
-
-    /// Sets back what our own arithmetic, which is that of vectors, goes by, if it is another.
-    #[cfg(target_arch = "x86_64")]
-    #[inline]
-    fn keep(self) {
-        let mut vector = 0_u32;
-        // SAFETY: it writes a control word to a place that is large enough.
-        unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut vector, options(nostack, preserves_flags)) };
-        // But for what has happened so far.
-        if vector & !0x3f != self.vector {
-            self.set();
-        }
-    }
-
-    #[cfg(not(target_arch = "x86_64"))]
-    fn keep(self) {
-        if Self::present() != self {
-            self.set();
-        }
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -16,6 +16,4 @@ impl House {
     }
 
     pub(super) fn tidy(&self) {}
-
-    pub(super) fn tidy_after_call(&self) {}
 }

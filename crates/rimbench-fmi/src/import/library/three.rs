@@ -93,7 +93,7 @@ impl Version for Three {
     }
 
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String> {
-        let Start { reference, kind, values } = start;
+        let Start { reference, kind, values, .. } = start;
         /// Sets values that are converted to one type.
         macro_rules! set {
             ($type:ty, $name:literal, $values:expr, $convert:expr) => {{
