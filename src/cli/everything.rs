@@ -33,7 +33,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let started = Instant::now();
     let project = Project::find();
     if project != Project::Here {
-        let message = "not here: all that is kept is made anew in the folder of the project";
+        let message = "not here: all that is kept is computed again in the folder of the project";
         return Err(Error::file("experiments", message).into());
     }
     let groups = ["paper", "published", "study"].map(|group| project.experiments(group));

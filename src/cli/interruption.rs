@@ -16,7 +16,7 @@ const GRACE: Duration = Duration::from_millis(900);
 #[derive(Debug, Clone, Default)]
 pub(super) struct Interruption(Arc<[AtomicBool; 2]>);
 
-/// Who has begun to listen; while nobody has, the program leaves at once.
+/// The listener; without one the program leaves at once.
 static LISTENING: Mutex<Option<Interruption>> = Mutex::new(None);
 
 /// Ends the program; the processes of FMUs see to their own end.
@@ -83,7 +83,7 @@ impl Interruption {
         });
     }
 
-    /// Whether somebody has asked.
+    /// Whether a stop was asked for.
     pub(super) fn is_asked(&self) -> bool {
         self.0[0].load(Ordering::Relaxed)
     }

@@ -239,7 +239,7 @@ fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
     probed.iter().map(line).collect()
 }
 
-/// Says what is wrong with the cache of references, if anything is: without it every command computes them anew.
+/// Says what is wrong with the cache of references, if anything is: without it every command computes them again.
 fn complain(cache: &Cache) {
     if let Some(error) = cache.complaint() {
         eprintln!("note: the cache of references is of no use here: {error}");

@@ -93,7 +93,7 @@ impl Progress {
         state.bar.set_message(state.message());
     }
 
-    /// One run is done, if that is what the step of a job is; how many there are is known before.
+    /// Counts a run that is done; how many there are is known before.
     pub(super) fn after(&self, step: Step) {
         if let Step::Done(class) = step {
             self.done(class);
@@ -143,7 +143,7 @@ impl State {
     }
 }
 
-/// Says every few seconds that a command whose end nobody knows is still at work, until it is dropped.
+/// Says every few seconds that a command without a known end is still at work, until it is dropped.
 pub(super) struct Heartbeat {
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -237,7 +237,7 @@ mod tests {
         let beat = Heartbeat::every(Duration::from_millis(1), move |elapsed| heard.send(elapsed).unwrap_or(()));
         assert!(hears.recv_timeout(Duration::from_secs(60)).is_ok());
         drop(beat);
-        // Ends, because nobody is left who could say more.
+        // Ends, because no sender is left.
         hears.iter().for_each(drop);
     }
 }

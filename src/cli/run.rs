@@ -40,7 +40,7 @@ pub struct Run {
     /// Only the runs at these places of the plan, from 0: the task of a job array, after which --collect writes the result files
     #[arg(long, value_name = "FIRST-LAST", conflicts_with_all = ["shard", "fresh"])]
     places: Option<String>,
-    /// Forget what is stored and start anew
+    /// Forget what is stored and start again
     #[arg(long)]
     fresh: bool,
     /// Run nothing: merge these shards, results folders of the same experiment, list what is missing, and write the result files if

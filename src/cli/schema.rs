@@ -80,7 +80,7 @@ fn scheme_row(catalogue: &Catalogue, macro_steps: &Value) -> Value {
     json!({ "type": "object", "required": ["scheme"], "additionalProperties": false, "properties": properties })
 }
 
-/// What an option takes, as whatever reads it says: the names it knows (of those with a number behind a colon the number is left
+/// What an option takes, from the error of its own parser: the names it knows (of those with a number behind a colon the number is left
 /// open), a number, or a count with a word beside it.
 fn option_values(option: &RunOption) -> Value {
     match RunRequest::default().put(option.key, NONSENSE) {

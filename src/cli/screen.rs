@@ -222,7 +222,7 @@ pub(super) fn error(message: &str, flags: &[String]) -> String {
     if help.is_empty() { format!("error: {what}") } else { format!("error: {what}\nhelp: {}", help.join(" ")) }
 }
 
-/// A key of a run that is also a flag is said as the flag: what was typed is what is answered.
+/// A key of a run that is also a flag is said as the flag that was typed.
 fn flagged(what: &str, flags: &[String]) -> String {
     let Some((key, rest)) = what.split_once(" = ") else { return what.to_owned() };
     let flag = key.strip_suffix("_s").unwrap_or(key).replace('_', "-");

@@ -38,7 +38,7 @@ pub(super) struct Submit {
     /// The program where the chunks run [default: this one]
     #[arg(long, value_name = "PATH", requires = "slurm")]
     program: Option<PathBuf>,
-    /// The runs are timed: nothing may run beside one; so is an experiment whose file says `timed = true`
+    /// The runs are timed: nothing may run beside one; also an experiment whose file says `timed = true`
     #[arg(long, requires = "slurm")]
     exclusive: bool,
     /// Options for `sbatch`

@@ -249,6 +249,51 @@ fn prose_is_within_its_bounds() {
     assert!(found.is_empty(), "{} places to rewrite (docs/glossary.md):\n{}", found.len(), found.join("\n"));
 }
 
+/// What a file shows that is no page: texts in quotes and, in the command line, its comments, which are its help; all of the paper.
+fn shown_of(name: &str, text: &str) -> String {
+    if name.ends_with(".typ") || name.ends_with(".html") {
+        return text
+            .lines()
+            .filter(|line| !line.trim_start().starts_with("//"))
+            .map(|line| format!("{line}\n"))
+            .collect();
+    }
+    let help = |line: &str| name.starts_with("src/cli/") && line.starts_with("/// ");
+    let (mut shown, mut code) = (String::new(), String::new());
+    for line in text.lines().map(str::trim_start) {
+        match line {
+            _ if help(line) => shown += &format!("{}\n", &line[4..]),
+            _ if line.starts_with("//") || line.starts_with('#') => {}
+            _ => code += &format!("{line}\n"),
+        }
+    }
+    // Tests show nothing. Within a text a line may be broken.
+    let code = code.split("mod tests {").next().unwrap_or_default();
+    let code = code.replace("\\\n", "").replace("'\"'", "").replace("\\\"", "'");
+    code.split('"').skip(1).step_by(2).for_each(|text| shown += &format!("{text}.\n"));
+    shown
+}
+
+/// Claims, captions, the paper, the page, screens and errors keep the word list of the book.
+#[test]
+fn what_is_shown_outside_the_book_has_no_worn_phrase_either() {
+    let mut shown = files(&root().join("experiments"), "toml");
+    shown.extend(["paper/figures.toml", "paper/paper.typ"].map(|name| root().join(name)));
+    shown.extend(files(&root().join("crates/rimbench-figures/page"), "html"));
+    shown.extend(files(&root().join("src"), "rs"));
+    for part in fs::read_dir(root().join("crates")).unwrap() {
+        shown.extend(files(&part.unwrap().path().join("src"), "rs"));
+    }
+    let mut found = Vec::new();
+    for file in shown {
+        let name = file.strip_prefix(root()).unwrap().display().to_string();
+        let text = shown_of(&name, &read(&file));
+        let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+        found.extend(worn(&words).into_iter().map(|what| format!("{name}: {what}")));
+    }
+    assert!(found.is_empty(), "{} places to rewrite (docs/glossary.md):\n{}", found.len(), found.join("\n"));
+}
+
 #[test]
 fn the_bounds_must_see_what_exceeds_them() {
     let one = |name: &str, text: &str, what: &str| {
@@ -271,6 +316,14 @@ fn the_bounds_must_see_what_exceeds_them() {
     one("docs/results/a.md", &format!("{figure} `the_hold_is_stable_up_to`"), "names a test");
     one("docs/results/a.md", &format!("## Is it luck?\n\n{figure}"), "a heading that asks");
     one("docs/results/a.md", "Words.", "no figure");
+    let worn_in = |name: &str, text: &str| {
+        let words: Vec<String> = shown_of(name, text).split_whitespace().map(str::to_owned).collect();
+        worn(&words).len()
+    };
+    assert_eq!(worn_in("a.rs", "// anew\nlet a = \"runs are \\\n    made anew\";\n/// anew\n"), 1);
+    assert_eq!(worn_in("src/cli/a.rs", "    /// Runs are made anew\nfn anew() {}\n"), 1);
+    assert_eq!(worn_in("a.toml", "# anew\ntext = \"whatever the phase\"\n"), 1);
+    assert_eq!(worn_in("a.typ", "// anew\nThe hold has 5 N, and it is gone.\n"), 2);
     one("README.md", &"word ".repeat(801), "801 words");
     let row = "| a | b |\n";
     one("README.md", &format!("{row}|---|---|\n{}", row.repeat(11)), "11 rows");

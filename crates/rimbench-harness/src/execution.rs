@@ -68,7 +68,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
         let message = format!(
-            "lacks {gone} runs that had been stored: the folder was removed, or another process began anew with --fresh; \
+            "lacks {gone} runs that had been stored: the folder was removed, or another process started again with --fresh; \
              run the experiment again"
         );
         return Err(Error::file(job.folder, message));

@@ -27,7 +27,7 @@ pub(super) fn refuse_foreign(job: &Job<'_>) -> Result<()> {
         return Ok(());
     }
     if !runs.exists() && !job.folder.join("records").is_dir() {
-        return Err(Error::file(&copy, format!("is no copy of ours and would be replaced: {advice}")));
+        return Err(Error::file(&copy, format!("was not written by this program and would be replaced: {advice}")));
     }
     if job.fresh {
         return Ok(());

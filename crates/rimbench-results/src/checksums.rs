@@ -109,7 +109,7 @@ pub fn verify(folder: &Path) -> Result<()> {
 /// Those of [`verify`].
 pub fn verify_with(folder: &Path, wanted: &str, advice: &str) -> Result<()> {
     let sums = read(folder)?.filter(|sums| sums.contains_key(wanted)).ok_or_else(|| {
-        let reason = format!("is missing or empty, so nobody can say whether these results are whole: {advice}");
+        let reason = format!("is missing or empty, so these results cannot be checked for completeness: {advice}");
         Error::file(folder.join(CHECKSUMS), reason)
     })?;
     let differs = |name: &String| match sha256_of_file(&folder.join(name)) {

@@ -50,7 +50,7 @@ metrics! {
     };
 
     SLIP_REVERSALS: "slip_reversals" in "-" of Friction,
-    "Changes of the direction in which a contact slides in the run, with or without a stick between; a lift-off begins anew"
+    "Changes of the direction in which a contact slides in the run, with or without a stick between; after a lift-off it starts again"
     => |evidence| {
         span(evidence)?;
         Some(evidence.run_friction.iter().map(|phases| reversals(phases)).sum::<usize>() as f64)

@@ -26,7 +26,7 @@ fn defects_and_errors(evidence: &Evidence<'_>) -> Vec<[f64; 2]> {
 metrics! {
     /// `t_end / n`, n the macro steps that the solution is made of; repeated ones do not count.
     MEAN_MACRO_STEP: "mean_macro_step_s" in "s",
-    "Mean length of the macro steps; with step control what was found necessary, else H but for the phase"
+    "Mean length of the macro steps; with step control what was found necessary, else H, apart from the phase"
     => |evidence| {
         let steps = evidence.report.work.cosim.macro_steps;
         (steps > 0).then(|| evidence.report.ended_at_s / steps as f64)

@@ -104,7 +104,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// the second order.
     pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
         if self.model.relists() {
-            return Err(Error::Incompatible("friction does not go with contacts that are listed anew".into()));
+            return Err(Error::Incompatible(
+                "friction does not go with contacts that are listed again as bodies travel".into(),
+            ));
         }
         if self.second_order.is_some() {
             return Err(Error::Incompatible(
@@ -284,7 +286,7 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
             );
         }
         if self.model.relists() {
-            return Err("contacts that are listed anew as bodies travel are stepped by the semi-implicit rule");
+            return Err("contacts that are listed again as bodies travel are stepped by the semi-implicit rule");
         }
         if self.stepper.is_sparse() {
             return Err("contacts by the dozen, of which few are coupled, are stepped by the semi-implicit rule");

@@ -45,7 +45,7 @@ pub(super) fn entry() -> SchemeEntry {
         }),
         ..SchemeEntry::new(
             "model-corrected-outputs",
-            "What the mechanics' outputs lack for want of impulse is added from its model; the impulse follows",
+            "Its model corrects the mechanics' outputs for the impulse that is still missing; the impulse follows",
             |construction| Ok(Box::new(ModelCorrectedOutputs::new(construction)?)),
         )
     }

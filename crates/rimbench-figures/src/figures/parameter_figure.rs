@@ -32,7 +32,7 @@ keys! {
         range: Option<[f64; 2]> = key(
             Takes::Interval,
             AUTOMATIC,
-            "vertical axis; logarithmic, so above 0, but for `fraction_stable`"
+            "vertical axis; logarithmic, so above 0, except `fraction_stable`"
         ),
         labels: Vec<String> = LABELS,
         macro_step_s: Option<f64> =

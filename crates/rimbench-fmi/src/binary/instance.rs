@@ -130,8 +130,8 @@ impl Instance {
         let file = resources.join(RESOURCE);
         let text =
             std::fs::read_to_string(&file).map_err(|error| format!("{}: cannot be read: {error}", file.display()))?;
-        let contents: Contents =
-            serde_json::from_str(&text).map_err(|error| format!("{}: is none of ours: {error}", file.display()))?;
+        let contents: Contents = serde_json::from_str(&text)
+            .map_err(|error| format!("{}: was not exported by this program: {error}", file.display()))?;
         if contents.sources != crate::sources() {
             return Err(format!("{}: the library of this FMU was built from other sources", file.display()));
         }

@@ -248,7 +248,7 @@ impl Store {
             [magic, ..] if *magic == MAGIC => "was held against another reference".to_owned(),
             _ => format!("is no record file (it begins `{}`)", found.chars().take(40).collect::<String>()),
         };
-        Err(Error::file(path, format!("{message}; use another folder, or --fresh to start anew")))
+        Err(Error::file(path, format!("{message}; use another folder, or --fresh to start again")))
     }
 }
 

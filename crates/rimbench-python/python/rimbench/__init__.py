@@ -270,7 +270,7 @@ def run(
     file : the experiment file.
     out : folder for results; `results/<group>/<name>` if not given, as on the command line.
     quick : the quick form of the experiment.
-    fresh : forget what is stored and start anew.
+    fresh : forget what is stored and start again.
     progress : called with runs done and runs to do; `True` draws a bar.
     cases : of case files (`open_case`), which the experiment may name besides the built-in ones.
 

@@ -23,7 +23,7 @@ impl ContactStepper {
         let pattern = Elimination::delassus_pattern(&self.eq3);
         self.elimination = Elimination::with_pattern(&self.eq3, pattern.as_deref());
         if let StepContacts::Sparse { solver, .. } = &mut self.contacts {
-            let few = "contacts that are listed anew meet so often that there is no room for them";
+            let few = "contacts that are listed again as bodies travel meet so often that there is no room for them";
             let pattern = pattern.ok_or_else(|| Failure::reported(few))?;
             solver.solver.change_pattern(&pattern);
             self.eq4.set_delassus_pattern(pattern);
