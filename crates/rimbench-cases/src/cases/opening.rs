@@ -6,7 +6,7 @@ use rimbench_core::interface_model::ReducedInterfaceModel;
 
 /// What runs on sides whose state or model is not to be believed.
 pub const WHAT_REMAINS: &str =
-    "what remains are schemes without model, derivatives, iteration and step doubling, such as zero-order-hold";
+    "what remains are schemes without model, derivatives and iteration, such as zero-order-hold";
 
 /// Steps of both sides together, after which they are tried.
 const BEFORE: usize = 2;

@@ -14,7 +14,7 @@ use super::dot::dot;
 /// a Cholesky factor with Givens rotations, but without square roots, which would be half of the work at n = 4.
 ///
 /// A dense `M_AA` faer would factorise faster, 1.8 times at 16 indices and 3.6 times at 128 (`benches/solvers.rs`). But many
-/// independent contacts need many bodies, and then few pairs of contacts share one: in the corpus at most 3 in 10 entries
+/// independent contacts need many bodies, and then few pairs of contacts share one: in those of the cases at most 3 in 10 entries
 /// of an active set of 16 or more differ from zero, less than 1 in 10 from 48 on. There the rows' leading zeros, left out
 /// here, are worth as much: 1.5 to 3 times faster than faer at 128, at most twice as slow from 16 to 64. And a factor by rows can
 /// be taken further by one contact, and tells which of them depend.
