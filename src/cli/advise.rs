@@ -134,7 +134,7 @@ impl Advise {
 /// What work costs unless it is said: of a case of our own what is known, of sides from outside what is measured.
 fn prices(catalogue: &Catalogue, fixed: &RunRequest) -> Result<[f64; 4]> {
     let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
-    if !case.from_outside {
+    if !case.waits {
         return Ok(USUAL_PRICES);
     }
     // With the first scheme that can be run; where there is none the search says why.
@@ -225,7 +225,7 @@ impl Asked<'_> {
         let case = question.fixed.case.as_deref().unwrap_or_default();
         let about = format!("{case}{set} · rms force error at most {} of the peak", percent(question.error));
         let answer = self.chosen().next().map(|(row, met)| (scheme(row), met));
-        let outside = self.chosen().any(|(row, _)| row.first.case.from_outside);
+        let outside = self.chosen().any(|(row, _)| row.first.case.waits);
         let mut lines = vec![match answer {
             Some((scheme, met)) => {
                 headline(&about, &format!("{scheme} at {}", milliseconds(met.macro_step)), Mood::Good)
@@ -295,7 +295,7 @@ impl Asked<'_> {
                 "worst_error": met.worst().and_then(|run| run.error),
                 "cost": met.cost,
                 "time_per_macro_step_s": met.time_per_step_s(),
-                "time_is_of": if row.first.case.from_outside { "wall" } else { "processor" },
+                "time_is_of": if row.first.case.waits { "wall" } else { "processor" },
                 "last_stable_s": met.last_stable,
                 "first_unstable_s": met.unstable.as_ref().map(|(step, _)| *step),
                 "failure_there": met.unstable.as_ref().map(|(_, reason)| reason),

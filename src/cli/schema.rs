@@ -77,7 +77,27 @@ fn scheme_row(catalogue: &Catalogue, macro_steps: &Value) -> Value {
         value["description"] = option.about.into();
         properties.insert(option.key.into(), value);
     }
+    properties.insert("delivery".into(), delivery(&properties));
     json!({ "type": "object", "required": ["scheme"], "additionalProperties": false, "properties": properties })
+}
+
+/// The table `delivery` of a row: how samples and forces arrive, and what is done with late ones.
+fn delivery(options: &Map<String, Value>) -> Value {
+    let steps = || json!({ "type": "integer", "minimum": 0 });
+    let channel = |option: &str| {
+        let parts = json!({
+            "delay": steps(),
+            "jitter": steps(),
+            "loss": { "type": "number", "minimum": 0, "exclusiveMaximum": 1 },
+            "seed": steps(),
+            "missed": { "type": "array", "items": steps() },
+        });
+        let table = json!({ "type": "object", "additionalProperties": false, "properties": parts });
+        json!({ "anyOf": [options[option].clone(), table] })
+    };
+    let [samples, forces] = ["late_samples", "late_forces"].map(|key| options[key].clone());
+    let parts = json!({ "up": channel("delivery_up"), "down": channel("delivery_down"), "late_samples": samples, "late_forces": forces });
+    json!({ "type": "object", "additionalProperties": false, "properties": parts })
 }
 
 /// What an option takes, from the error of its own parser: the names it knows (of those with a number behind a colon the number is left
@@ -85,15 +105,21 @@ fn scheme_row(catalogue: &Catalogue, macro_steps: &Value) -> Value {
 fn option_values(option: &RunOption) -> Value {
     match RunRequest::default().put(option.key, NONSENSE) {
         Err(Error::UnknownName { valid, .. }) => {
+            let alone = |name: &str| RunRequest::default().put(option.key, name).is_ok();
             let (open, closed): (Vec<&String>, Vec<&String>) = valid.iter().partition(|name| name.contains(":<"));
-            let mut choices = vec![one_of(closed.into_iter().map(String::as_str))];
+            // Names that are none alone are parts of a list, each with a value.
+            let (whole, parts): (Vec<&str>, Vec<&str>) =
+                closed.into_iter().map(String::as_str).partition(|name| alone(name));
+            let mut choices = vec![one_of(whole)];
+            if !parts.is_empty() {
+                let part = format!("({}):[^,]+", parts.join("|"));
+                choices.push(json!({ "type": "string", "pattern": format!("^{part}(, *{part})*$") }));
+            }
             for name in open {
                 let name = name.split(":<").next().unwrap_or_default();
                 // What has a number may have a usual one.
-                let alone = RunRequest::default().put(option.key, name).is_ok();
-                choices.push(
-                    json!({ "type": "string", "pattern": format!("^{name}{}$", if alone { "(:.+)?" } else { ":.+" }) }),
-                );
+                let rest = if alone(name) { "(:.+)?" } else { ":.+" };
+                choices.push(json!({ "type": "string", "pattern": format!("^{name}{rest}$") }));
             }
             json!({ "anyOf": choices })
         }

@@ -66,7 +66,7 @@ impl Simulate {
         take_probe_errors();
         take_warnings();
         // Waiting for another program takes no processor time, but counts against a limit.
-        let waits = spec.wall_limit.is_some() || spec.case.from_outside;
+        let waits = spec.wall_limit.is_some() || spec.case.waits;
         let clock = if waits { monotonic_clock } else { processor_clock };
         let result = prepared.simulate_inside(&reference, Some(clock), stop)?;
         let (probed, warned) = (take_probe_errors(), take_warnings());
@@ -202,7 +202,7 @@ impl Said<'_> {
             };
             let text =
                 format!("at most {most} of {} per macro step{late}, on this machine", quantity(spec.macro_step, "s"));
-            let waits = spec.wall_limit.is_some() || spec.case.from_outside;
+            let waits = spec.wall_limit.is_some() || spec.case.waits;
             lines.push(row(if waits { "wall time" } else { "processor time" }, &text));
         }
         let metrics = run.metrics_of(&spec.case).count();

@@ -151,6 +151,7 @@ fn of_both(name: &str, description: Description, [mechanics, actuator]: [BuildSi
     let mut case = Case {
         interface_columns: interface.into_iter().map(row).collect(),
         from_outside: true,
+        waits: true,
         ..Case::with_parameters(name.to_owned(), "A case written in Python", times, parameters, build)
     };
     let solver = everything().solvers()[0].clone();

@@ -218,6 +218,8 @@ pub struct Case {
     pub judged_by: Option<Arc<Case>>,
     /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that code changes.
     pub from_outside: bool,
+    /// Whether a side is an FMU or a class of Python, perhaps in a process of its own: only the wall clock tells what its steps take.
+    pub waits: bool,
     /// Which steps each side can take.
     pub steps: PerSide<PossibleSteps>,
     /// Builds both sides.
@@ -269,6 +271,7 @@ impl Case {
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
             judged_by: None,
             from_outside: false,
+            waits: false,
             steps: PerSide::default(),
             build: Arc::new(build),
             drawing: Arc::new(|_| None),

@@ -34,6 +34,7 @@ impl Case {
         let mut case = Case {
             name: name.into(),
             from_outside: true,
+            waits: true,
             constant_mechanics: false,
             // A closed form or an integrator of the original's own knows nothing of the new side.
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),

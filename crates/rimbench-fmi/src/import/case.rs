@@ -282,6 +282,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         interface_columns,
         steps,
         scale,
+        waits: true,
         ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
     };
     Ok(case)

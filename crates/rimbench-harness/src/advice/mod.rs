@@ -327,7 +327,7 @@ impl Search<'_> {
             return Ok((None, Some(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0))));
         }
         // Waiting for another program takes no processor time of this one.
-        let clock = if spec.case.from_outside { monotonic_clock } else { processor_clock };
+        let clock = if spec.case.waits { monotonic_clock } else { processor_clock };
         let begun = clock();
         let run = evaluated(&spec, &self.bounds, self.reference, simulate, self.question.stop)?;
         let time = (clock() - begun).as_secs_f64();
