@@ -137,10 +137,8 @@ fn prices(catalogue: &Catalogue, fixed: &RunRequest) -> Result<[f64; 4]> {
     if !case.waits {
         return Ok(USUAL_PRICES);
     }
-    // With the first scheme that can be run; where there is none the search says why.
-    let scheme = |scheme: String| RunRequest { scheme: Some(scheme), ..fixed.clone() }.resolve(catalogue);
-    let hold = scheme(fixed.scheme.clone().unwrap_or_else(|| "zero-order-hold".to_owned()));
-    Ok(hold.and_then(|spec| measured_prices(&spec)).unwrap_or(USUAL_PRICES))
+    let scheme = fixed.scheme.clone().or_else(|| Some("zero-order-hold".to_owned()));
+    measured_prices(&RunRequest { scheme, ..fixed.clone() }.resolve(catalogue)?)
 }
 
 /// Reads `1%` or `0.01`; a number without the sign is below 1, because `1` may mean either.

@@ -22,7 +22,8 @@ const STEPS: usize = 12;
 /// # Errors
 /// Those of building the case; [`Error::Incompatible`](super::Error::Incompatible) where a side cannot take its first steps.
 pub fn measured_prices(spec: &RunSpec) -> Result<[f64; 4]> {
-    let known = RunRequest { case: Some("wedge-box".to_owned()), ..RunRequest::default() };
+    let name = |text: &str| Some(text.to_owned());
+    let known = RunRequest { case: name("wedge-box"), scheme: name("zero-order-hold"), ..RunRequest::default() };
     let (_, unit) = times(&known.resolve(&Catalogue::standard())?)?;
     let (exchange, own) = times(spec)?;
     let [least, .., model] = USUAL_PRICES;
