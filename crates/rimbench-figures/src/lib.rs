@@ -53,7 +53,6 @@ mod inset;
 mod legend;
 mod live_part;
 mod marker;
-mod page_rows;
 mod pages;
 mod paint;
 mod panel;
