@@ -195,8 +195,10 @@ fn nothing_is_allocated_in(
 
 /// The same run of a variant with its macro steps placed by the model.
 fn placed_by_the_model(variant: Variant) -> Variant {
-    let controller = ErrorEstimator::ModelDefect { order: 2, closings: true };
-    Variant { step_rule: Some(StepRule { tolerance: 1e-3, shortest: 5e-4, controller }), ..variant }
+    Variant {
+        step_rule: Some(StepRule { control: StepControl::ModelDefect, tolerance: 1e-3, shortest: 5e-4, order: 2 }),
+        ..variant
+    }
 }
 
 #[test]

@@ -14,7 +14,6 @@
 use super::experiment::{Experiment, Verdict};
 use super::files::make_folder;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::StepControl;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::atomic_file::write_atomically;
@@ -158,7 +157,7 @@ impl Ranking {
             let experiment = read(&file)?;
             for run in experiment.plan(catalogue, false)? {
                 // Control of the macro step takes steps again, whatever the scheme.
-                let controlled = !matches!(run.spec.step_control, StepControl::None);
+                let controlled = run.spec.step_control.is_some();
                 let class = InformationClass::of(&run.spec.scheme);
                 let class = if controlled { class.max(InformationClass::Repetition) } else { class };
                 let entrant = entrants.entry(run.label).or_insert_with(|| Entrant::new(class));

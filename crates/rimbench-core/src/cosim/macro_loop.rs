@@ -67,8 +67,8 @@ pub(crate) fn macro_steps<P>(
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
     let setup = lend(pair).setup;
-    let mut pace = StepSizeControl::new(setup.grid, setup.step_rule);
-    let mut next = pace.first();
+    let mut control = StepSizeControl::new(setup.grid, setup.step_rule);
+    let mut next = control.first();
     let mut effective_mass = None;
     loop {
         if log.stopwatch.expired() {
@@ -82,11 +82,11 @@ pub(crate) fn macro_steps<P>(
         log.stopwatch.end();
         let mut after = lend(pair);
         effective_mass = after.scheme.report().effective_mass;
-        let estimate = after.estimate(pace.controller(), next.end)?;
+        let estimate = after.estimate(control.control(), next.end)?;
         if let ErrorEstimate::Defect(defect) = &estimate {
             log.record_defect(next.end, defect.force);
         }
-        match pace.after(next, after.interface_work(), estimate) {
+        match control.after(next, after.interface_work(), estimate) {
             Some(interval) => next = interval,
             None => return finish(&mut after, log, next.after(), effective_mass, observe),
         }

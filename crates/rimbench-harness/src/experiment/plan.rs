@@ -295,7 +295,7 @@ mod tests {
         };
         let planned = row("step_tolerances = [0.1, 0.01]").unwrap();
         let settings: Vec<_> =
-            planned.iter().map(|run| (run.spec.macro_step, run.spec.step_control.rule().unwrap().tolerance)).collect();
+            planned.iter().map(|run| (run.spec.macro_step, run.spec.step_control.unwrap().tolerance)).collect();
         assert_eq!(settings, [(1e-5, 0.1), (1e-5, 0.01), (5e-3, 0.1), (5e-3, 0.01)]);
         assert!(planned.iter().all(|run| run.label == "zero-order-hold"));
         for (keys, wanted) in [
