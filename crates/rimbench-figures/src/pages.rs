@@ -315,7 +315,7 @@ fn pivot(table: &ResultsTable, cell: &str, keys: &Keys<'_>) -> Result<String> {
             let value = written(table.number(row, cell), keys.get("unit").unwrap_or_default(), keys.digits()?)?;
             let completed = counts.map(|count| count.map(|count| table.number(row, count)));
             made += &match completed {
-                [Some(completed), _] if completed == 0.0 => " – |".to_owned(),
+                [Some(0.0), _] => " – |".to_owned(),
                 [Some(completed), Some(runs)] if completed < runs => format!(" {value} ({completed}) |"),
                 _ => format!(" {value} |"),
             };

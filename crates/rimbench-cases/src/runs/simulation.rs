@@ -39,7 +39,7 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid, and those of building the case.
     pub fn prepare(&self) -> Result<PreparedRun<'_>> {
-        let grid = self.checked_grid()?;
+        let grid = self.checked()?;
         let system = (self.case.build)(&self.parameters, &self.solver)?;
         Ok(PreparedRun { spec: self, grid, system })
     }
@@ -132,9 +132,9 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
         .incompatibility(sides.lend())
         .or_else(|| unequal_steps(spec, &setup))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
-        .or_else(|| without_sight(spec, sides.lend()))
+        .or_else(|| unusable_options(spec, sides.lend()))
         .or_else(|| without_bridge(spec, sides.lend()))
-        .or_else(|| groundless(spec, sides.lend()))
+        .or_else(|| unusable_belief(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
@@ -195,7 +195,7 @@ fn uncontrollable(rule: Option<StepRule>, sides: Sides<'_>) -> Option<String> {
 }
 
 /// Why the model cannot be wrong in this way, if it cannot.
-fn groundless(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+fn unusable_belief(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let model = sides.mechanics.capabilities().empty_interface_model()?;
     spec.belief.as_ref()?.check_model(&model).err().map(|error| error.to_string())
 }
@@ -216,7 +216,7 @@ fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
 }
 
 /// Why the model of this mechanics does not go with the options of one, if it does not.
-fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+fn unusable_options(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let options = spec.model.as_ref()?;
     let piecewise = options.motion == ModelMotion::Piecewise;
     // What nobody has asked for may mean nothing.

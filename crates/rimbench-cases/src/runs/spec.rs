@@ -212,7 +212,7 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     fn check(&self) -> Result<()> {
-        self.checked_grid()?;
+        self.checked()?;
         // A machine that cannot be built says so when it is built.
         if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
             && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
@@ -227,7 +227,7 @@ impl RunSpec {
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    pub(super) fn checked_grid(&self) -> Result<CommunicationGrid> {
+    pub(super) fn checked(&self) -> Result<CommunicationGrid> {
         self.parameters.check_used()?;
         let grid = self.grid()?;
         let macro_steps = grid.macro_steps();
