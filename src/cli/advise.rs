@@ -6,7 +6,7 @@ use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::{RunOptions, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, INTERRUPTED, complain, file_option, print, print_json, with_files};
+use super::{Format, INTERRUPTED, file_option, print, print_json, warn_of_cache, with_files};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
@@ -105,7 +105,7 @@ impl Advise {
             Err(Error::Stopped) => return Ok(ExitCode::from(INTERRUPTED)),
             advice => advice?,
         };
-        complain(&cache);
+        warn_of_cache(&cache);
         let asked = Asked { question: &question, advice: &advice, files: &files };
         match self.format {
             Format::Table => print(&asked.text(self.all))?,

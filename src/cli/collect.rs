@@ -1,6 +1,6 @@
 //! `rimbench run --collect`: merges shards.
 
-use super::{claims_list, complain, print};
+use super::{claims_list, print, warn_of_cache};
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -25,7 +25,7 @@ pub(super) fn collect(
     let job = Job::new(experiment, catalogue, folder, &cache, &BUILD);
     let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
     let (summary, first_missing) = collect_shards(job, &others)?;
-    complain(&cache);
+    warn_of_cache(&cache);
     print(&format!(
         "{} of {} runs in {}: {} taken over, {} damaged records left out",
         summary.planned - summary.missing,

@@ -4,7 +4,7 @@ use super::interruption::Interruption;
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
-use super::{INTERRUPTED, complain, print};
+use super::{INTERRUPTED, print, warn_of_cache};
 use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
@@ -107,7 +107,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         }
     }
     progress.end();
-    complain(&cache);
+    warn_of_cache(&cache);
 
     let after = sums(&watched);
     let differing: Vec<&PathBuf> = watched.iter().filter(|file| before.get(*file) != after.get(*file)).collect();

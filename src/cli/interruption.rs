@@ -34,7 +34,7 @@ fn heard(act: impl Fn(&Interruption)) {
 ///
 /// # Errors
 /// If the system does not allow it.
-pub(super) fn hear() -> anyhow::Result<()> {
+pub(super) fn listen() -> anyhow::Result<()> {
     hear_sigterm().context("cannot listen for SIGTERM")?;
     ctrlc::set_handler(|| heard(Interruption::ask)).context("cannot listen for Ctrl-C")
 }

@@ -6,7 +6,7 @@ use super::progress::{Heartbeat, plain_time};
 use super::run_options::RunOptions;
 use super::screen::{Mood, Table, headline, row};
 use super::simulate::in_words;
-use super::{Format, answered, complain, print, print_json, with_files};
+use super::{Format, answered, print, print_json, warn_of_cache, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
@@ -88,7 +88,7 @@ impl Limit {
             Method::Spectral => spectral_stability_limit(search)?,
         };
         drop(alive);
-        complain(&cache);
+        warn_of_cache(&cache);
         match self.format {
             Format::Json => print_json(&facts(&found))?,
             Format::Table => {

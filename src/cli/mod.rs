@@ -140,7 +140,7 @@ impl Cli {
             rimbench::fmi::import::serve()?;
             return Ok(ExitCode::SUCCESS);
         }
-        interruption::hear()?;
+        interruption::listen()?;
         let mut catalogue = everything()?;
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
         let catalogue = &catalogue;
@@ -240,7 +240,7 @@ fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
 }
 
 /// Says what is wrong with the cache of references, if anything is: without it every command computes them again.
-fn complain(cache: &Cache) {
+fn warn_of_cache(cache: &Cache) {
     if let Some(error) = cache.complaint() {
         eprintln!("note: the cache of references is of no use here: {error}");
     }

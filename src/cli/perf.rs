@@ -114,7 +114,7 @@ struct Sample {
     /// How often; the last one is timed
     #[arg(long, default_value = "2")]
     repetitions: u32,
-    /// Without clock and yardstick, for counting instructions
+    /// Without clock and fixed work, for counting instructions
     #[arg(long)]
     untimed: bool,
 }

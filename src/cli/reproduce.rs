@@ -4,7 +4,7 @@ use super::everything::{everything, sums, watched, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
-use super::{claims_list, complain, print};
+use super::{claims_list, print, warn_of_cache};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
@@ -79,7 +79,7 @@ impl Reproduce {
         drawn.par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
         let (page, ..) = write_page(catalogue, &group)?;
         progress.end();
-        complain(&cache);
+        warn_of_cache(&cache);
 
         let open = |claim: &&CheckedClaim| claim.superseded.is_empty() && claim.verdict != Verdict::Reproduced;
         print(&claims_list(&claims.iter().filter(open).cloned().collect::<Vec<_>>()))?;

@@ -8,7 +8,7 @@ use super::project::Project;
 use super::screen::{Mood, verdict};
 use super::submit::Submit;
 use super::summary::remarks;
-use super::{Format, INTERRUPTED, claims_list, complain, print, probe_lines};
+use super::{Format, INTERRUPTED, claims_list, print, probe_lines, warn_of_cache};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -112,7 +112,7 @@ impl Run {
                 summary.renewed
             ))?;
         }
-        complain(&cache);
+        warn_of_cache(&cache);
         // Those of references are among them.
         probe_lines(&take_probe_errors()).iter().try_for_each(|line| print(line))?;
         if summary.damaged > 0 {

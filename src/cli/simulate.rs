@@ -6,7 +6,7 @@ use super::number::{percent, quantity};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, answered, complain, print, print_json, probe_lines, with_files};
+use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_files};
 use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
@@ -61,7 +61,7 @@ impl Simulate {
         let alive = Heartbeat::of("simulate");
         let cache = Cache::of_user();
         let reference = obtain_reference(&spec, &cache, stop)?;
-        complain(&cache);
+        warn_of_cache(&cache);
         // Those of the reference are not of the run.
         take_probe_errors();
         take_warnings();

@@ -51,8 +51,8 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         counts.push(asked());
     };
     // The account of a model is kept as well: without it there is less to do.
-    let supervision = RunControl { audit: true, ..RunControl::default() };
-    let report = coupling.run(&setup, sides, supervision, &mut observe);
+    let control = RunControl { audit: true, ..RunControl::default() };
+    let report = coupling.run(&setup, sides, control, &mut observe);
     // Once more after the loop. A failure that ends it is one block, and nothing else may be allocated with it.
     counts.push(asked());
     let mut counts: Vec<u64> = counts.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -195,8 +195,10 @@ fn nothing_is_allocated_in(
 
 /// The same run of a variant with its macro steps placed by the model.
 fn placed_by_the_model(variant: Variant) -> Variant {
-    let controller = ErrorEstimator::ModelDefect { order: 2, closings: true };
-    Variant { step_rule: Some(StepRule { tolerance: 1e-3, shortest: 5e-4, controller }), ..variant }
+    Variant {
+        step_rule: Some(StepRule { control: StepControl::ModelDefect, tolerance: 1e-3, shortest: 5e-4, order: 2 }),
+        ..variant
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use crate::support::*;
 
 /// A run with its steps placed by the model, both sides of the second order.
-fn placed(case: &str, kind: StepControlKind, tolerance: f64, macro_step: f64) -> RunSpec {
-    let step_control = StepControl::new(kind, Some(tolerance), None, macro_step).unwrap();
+fn placed(case: &str, kind: StepControl, tolerance: f64, macro_step: f64) -> RunSpec {
+    let step_control = StepRule::new(kind, Some(tolerance), None, macro_step).unwrap();
     RunSpec {
         step_control,
         mechanics_integrator: MechanicsIntegrator::EventSplit,
@@ -17,7 +17,7 @@ fn placed(case: &str, kind: StepControlKind, tolerance: f64, macro_step: f64) ->
 /// the last micro step, s what the mechanics says at the communication point. Both are read from what a run stores anyway.
 #[test]
 fn the_defect_must_be_the_spring_constant_times_what_the_actuator_was_told_wrong() {
-    let kind = StepControlKind::ModelDefectBlind;
+    let kind = StepControl::ModelDefectBlind;
     let spec = RunSpec {
         actuator_integrator: ActuatorIntegrator::Euler,
         duration: 1.0,
@@ -49,7 +49,7 @@ fn the_defect_must_be_the_spring_constant_times_what_the_actuator_was_told_wrong
 #[test]
 fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
     for tolerance in [1e-4, 1e-5] {
-        let spec = placed("crane-set-down", StepControlKind::ModelDefectBlind, tolerance, 2e-2);
+        let spec = placed("crane-set-down", StepControl::ModelDefectBlind, tolerance, 2e-2);
         let result = completed(&spec);
         let (time, force) = (column(&result.trajectory, "time_s"), column(&result.trajectory, "actuator_force_n"));
         let mut largest = 0.0_f64;
@@ -57,7 +57,7 @@ fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
         for (k, [_, defect]) in result.report.model_defect.iter().enumerate() {
             largest = largest.max(force[k].abs()).max(force[k + 1].abs());
             let length = time[k + 1] - time[k];
-            if length < 0.99 * spec.macro_step && length > 1.01 * spec.step_control.rule().unwrap().shortest {
+            if length < 0.99 * spec.macro_step && length > 1.01 * spec.step_control.unwrap().shortest {
                 settled.push(defect / (tolerance * largest));
             }
         }
@@ -73,7 +73,7 @@ fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
 fn a_communication_point_must_lie_just_after_each_impact_that_the_model_foresees() {
     let late = |kind| {
         let spec = RunSpec { duration: 1.5, ..placed("bouncing-ball", kind, 1.0, 1e-2) };
-        let shortest = spec.step_control.rule().unwrap().shortest;
+        let shortest = spec.step_control.unwrap().shortest;
         let result = completed(&spec);
         let [time, gap, velocity] =
             ["time_s", "gap_floor_m", "interface_velocity_m_s"].map(|name| column(&result.trajectory, name));
@@ -89,9 +89,9 @@ fn a_communication_point_must_lie_just_after_each_impact_that_the_model_foresees
         late
     };
     // The springs add up to 3 m/s² to the 10 of gravity, which changes an arrival within 10 ms by 0.4 % at 4 m/s.
-    let foreseen = late(StepControlKind::ModelDefect);
+    let foreseen = late(StepControl::ModelDefect);
     assert!(foreseen.iter().all(|late| (0.04..=0.06).contains(late)), "{foreseen:?}");
-    let blind = late(StepControlKind::ModelDefectBlind);
+    let blind = late(StepControl::ModelDefectBlind);
     assert!(blind.iter().any(|late| !(0.04..=0.06).contains(late)), "{blind:?}");
 }
 
@@ -100,7 +100,7 @@ fn nothing_must_be_taken_back_or_exchanged_for_it_and_a_smaller_tolerance_must_t
     let mut last = 0;
     for tolerance in [1e-2, 1e-4, 1e-6] {
         let counters =
-            completed(&placed("impact-oscillator", StepControlKind::ModelDefect, tolerance, 2e-2)).report.work.cosim;
+            completed(&placed("impact-oscillator", StepControl::ModelDefect, tolerance, 2e-2)).report.work.cosim;
         assert_eq!((counters.repeated_macro_steps, counters.exchanges), (0, counters.macro_steps + 1));
         assert!(counters.macro_steps > last, "{tolerance:e}: {} steps", counters.macro_steps);
         last = counters.macro_steps;

@@ -120,8 +120,8 @@ pub fn macro_step(
     let usual = Setup::new(grid, H / micro_steps as f64, ACTUATOR_FIRST, force_return);
     let setup = Setup { mechanics_steps: MechanicsSteps::count(mechanics_steps).unwrap(), ..usual };
     let coupling = scheme_by_name(scheme).couple(sides(mechanics, actuator), Some(options), None).unwrap();
-    let supervision = RunControl { inside: true, audit: true, ..RunControl::default() };
-    let report = coupling.run(&setup, sides(mechanics, actuator), supervision, &mut |_| ());
+    let control = RunControl { inside: true, audit: true, ..RunControl::default() };
+    let report = coupling.run(&setup, sides(mechanics, actuator), control, &mut |_| ());
     assert_eq!(report.outcome, Outcome::Completed);
     report
 }

@@ -3,10 +3,10 @@
 use crate::support::*;
 use rimbench_core::cosim::subsystem_methods;
 
-use StepControlKind::EnergyResidual;
+use StepControl::EnergyResidual;
 
 /// The quarter car over its step, chassis and wheel integrated exactly, so that all error is the coupling's.
-fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: StepControl) -> RunSpec {
+fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: Option<StepRule>) -> RunSpec {
     RunSpec {
         step_control: control,
         micro_step: 1e-3,
@@ -18,8 +18,8 @@ fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: StepContr
     }
 }
 
-fn control(kind: StepControlKind, tolerance: f64, macro_step: f64) -> StepControl {
-    StepControl::new(kind, Some(tolerance), None, macro_step).unwrap()
+fn control(kind: StepControl, tolerance: f64, macro_step: f64) -> Option<StepRule> {
+    StepRule::new(kind, Some(tolerance), None, macro_step).unwrap()
 }
 
 /// Largest error of the wheel's position over the run, m; the step in the road is 0.1 m.
@@ -56,7 +56,7 @@ fn times_must_add_up_and_every_step_must_be_counted() {
     for phase in [1.0, 0.3] {
         let control = control(EnergyResidual, 1e-2, 1e-2);
         let result = run(&RunSpec { phase, ..quarter_car("zero-order-hold", "force-displacement", 1e-2, control) });
-        let (counters, rule) = (result.report.work.cosim, *control.rule().unwrap());
+        let (counters, rule) = (result.report.work.cosim, control.unwrap());
         let time = column(&result.trajectory, "time_s");
         assert_eq!((time[0], *time.last().unwrap(), result.report.ended_at_s), (0.0, 2.0, 2.0));
         assert_eq!(time.len() as u64, counters.macro_steps + 1);
@@ -82,7 +82,7 @@ fn a_control_that_cannot_work_must_be_skipped_with_the_reason() {
 
 #[test]
 fn a_step_control_must_change_the_run_id_and_nothing_else_may() {
-    let plain = quarter_car("zero-order-hold", "force-displacement", 1e-2, StepControl::None);
+    let plain = quarter_car("zero-order-hold", "force-displacement", 1e-2, None);
     let controlled = |tolerance| RunSpec { step_control: control(EnergyResidual, tolerance, 1e-2), ..plain.clone() };
     assert_ne!(plain.id(), controlled(1e-2).id());
     assert_ne!(controlled(1e-3).id(), controlled(1e-2).id());

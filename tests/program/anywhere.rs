@@ -63,7 +63,7 @@ fn a_list_of_figures_of_ones_own_is_drawn_and_a_picture_that_is_out_of_date_is_a
     rimbench::checksums::write(&results, ["runs.csv".to_owned()]).unwrap();
     let list = |metric: &str| {
         let text = format!(
-            "[[figure]]\nid = \"errors\"\nkind = \"sweep\"\nexperiment = \"mine/sweep\"\n[[figure.panels]]\nmetric = \"{metric}\"\n"
+            "[[figure]]\nid = \"errors\"\nkind = \"xy\"\nexperiment = \"mine/sweep\"\n[[figure.panels]]\nmetric = \"{metric}\"\n"
         );
         std::fs::write(folder.path().join("my.toml"), text).unwrap();
         called(folder.path(), &["report", "--figures", "--file", "my.toml"])

@@ -19,7 +19,7 @@ use rimbench::figures::render::{self, svg};
 use rimbench::figures::scheme_picture::timeline;
 use rimbench::figures::style::Styles;
 
-use rimbench::figures::{FigureList, MadeFigures};
+use rimbench::figures::{FigureEntry, FigureList, MadeFigures};
 use rimbench::runs::{RunRequest, simulate};
 
 /// The style of a built-in scheme, or a variant of one.
@@ -150,7 +150,7 @@ only = { set = "all" }
 
 [[figure]]
 id = "sweep"
-kind = "sweep"
+kind = "xy"
 experiment = "study/made-up"
 [[figure.panels]]
 title = "created"
@@ -163,7 +163,7 @@ slope = [1.0, [2.0, 1e-3]]
 
 [[figure]]
 id = "work"
-kind = "work-precision"
+kind = "xy"
 experiment = "study/made-up"
 metric = "force_error_rms_n"
 label = "error (N)"
@@ -171,20 +171,17 @@ range = [1e-4, 1.0]
 [[figure.panels]]
 title = "(a)"
 only = { set = "all" }
-cost = "wall_s"
-label = "wall time (s)"
+x = { cost = "wall_s", label = "wall time (s)" }
 [[figure.panels]]
 title = "(b)"
 only = { case = "box", set = "all" }
-cost = "actuator_micro_steps + mechanics_steps"
-label = "steps"
+x = { cost = "actuator_micro_steps + mechanics_steps", label = "steps" }
 
 [[figure]]
 id = "margin"
-kind = "parameter-sweep"
+kind = "xy"
 experiment = "study/made-up"
-parameter = "margin_m"
-x_label = "margin (m)"
+x = { parameter = "margin_m", label = "margin (m)" }
 [[figure.panels]]
 title = "(a)"
 metric = "force_error_rms_n"
@@ -196,12 +193,11 @@ title = "(b)"
 metric = "fraction_stable"
 macro_step_s = 5e-3
 label = "fraction stable"
-range = [0.0, 1.0]
 labels = ["rim-smooth"]
 
 [[figure]]
 id = "other"
-kind = "sweep"
+kind = "xy"
 experiment = "paper/not-run"
 [[figure.panels]]
 metric = "force_error_rms_n"
@@ -264,7 +260,7 @@ fn refused(figure: &str) -> String {
     FigureList::parse(Path::new("my.toml"), figure).unwrap_err().to_string()
 }
 
-const LEAST_SWEEP: &str = "[[figure]]\nid = \"mine\"\nkind = \"sweep\"\nexperiment = \"study/made-up\"\n";
+const LEAST_XY: &str = "[[figure]]\nid = \"mine\"\nkind = \"xy\"\nexperiment = \"study/made-up\"\n";
 const LEAST_PANEL: &str = "[[figure.panels]]\nmetric = \"force_error_rms_n\"\n";
 /// The same of the made-up results, which have two sets of parameters.
 const POOLED_PANEL: &str = "[[figure.panels]]\nmetric = \"force_error_rms_n\"\nonly = { set = \"all\" }\n";
@@ -282,7 +278,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("widht = 700", "unknown key `widht` (did you mean `width`?)"),
         ("columns = 0", "columns = 0 is"),
     ] {
-        let message = refused(&format!("{LEAST_SWEEP}{line}\n{LEAST_PANEL}"));
+        let message = refused(&format!("{LEAST_XY}{line}\n{LEAST_PANEL}"));
         assert_has(&message, &["my.toml: [[figure]] in line 1 (`mine`): ", wanted]);
     }
     for (line, wanted) in [
@@ -293,24 +289,45 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("only = { caze = \"box\" }", "only: unknown key `caze` (did you mean `case`?)"),
         ("labels = [1, 2]", "labels = [1, 2] is"),
     ] {
-        let message = refused(&format!("{LEAST_SWEEP}{LEAST_PANEL}{line}\n"));
+        let message = refused(&format!("{LEAST_XY}{LEAST_PANEL}{line}\n"));
         assert_has(&message, &[&format!("panels 1: {wanted}")]);
     }
     for id in ["../mine", "/mine", "a/b", "", ".", "..", ".hidden", "a b", "\u{e9}", &"x".repeat(400_000)] {
-        let message = refused(&format!("{}{LEAST_PANEL}", LEAST_SWEEP.replace("mine", id)));
+        let message = refused(&format!("{}{LEAST_PANEL}", LEAST_XY.replace("mine", id)));
         assert!(message.contains("id = ") && message.contains("a file name of letters"), "{message}");
         assert!(message.len() < 600, "{} characters", message.len());
     }
     for experiment in ["made-up", "../study/made-up", "/study/made-up", "study/..", "study/a/b"] {
-        let message = refused(&format!("{}{LEAST_PANEL}", LEAST_SWEEP.replace("study/made-up", experiment)));
+        let message = refused(&format!("{}{LEAST_PANEL}", LEAST_XY.replace("study/made-up", experiment)));
         assert!(message.contains("experiment = "), "{message}");
     }
+    for (key, wanted) in [
+        ("x = { cost = \"exchanges\", parameter = \"mass\" }", "not both"),
+        ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` needs the macro step across"),
+        ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
+        ("x = { parametre = \"mass\" }", "did you mean `parameter`?"),
+    ] {
+        for message in [format!("{LEAST_XY}{LEAST_PANEL}{key}\n"), format!("{LEAST_XY}{key}\n{LEAST_PANEL}")]
+            .map(|it| refused(&it))
+        {
+            assert!(message.contains(wanted) && message.lines().count() == 1, "{message}");
+        }
+    }
+    for former in ["sweep", "work-precision", "parameter-sweep"] {
+        let message =
+            refused(&format!("{}height = 0\n{LEAST_PANEL}", LEAST_XY.replace("\"xy\"", &format!("\"{former}\""))));
+        assert!(
+            message.ends_with(&format!("(`mine`): kind \"{former}\" is now \"xy\""))
+                || message.contains("\"xy\", with `x = {"),
+            "{message}"
+        );
+    }
     // All at once, and those of the second figure with its line.
-    let twice = format!("{LEAST_SWEEP}width = 0\nheight = 0\n[[figure.panels]]\n{LEAST_SWEEP}{LEAST_PANEL}");
+    let twice = format!("{LEAST_XY}width = 0\nheight = 0\n[[figure.panels]]\n{LEAST_XY}{LEAST_PANEL}");
     let message = refused(&twice);
     let missing = "panels 1: key `metric` is missing: a column of runs.csv";
     assert_has(&message, &["3 things are wrong", "width = 0", "height = 0", missing]);
-    let message = refused(&format!("{LEAST_SWEEP}{LEAST_PANEL}{LEAST_SWEEP}{LEAST_PANEL}"));
+    let message = refused(&format!("{LEAST_XY}{LEAST_PANEL}{LEAST_XY}{LEAST_PANEL}"));
     assert!(message.contains("[[figure]] in line 7 (`mine`): another figure has this id"), "{message}");
     let message = refused("[[figure]]\n");
     assert!(message.contains("key `id` is missing") && message.contains("key `kind` is missing: "), "{message}");
@@ -320,7 +337,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
 #[test]
 fn what_may_be_left_out_has_a_default_and_the_figure_is_drawn() {
     let place = MadeUp::new();
-    let made = place.draw(&format!("{LEAST_SWEEP}{POOLED_PANEL}"));
+    let made = place.draw(&format!("{LEAST_XY}{POOLED_PANEL}"));
     assert_eq!((made.files.len(), &made.failed[..]), (1, &[][..]));
     let svg = std::fs::read_to_string(place.path("figures/mine.svg")).unwrap();
     assert_has(&svg, &["viewBox=\"0 0 680 330\""]);
@@ -330,9 +347,9 @@ fn what_may_be_left_out_has_a_default_and_the_figure_is_drawn() {
 #[test]
 fn a_label_that_no_run_has_and_panels_without_room_are_told() {
     let place = MadeUp::new();
-    let wrong = format!("{LEAST_SWEEP}{POOLED_PANEL}labels = [\"rim-smooth\", \"rim-smoth\"]\n");
+    let wrong = format!("{LEAST_XY}{POOLED_PANEL}labels = [\"rim-smooth\", \"rim-smoth\"]\n");
     assert_has(&place.reason(&wrong, "mine"), &["unknown label `rim-smoth` (did you mean `rim-smooth`?)"]);
-    let narrow = format!("{LEAST_SWEEP}width = 240\nheight = 240\n{}", POOLED_PANEL.repeat(12));
+    let narrow = format!("{LEAST_XY}width = 240\nheight = 240\n{}", POOLED_PANEL.repeat(12));
     assert_has(&place.reason(&narrow, "mine"), &["width = 240 px leaves"]);
     assert!(!place.path("figures").exists(), "nothing is made for a figure that cannot be drawn");
 }
@@ -536,7 +553,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     // A list that names an experiment says all of it.
     let named = format!(
         "{}[[figure.panels]]\nmetric = \"force_error_rms_of_peak\"\n",
-        LEAST_SWEEP.replace("study/made-up", "mine/few")
+        LEAST_XY.replace("study/made-up", "mine/few")
     );
     let (list, _) = FigureList::parse(Path::new("my.toml"), &named).unwrap().completed(place.path(), Some("mine"));
     assert!(!list.figures.iter().any(|figure| figure.id.starts_with("mine-few")), "{:?}", list.figures);
@@ -545,11 +562,11 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
 #[test]
 fn a_picture_that_leaves_cases_out_says_so_itself() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let names: Vec<String> = (0..14).map(|case| format!("case-{case:02}")).collect();
+    let names: Vec<String> = (0..8).map(|case| format!("case-{case:02}")).collect();
     let cases: Vec<(&str, [f64; 3])> = names.iter().map(|name| (name.as_str(), [1e-3, 2e-3, 5e-3])).collect();
     unlisted_results(place.path(), "mine/lines", &cases, 3);
     unlisted_results(place.path(), "mine/rows", &cases, 20);
-    unlisted_results(place.path(), "mine/all", &cases[..12], 20);
+    unlisted_results(place.path(), "mine/all", &cases[..6], 20);
     let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
     let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
     assert!(failed.is_empty() && made.failed.is_empty(), "{failed:?} {made:?}");
@@ -557,7 +574,7 @@ fn a_picture_that_leaves_cases_out_says_so_itself() {
         let texts = texts_in(&place.path().join(format!("mine/{name}/figures/mine-{name}-error.svg")));
         let said = texts.keys().any(|text| text.starts_with("2 more cases are not drawn"));
         assert_eq!(said, left_out, "{name}: {texts:?}");
-        assert!(texts.contains_key("(l) case-11"), "{texts:?}");
+        assert!(texts.contains_key("(f) case-05"), "{texts:?}");
     }
 }
 
@@ -569,13 +586,13 @@ fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
         assert!(made.failed.is_empty(), "{:?}", made.failed);
         place.texts("mine")
     };
-    let kind = |kind: &str| LEAST_SWEEP.replace("\"sweep\"", &format!("\"{kind}\""));
+    let kind = |kind: &str| LEAST_XY.replace("\"xy\"", &format!("\"{kind}\""));
     let dots = drawn(&format!("{}{POOLED_PANEL}", kind("dots")));
     for wanted in ["gap tracking, profile", "H = 1 ms", "H = 5 ms", "diverged, %", "50"] {
         assert!(dots.contains_key(wanted), "{wanted}: {dots:?}");
     }
     let panel = "[[figure.panels]]\nmetric = \"residual_j\"\nonly = { set = \"all\" }\nsymlog = [1e-4, 1.0]\n";
-    let signed = drawn(&format!("{LEAST_SWEEP}{panel}"));
+    let signed = drawn(&format!("{LEAST_XY}{panel}"));
     assert!(["−10⁰", "0", "10⁰"].iter().all(|tick| signed.contains_key(*tick)), "{signed:?}");
     // Durations are part of a problem.
     place.edit("runs.csv", |k, row| Some(format!("{row}{}", if k == 0 { ",duration_s" } else { ",1.0" })));
@@ -636,6 +653,125 @@ fn every_title_of_a_figure_rests_on_claims_that_reproduce_and_every_figure_is_on
     }
     assert!(faults.is_empty(), "{faults:#?}");
     assert!(verdicts.values().any(|verdict| verdict == "not-reproduced"), "no title could fail");
+}
+
+/// The figures of the list, each with its table and its kept picture.
+fn kept_figures() -> Vec<(FigureEntry, toml::Table, String)> {
+    let root = root();
+    let path = root.join("paper/figures.toml");
+    let list: toml::Table = toml::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let tables = list["figure"].as_array().unwrap().iter().map(|table| table.as_table().unwrap().clone());
+    let figures = FigureList::read(&path).unwrap().figures.into_iter().zip(tables);
+    let with_picture = |(figure, table): (FigureEntry, toml::Table)| {
+        let picture = root.join(format!("results/{}/figures/{}.svg", figure.experiment, figure.id));
+        let svg = std::fs::read_to_string(picture).unwrap();
+        (figure, table, svg)
+    };
+    figures.map(with_picture).collect()
+}
+
+/// More can neither be told apart nor be read.
+#[test]
+fn a_kept_figure_has_at_most_six_panels_and_seven_lines_or_rows_in_each() {
+    let mut bounded = 0;
+    for (figure, table, svg) in kept_figures() {
+        let panels = table.get("panels").and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
+        assert!(panels.len() <= 6, "{} has {} panels", figure.id, panels.len());
+        let listed = |table: &toml::Table| {
+            ["labels", "series", "schemes"].iter().find_map(|key| Some(table.get(*key)?.as_array()?.len()))
+        };
+        let across = |panel: &toml::Table| Some(panel.get("x")?.get("parameter")?.as_str()?.to_owned());
+        for panel in panels.iter().filter_map(toml::Value::as_table) {
+            // Over a parameter many labels are one line; and all rows there are stand in the picture.
+            let named = listed(panel).or(listed(&table)).filter(|_| across(panel).or(across(&table)).is_none());
+            let drawn = || {
+                let rows = svg.split("data-series=\"").skip(1).filter_map(|part| part.split('"').next());
+                rows.collect::<std::collections::BTreeSet<_>>().len()
+            };
+            let lines = named.unwrap_or_else(drawn);
+            assert!((1..=7).contains(&lines), "{} has {lines} lines or rows", figure.id);
+            bounded += 1;
+        }
+    }
+    assert!(bounded > 50, "{bounded}");
+}
+
+/// What a text about a picture points at and the picture does not have.
+fn missing_in(svg: &str, text: &str) -> Vec<String> {
+    let text = format!(" {} ", text.to_lowercase().replace(['.', ',', ';', ':', '(', ')'], " "));
+    let drawn = texts_of(svg).into_keys().collect::<Vec<_>>().join("\n").to_lowercase();
+    // Lengths and colours of what is drawn, outside the dark style.
+    let shapes = svg.split("</style>").last().unwrap_or_default();
+    let says = |words: &[&str]| words.iter().any(|word| text.contains(&format!(" {word} ")));
+    let names = ["gap tracking", "non-smooth model", "smooth model", "interface jacobian", "event-split", "libcosim"];
+    let named = names.iter().filter(|name| says(&[name, &format!("{name}s")]) && !drawn.contains(*name));
+    let mut missing: Vec<String> = named.map(|name| (*name).to_owned()).collect();
+    for (words, is_there) in [
+        (&["circle", "circles"][..], shapes.contains(" 0 1 0 ")),
+        (&["bar from", "bars from", "bars are"], shapes.contains("stroke-width=\".7\"")),
+        (&["faint mark", "faint marks"], shapes.matches("stroke-width=\".7\"").count() > 1),
+        (&["arrow", "arrows"], drawn.contains("contact force of")),
+        (&["∞", "infinite"], drawn.contains('∞')),
+        (&["numbers under"], drawn.contains("f = ")),
+        (&["ceilings", "not for real time"], drawn.contains("not real-time")),
+        (&["share that diverged", "share of runs that diverged"], drawn.contains("diverged, %")),
+    ] {
+        if says(words) && !is_there {
+            missing.push(words[0].to_owned());
+        }
+    }
+    let hues = ["red", "orange", "yellow", "green", "blue", "purple", "brown", "grey"];
+    let colours: Vec<&str> = shapes.split('#').skip(1).filter_map(|part| part.get(..6)).filter_map(hue).collect();
+    let coloured = hues.into_iter().filter(|colour| says(&[colour]) && !colours.contains(colour));
+    missing.extend(coloured.map(str::to_owned));
+    missing
+}
+
+/// The everyday name of a colour.
+fn hue(hex: &str) -> Option<&'static str> {
+    let channel = |at: usize| Some(f64::from(u8::from_str_radix(hex.get(at..at + 2)?, 16).ok()?));
+    let [red, green, blue] = [channel(0)?, channel(2)?, channel(4)?];
+    let (low, high) = (red.min(green).min(blue), red.max(green).max(blue));
+    let turn = match high {
+        _ if high - low < 0.15 * 255.0 => return Some("grey"),
+        _ if high == red => 60.0 * ((green - blue) / (high - low)).rem_euclid(6.0),
+        _ if high == green => 60.0 * ((blue - red) / (high - low) + 2.0),
+        _ => 60.0 * ((red - green) / (high - low) + 4.0),
+    };
+    Some(match turn {
+        15.0..45.0 if high < 180.0 => "brown",
+        15.0..45.0 => "orange",
+        45.0..70.0 => "yellow",
+        70.0..170.0 => "green",
+        170.0..260.0 => "blue",
+        260.0..330.0 => "purple",
+        _ => "red",
+    })
+}
+
+#[test]
+fn what_a_caption_points_at_is_in_its_picture() {
+    let faults: Vec<String> = kept_figures()
+        .iter()
+        .filter_map(|(figure, _, svg)| {
+            let missing = missing_in(svg, &format!("{} {} {}", figure.title, figure.subtitle, figure.caption));
+            (!missing.is_empty()).then(|| format!("{}: no {} in the picture", figure.id, missing.join(", ")))
+        })
+        .collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+    let place = MadeUp::new();
+    place.draw(&only(&["sweep"]));
+    let svg = String::from_utf8(read(&place.path("figures/sweep.svg"))).unwrap();
+    for (text, missing) in [
+        ("Numbers under the floor are forces", "numbers under"),
+        ("Arrows are contact forces", "arrow"),
+        ("The interface Jacobian is ahead", "interface jacobian"),
+        ("∞ is a locked interface", "∞"),
+        ("The purple line is the reference", "purple"),
+    ] {
+        assert_eq!(missing_in(&svg, text), [missing], "{text}");
+    }
+    assert!(missing_in(&svg, "Gap tracking and the smooth model, with bars").is_empty());
 }
 
 /// What a case looks like at the start, by a run of one macro step.

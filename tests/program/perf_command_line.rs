@@ -99,7 +99,7 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
 fn commit_toy(repository: &Path, pivots: u32) -> String {
     let sample = serde_json::json!({
         "status": "ok", "rustc": "r", "target": "t", "counters": [["lcp_pivots", pivots]],
-        "wall_s": 0.01, "yardstick_s": 0.01
+        "wall_s": 0.01, "fixed_work_s": 0.01
     });
     let main = format!(
         "fn main() {{ let list = std::env::args().any(|a| a == \"--list\"); \

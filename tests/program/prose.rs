@@ -309,7 +309,7 @@ fn the_bounds_must_see_what_exceeds_them() {
     one("docs/a.md", &format!("{filler} a: b: c: d."), "3 colons");
     one(
         "docs/results/a.md",
-        "Errors of 5 and <!-- value of=x -->6 N<!-- /value --> in words and figures ![a](b.svg).",
+        "Errors of 5 and <!-- value claim=study/x:y -->6 N<!-- /value --> in words and figures ![a](b.svg).",
         "numbers per 100",
     );
     one("docs/results/a.md", &format!("{figure} `tests/numerics/a.rs`"), "names a test");

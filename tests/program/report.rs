@@ -244,7 +244,7 @@ fn of_performance_only_what_changed_is_shown_and_no_time() {
     let section = section.expect("a section");
     assert_has(section, &["kernel faster", "−10 %", "1 benchmarks that changed by less than 1 %"]);
     assert!(
-        !section.contains("kernel steady") && !section.contains("yardstick") && !section.contains("400"),
+        !section.contains("kernel steady") && !section.contains("fixed work") && !section.contains("400"),
         "{section}"
     );
 }

@@ -1,4 +1,4 @@
-//! The wedge box once more, in the plainest way that is still honest: the yardstick for speed, and an independent check.
+//! The wedge box once more, in the plainest way that is still honest: what speed is measured against, and an independent check.
 //!
 //! Everything is written down as in the textbook: a heap-allocated matrix for each symbol of paper Eqs. 3 and 4, inverses
 //! as inverses, the complementarity problem by trying one active set after the other, nothing kept from one step to the

@@ -10,9 +10,8 @@
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
 //! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
-//! | `dots` | ranked dot plots: a row per scheme |
+//! | `rows` | ranked rows, one per scheme: signs along an axis, or what became of the runs by column |
 //! | [`case_picture`] | a case as it says that it looks: every picture of one is drawn from that |
-//! | `matrix` | which scheme is stable at which macro step: a sign per cell |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
 //! | `vector` | the display list as SVG: true dashes, a named group per series |
@@ -45,7 +44,6 @@ mod claims_table;
 mod clip;
 mod dash;
 mod data;
-mod dots;
 mod figure;
 mod figures;
 mod filled_band;
@@ -55,11 +53,10 @@ mod inset;
 mod legend;
 mod live_part;
 mod marker;
-mod matrix;
-mod page_rows;
 mod pages;
 mod paint;
 mod panel;
+mod rows;
 mod scale;
 mod seven_bits;
 mod vector;

@@ -1,60 +1,56 @@
-//! Numbers in pages: what stands between two markers is filled from summaries and claims, so that no page is older than its data.
+//! Numbers in pages: what stands between two markers is filled from results, so that no page is older than its data.
 //!
 //! ```text
-//! <!-- value of=study/x row=rim-nonsmooth at=5 unit=N -->16.6 N<!-- /value -->       a number in a sentence
-//! <!-- table of=study/x rows="zero-order-hold; rim-nonsmooth" at="1 2 5" -->         medians, one line per scheme row
+//! <!-- value claim=study/x:floor unit=N -->43 N<!-- /value -->                               what a claim measured
+//! <!-- value file=study/x/summary.csv column=runs where="label=a" -->8<!-- /value -->        a cell of a file
+//! <!-- table file=study/x/summary.csv lines=label across="macro_step_s in ms" cell=force_error_rms_n_median -->
 //! …
 //! <!-- /table -->
-//! <!-- claims of=study/x -->                                                         the claims and what came of them
-//! …
-//! <!-- /claims -->
-//! <!-- value file=perf/solvers/work.csv column="sum pivots" where="solver=lemke" -->51<!-- /value -->   from another file of results
 //! ```
 //! The keys are told in `docs/development/regenerate.md`.
 
 use crate::claims_table::significant;
-use crate::page_rows::{self, BETWEEN, rows_where, same, written};
 use rimbench_core::error::{Error, Result};
-use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
+use rimbench_results::kept::read_summary;
 use rimbench_results::results_table::{ResultsTable, read_table};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What a marker asks for.
-const KINDS: [&str; 3] = ["value", "table", "claims"];
+const KINDS: [&str; 2] = ["value", "table"];
 
 /// Keys of a marker, of which each kind takes some.
-const KEYS: [&str; 22] = [
-    "of",
-    "row",
-    "rows",
-    "at",
-    "case",
-    "cases",
-    "set",
-    "sets",
-    "tolerance",
-    "tolerances",
-    "by",
-    "names",
-    "metric",
-    "stat",
-    "digits",
-    "unit",
-    "over",
-    "claim",
-    "file",
-    "column",
-    "columns",
-    "where",
+const KEYS: [&str; 12] =
+    ["claim", "claims", "file", "column", "columns", "lines", "across", "cell", "where", "names", "digits", "unit"];
+
+/// What is between the parts of a list.
+const BETWEEN: char = ';';
+
+/// Relative slack when two numbers are held against each other.
+const SAME: f64 = 1e-9;
+
+/// Units that a number may be shown in: what a value in SI units is multiplied by.
+const UNITS: [(&str, f64); 13] = [
+    ("N", 1.0),
+    ("J", 1.0),
+    ("mJ", 1e3),
+    ("m", 1.0),
+    ("kg", 1.0),
+    ("s", 1.0),
+    ("ms", 1e3),
+    ("µs", 1e6),
+    ("mm", 1e3),
+    ("µm", 1e6),
+    ("%", 1e2),
+    ("times", 1.0),
+    ("kN", 1e-3),
 ];
 
-/// What lines and columns of a table may be: the key of one, that of a list, and the place among the keys of a summary.
-const AXES: [(&str, &str, usize); 4] =
-    [("row", "rows", 2), ("case", "cases", 0), ("set", "sets", 1), ("tolerance", "tolerances", 4)];
+/// What becomes of several rows.
+const FOLDS: [&str; 4] = ["sum", "max", "min", "count"];
 
-/// What tells rows of a summary apart, the macro step apart: case, set, scheme row, its place left out, tolerance.
-type Which<'a> = [Option<&'a str>; 5];
+/// What is between two sides of a condition; the longer one first.
+const CONDITIONS: [&str; 4] = ["!=", "=", "<", ">"];
 
 /// Fills all markers of a page from the results in a folder.
 ///
@@ -62,7 +58,7 @@ type Which<'a> = [Option<&'a str>; 5];
 /// [`Error::File`] with page, line and what is wrong: a marker that is not closed, a key, a row or a claim that is not there; a
 /// summary that is missing or damaged.
 pub fn fill_page(page: &Path, text: &str, results: &Path) -> Result<String> {
-    let mut sources = Sources { folder: results.to_owned(), summaries: BTreeMap::new() };
+    let mut sources = Sources { folder: results.to_owned(), tables: BTreeMap::new() };
     let mut filled = String::with_capacity(text.len());
     let mut rest = text;
     while let Some((before, kind, behind)) = next_marker(rest) {
@@ -80,8 +76,7 @@ pub fn fill_page(page: &Path, text: &str, results: &Path) -> Result<String> {
         let keys = Keys::parse(keys).map_err(wrong)?;
         let made = match kind {
             "value" => sources.value(&keys),
-            "table" => sources.table(&keys).map(|table| format!("\n\n{table}\n")),
-            _ => sources.claims(&keys).map(|table| format!("\n\n{table}\n")),
+            _ => sources.table(&keys).map(|table| format!("\n\n{table}\n")),
         };
         let made = made.map_err(|error| wrong(error.to_string()))?;
         filled += &rest[..rest.len() - inside.len()];
@@ -149,28 +144,10 @@ impl<'a> Keys<'a> {
         self.get(key).ok_or_else(|| Error::Incompatible(format!("the marker lacks `{key}`")))
     }
 
-    fn list(&self, key: &str) -> Option<Vec<&'a str>> {
-        self.get(key).map(|list| list.split(BETWEEN).map(str::trim).collect())
-    }
-
-    /// Macro steps in milliseconds.
-    fn steps(&self) -> Result<Vec<f64>> {
-        let number = |text: &str| text.parse().map_err(|_| Error::invalid("at", text, "macro steps in milliseconds"));
-        self.get("at").unwrap_or_default().split_whitespace().map(number).collect()
-    }
-
     fn digits(&self) -> Result<usize> {
         let digits = self.get("digits").unwrap_or("2");
         let number = digits.parse().ok().filter(|digits| (1..=8).contains(digits));
         number.ok_or_else(|| Error::invalid("digits", digits, "1 to 8"))
-    }
-
-    fn written(&self, value: f64) -> Result<String> {
-        written(value, self.get("unit").unwrap_or_default(), self.digits()?)
-    }
-
-    fn with_unit(&self, value: f64) -> Result<String> {
-        self.written(value).map(|number| self.behind(number))
     }
 
     fn behind(&self, number: String) -> String {
@@ -179,242 +156,294 @@ impl<'a> Keys<'a> {
 
     /// What a page calls something, by `names="identifier=name; …"`.
     fn named(&self, own: &str) -> String {
-        let names = self.list("names").unwrap_or_default();
-        let found = names.iter().find_map(|name| name.strip_prefix(own)?.trim_start().strip_prefix('='));
+        let mut names = self.get("names").unwrap_or_default().split(BETWEEN).map(str::trim);
+        let found = names.find_map(|name| name.strip_prefix(own)?.trim_start().strip_prefix('='));
         found.map_or(own, str::trim).to_owned()
     }
 
-    fn which(&self) -> Which<'a> {
-        let mut which = Which::default();
-        for (key, _, place) in AXES {
-            which[place] = self.get(key);
-        }
-        which
+    /// Rows of a table that meet the conditions.
+    fn rows(&self, table: &ResultsTable) -> Result<Vec<usize>> {
+        rows_where(table, self.get("where").unwrap_or_default())
     }
 }
 
 /// What pages are filled from.
 struct Sources {
     folder: PathBuf,
-    summaries: BTreeMap<String, Vec<SummaryRow>>,
+    tables: BTreeMap<String, ResultsTable>,
 }
 
 impl Sources {
-    fn summary(&mut self, keys: &Keys<'_>) -> Result<&[SummaryRow]> {
-        let name = keys.need("of")?;
-        if !self.summaries.contains_key(name) {
-            self.summaries.insert(name.to_owned(), read_summary(&self.folder.join(name))?);
+    /// A file of results; a summary must be the one that its digest tells of.
+    fn file(&mut self, name: &str) -> Result<&ResultsTable> {
+        if !self.tables.contains_key(name) {
+            let path = self.folder.join(name);
+            if let Some(folder) = path.parent().filter(|_| path.ends_with("summary.csv")) {
+                read_summary(folder)?;
+            }
+            self.tables.insert(name.to_owned(), read_table(&path)?);
         }
-        Ok(&self.summaries[name])
+        Ok(&self.tables[name])
     }
 
-    fn file(&self, keys: &Keys<'_>) -> Result<Option<ResultsTable>> {
-        keys.get("file").map(|file| read_table(&self.folder.join(file))).transpose()
-    }
-
-    fn claims_of(&self, keys: &Keys<'_>) -> Result<(ResultsTable, Vec<usize>)> {
-        let name = keys.need("of")?;
-        let own = self.folder.join(name).join("claims.csv");
-        if own.is_file() || !name.contains('/') {
-            let claims = read_table(&own)?;
-            let all = (0..claims.len()).collect();
-            return Ok((claims, all));
+    /// The claims of an experiment, with their rows; those of a group that is run as a whole stand together.
+    fn claims_of(&mut self, name: &str) -> Result<(&ResultsTable, Vec<usize>)> {
+        let own = format!("{name}/claims.csv");
+        match name.split_once('/').filter(|_| !self.folder.join(&own).is_file()) {
+            None => self.file(&own).map(|claims| (claims, (0..claims.len()).collect())),
+            Some((group, experiment)) => {
+                let claims = self.file(&format!("{group}/claims.csv"))?;
+                Ok((claims, claims.rows_where(claims.column("experiment")?, experiment)))
+            }
         }
-        // Those of a group that is run as a whole stand together.
-        let (group, experiment) = name.split_once('/').unwrap_or_default();
-        let claims = read_table(&self.folder.join(group).join("claims.csv"))?;
-        let rows = claims.rows_where(claims.column("experiment")?, experiment);
-        Ok((claims, rows))
     }
 
-    /// A cell of a file, a measured claim, a count of claims, or a median.
+    /// What a claim measured, or a cell of a file.
     fn value(&mut self, keys: &Keys<'_>) -> Result<String> {
-        if let Some(table) = self.file(keys)? {
-            let (rows, style) =
-                (keys.get("where").unwrap_or_default(), (keys.get("unit").unwrap_or_default(), keys.digits()?));
-            let value = page_rows::value(&table, keys.need("column")?, rows, keys.get("over"), style)?;
-            return Ok(keys.behind(value));
-        }
-        if let Some(id) = keys.get("claim") {
-            let (claims, rows) = self.claims_of(keys)?;
-            let (ids, verdict) = (claims.column("id")?, claims.column("verdict")?);
-            if matches!(id, "count" | "reproduced") {
-                let reproduced = rows.iter().filter(|&&row| claims.text(row, verdict) == "reproduced").count();
-                return Ok(if id == "count" { rows.len() } else { reproduced }.to_string());
+        let (unit, digits) = (keys.get("unit").unwrap_or_default(), keys.digits()?);
+        let Some(claim) = keys.get("claim") else {
+            let table = self.file(keys.need("file")?)?;
+            let column = Column { unit, ..Column::parse(keys.need("column")?, table)? };
+            let rows = keys.rows(table)?;
+            if column.fold.is_empty() && rows.len() > 1 {
+                let conditions = keys.get("where").unwrap_or_default();
+                let message = format!("{} rows meet `{conditions}`: say more, or `{}`", rows.len(), FOLDS.join("`, `"));
+                return Err(Error::file(table.path(), message));
             }
-            let row = rows.iter().copied().find(|&row| claims.text(row, ids) == id);
-            let row = row.ok_or_else(|| Error::unknown("claim", id, rows.iter().map(|&row| claims.text(row, ids))))?;
-            return keys.with_unit(claims.number(row, claims.column("measured")?));
-        }
-        let steps = keys.steps()?;
-        let [step] = steps[..] else { return Err(Error::invalid("at", steps.len(), "one macro step")) };
-        keys.need("row")?;
-        let own = number(self.row(keys, keys.which(), step)?, keys)?;
-        let other = keys.get("over").map(|other| {
-            let mut which = keys.which();
-            which[2] = Some(other);
-            number(self.row(keys, which, step)?, keys)
-        });
-        match (own, other.transpose()?) {
-            (Cell::Text(text), _) => Ok(text),
-            (Cell::Number(own), None) => keys.with_unit(own),
-            (Cell::Number(own), Some(Cell::Number(other))) => keys.with_unit(own / other),
-            (_, Some(Cell::Text(_))) => Err(Error::invalid("stat", "a count", "a median, for a ratio")),
-        }
-    }
-
-    /// The one row of a summary that is asked for.
-    fn row<'a>(&'a mut self, keys: &Keys<'_>, which: Which<'a>, step: f64) -> Result<&'a SummaryRow> {
-        let rows = self.summary(keys)?;
-        for (key, _, place) in AXES {
-            let known = rows.iter().map(|row| row.keys[place].as_str());
-            if let Some(wanted) = which[place].filter(|wanted| !known.clone().any(|own| own == *wanted)) {
-                return Err(Error::unknown(key, wanted, BTreeSet::from_iter(known)));
-            }
-        }
-        let found: Vec<&SummaryRow> = fitting(rows, which).filter(|row| is_step(row, step)).collect();
-        match found[..] {
-            [row] => Ok(row),
-            [] => Err(Error::invalid("at", step, format!("one of {}", joined(&steps_of(fitting(rows, which)))))),
-            _ => {
-                let several =
-                    AXES.iter().filter(|axis| found.iter().any(|row| row.keys[axis.2] != found[0].keys[axis.2]));
-                let several: Vec<&str> = several.map(|(key, ..)| *key).collect();
-                let message = format!("{} rows of the summary fit; say {}", found.len(), several.join(" and "));
-                Err(Error::Incompatible(message))
-            }
-        }
-    }
-
-    /// Lines are scheme rows, or what `by` names; columns are macro steps, or what another list names, at one step.
-    fn table(&mut self, keys: &Keys<'_>) -> Result<String> {
-        if let Some(table) = self.file(keys)? {
-            let (columns, rows) = (keys.need("columns")?, keys.get("where").unwrap_or_default());
-            return page_rows::table(&table, columns, rows, |own| keys.named(own), keys.digits()?);
-        }
-        let axis = |key: &str| AXES.into_iter().find(|axis| axis.0 == key);
-        let by = keys.get("by").unwrap_or("row");
-        let (by, lines, line) = axis(by).ok_or_else(|| Error::unknown("key", by, AXES.map(|(key, ..)| key)))?;
-        let across = AXES.into_iter().find(|(key, list, _)| *key != by && keys.get(list).is_some());
-        let fitting: Vec<SummaryRow> = fitting(self.summary(keys)?, keys.which()).cloned().collect();
-        let known = || fitting.iter().map(|row| row.keys[line].as_str());
-        let lines = keys.list(lines).unwrap_or_else(|| {
-            let mut all: Vec<&str> = Vec::new();
-            known().for_each(|own| {
-                if !all.contains(&own) {
-                    all.push(own)
-                }
-            });
-            all
-        });
-        let mut steps = keys.steps()?;
-        if steps.is_empty() {
-            steps = steps_of(fitting.iter());
-        }
-        let columns: Vec<(Which<'_>, f64, String)> = match (across, &steps[..]) {
-            (None, steps) => steps.iter().map(|&step| (keys.which(), step, format!("{step} ms"))).collect(),
-            (Some((_, list, place)), [step]) => {
-                let values = keys.list(list).unwrap_or_default();
-                let which = |value| {
-                    let mut which = keys.which();
-                    which[place] = Some(value);
-                    which
-                };
-                values.into_iter().map(|value| (which(value), *step, keys.named(value))).collect()
-            }
-            (Some((_, list, _)), steps) => {
-                return Err(Error::invalid("at", steps.len(), format!("one macro step, where columns are {list}")));
-            }
+            return column.shown(table, &rows, digits).map(|number| keys.behind(number));
         };
-        let header: String = columns.iter().map(|(.., name)| format!(" {name} |")).collect();
-        let head = if by == "row" { "scheme" } else { by };
-        let mut table = format!("| {} |{header}\n|---|{}\n", keys.named(head), "---|".repeat(columns.len()));
-        for name in &lines {
-            table += &format!("| {} |", keys.named(name));
-            for (mut which, step, _) in columns.iter().cloned() {
-                which[line] = Some(*name);
-                let row = self.row(keys, which, step)?;
-                let cell = match number(row, keys)? {
-                    Cell::Text(text) => text,
-                    Cell::Number(_) if row.completed == 0 => "–".to_owned(),
-                    Cell::Number(value) if row.completed < row.runs => {
-                        format!("{} ({})", keys.written(value)?, row.completed)
-                    }
-                    Cell::Number(value) => keys.written(value)?,
-                };
-                table += &format!(" {cell} |");
+        let place = claim.rsplit_once(':').ok_or_else(|| Error::invalid("claim", claim, "`group/name:id`"))?;
+        let (claims, rows) = self.claims_of(place.0)?;
+        let (ids, measured) = (claims.column("id")?, claims.column("measured")?);
+        let row = rows.iter().copied().find(|&row| claims.text(row, ids) == place.1);
+        let known = rows.iter().map(|&row| claims.text(row, ids));
+        let row = row.ok_or_else(|| Error::unknown("claim", place.1, known))?;
+        written(claims.number(row, measured), unit, digits).map(|number| keys.behind(number))
+    }
+
+    /// The claims of an experiment, a cell for each line and column, or columns of a file.
+    fn table(&mut self, keys: &Keys<'_>) -> Result<String> {
+        if let Some(experiment) = keys.get("claims") {
+            let (claims, rows) = self.claims_of(experiment)?;
+            return claims_table(claims, rows, keys);
+        }
+        let table = self.file(keys.need("file")?)?;
+        match keys.get("cell") {
+            Some(cell) => pivot(table, cell, keys),
+            None => listed(table, keys),
+        }
+    }
+}
+
+fn claims_table(claims: &ResultsTable, rows: Vec<usize>, keys: &Keys<'_>) -> Result<String> {
+    let columns = ["text", "measured", "expected", "verdict"].map(|name| claims.column(name));
+    let [text, measured, expected, verdict] = columns;
+    let (text, measured, expected, verdict) = (text?, measured?, expected?, verdict?);
+    let wanted = keys.rows(claims)?;
+    let mut table = String::from("| claim | measured | expected | |\n|---|---|---|---|\n");
+    for row in rows.into_iter().filter(|row| wanted.contains(row)) {
+        let [text, expected] = [text, expected].map(|column| claims.text(row, column).replace('|', "\\|"));
+        let measured = significant(claims.number(row, measured), 3);
+        table += &format!("| {text} | {measured} | {expected} | {} |\n", claims.text(row, verdict).replace('-', " "));
+    }
+    Ok(table)
+}
+
+/// What lines or columns of a table are: values of a column, `name [in unit] [: value; …]`; all there are, where none is named.
+struct Axis<'a> {
+    column: usize,
+    heading: &'a str,
+    unit: &'a str,
+    values: Vec<&'a str>,
+}
+
+impl<'a> Axis<'a> {
+    fn parse(text: &'a str, table: &'a ResultsTable, rows: &[usize]) -> Result<Self> {
+        let (name, values) = text.split_once(':').map_or((text, None), |(name, values)| (name, Some(values)));
+        let (name, unit) = name.trim().split_once(" in ").unwrap_or((name.trim(), ""));
+        let column = table.column(name)?;
+        let mut all: Vec<&str> = Vec::new();
+        for text in rows.iter().map(|&row| table.text(row, column)) {
+            if !all.contains(&text) {
+                all.push(text);
             }
-            table.push('\n');
         }
-        Ok(table)
+        let values = values.map_or(all, |values| values.split(BETWEEN).map(str::trim).collect());
+        let heading = if name == "label" { "scheme" } else { name };
+        Ok(Axis { column, heading, unit, values })
     }
 
-    fn claims(&self, keys: &Keys<'_>) -> Result<String> {
-        let (claims, rows) = self.claims_of(keys)?;
-        let [text, measured, expected, verdict] =
-            ["text", "measured", "expected", "verdict"].map(|name| claims.column(name));
-        let (text, measured, expected, verdict) = (text?, measured?, expected?, verdict?);
-        let wanted = rows_where(&claims, keys.get("where").unwrap_or_default())?;
-        let rows = rows.into_iter().filter(|row| wanted.contains(row));
-        let mut table = String::from("| claim | measured | expected | |\n|---|---|---|---|\n");
-        for row in rows {
-            let [text, expected] = [text, expected].map(|column| claims.text(row, column).replace('|', "\\|"));
-            let measured = significant(claims.number(row, measured), 3);
-            table +=
-                &format!("| {text} | {measured} | {expected} | {} |\n", claims.text(row, verdict).replace('-', " "));
+    /// Whether a row has a value, which is in the unit of the axis where it is named, as in the file where it is not.
+    fn has(&self, table: &ResultsTable, row: usize, value: &str) -> bool {
+        let number = |value: &str| value.parse().ok().zip(scale(self.unit).ok());
+        table.text(row, self.column) == value
+            || number(value)
+                .is_some_and(|(value, scale): (f64, f64)| same(scale * table.number(row, self.column), value))
+    }
+
+    /// A value as a heading.
+    fn shown(&self, table: &ResultsTable, rows: &[usize], value: &str, keys: &Keys<'_>) -> String {
+        let is_own = |row: &&usize| self.has(table, **row, value);
+        match rows.iter().find(is_own).map(|&row| table.number(row, self.column)).zip(scale(self.unit).ok()) {
+            // A step in seconds times a thousand is rarely the number that was written.
+            Some((number, scale)) if !self.unit.is_empty() => {
+                format!("{} {}", (number * scale * 1e6).round() / 1e6, self.unit)
+            }
+            _ => keys.named(value),
         }
-        Ok(table)
+    }
+}
+
+/// A cell for each line and column, in brackets how many runs completed where not all did.
+fn pivot(table: &ResultsTable, cell: &str, keys: &Keys<'_>) -> Result<String> {
+    let (rows, cell) = (keys.rows(table)?, table.column(cell)?);
+    let lines = Axis::parse(keys.need("lines")?, table, &rows)?;
+    let across = Axis::parse(keys.need("across")?, table, &rows)?;
+    let counts = ["completed", "runs"].map(|name| table.column(name).ok());
+    let columns: Vec<String> = across.values.iter().map(|value| across.shown(table, &rows, value, keys)).collect();
+    let (head, rule) = (columns.join(" | "), "---|".repeat(columns.len()));
+    let mut made = format!("| {} | {head} |\n|---|{rule}\n", keys.named(lines.heading));
+    for line in &lines.values {
+        made += &format!("| {} |", lines.shown(table, &rows, line, keys));
+        for column in &across.values {
+            let fits = |row: &&usize| lines.has(table, **row, line) && across.has(table, **row, column);
+            let found: Vec<usize> = rows.iter().filter(fits).copied().collect();
+            let [row] = found[..] else {
+                let message = format!("{} rows have `{line}` and `{column}`: say one in `where`", found.len());
+                return Err(Error::file(table.path(), message));
+            };
+            let value = written(table.number(row, cell), keys.get("unit").unwrap_or_default(), keys.digits()?)?;
+            let completed = counts.map(|count| count.map(|count| table.number(row, count)));
+            made += &match completed {
+                [Some(0.0), _] => " – |".to_owned(),
+                [Some(completed), Some(runs)] if completed < runs => format!(" {value} ({completed}) |"),
+                _ => format!(" {value} |"),
+            };
+        }
+        made.push('\n');
+    }
+    Ok(made)
+}
+
+/// A table of some columns. The columns without a fold tell the lines apart where there is one with a fold.
+fn listed(table: &ResultsTable, keys: &Keys<'_>) -> Result<String> {
+    let columns = keys.need("columns")?.split(BETWEEN).map(|column| Column::parse(column, table));
+    let columns: Vec<Column<'_>> = columns.collect::<Result<_>>()?;
+    let texts = |row: usize| {
+        let own = columns.iter().filter(|column| column.fold.is_empty());
+        own.map(|column| table.text(row, column.place)).collect::<Vec<_>>()
+    };
+    let folded = columns.iter().any(|column| !column.fold.is_empty());
+    let mut lines: Vec<Vec<usize>> = Vec::new();
+    for row in keys.rows(table)? {
+        match lines.iter_mut().find(|line| folded && texts(line[0]) == texts(row)) {
+            Some(line) => line.push(row),
+            None => lines.push(vec![row]),
+        }
+    }
+    let headings: Vec<String> = columns.iter().map(|column| keys.named(column.heading)).collect();
+    let mut made = format!("| {} |\n|{}\n", headings.join(" | "), "---|".repeat(columns.len()));
+    for rows in &lines {
+        let cells = columns.iter().map(|column| Ok(keys.named(&column.shown(table, rows, keys.digits()?)?)));
+        made += &format!("| {} |\n", cells.collect::<Result<Vec<String>>>()?.join(" | "));
+    }
+    Ok(made)
+}
+
+/// Whether two numbers are the same up to how they were written.
+fn same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= SAME * other.abs()
+}
+
+/// What a value in SI units is multiplied by to be in a unit.
+fn scale(unit: &str) -> Result<f64> {
+    let known = UNITS.iter().find(|(name, _)| *name == unit);
+    match known {
+        Some((_, scale)) => Ok(*scale),
+        None if unit.is_empty() => Ok(1.0),
+        None => Err(Error::unknown("unit", unit, UNITS.iter().map(|(name, _)| *name))),
     }
 }
 
-/// What is shown of a row.
-enum Cell {
-    Number(f64),
-    Text(String),
+/// A number as it is shown: in a unit, rounded to significant digits.
+fn written(value: f64, unit: &str, digits: usize) -> Result<String> {
+    Ok(significant(scale(unit)? * value, digits))
 }
 
-fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
-    let metric = keys.get("metric").unwrap_or(SUMMARY_METRICS[0]);
-    let place = SUMMARY_METRICS.iter().position(|name| *name == metric);
-    let place = place.ok_or_else(|| Error::unknown("metric", metric, SUMMARY_METRICS))?;
-    Ok(match keys.get("stat").unwrap_or("median") {
-        "median" => Cell::Number(row.quartiles[place][1]),
-        "completed" => Cell::Text(row.completed.to_string()),
-        "runs" => Cell::Text(row.runs.to_string()),
-        "worst" => Cell::Number(row.worst.unwrap_or(f64::NAN)),
-        // Of the runs that gave an answer.
-        "share" => Cell::Number(row.completed as f64 / (row.completed + row.failed) as f64),
-        other => return Err(Error::unknown("stat", other, ["median", "completed", "runs", "worst", "share"])),
-    })
+/// A column that is asked for.
+struct Column<'a> {
+    fold: &'a str,
+    place: usize,
+    unit: &'a str,
+    heading: &'a str,
 }
 
-/// Rows of a summary at all their macro steps.
-fn fitting<'a>(rows: &'a [SummaryRow], which: Which<'a>) -> impl Iterator<Item = &'a SummaryRow> + Clone {
-    rows.iter().filter(move |row| AXES.iter().all(|axis| which[axis.2].is_none_or(|wanted| row.keys[axis.2] == wanted)))
-}
+impl<'a> Column<'a> {
+    /// Reads `[fold] name [in unit] [as heading]`, or `count [as heading]`.
+    fn parse(text: &'a str, table: &ResultsTable) -> Result<Self> {
+        let (text, heading) =
+            text.trim().split_once(" as ").map_or((text.trim(), None), |(text, as_)| (text, Some(as_)));
+        let (text, unit) = text.split_once(" in ").unwrap_or((text, ""));
+        let (fold, name) = if text == "count" { ("count", "") } else { text.split_once(' ').unwrap_or(("", text)) };
+        if !fold.is_empty() && !FOLDS.contains(&fold) {
+            return Err(Error::unknown("fold", fold, FOLDS));
+        }
+        let place = if fold == "count" { 0 } else { table.column(name.trim())? };
+        Ok(Column { fold, place, unit: unit.trim(), heading: heading.unwrap_or(text).trim() })
+    }
 
-/// Macro steps of rows, in milliseconds, in their order.
-fn steps_of<'a>(rows: impl Iterator<Item = &'a SummaryRow>) -> Vec<f64> {
-    let mut steps: Vec<f64> = Vec::new();
-    for step in rows.filter_map(milliseconds) {
-        if !steps.iter().any(|other| same(step, *other)) {
-            steps.push(step);
+    /// What is shown of rows that are one line: a number, or a text.
+    fn value(&self, table: &ResultsTable, rows: &[usize]) -> std::result::Result<f64, String> {
+        let numbers = rows.iter().map(|&row| table.number(row, self.place)).filter(|value| !value.is_nan());
+        match self.fold {
+            "sum" => Ok(numbers.sum()),
+            "max" => Ok(numbers.fold(f64::NAN, f64::max)),
+            "min" => Ok(numbers.fold(f64::NAN, f64::min)),
+            "count" => Ok(rows.len() as f64),
+            _ => {
+                let text = table.text(rows[0], self.place);
+                text.parse().map_err(|_| text.replace('|', "\\|"))
+            }
         }
     }
-    steps
+
+    fn shown(&self, table: &ResultsTable, rows: &[usize], digits: usize) -> Result<String> {
+        match self.value(table, rows) {
+            // Counts are not rounded.
+            Ok(value) if self.unit.is_empty() && value.fract() == 0.0 => Ok(format!("{value}")),
+            Ok(value) => written(value, self.unit, digits),
+            Err(text) => Ok(text),
+        }
+    }
 }
 
-fn joined(steps: &[f64]) -> String {
-    steps.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
-}
-
-fn milliseconds(row: &SummaryRow) -> Option<f64> {
-    // A step in seconds times a thousand is rarely the number that was written.
-    row.keys[3].parse().ok().map(|step: f64| (step * 1e9).round() / 1e6)
-}
-
-fn is_step(row: &SummaryRow, step: f64) -> bool {
-    milliseconds(row).is_some_and(|own| same(own, step))
+/// Rows that meet all conditions of a list.
+fn rows_where(table: &ResultsTable, conditions: &str) -> Result<Vec<usize>> {
+    let mut rows: Vec<usize> = (0..table.len()).collect();
+    for condition in conditions.split(BETWEEN).map(str::trim).filter(|condition| !condition.is_empty()) {
+        let sign = CONDITIONS.into_iter().find(|sign| condition.contains(sign));
+        let sign = sign.ok_or_else(|| Error::invalid("where", condition, "conditions like `column=value`"))?;
+        let (name, wanted) = condition.split_once(sign).unwrap_or_default();
+        let (column, wanted) = (table.column(name.trim())?, wanted.trim());
+        let bound: f64 = wanted.parse().unwrap_or(f64::NAN);
+        let meets = |row: usize| table.text(row, column) == wanted || same(table.number(row, column), bound);
+        if matches!(sign, "=" | "!=") && !(0..table.len()).any(meets) {
+            let mut known: Vec<&str> = (0..table.len()).map(|row| table.text(row, column)).collect();
+            known.sort_unstable();
+            known.dedup();
+            return Err(Error::file(table.path(), Error::unknown("value of a condition", wanted, known)));
+        }
+        rows.retain(|&row| match sign {
+            "=" => meets(row),
+            "!=" => !meets(row),
+            "<" => table.number(row, column) < bound,
+            _ => table.number(row, column) > bound,
+        });
+    }
+    if rows.is_empty() {
+        return Err(Error::file(table.path(), format!("no row meets `{conditions}`")));
+    }
+    Ok(rows)
 }
 
 #[cfg(test)]
@@ -442,29 +471,32 @@ mod tests {
 
     #[test]
     fn markers_are_filled_and_what_is_around_them_stays() {
-        let page = "It has <!-- value of=study/x row=a at=5 unit=N digits=3 -->?<!-- /value -->, \
-                    <!-- value of=study/x row=a at=5 over=b -->?<!-- /value --> times b, \
-                    <!-- value of=study/x row=a at=5 metric=position_error_rms_m unit=mm -->?<!-- /value -->, and \
-                    <!-- value of=study/x claim=floor unit=N -->?<!-- /value --> of \
-                    <!-- value of=study/x claim=count -->?<!-- /value -->.";
+        let page = "It has <!-- value file=study/x/summary.csv column=position_error_rms_m_median \
+                    where=\"label=a; macro_step_s=0.005\" unit=mm -->?<!-- /value -->, and \
+                    <!-- value claim=study/x:floor unit=N -->?<!-- /value --> of \
+                    <!-- value file=study/x/claims.csv column=count -->?<!-- /value -->.";
         let once = filled(page).unwrap();
         let text: String =
             once.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, text)| text)).collect();
-        assert_eq!(text, "It has 16.6 N, 2.0 times b, 1.2 mm, and 43 N of 1.");
+        assert_eq!(text, "It has 1.2 mm, and 43 N of 1.");
         assert_eq!(filled(&once).unwrap(), once);
-        assert_eq!(without_filled(&once), "It has ,  times b, , and  of .");
-        let example = "```text\n<!-- value of=nothing -->\n```\n";
+        assert_eq!(without_filled(&once), "It has , and  of .");
+        let example = "```text\n<!-- value claim=nothing -->\n```\n";
         assert_eq!(filled(example).unwrap(), example);
     }
 
     #[test]
     fn a_table_says_how_many_completed_where_not_all_did() {
-        let table = filled("<!-- table of=study/x at=\"5 10\" digits=3 --><!-- /table -->").unwrap();
+        let table = filled(
+            "<!-- table file=study/x/summary.csv lines=label across=\"macro_step_s in ms: 5; 10\" \
+                            cell=force_error_rms_n_median digits=3 --><!-- /table -->",
+        )
+        .unwrap();
         assert!(
             table.contains("\n| scheme | 5 ms | 10 ms |\n|---|---|---|\n| a | 16.6 | 30.0 (1) |\n| b | 8.30 | – |\n"),
             "{table}"
         );
-        let claims = filled("<!-- claims of=study/x -->\n<!-- /claims -->").unwrap();
+        let claims = filled("<!-- table claims=study/x -->\n<!-- /table -->").unwrap();
         assert!(claims.contains("| t | 43.3 | ≥ 2 | reproduced |"), "{claims}");
     }
 
@@ -477,16 +509,19 @@ mod tests {
                     b,box,c=1 soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
         std::fs::write(own.join("runs.csv"), runs).unwrap();
         keep(&own, &PooledSets::new(), &"0".repeat(64)).unwrap();
-        let table =
-            |marker: &str| fill_page("p".as_ref(), &format!("<!-- table {marker} --><!-- /table -->"), folder.path());
-        let made = table("of=study/x by=set row=a names=\"c=1 soft=soft stops; set=stops\"").unwrap();
+        let table = |marker: &str| {
+            let marker = format!(
+                "<!-- table file=study/x/summary.csv cell=force_error_rms_n_median {marker} --><!-- /table -->"
+            );
+            fill_page("p".as_ref(), &marker, folder.path())
+        };
+        let steps = "across=\"macro_step_s in ms\"";
+        let made = table(&format!("lines=set {steps} where=label=a names=\"c=1 soft=soft stops; set=stops\"")).unwrap();
         assert!(made.contains("\n| stops | 5 ms |\n|---|---|\n| soft stops | 1.5 |\n| hard | 2.5 |\n"), "{made}");
-        let made = table("of=study/x by=set rows=\"b; a\" at=5 names=\"b=better\"").unwrap();
+        let made = table("lines=set across=\"label: b; a\" names=\"b=better\"").unwrap();
         assert!(made.contains("\n| set | better | a |\n|---|---|---|\n| c=1 soft | 3.5 | 1.5 |\n"), "{made}");
-        let made = table("of=study/x sets=\"hard; c=1 soft\" at=5").unwrap();
-        assert!(made.contains("\n| scheme | hard | c=1 soft |\n|---|---|---|\n| a | 2.5 | 1.5 |\n"), "{made}");
-        let error = table("of=study/x at=5").unwrap_err().to_string();
-        assert!(error.contains("2 rows of the summary fit; say set"), "{error}");
+        let error = table(&format!("lines=label {steps}")).unwrap_err().to_string();
+        assert!(error.contains("2 rows have `a` and `0.005`: say one"), "{error}");
     }
 
     #[test]
@@ -507,7 +542,6 @@ mod tests {
         assert!(made.as_ref().unwrap().contains("|---|---|\n| two | 0.25 |\n\n"), "{made:?}");
         for (keys, said) in [
             ("column=\"sum pivots\" where=solver=one", "10"),
-            ("column=\"sum pivots\" where=solver=one over=solver=two unit=times", "2.0 times"),
             ("column=count where=\"worst<0.3\"", "3"),
             ("column=worst where=\"solver=two; from=65.0\" unit=%", "25 %"),
             ("column=solver where=\"worst=0.5\"", "two"),
@@ -530,14 +564,19 @@ mod tests {
     #[test]
     fn what_cannot_be_filled_is_named_with_its_line() {
         for (marker, said) in [
-            ("<!-- value of=study/x row=c at=5 --><!-- /value -->", "`c`"),
-            ("<!-- value of=study/x row=a --><!-- /value -->", "at"),
-            ("<!-- value of=study/x row=a at=6 --><!-- /value -->", "one of 5, 10"),
-            ("<!-- value of=study/x claim=flor --><!-- /value -->", "`floor`"),
-            ("<!-- value of=study/x colour=red --><!-- /value -->", "colour"),
-            ("<!-- value of=study/y row=a at=5 --><!-- /value -->", "digest.toml"),
-            ("<!-- value of=study/x row=a at=5 -->", "is not closed"),
-            ("<!-- value of=study/x row=a at=5 unit=ft --><!-- /value -->", "ft"),
+            ("<!-- value file=study/x/summary.csv column=runs where=label=c --><!-- /value -->", "`c`"),
+            ("<!-- value file=study/x/summary.csv --><!-- /value -->", "lacks `column`"),
+            ("<!-- value column=runs --><!-- /value -->", "lacks `file`"),
+            (
+                "<!-- table file=study/x/summary.csv cell=runs lines=label across=\"macro_step_s in ms: 6\" --><!-- /table -->",
+                "`6`",
+            ),
+            ("<!-- value claim=study/x:flor --><!-- /value -->", "`floor`"),
+            ("<!-- value claim=study/x --><!-- /value -->", "group/name:id"),
+            ("<!-- value claim=study/x:floor colour=red --><!-- /value -->", "colour"),
+            ("<!-- value file=study/y/summary.csv column=runs --><!-- /value -->", "digest.toml"),
+            ("<!-- value claim=study/x:floor -->", "is not closed"),
+            ("<!-- value claim=study/x:floor unit=ft --><!-- /value -->", "ft"),
         ] {
             let error = filled(&format!("one\n{marker}")).unwrap_err().to_string();
             assert!(error.contains("page.md: line 2") && error.contains(said), "{marker}: {error}");

@@ -57,7 +57,7 @@ pub fn timeline(scheme: &SchemeEntry) -> Result<Drawing> {
     // Outputs of t(k) cross over; what the first side found at t(k+1) crosses before the second steps.
     arrow(&mut drawing, (from - 4.0, down.0), (from - 4.0, down.1), 1.2);
     arrow(&mut drawing, (from + 4.0, up.0), (from + 4.0, up.1), 1.2);
-    if let (Sequence::GaussSeidel { first }, IterativeDriver::Explicit) = (sequence, scheme.driver) {
+    if let (Sequence::GaussSeidel { first }, IterativeDriver::NonIterative) = (sequence, scheme.driver) {
         let (begin, end) = if first == Side::Actuator { up } else { down };
         arrow(&mut drawing, (to, begin), (to, end), 1.8);
     }

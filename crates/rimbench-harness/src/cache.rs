@@ -49,7 +49,7 @@ impl Cache {
         let bytes = match read {
             Ok(bytes) => bytes?,
             Err(error) => {
-                self.complain(&path, format!("cannot be read: {error}"));
+                self.warn(&path, format!("cannot be read: {error}"));
                 return None;
             }
         };
@@ -58,7 +58,7 @@ impl Cache {
             (checksum_of(key, payload) == checksum).then_some(payload)
         });
         let Some(payload) = payload else {
-            self.complain(&path, "is damaged, or of another reference".to_owned());
+            self.warn(&path, "is damaged, or of another reference".to_owned());
             return None;
         };
         let numbers = payload.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().unwrap_or_default()));
@@ -85,7 +85,7 @@ impl Cache {
         }
     }
 
-    fn complain(&self, path: &Path, message: String) {
+    fn warn(&self, path: &Path, message: String) {
         let _ = self.complaint.set(Error::file(path, message));
     }
 

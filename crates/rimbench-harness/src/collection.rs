@@ -5,7 +5,7 @@ use super::foreign::refuse_foreign;
 use super::job::{Job, Summary};
 use super::references::{has_none, obtain_reference};
 use super::results;
-use super::stock::Stock;
+use super::stored_runs::StoredRuns;
 use rimbench_cases::runs::{Reference, RunSpec};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
@@ -64,11 +64,11 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
     refuse_foreign(&job)?;
     job.experiment.copy_to(job.folder)?;
-    let own = Stock::open(job.folder, job.experiment)?;
+    let own = StoredRuns::open(job.folder, job.experiment)?;
     let mut summary = Summary { planned: planned.len(), damaged: own.store.damaged, ..Summary::default() };
     let mut wanted = own.missing(&planned);
     for folder in folders {
-        let other = Stock::open(folder, job.experiment)?;
+        let other = StoredRuns::open(folder, job.experiment)?;
         summary.damaged += other.store.damaged;
         let mut still_wanted = Vec::new();
         for index in wanted {
@@ -102,13 +102,13 @@ pub(super) fn export_if_complete(
     mut held: Option<(usize, Reference)>,
     stop: StopFlag<'_>,
 ) -> Result<Inventory> {
-    let stock = Stock::open(job.folder, job.experiment)?;
-    let stored = planned.iter().filter(|run| stock.store.get(&run.id).is_some()).count();
-    let found = Inventory { missing: stock.missing(planned), unplanned: stock.store.len() - stored };
+    let stored_runs = StoredRuns::open(job.folder, job.experiment)?;
+    let stored = planned.iter().filter(|run| stored_runs.store.get(&run.id).is_some()).count();
+    let found = Inventory { missing: stored_runs.missing(planned), unplanned: stored_runs.store.len() - stored };
     if !found.missing.is_empty() {
         return Ok(found);
     }
-    results::write_tables(job.folder, job.experiment, planned, &stock.store)?;
+    results::write_tables(job.folder, job.experiment, planned, &stored_runs.store)?;
     let mut needed = References::default();
     planned.iter().for_each(|run| needed.note(&run.spec));
     let names = needed.names();

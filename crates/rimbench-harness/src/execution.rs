@@ -9,8 +9,8 @@ use super::job::{Job, Progress, Shard, Step, StopFlags, Summary};
 use super::provenance::Provenance;
 use super::references::{has_none, obtain_reference};
 use super::results;
-use super::stock::Stock;
 use super::store::{Record, Store, row};
+use super::stored_runs::StoredRuns;
 use rayon::prelude::*;
 use rimbench_cases::runs::{Clock, EvaluatedRun, Reference, RunResult, RunSpec, evaluate, simulate_inside};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
@@ -46,14 +46,14 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         refuse_foreign(&job)?;
         Store::clear(job.folder)?;
     }
-    let stock = stock_with_exported(&job)?;
+    let stored_runs = stored_with_exported(&job)?;
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
-    let missing = stock.missing(&planned);
+    let missing = stored_runs.missing(&planned);
     let reused = planned.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
-    let (mut summary, held) = compute(&job, &planned, &stock, &todo, progress, stop)?;
+    let (mut summary, held) = compute(&job, &planned, &stored_runs, &todo, progress, stop)?;
     // One task of many asks only for its own.
     if let Some(Shard::Places { first, last }) = job.shard {
         summary.planned = last - first + 1;
@@ -63,7 +63,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     }
     summary.reused = reused;
     // Others may have stored their shards meanwhile.
-    drop(stock);
+    drop(stored_runs);
     let missing = export_if_complete(&job, &planned, held, stop.soon)?.missing;
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
@@ -81,13 +81,13 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
 fn compute(
     job: &Job<'_>,
     planned: &[PlannedRun],
-    stock: &Stock<'_>,
+    stored_runs: &StoredRuns<'_>,
     todo: &[usize],
     progress: Progress<'_>,
     stop: StopFlags<'_>,
 ) -> Result<(Summary, Option<(usize, Reference)>)> {
     progress(Step::ToDo(todo.len()));
-    let store = &stock.store;
+    let store = &stored_runs.store;
     let renewed = todo.iter().filter(|&&index| store.get(&planned[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
@@ -151,21 +151,21 @@ fn compute(
 }
 
 /// Opens the store of a job; if it is empty, it holds the rows of sealed result files in its folder, which are returned as well.
-pub(super) fn stored<'a>(job: &Job<'a>) -> Result<(Stock<'a>, Vec<Record>)> {
-    let mut stock = Stock::open(job.folder, job.experiment)?;
+pub(super) fn stored<'a>(job: &Job<'a>) -> Result<(StoredRuns<'a>, Vec<Record>)> {
+    let mut stored_runs = StoredRuns::open(job.folder, job.experiment)?;
     refuse_foreign(job)?;
-    let asks = stock.store.is_empty() && !job.fresh;
+    let asks = stored_runs.store.is_empty() && !job.fresh;
     let exported = if asks { exported_records(job.folder, job.experiment)? } else { Vec::new() };
-    stock.store.hold(exported.clone());
-    Ok((stock, exported))
+    stored_runs.store.hold(exported.clone());
+    Ok((stored_runs, exported))
 }
 
 /// The same, the rows having become records.
-fn stock_with_exported<'a>(job: &Job<'a>) -> Result<Stock<'a>> {
-    let (stock, exported) = stored(job)?;
-    exported.iter().try_for_each(|record| stock.store.append(record))?;
-    stock.store.sync()?;
-    Ok(stock)
+fn stored_with_exported<'a>(job: &Job<'a>) -> Result<StoredRuns<'a>> {
+    let (stored_runs, exported) = stored(job)?;
+    exported.iter().try_for_each(|record| stored_runs.store.append(record))?;
+    stored_runs.store.sync()?;
+    Ok(stored_runs)
 }
 
 /// Makes the results folder of a job ready for processes that run parts of it at once.
@@ -174,7 +174,7 @@ fn stock_with_exported<'a>(job: &Job<'a>) -> Result<Stock<'a>> {
 /// Bad input; a folder that belongs to something else; a disk that is full.
 pub fn prepare_folder(job: Job<'_>) -> Result<()> {
     job.experiment.plan(job.catalogue, job.quick)?;
-    stock_with_exported(&job)?;
+    stored_with_exported(&job)?;
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)
 }

@@ -27,8 +27,8 @@ mod results;
 mod slurm;
 mod spectral;
 mod stability;
-mod stock;
 mod store;
+mod stored_runs;
 
 pub use advice::{
     Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, measured_prices,

@@ -14,7 +14,6 @@
 use super::experiment::{Experiment, Verdict};
 use super::files::make_folder;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::StepControl;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::atomic_file::write_atomically;
@@ -97,7 +96,7 @@ struct RankedRow {
 
 /// A row before it is ranked.
 #[derive(Debug, Clone)]
-struct Entrant {
+struct RowTally {
     class: InformationClass,
     tuned_on: BTreeSet<String>,
     /// By problem: mean of ln(e + s) over the runs.
@@ -153,29 +152,29 @@ impl Ranking {
         results: &Path,
         read: impl Fn(&Path) -> Result<Experiment>,
     ) -> Result<Vec<String>> {
-        let mut entrants: BTreeMap<String, Entrant> = BTreeMap::new();
+        let mut tallies: BTreeMap<String, RowTally> = BTreeMap::new();
         for file in self.experiments() {
             let experiment = read(&file)?;
             for run in experiment.plan(catalogue, false)? {
                 // Control of the macro step takes steps again, whatever the scheme.
-                let controlled = !matches!(run.spec.step_control, StepControl::None);
+                let controlled = run.spec.step_control.is_some();
                 let class = InformationClass::of(&run.spec.scheme);
                 let class = if controlled { class.max(InformationClass::Repetition) } else { class };
-                let entrant = entrants.entry(run.label).or_insert_with(|| Entrant::new(class));
-                entrant.class = entrant.class.max(class);
+                let tally = tallies.entry(run.label).or_insert_with(|| RowTally::new(class));
+                tally.class = tally.class.max(class);
                 // A gain that is not the default was chosen on something.
                 let usual = run.spec.scheme.gain.as_ref().map(|gain| gain.default);
                 if run.spec.gain.is_some() && run.spec.gain != usual {
-                    entrant.tuned_on.insert(run.spec.case.name.to_string());
+                    tally.tuned_on.insert(run.spec.case.name.to_string());
                 }
             }
             for row in read_summary(&experiment.results_folder(results))? {
-                if let Some(entrant) = entrants.get_mut(&row.keys[2]) {
-                    entrant.enter(&row);
+                if let Some(tally) = tallies.get_mut(&row.keys[2]) {
+                    tally.enter(&row);
                 }
             }
         }
-        let (rows, values) = ranked(&entrants);
+        let (rows, values) = ranked(&tallies);
         let claims =
             self.claims.iter().map(|claim| self.measured(claim, &rows, &values)).collect::<Result<Vec<_>>>()?;
         let folder = results.join("ranking");
@@ -220,9 +219,9 @@ impl Ranking {
     }
 }
 
-impl Entrant {
+impl RowTally {
     fn new(class: InformationClass) -> Self {
-        Entrant { class, tuned_on: BTreeSet::new(), values: BTreeMap::new(), runs: 0, failed: 0 }
+        RowTally { class, tuned_on: BTreeSet::new(), values: BTreeMap::new(), runs: 0, failed: 0 }
     }
 
     fn enter(&mut self, row: &SummaryRow) {
@@ -245,26 +244,26 @@ impl Entrant {
 }
 
 /// Rows that have an answer to all problems, by class, untuned before tuned, by score; and what each has, in logarithms, by case.
-fn ranked(entrants: &BTreeMap<String, Entrant>) -> (Vec<RankedRow>, BTreeMap<String, Vec<f64>>) {
-    let problems: BTreeSet<&[String; 3]> = entrants.values().flat_map(|entrant| entrant.values.keys()).collect();
-    let mut groups = BTreeMap::<_, Vec<(&String, &Entrant, Vec<f64>)>>::new();
-    for (label, entrant) in entrants.iter().filter(|(_, entrant)| entrant.values.len() == problems.len()) {
+fn ranked(tallies: &BTreeMap<String, RowTally>) -> (Vec<RankedRow>, BTreeMap<String, Vec<f64>>) {
+    let problems: BTreeSet<&[String; 3]> = tallies.values().flat_map(|tally| tally.values.keys()).collect();
+    let mut groups = BTreeMap::<_, Vec<(&String, &RowTally, Vec<f64>)>>::new();
+    for (label, tally) in tallies.iter().filter(|(_, tally)| tally.values.len() == problems.len()) {
         let mut of_case: BTreeMap<&String, Vec<f64>> = BTreeMap::new();
-        entrant.values.iter().for_each(|([case, ..], value)| of_case.entry(case).or_default().push(*value));
+        tally.values.iter().for_each(|([case, ..], value)| of_case.entry(case).or_default().push(*value));
         let values = of_case.values().filter_map(|own| mean(own)).collect();
-        groups.entry((entrant.class, !entrant.tuned_on.is_empty())).or_default().push((label, entrant, values));
+        groups.entry((tally.class, !tally.tuned_on.is_empty())).or_default().push((label, tally, values));
     }
     let score = |values: Vec<f64>| mean(&values).map(|mean| libm::exp(mean) - SHIFT);
     let (mut rows, mut by_label) = (Vec::new(), BTreeMap::new());
     for ((class, _), group) in groups {
         let all: Vec<Vec<f64>> = group.iter().map(|(.., values)| values.clone()).collect();
         let begin = rows.len();
-        for ((label, entrant, values), rank) in group.into_iter().zip(ranks(&all)) {
+        for ((label, tally, values), rank) in group.into_iter().zip(ranks(&all)) {
             let cases: Vec<Vec<f64>> = values.iter().map(|value| vec![*value]).collect();
             let interval = bootstrap_interval(&cases, score);
             rows.push(RankedRow {
                 class: class.to_string(),
-                tuned_on: entrant.tuned_on.iter().cloned().collect::<Vec<_>>().join(" "),
+                tuned_on: tally.tuned_on.iter().cloned().collect::<Vec<_>>().join(" "),
                 rank: rank.first,
                 rank_last: rank.last,
                 label: label.clone(),
@@ -272,8 +271,8 @@ fn ranked(entrants: &BTreeMap<String, Entrant>) -> (Vec<RankedRow>, BTreeMap<Str
                 score_low: interval.map(|[low, _]| low),
                 score_high: interval.map(|[_, high]| high),
                 problems: problems.len(),
-                runs: entrant.runs,
-                failed: entrant.failed,
+                runs: tally.runs,
+                failed: tally.failed,
             });
             by_label.insert(label.clone(), values);
         }
@@ -305,25 +304,25 @@ mod tests {
         SummaryRow { keys, runs: completed + failed + no_answer, completed, failed, no_answer, quartiles, worst: None }
     }
 
-    fn entrant(rows: &[SummaryRow]) -> Entrant {
-        let mut entrant = Entrant::new(InformationClass::Samples);
-        rows.iter().for_each(|row| entrant.enter(row));
-        entrant
+    fn tally(rows: &[SummaryRow]) -> RowTally {
+        let mut tally = RowTally::new(InformationClass::Samples);
+        rows.iter().for_each(|row| tally.enter(row));
+        tally
     }
 
     #[test]
     fn failures_are_charged_and_what_gave_no_answer_is_not() {
         let cases = ["a", "b", "c", "d"];
-        let all = |counts, error| entrant(&cases.map(|case| row(case, counts, error)));
-        let lacking = entrant(&[row("a", [2, 0, 0], 1e-9), row("b", [0, 0, 2], f64::NAN)]);
-        let entrants = [
+        let all = |counts, error| tally(&cases.map(|case| row(case, counts, error)));
+        let lacking = tally(&[row("a", [2, 0, 0], 1e-9), row("b", [0, 0, 2], f64::NAN)]);
+        let tallies = [
             ("good", all([2, 0, 0], 0.01)),
             ("fails", all([1, 1, 0], 0.01)),
             ("slow", all([1, 0, 1], 0.01)),
             ("lacking", lacking),
         ];
-        let entrants = entrants.map(|(label, entrant)| (label.to_owned(), entrant)).into();
-        let (rows, _) = ranked(&entrants);
+        let tallies = tallies.map(|(label, tally)| (label.to_owned(), tally)).into();
+        let (rows, _) = ranked(&tallies);
         let found: Vec<(&str, usize, usize)> =
             rows.iter().map(|row| (row.label.as_str(), row.rank, row.failed)).collect();
         assert_eq!(found, [("good", 1, 0), ("slow", 1, 0), ("fails", 3, 4)]);

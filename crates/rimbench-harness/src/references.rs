@@ -51,12 +51,12 @@ fn solutions(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
     Reference::REFINEMENTS.par_iter().rev().map(|&refinement| Reference::solution(spec, refinement, stop)).collect()
 }
 
-/// Solves for a reference, ended by a watchman when the wall limit has passed.
+/// Solves for a reference, ended by a watchdog when the wall limit has passed.
 fn within_limit<T>(spec: &RunSpec, stop: StopFlag<'_>, solve: impl FnOnce(StopFlag<'_>) -> Result<T>) -> Result<T> {
     let Some(limit) = spec.wall_limit else { return solve(stop) };
     let (raised, done, began) = (AtomicBool::new(false), AtomicBool::new(false), Instant::now());
     std::thread::scope(|scope| {
-        let watchman = scope.spawn(|| {
+        let watchdog = scope.spawn(|| {
             while !done.load(Ordering::Relaxed) {
                 if stop.check().is_err() || began.elapsed() > limit {
                     raised.store(true, Ordering::Relaxed);
@@ -64,8 +64,8 @@ fn within_limit<T>(spec: &RunSpec, stop: StopFlag<'_>, solve: impl FnOnce(StopFl
                 std::thread::park_timeout(LOOK_EVERY);
             }
         });
-        // Also when solving panics: the scope waits for the watchman.
-        let _ended = Ended { done: &done, watchman: watchman.thread().clone() };
+        // Also when solving panics: the scope waits for the watchdog.
+        let _ended = Ended { done: &done, watchdog: watchdog.thread().clone() };
         match solve(StopFlag::new(&raised)) {
             Err(Error::Stopped) if stop.check().is_ok() => Err(Error::Overdue { limit_s: limit.as_secs_f64() }),
             found => found,
@@ -73,16 +73,16 @@ fn within_limit<T>(spec: &RunSpec, stop: StopFlag<'_>, solve: impl FnOnce(StopFl
     })
 }
 
-/// Sends a watchman home when it goes out of scope.
+/// Sends a watchdog home when it goes out of scope.
 struct Ended<'a> {
     done: &'a AtomicBool,
-    watchman: Thread,
+    watchdog: Thread,
 }
 
 impl Drop for Ended<'_> {
     fn drop(&mut self) {
         self.done.store(true, Ordering::Relaxed);
-        self.watchman.unpark();
+        self.watchdog.unpark();
     }
 }
 
@@ -126,7 +126,7 @@ mod tests {
             let mut spec = request.resolve(&Catalogue::standard()).unwrap();
             spec.wall_limit = Some(Duration::from_nanos(1));
             let found = obtain_reference(&spec, &Cache::in_folder(folder.path()), StopFlag::never());
-            // One that is there before the watchman has looked is as good.
+            // One that is there before the watchdog has looked is as good.
             let quick = found.is_ok() && set.is_none();
             assert!(quick || matches!(found, Err(Error::Overdue { .. })), "{case}: {found:?}");
         }

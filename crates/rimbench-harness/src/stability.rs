@@ -394,7 +394,7 @@ mod tests {
                 progress: &|_| {},
                 stop: StopFlag::never(),
             };
-            search.at(macro_steps[0]).unwrap().step_control.rule().unwrap().shortest
+            search.at(macro_steps[0]).unwrap().step_control.unwrap().shortest
         };
         assert_eq!(shortest(&[1e-3, 0.05], &request), shortest(&[1e-3, 0.2], &request));
         approx::assert_relative_eq!(shortest(&[1e-3, 0.2], &request), 1e-5, max_relative = 1e-12);

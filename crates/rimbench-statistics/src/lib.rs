@@ -22,12 +22,12 @@ pub use equal_cost::{Costed, ratios_at_equal_cost};
 pub use intervals::{TimeSummary, ratio_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
 pub use one_threshold::share_told_by_threshold;
-pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
+pub use performance_profile::{data_profile, performance_profile, performance_ratios};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
 pub use ranking::{Rank, ranks};
 pub use runs::{ALL, Floor, Pooled, Runs, has_words};
-pub use share_better::{Contest, Share};
+pub use share_better::{PairedRun, Share};
 pub use table::ResultsTable;
 
 /// Returns quantile `p` in [0, 1] of a sample, with linear interpolation between the order statistics (Hyndman and Fan, type

@@ -26,12 +26,6 @@ pub fn performance_ratios(costs: &[Vec<f64>]) -> Vec<Vec<f64>> {
     costs.iter().map(|of_solver| of_solver.iter().zip(&best).map(ratio).collect()).collect()
 }
 
-/// Returns `ρ(τ)` of one solver from its ratios: the share of the problems that it solves within `factor` times the best cost.
-/// `ρ(1)` is how often it is the best, `ρ(∞)` how often it succeeds.
-pub fn share_within(ratios: &[f64], factor: f64) -> f64 {
-    share(ratios.iter().filter(|ratio| ratio.is_finite() && **ratio <= factor).count(), ratios)
-}
-
 /// Lists the corners (τ, ρ) of the profile of one solver, from its ratios: a step function that starts at τ = 1.
 pub fn performance_profile(ratios: &[f64]) -> Vec<(f64, f64)> {
     let mut reached: Vec<f64> = ratios.iter().copied().filter(|ratio| ratio.is_finite()).collect();
@@ -85,18 +79,6 @@ mod tests {
         assert_eq!(ratios, [vec![1.0, 4.0, FAILED, FAILED], vec![2.0, 1.0, FAILED, 1.0]]);
         assert_eq!(performance_profile(&ratios[0]), [(1.0, 0.25), (4.0, 0.5)]);
         assert_eq!(performance_profile(&ratios[1]), [(1.0, 0.5), (2.0, 0.75)]);
-    }
-
-    #[test]
-    fn the_share_within_a_factor_is_the_profile_read_at_it() {
-        let ratios = performance_ratios(&[vec![1.0, 1.0, FAILED, FAILED], vec![3.0, 0.5, 9.0, FAILED]]);
-        let at = |factor: f64| [share_within(&ratios[0], factor), share_within(&ratios[1], factor)];
-        assert_eq!([at(1.0), at(2.0), at(3.0), at(FAILED)], [[0.25, 0.5], [0.5, 0.5], [0.5, 0.75], [0.5, 0.75]]);
-        for of_solver in &ratios {
-            for (factor, share) in performance_profile(of_solver) {
-                assert_eq!(share_within(of_solver, factor), share);
-            }
-        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 /// The error of a run of one of two scheme rows that are compared setting by setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contest<'t> {
+pub struct PairedRun<'t> {
     /// Case and set of parameters.
     pub problem: [&'t str; 2],
     /// H, s.
@@ -31,7 +31,7 @@ pub struct Share {
 
 impl Share {
     /// Compares the medians of each setting; one in which either has no run is left out.
-    pub fn of<'t>(runs: impl IntoIterator<Item = Contest<'t>>) -> Self {
+    pub fn of<'t>(runs: impl IntoIterator<Item = PairedRun<'t>>) -> Self {
         let mut settings: BTreeMap<_, ([Vec<f64>; 2], f64)> = BTreeMap::new();
         for run in runs {
             // Macro steps are above zero, so that their bits have their order.
@@ -91,7 +91,7 @@ mod tests {
         for (index, (own, other, floor)) in settings.into_iter().enumerate() {
             for (is_other, errors) in [(false, own), (true, other)] {
                 let macro_step = 1e-3 * (1.0 + index as f64);
-                let run = |&error| Contest { problem: ["box", ""], macro_step, is_other, error, floor };
+                let run = |&error| PairedRun { problem: ["box", ""], macro_step, is_other, error, floor };
                 runs.extend(errors.iter().map(run));
             }
         }

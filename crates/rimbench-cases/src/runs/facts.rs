@@ -1,6 +1,7 @@
 //! What determines a run, as one list: run id, tables, JSON and plans all read it.
 
 use super::spec::RunSpec;
+use rimbench_core::cosim::StepControl;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
@@ -85,7 +86,7 @@ impl RunSpec {
             wall_limit: _,
         } = self;
         let of_model = |name, text: Option<String>| Fact { name, value: text.map(FactValue::Text) };
-        let rule = step_control.rule();
+        let rule = step_control.as_ref();
         vec![
             Fact::text("case", case.name.clone()),
             Fact::text("set", parameters.given()),
@@ -110,7 +111,7 @@ impl RunSpec {
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),
-            Fact::text("step_control", step_control.kind().to_string()),
+            Fact::text("step_control", rule.map_or(StepControl::None, |rule| rule.control).to_string()),
             Fact::number("step_tolerance", rule.map(|rule| rule.tolerance)),
             Fact::number("min_macro_step_s", rule.map(|rule| rule.shortest)),
             Fact::number("phase", *phase),

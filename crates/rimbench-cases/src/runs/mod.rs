@@ -15,7 +15,6 @@ mod reference;
 mod request;
 mod simulation;
 mod spec;
-mod step_control;
 
 pub use evaluation::{EvaluatedRun, evaluate};
 pub use facts::{Fact, FactValue};
@@ -25,4 +24,3 @@ pub use reference::{DIVERGENCE_FACTOR, NO_FORCE, Reference};
 pub use request::{RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
 pub use spec::RunSpec;
-pub use step_control::{StepControl, StepControlKind};

@@ -1,8 +1,8 @@
 //! What a file or the command line asks of one run, in their own words.
 
-use super::step_control::StepControlKind;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps, Sequence,
+    StepControl,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
@@ -97,7 +97,7 @@ run_options! {
     /// Macro step H, s
     macro_step_s: f64, "S";
     /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, model-defect and model-defect-blind (of schemes with an interface model)
-    step_control: StepControlKind, "HOW";
+    step_control: StepControl, "HOW";
     /// Error allowed per macro step where the step is controlled, a pure number
     step_tolerance: f64, "TOL";
     /// Shortest macro step where the step is controlled, s; H/100 if not given
@@ -175,7 +175,7 @@ read_by_name!(
     LateRule,
     ForceBridge,
     Belief,
-    StepControlKind
+    StepControl
 );
 
 #[cfg(test)]

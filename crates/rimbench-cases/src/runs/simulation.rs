@@ -2,11 +2,10 @@
 
 use super::reference::Reference;
 use super::spec::RunSpec;
-use super::step_control::StepControl;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
     Bounds, CommunicationGrid, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides,
-    StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
+    StepControl, StepRule, StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -40,7 +39,7 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid, and those of building the case.
     pub fn prepare(&self) -> Result<PreparedRun<'_>> {
-        let grid = self.checked_grid()?;
+        let grid = self.checked()?;
         let system = (self.case.build)(&self.parameters, &self.solver)?;
         Ok(PreparedRun { spec: self, grid, system })
     }
@@ -133,9 +132,9 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
         .incompatibility(sides.lend())
         .or_else(|| unequal_steps(spec, &setup))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
-        .or_else(|| without_sight(spec, sides.lend()))
+        .or_else(|| unusable_options(spec, sides.lend()))
         .or_else(|| without_bridge(spec, sides.lend()))
-        .or_else(|| groundless(spec, sides.lend()))
+        .or_else(|| unusable_belief(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
@@ -162,7 +161,7 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
 
 /// Why a side cannot take the steps of a run, if it cannot.
 fn unequal_steps(spec: &RunSpec, setup: &Setup) -> Option<String> {
-    let even = spec.step_control == StepControl::None && setup.grid.is_even();
+    let even = spec.step_control.is_none() && setup.grid.is_even();
     let full = MacroStep { index: 0, start: 0.0, length: spec.macro_step };
     let sides = [
         ("mechanics", spec.case.steps.mechanics, setup.own_mechanics_steps(full)),
@@ -184,19 +183,19 @@ fn unequal_steps(spec: &RunSpec, setup: &Setup) -> Option<String> {
 }
 
 /// Why a step control cannot work with these subsystems, if it cannot.
-fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
-    match control {
+fn uncontrollable(rule: Option<StepRule>, sides: Sides<'_>) -> Option<String> {
+    match rule?.control {
         StepControl::None => None,
-        StepControl::ModelDefect { .. } => {
+        StepControl::ModelDefect | StepControl::ModelDefectBlind => {
             Requirement::OutputRates.unmet(sides).map(|reason| format!("step control model-defect: {reason}"))
         }
-        StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
+        StepControl::EnergyResidual | StepControl::EnergyResidualLibcosim => (!counts_interface_work(sides))
             .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
     }
 }
 
 /// Why the model cannot be wrong in this way, if it cannot.
-fn groundless(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+fn unusable_belief(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let model = sides.mechanics.capabilities().empty_interface_model()?;
     spec.belief.as_ref()?.check_model(&model).err().map(|error| error.to_string())
 }
@@ -209,7 +208,7 @@ fn without_bridge(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
 
 /// Why the scheme's model cannot set the macro steps, if it is to and cannot.
 fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
-    let by_defect = matches!(spec.step_control, StepControl::ModelDefect { .. });
+    let by_defect = spec.step_control.is_some_and(|rule| rule.control.by_defect());
     (by_defect && coupling.scheme.forecast().is_none()).then(|| {
         let name = &spec.scheme.name;
         format!("step control model-defect: scheme {name} moves no model of the mechanics together with the actuator")
@@ -217,7 +216,7 @@ fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
 }
 
 /// Why the model of this mechanics does not go with the options of one, if it does not.
-fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+fn unusable_options(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let options = spec.model.as_ref()?;
     let piecewise = options.motion == ModelMotion::Piecewise;
     // What nobody has asked for may mean nothing.

@@ -1,12 +1,11 @@
 //! What a request resolves to: everything that determines a run.
 
 use super::request::RunRequest;
-use super::step_control::StepControl;
 use crate::cases::{Case, Parameters};
 use crate::catalogue::Catalogue;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, Channel, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule,
-    MechanicsIntegrator, MechanicsSteps, SecondOrder, Sequence, Setup, Sides, division,
+    MechanicsIntegrator, MechanicsSteps, SecondOrder, Sequence, Setup, Sides, StepRule, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
@@ -47,7 +46,7 @@ pub struct RunSpec {
     /// Macro step H, s.
     pub macro_step: f64,
     /// How the macro step is controlled; H is then the first and the longest.
-    pub step_control: StepControl,
+    pub step_control: Option<StepRule>,
     /// Communication phase φ ∈ (0, 1].
     pub phase: f64,
     /// Longest micro step of the actuator side, s.
@@ -178,7 +177,7 @@ impl RunRequest {
             delivery,
             belief: belief.clone().filter(|belief| *belief != Belief::default()),
             macro_step,
-            step_control: StepControl::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
+            step_control: StepRule::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
             phase: phase.unwrap_or(1.0),
             // A macro step below the usual micro step is its own micro step, unless one is asked for.
             micro_step: micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
@@ -197,7 +196,7 @@ impl RunSpec {
     /// The mechanics' steps, a count that is the actuator's in every macro step as `all` of them: one run has one id. One step is left as it
     /// is, because it is exact at that macro step only.
     fn in_one_form(&self) -> MechanicsSteps {
-        let even = self.step_control == StepControl::None && self.grid().is_ok_and(|grid| grid.is_even());
+        let even = self.step_control.is_none() && self.grid().is_ok_and(|grid| grid.is_even());
         match self.mechanics_steps {
             MechanicsSteps::Count(count)
                 if count.get() > 1 && even && division(self.macro_step, self.micro_step) == count.get() as usize =>
@@ -213,7 +212,7 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     fn check(&self) -> Result<()> {
-        self.checked_grid()?;
+        self.checked()?;
         // A machine that cannot be built says so when it is built.
         if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
             && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
@@ -228,7 +227,7 @@ impl RunSpec {
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    pub(super) fn checked_grid(&self) -> Result<CommunicationGrid> {
+    pub(super) fn checked(&self) -> Result<CommunicationGrid> {
         self.parameters.check_used()?;
         let grid = self.grid()?;
         let macro_steps = grid.macro_steps();
@@ -246,18 +245,17 @@ impl RunSpec {
             ));
         }
         self.scheme.gain_value(self.gain)?;
-        if let Some(rule) = self.step_control.rule() {
+        if let Some(rule) = &self.step_control {
             rule.check(self.macro_step)?;
             if self.duration / rule.shortest > MOST_STEPS {
                 let expected = format!("at least {:e} s for this duration", self.duration / MOST_STEPS);
                 return Err(Error::invalid("min_macro_step_s", rule.shortest, expected));
             }
         }
-        if matches!(self.step_control, StepControl::ModelDefect { .. }) && !self.scheme.has_model() {
+        if let Some(rule) = self.step_control.filter(|rule| rule.control.by_defect() && !self.scheme.has_model()) {
             return Err(Error::Incompatible(format!(
                 "step_control = {}: scheme `{}` has no reduced interface model",
-                self.step_control.kind(),
-                self.scheme.name
+                rule.control, self.scheme.name
             )));
         }
         if let Some(delivery) = &self.delivery {
@@ -298,11 +296,8 @@ impl RunSpec {
             )
         } else if scheme.needs.contains(&Requirement::TransmissionLines) {
             format!("scheme `{}` exchanges waves, whose delay is that of its lines: use another scheme", scheme.name)
-        } else if self.step_control != StepControl::None {
-            format!(
-                "step_control = {}: samples are late by macro steps of one length: use `none`",
-                self.step_control.kind()
-            )
+        } else if let Some(StepRule { control, .. }) = self.step_control {
+            format!("step_control = {control}: samples are late by macro steps of one length: use `none`")
         } else if scheme.has_model() && !averaged {
             format!("force return `{}`: a late model needs `mean` or `profile`", self.force_return)
         } else if late_forces && self.force_return == ForceReturn::Pieces {
@@ -431,7 +426,10 @@ impl RunSpec {
     pub(super) fn setup(&self, grid: CommunicationGrid, bounds: Bounds) -> Setup {
         Setup {
             grid,
-            step_rule: self.step_control.step_rule(self.defect_order()),
+            step_rule: self.step_control.map(|rule| StepRule {
+                order: if rule.control.by_defect() { self.defect_order() } else { rule.order },
+                ..rule
+            }),
             micro_step: self.micro_step,
             mechanics_steps: self.mechanics_steps,
             actuator_integrator: self.actuator_integrator,

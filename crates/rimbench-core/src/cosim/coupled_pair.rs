@@ -14,7 +14,7 @@ use super::pair_state::PairState;
 use super::run_control::StopFlag;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
-use super::step_rule::ErrorEstimator;
+use super::step_rule::StepControl;
 use super::step_size_control::{BondResiduals, ErrorEstimate, MacroInterval};
 use super::subsystem::Sides;
 use super::work::Work;
@@ -169,11 +169,13 @@ impl CoupledPair<'_> {
     /// Returns what the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of the sides unless
     /// a rule wants to know.
     #[inline]
-    pub(crate) fn estimate(&mut self, by: Option<ErrorEstimator>, end: f64) -> Result<ErrorEstimate, Failure> {
+    pub(crate) fn estimate(&mut self, by: StepControl, end: f64) -> Result<ErrorEstimate, Failure> {
         match by {
-            None | Some(ErrorEstimator::Audited) => Ok(ErrorEstimate::None),
-            Some(ErrorEstimator::Published) => self.bond_residuals().map(ErrorEstimate::Powers),
-            Some(ErrorEstimator::ModelDefect { .. }) => self.model_defect(end).map(ErrorEstimate::Defect),
+            StepControl::None | StepControl::EnergyResidual => Ok(ErrorEstimate::None),
+            StepControl::EnergyResidualLibcosim => self.bond_residuals().map(ErrorEstimate::Powers),
+            StepControl::ModelDefect | StepControl::ModelDefectBlind => {
+                self.model_defect(end).map(ErrorEstimate::Defect)
+            }
         }
     }
 

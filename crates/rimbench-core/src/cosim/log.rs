@@ -29,7 +29,7 @@ impl Log {
     /// Makes room for a run that is set up like this.
     pub(crate) fn new(timer: Option<Timer>, setup: &Setup) -> Self {
         let macro_steps = setup.expected_macro_steps();
-        let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
+        let by_defect = setup.step_rule.is_some_and(|rule| rule.control.by_defect());
         Log {
             stopwatch: Stopwatch::new(timer, macro_steps),
             interface_residual: Vec::with_capacity(macro_steps + 1),

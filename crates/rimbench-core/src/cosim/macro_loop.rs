@@ -28,19 +28,19 @@ pub fn cosimulate(
     mut sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
     attachments: ExchangeData,
-    supervision: RunControl<'_>,
+    control: RunControl<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let inside = supervision.inside.then(|| micro_log(setup, &sides));
+    let inside = control.inside.then(|| micro_log(setup, &sides));
     let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
-    let audited = attachments.interface_model.as_ref().filter(|_| supervision.audit && averages);
+    let audited = attachments.interface_model.as_ref().filter(|_| control.audit && averages);
     let audit = audited.map(|empty| Box::new(ModelAudit::new(empty)));
     let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), attachments) };
     if let (Some(late), Some(_), Some(copy)) = (&mut state.late, &state.audit, scheme.try_clone()) {
         late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));
     }
-    let pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
-    cover(|pair, interval| pair.advance(interval), pair, supervision.timer, observe)
+    let pair = CoupledPair { setup, sides, scheme, state, stop: control.stop };
+    cover(|pair, interval| pair.advance(interval), pair, control.timer, observe)
 }
 
 /// Runs a pair with every macro step covered by `advance`.
@@ -67,8 +67,8 @@ pub(crate) fn macro_steps<P>(
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
     let setup = lend(pair).setup;
-    let mut pace = StepSizeControl::new(setup.grid, setup.step_rule);
-    let mut next = pace.first();
+    let mut control = StepSizeControl::new(setup.grid, setup.step_rule);
+    let mut next = control.first();
     let mut effective_mass = None;
     loop {
         if log.stopwatch.expired() {
@@ -82,11 +82,11 @@ pub(crate) fn macro_steps<P>(
         log.stopwatch.end();
         let mut after = lend(pair);
         effective_mass = after.scheme.report().effective_mass;
-        let estimate = after.estimate(pace.controller(), next.end)?;
+        let estimate = after.estimate(control.control(), next.end)?;
         if let ErrorEstimate::Defect(defect) = &estimate {
             log.record_defect(next.end, defect.force);
         }
-        match pace.after(next, after.interface_work(), estimate) {
+        match control.after(next, after.interface_work(), estimate) {
             Some(interval) => next = interval,
             None => return finish(&mut after, log, next.after(), effective_mass, observe),
         }

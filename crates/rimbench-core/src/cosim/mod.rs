@@ -75,7 +75,7 @@ pub use report::Report;
 pub use run_control::{RunControl, StopFlag, Timer};
 pub use setup::{Bounds, Setup};
 pub use side::{PerSide, Side};
-pub use step_rule::{ErrorEstimator, StepRule};
+pub use step_rule::{StepControl, StepRule};
 pub use subsystem::{Sides, Subsystem, SubsystemCounters, subsystem_methods};
 pub use trajectory::Trajectory;
 pub use transmission_lines::{LineForces, TransmissionLines};

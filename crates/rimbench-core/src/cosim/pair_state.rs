@@ -62,7 +62,7 @@ impl PairState {
         let ports = sides.ports();
         let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];
         let to_mechanics = ports.actuator.outputs.len();
-        let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
+        let by_defect = setup.step_rule.is_some_and(|rule| rule.control.by_defect());
         let midpoint = setup.actuator_integrator == ActuatorIntegrator::Midpoint;
         let late = setup
             .delivery

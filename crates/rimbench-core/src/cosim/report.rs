@@ -24,7 +24,7 @@ pub struct Report {
     /// Cumulative interface residual, one pair (t_k in s, J) per communication point; empty where it is not counted.
     pub interface_residual: Vec<[f64; 2]>,
     /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step: see
-    /// [`ErrorEstimator::ModelDefect`](super::ErrorEstimator::ModelDefect). Empty under any other rule.
+    /// [`StepControl::ModelDefect`](super::StepControl::ModelDefect). Empty under any other rule.
     pub model_defect: Vec<[f64; 2]>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
     pub latencies_s: Vec<f64>,

@@ -3,7 +3,7 @@
 use super::communication_grid::{CommunicationGrid, MacroStep};
 use super::interface_work::InterfaceWork;
 use super::model_defect::ModelDefect;
-use super::step_rule::{ErrorEstimator, StepRule};
+use super::step_rule::{StepControl, StepRule};
 
 /// Differences of the powers that both sides say cross a row of the interface at the end of a macro step, W.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -53,8 +53,6 @@ pub(crate) enum ErrorEstimate {
 /// Gains of the controller, `p k_I` and `p k_P`: Gustafsson's, and with p = 2 those of libcosim's examples.
 const INTEGRAL_GAIN: f64 = 0.3;
 const PROPORTIONAL_GAIN: f64 = 0.4;
-/// Power of H with which the energy residual of a macro step falls.
-const RESIDUAL_ORDER: u32 = 2;
 /// Aim a little below the tolerance: libcosim's Python example, and its quarter truck.
 const SAFETY: f64 = 0.8;
 const PUBLISHED_SAFETY: f64 = 0.99;
@@ -76,7 +74,7 @@ const CHANGE: [f64; 2] = [0.2, 1.5];
 /// The power residual is that of the energy audit: each side counts the work in its own discretisation, instead of the
 /// product of the last values. The reference power is the largest so far instead of the present one, so that a power that
 /// passes through zero does not stop the run. Both are *ours*; form, gains and limits are the published ones.
-/// [`ErrorEstimator::Published`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
+/// [`StepControl::EnergyResidualLibcosim`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
 /// the result.
 /// # Source
 /// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
@@ -95,8 +93,8 @@ pub(crate) struct StepSizeControl {
 impl StepSizeControl {
     /// Returns by what the next macro step is found, if not by the grid.
     #[inline]
-    pub(crate) fn controller(&self) -> Option<ErrorEstimator> {
-        self.rule.map(|rule| rule.controller)
+    pub(crate) fn control(&self) -> StepControl {
+        self.rule.map_or(StepControl::None, |rule| rule.control)
     }
 
     /// Makes the macro steps of `grid`, or with a rule those that keep to it.
@@ -134,23 +132,26 @@ impl StepSizeControl {
             let index = done.step.index + 1;
             return (index < self.grid.macro_steps()).then(|| self.of_grid(index));
         };
-        let change = match (rule.controller, estimate) {
-            (ErrorEstimator::Published, ErrorEstimate::Powers(residuals)) => {
+        let change = match estimate {
+            ErrorEstimate::Powers(residuals) => {
                 let error = published_error(rule.tolerance, done.step.length, residuals);
                 let last = self.last_error.replace(error).unwrap_or(0.0);
-                if error == 0.0 || last == 0.0 { 1.0 } else { change(PUBLISHED_SAFETY, RESIDUAL_ORDER, [error, last]) }
+                if error == 0.0 || last == 0.0 { 1.0 } else { change(PUBLISHED_SAFETY, rule.order, [error, last]) }
             }
-            (ErrorEstimator::ModelDefect { order, closings }, ErrorEstimate::Defect(defect)) => {
-                let length = self.length_by_defect(rule, order, done.step.length, defect);
-                let cut = defect.next_closing.filter(|_| closings).map(|time| AFTER_CLOSING * time);
+            ErrorEstimate::Defect(defect) => {
+                let length = self.length_by_defect(rule, done.step.length, defect);
+                let cut = defect
+                    .next_closing
+                    .filter(|_| rule.control == StepControl::ModelDefect)
+                    .map(|time| AFTER_CLOSING * time);
                 let cut = cut.filter(|cut| *cut < length).map(|cut| cut.max(rule.shortest));
                 self.length_before_cut = cut.map(|_| length);
                 return following(done.step.index + 1, done.end, cut.unwrap_or(length), self.grid.duration());
             }
-            _ => {
+            ErrorEstimate::None => {
                 let error = self.error(rule, done.step.length, work);
                 let last = self.last_error.replace(error).unwrap_or(error);
-                change(SAFETY, RESIDUAL_ORDER, [error, last])
+                change(SAFETY, rule.order, [error, last])
             }
         };
         let length = done.step.length * change;
@@ -163,13 +164,13 @@ impl StepSizeControl {
     /// A step that was cut short for a closing says nothing about how long one may be, and is not remembered, unless its defect was too
     /// large nevertheless.
     #[cold]
-    fn length_by_defect(&mut self, rule: StepRule, order: u32, done: f64, defect: ModelDefect) -> f64 {
+    fn length_by_defect(&mut self, rule: StepRule, done: f64, defect: ModelDefect) -> f64 {
         let error = within_decades(defect.relative / rule.tolerance);
         let length = match self.length_before_cut.take() {
             Some(length_before_cut) if error <= 1.0 => length_before_cut,
             _ => {
                 let last = self.last_error.replace(error).unwrap_or(error);
-                done * change(DEFECT_SAFETY, order, [error, last])
+                done * change(DEFECT_SAFETY, rule.order, [error, last])
             }
         };
         length.clamp(rule.shortest, self.grid.macro_step())
@@ -200,7 +201,7 @@ fn change(safety: f64, order: u32, [error, last]: [f64; 2]) -> f64 {
     change.clamp(CHANGE[0], CHANGE[1])
 }
 
-/// ε of [`ErrorEstimator::Published`].
+/// ε of [`StepControl::EnergyResidualLibcosim`].
 fn published_error(tolerance: f64, length: f64, residuals: BondResiduals) -> f64 {
     residuals.rms * length / (tolerance + tolerance * residuals.largest * length)
 }
@@ -225,42 +226,42 @@ mod tests {
 
     #[test]
     fn the_controller_must_do_what_the_calculation_by_hand_does() {
-        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller: ErrorEstimator::Audited };
-        let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
+        let rule = StepRule { control: StepControl::EnergyResidual, tolerance: 0.1, shortest: 1e-3, order: 2 };
+        let mut control = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let work = |sent, received| InterfaceWork { sent_j: Some(sent), received_j: Some(received) };
         // 10 W against 9 W of 10 W: ε = 1, H ← 0.8 H.
-        let second = pace.after(pace.first(), work(1.0, 0.9), ErrorEstimate::None).unwrap();
+        let second = control.after(control.first(), work(1.0, 0.9), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(second.step.length, 0.08, max_relative = 1e-14);
         // 10 W against 6 W: ε = 4 after 1, H ← 0.8 · 4^(−0.35) H.
-        let third = pace.after(second, work(1.8, 0.9 + 0.48), ErrorEstimate::None).unwrap();
+        let third = control.after(second, work(1.8, 0.9 + 0.48), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(third.step.length, 0.08 * 0.8 * libm::pow(4.0_f64, -0.35), max_relative = 1e-12);
         // No residual at all: ε counts as 1e-3, and the step grows by no more than half.
-        let fourth = pace.after(third, work(1.9, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
+        let fourth = control.after(third, work(1.9, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(fourth.step.length, 1.5 * third.step.length, max_relative = 1e-9);
         // Ten times the tolerance and more: no shorter than a fifth.
-        let fifth = pace.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
+        let fifth = control.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(fifth.step.length, 0.2 * fourth.step.length, max_relative = 1e-9);
     }
 
     /// Worked by hand from the published code.
     #[test]
     fn the_published_controller_must_do_what_libcosim_does() {
-        let rule = StepRule { tolerance: 1e-2, shortest: 1e-3, controller: ErrorEstimator::Published };
-        let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
+        let rule = StepRule { control: StepControl::EnergyResidualLibcosim, tolerance: 1e-2, shortest: 1e-3, order: 2 };
+        let mut control = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let nothing = InterfaceWork::default();
         let residuals = |rows: &[f64]| ErrorEstimate::Powers(BondResiduals::of(rows.iter().copied()));
         // The first residual only sets the memory: the step stays.
-        let second = pace.after(pace.first(), nothing, residuals(&[1.0])).unwrap();
+        let second = control.after(control.first(), nothing, residuals(&[1.0])).unwrap();
         assert_eq!(second.step.length, 0.1);
         // ε₁ = 0.1/(0.01 + 0.01·0.1); then 0.3 J and −0.4 J in two rows, whose squares have the mean 0.125 J², against the level of 0.4 J.
-        let third = pace.after(second, nothing, residuals(&[3.0, -4.0])).unwrap();
+        let third = control.after(second, nothing, residuals(&[3.0, -4.0])).unwrap();
         let (before, now) = (0.1_f64 / 0.011, 0.125_f64.sqrt() / (0.01 + 0.01 * 0.4));
         let expected = 0.1 * 0.99 * libm::pow(now, -0.35) * libm::pow(before, 0.2);
         approx::assert_relative_eq!(third.step.length, expected, max_relative = 1e-12);
         // No residual: the step stays, and so it does the next time.
-        let fourth = pace.after(third, nothing, residuals(&[0.0, 0.0])).unwrap();
+        let fourth = control.after(third, nothing, residuals(&[0.0, 0.0])).unwrap();
         assert_eq!(fourth.step.length, third.step.length);
-        let fifth = pace.after(fourth, nothing, residuals(&[8.0, 0.0])).unwrap();
+        let fifth = control.after(fourth, nothing, residuals(&[8.0, 0.0])).unwrap();
         assert_eq!(fifth.step.length, third.step.length);
         // However large a residual is, ε is no more than one over the tolerance.
         assert!(published_error(1e-2, 0.1, BondResiduals::of([1e30].into_iter())) <= 1e2 * (1.0 + 4.0 * f64::EPSILON));
@@ -269,12 +270,11 @@ mod tests {
     /// k_I = 0.1, k_P = 0.4/3 where the defect falls with H³.
     #[test]
     fn the_defect_of_the_model_must_set_the_step_as_the_calculation_by_hand_does() {
-        let controller = ErrorEstimator::ModelDefect { order: 3, closings: true };
-        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller };
-        let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 0.5, 10.0).unwrap(), Some(rule));
+        let rule = StepRule { control: StepControl::ModelDefect, tolerance: 0.1, shortest: 1e-3, order: 3 };
+        let mut control = StepSizeControl::new(CommunicationGrid::new(0.1, 0.5, 10.0).unwrap(), Some(rule));
         let mut after = |done, relative, next_closing| {
             let defect = ModelDefect { force: f64::NAN, relative, next_closing };
-            pace.after(done, InterfaceWork::default(), ErrorEstimate::Defect(defect)).unwrap()
+            control.after(done, InterfaceWork::default(), ErrorEstimate::Defect(defect)).unwrap()
         };
         let first = MacroInterval { step: MacroStep { index: 0, start: 0.0, length: 0.05 }, end: 0.05 };
         // ε = 1: the tolerance is where it settles. A closing beyond the step does not matter.

@@ -12,7 +12,7 @@ use crate::error::Failure;
 pub enum IterativeDriver {
     /// The loop: each macro step once, from what is known at its start.
     #[default]
-    Explicit,
+    NonIterative,
     /// Each macro step again and again until what was guessed comes back.
     Iterated(Iteration),
     /// Both sides together at the micro step, with no macro step between them.
@@ -24,7 +24,7 @@ impl IterativeDriver {
     pub(crate) fn setup(self, setup: &Setup) -> Setup {
         let mechanics_steps = match self {
             IterativeDriver::Monolithic => MechanicsSteps::AsActuator,
-            IterativeDriver::Explicit | IterativeDriver::Iterated(_) => setup.mechanics_steps,
+            IterativeDriver::NonIterative | IterativeDriver::Iterated(_) => setup.mechanics_steps,
         };
         Setup { mechanics_steps, ..setup.clone() }
     }
@@ -59,7 +59,7 @@ impl IterativeDriver {
     /// Lets both sides cover a macro step after its exchange.
     fn cover(self, pair: &mut CopiedPair<'_>, interval: MacroInterval) -> Result<(), Failure> {
         match self {
-            IterativeDriver::Explicit => pair.lend().advance(interval),
+            IterativeDriver::NonIterative => pair.lend().advance(interval),
             IterativeDriver::Iterated(iteration) => {
                 pair.iterate(iteration, interval)?;
                 pair.state.counters.macro_steps += 1;

@@ -23,15 +23,15 @@ impl Coupling {
         mut self,
         setup: &Setup,
         mut sides: Sides<'_>,
-        supervision: RunControl<'_>,
+        control: RunControl<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        if self.driver == IterativeDriver::Explicit {
-            return cosimulate(setup, sides, &mut *self.scheme, self.attachments, supervision, observe);
+        if self.driver == IterativeDriver::NonIterative {
+            return cosimulate(setup, sides, &mut *self.scheme, self.attachments, control, observe);
         }
         let setup = &self.driver.setup(setup);
         let state = &mut PairState::new(setup, sides.lend(), self.attachments);
-        let pair = CoupledPair { setup, sides, scheme: &mut *self.scheme, state, stop: supervision.stop };
-        self.driver.run(pair, supervision.timer, observe)
+        let pair = CoupledPair { setup, sides, scheme: &mut *self.scheme, state, stop: control.stop };
+        self.driver.run(pair, control.timer, observe)
     }
 }

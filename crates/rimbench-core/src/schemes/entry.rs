@@ -100,7 +100,7 @@ impl SchemeEntry {
             moves_model: false,
             condenses: true,
             splits: false,
-            driver: IterativeDriver::Explicit,
+            driver: IterativeDriver::NonIterative,
             build: Arc::new(build),
         }
     }
@@ -278,7 +278,7 @@ impl SchemeEntry {
 
     /// Tells whether no step is ever taken again, so that the scheme can run in real time.
     pub fn real_time(&self) -> bool {
-        self.driver == IterativeDriver::Explicit
+        self.driver == IterativeDriver::NonIterative
     }
 
     /// Says why this scheme cannot couple these subsystems, if it cannot.

@@ -49,7 +49,7 @@ impl InformationClass {
             | Requirement::NotMechanicsFirst => InformationClass::Samples,
         };
         let of_driver = match scheme.driver {
-            IterativeDriver::Explicit => InformationClass::Samples,
+            IterativeDriver::NonIterative => InformationClass::Samples,
             IterativeDriver::Iterated(_) => InformationClass::Repetition,
             IterativeDriver::Monolithic => InformationClass::Whole,
         };

@@ -1,4 +1,4 @@
-//! Requirements of a scheme on the subsystems, and whether they are met.
+//! Requirements of a scheme on the subsystems and on the options of a run, and whether they are met.
 
 use crate::cosim::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES, OutputRates, Port, Quantity, Sides, Subsystem};
 use crate::error::{Cause, Failure};

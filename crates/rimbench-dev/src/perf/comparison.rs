@@ -167,7 +167,7 @@ fn instructions(base: &Row, row: &Row, nothing: f64) -> Option<Finding> {
     })
 }
 
-/// Recorded times: each was paired with the yardstick; another record of the same revision confirms.
+/// Recorded times: each was paired with the fixed work; another record of the same revision confirms.
 fn recorded_time(base: &Row, row: &Row, second: Option<&Row>) -> Option<Finding> {
     let (before, after) = (base.time()?, row.time()?);
     let interval = ratio_interval(&before, &after);

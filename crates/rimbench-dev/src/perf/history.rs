@@ -54,7 +54,7 @@ pub struct Row {
     pub instructions: Option<u64>,
     /// Median wall time of one repetition, s.
     pub wall_s: Option<f64>,
-    /// Geometric mean of wall time over that of the yardstick.
+    /// Geometric mean of wall time over that of the fixed work.
     pub time_ratio: Option<f64>,
     /// Standard deviation of the logarithm of that ratio.
     pub time_log_sd: Option<f64>,
@@ -89,7 +89,7 @@ impl Row {
         self.status == "ok"
     }
 
-    /// Wall time over yardstick, where it was measured.
+    /// Wall time over fixed work, where it was measured.
     pub fn time(&self) -> Option<TimeSummary> {
         Some(TimeSummary { ratio: self.time_ratio?, log_sd: self.time_log_sd?, samples: self.time_samples? })
     }

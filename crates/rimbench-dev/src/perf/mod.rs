@@ -11,7 +11,7 @@
 //! | file | concept |
 //! |---|---|
 //! | `benchmark`, `suite`, `kernels` | what is measured, with the answer each benchmark must give |
-//! | `yardstick` | a piece of work that never changes, timed beside every benchmark |
+//! | `fixed_work` | a piece of work that never changes, timed beside every benchmark |
 //! | [`callgrind`], `sample` | one measurement by a program, in a process of its own |
 //! | `record` | the suite measured in interleaved pairs |
 //! | `history` | rows of `history.csv` and how they are named |
@@ -23,13 +23,13 @@ pub mod callgrind;
 mod comparison;
 mod comparison_text;
 mod decision;
+mod fixed_work;
 mod history;
 mod kernels;
 mod record;
 mod revision;
 mod sample;
 mod suite;
-mod yardstick;
 
 pub use benchmark::{Benchmark, Work};
 pub use comparison::{Comparison, Paired, compare_pairs, compare_records};

@@ -98,7 +98,7 @@ impl Recording {
         let count = |name: &str| sample.map_or(0, |sample| sample.counter(name));
         let status = text(|sample| &sample.status);
         let timed = status == "ok";
-        let times: Vec<(f64, f64)> = samples.iter().map(|sample| (sample.wall_s, sample.yardstick_s)).collect();
+        let times: Vec<(f64, f64)> = samples.iter().map(|sample| (sample.wall_s, sample.fixed_work_s)).collect();
         let time = TimeSummary::of(&times).filter(|_| timed);
         let placebo = placebo.filter(|_| timed);
         let walls: Vec<f64> = times.iter().map(|(wall, _)| *wall).collect();

@@ -1,7 +1,7 @@
 //! One measurement, by a program in a process of its own: this program, or the same suite of another revision.
 
 use super::benchmark::Benchmark;
-use super::yardstick::yardstick;
+use super::fixed_work::fixed_work;
 use rimbench_core::error::{Error, Result};
 use rimbench_harness::BuildInfo;
 use serde::{Deserialize, Serialize};
@@ -22,13 +22,13 @@ pub struct Sample {
     pub counters: Vec<(String, u64)>,
     /// Wall time of the last repetition, s; 0 without repetitions.
     pub wall_s: f64,
-    /// Mean wall time of the yardstick before and after, s; 0 if it was left out.
-    pub yardstick_s: f64,
+    /// Mean wall time of the fixed work before and after, s; 0 if it was left out.
+    pub fixed_work_s: f64,
 }
 
 /// Measures one benchmark here and now, in a program built like this.
 ///
-/// The first of several repetitions warms up; the last is timed, between two yardsticks.
+/// The first of several repetitions warms up; the last is timed, between two pieces of fixed work.
 ///
 /// # Errors
 /// Those of preparing or running the benchmark.
@@ -40,14 +40,14 @@ pub fn measure(benchmark: &Benchmark, repetitions: u32, timed: bool, build: &Bui
         target: build.target.to_owned(),
         counters: Vec::new(),
         wall_s: 0.0,
-        yardstick_s: 0.0,
+        fixed_work_s: 0.0,
     };
     for number in 1..=repetitions {
         let last = timed && number == repetitions;
-        let before = if last { time(|| Ok(yardstick()))?.1 } else { 0.0 };
+        let before = if last { time(|| Ok(fixed_work()))?.1 } else { 0.0 };
         let (work, wall) = time(&mut repetition)?;
-        let after = if last { time(|| Ok(yardstick()))?.1 } else { 0.0 };
-        (sample.wall_s, sample.yardstick_s) = (wall, 0.5 * (before + after));
+        let after = if last { time(|| Ok(fixed_work()))?.1 } else { 0.0 };
+        (sample.wall_s, sample.fixed_work_s) = (wall, 0.5 * (before + after));
         sample.status = benchmark.fault(work.answer).unwrap_or_else(|| "ok".to_owned());
         let counters = [
             ("macro_steps", work.macro_steps),

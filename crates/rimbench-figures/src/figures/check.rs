@@ -1,29 +1,68 @@
 //! Checks a figure of `figures.toml` key by key, says all that is wrong with it at once, and fills in what may be left out.
 
 use super::keys::{Absent, COMMON, Key, LONGEST_NAME, PIXELS, Takes, keys_of};
+use super::xy_figure::OF_STEPS;
 use rimbench_core::error::Error;
 use toml::{Table, Value};
+
+/// Kinds that are one now, and what is across in them.
+const FORMER_KINDS: [(&str, &str); 3] = [
+    ("sweep", ""),
+    ("work-precision", ", with `x = { cost = … }` and `metric`, `label`, `range` and `labels` in each panel"),
+    ("parameter-sweep", ", with `x = { parameter = …, label = … }` in each panel"),
+];
 
 /// Returns all that is wrong with a figure; what may be left out stands in it afterwards.
 pub fn check(figure: &mut Table) -> Vec<String> {
     let mut faults = Vec::new();
     let kind = figure.get("kind").and_then(Value::as_str).unwrap_or_default().to_owned();
+    if let Some((former, how)) = FORMER_KINDS.iter().find(|(former, _)| *former == kind) {
+        return vec![format!("kind \"{former}\" is now \"xy\"{how}")];
+    }
     // Of a figure whose kind nobody knows only the keys that all have can be judged.
     let own = keys_of(&kind);
     let is_known = own.is_some();
     let keys: Vec<&Key> = COMMON.iter().chain(own.unwrap_or_default()).collect();
+    hand_down(figure, &keys);
     check_table(figure, &keys, "", is_known, &mut faults);
     for panel in figure.get("panels").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table) {
-        let logarithmic = match kind.as_str() {
-            "traces" => panel.get("log").and_then(Value::as_bool) == Some(true),
-            "parameter-sweep" => panel.get("metric").and_then(Value::as_str) != Some("fraction_stable"),
-            _ => false,
-        };
+        let logarithmic = kind == "traces" && panel.get("log").and_then(Value::as_bool) == Some(true);
         if let Some(range) = panel.get("range").filter(|range| logarithmic && !fits(Takes::PositiveInterval, range)) {
             faults.push(wrong("panels: range", range, Takes::PositiveInterval));
         }
+        let across = panel.get("x").and_then(Value::as_table);
+        let has = |name: &str| across.is_some_and(|across| across.contains_key(name));
+        if has("parameter") && has("cost") {
+            faults.push("panels: x: a parameter or a cost is across, not both".to_owned());
+        }
+        let steps_only = OF_STEPS.iter().filter(|_| has("parameter") || has("cost"));
+        for key in steps_only.filter(|key| panel.contains_key(**key)) {
+            faults.push(format!("panels: `{key}` needs the macro step across"));
+        }
+        if panel.contains_key("macro_step_s") && !has("parameter") {
+            faults.push("panels: `macro_step_s` needs a parameter across; otherwise `only` chooses runs".to_owned());
+        }
     }
     faults
+}
+
+/// Moves keys of panels that stand in the figure into every panel that does not say otherwise.
+fn hand_down(figure: &mut Table, keys: &[&Key]) {
+    let tables = keys.iter().find_map(|key| match key.takes {
+        Takes::Tables(inner) => Some(inner),
+        _ => None,
+    });
+    for key in tables.into_iter().flatten().filter(|key| keys.iter().all(|own| own.name != key.name)) {
+        let Some(Value::Array(panels)) = figure.get("panels").filter(|_| figure.contains_key(key.name)) else {
+            continue;
+        };
+        let (mut panels, value) = (panels.clone(), figure[key.name].clone());
+        for panel in panels.iter_mut().filter_map(Value::as_table_mut) {
+            panel.entry(key.name).or_insert_with(|| value.clone());
+        }
+        figure.insert("panels".to_owned(), Value::Array(panels));
+        figure.remove(key.name);
+    }
 }
 
 /// Labels that a figure asks for, `reference` aside.

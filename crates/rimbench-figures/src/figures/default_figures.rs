@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Most panels of one figure.
-const MOST_PANELS: usize = 12;
+const MOST_PANELS: usize = 6;
 /// Most rows of one figure: beyond, the first of the file are shown.
 const MOST_ROWS: usize = 40;
 /// Signs of a dot plot.
@@ -124,7 +124,7 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
         let panels = shown.iter().zip(&headings).map(|((case, set), heading)| {
             json!({ "title": heading, "metric": metric, "label": words, "only": { "case": case, "set": set } })
         });
-        let mut error = figure("error", if lines { "sweep" } else { "dots" }, &caption, metric, panels.collect());
+        let mut error = figure("error", if lines { "xy" } else { "dots" }, &caption, metric, panels.collect());
         error["columns"] = columns.into();
         if let Some(note) = note {
             error["note"] = note.into();

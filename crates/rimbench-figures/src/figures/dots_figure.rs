@@ -3,8 +3,8 @@
 use super::keys::*;
 use super::statistics::{Bars, ONLY, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
 use crate::chart::Axis;
-use crate::dots::{Dot, DotPanel, DotPlot, Sign};
 use crate::drawing::Drawing;
+use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
 use crate::style::Styles;
 use rimbench_cases::metrics::ideal_of;
 use rimbench_core::error::{Error, Result};
@@ -102,20 +102,20 @@ impl DotsFigure {
             };
             Ok(if self.runs { order.iter().map(of_row).collect() } else { Vec::new() })
         };
-        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| -> Result<DotPanel> {
+        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| -> Result<RowsPanel> {
             let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
             let least =
                 dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
             let lowest = spec.range.map_or(least, |[low, _]| low);
-            Ok(DotPanel {
-                title: spec.title.clone(),
+            let content = Content::Dots(Dots {
                 axis: Axis::log10(&spec.label).within(spec.range),
                 dots,
                 marks: marks(spec, runs)?,
                 floor: floor(runs, &spec.metric).filter(|floor| *floor > lowest),
-            })
+            });
+            Ok(RowsPanel { title: spec.title.clone(), content })
         };
-        let drawing = DotPlot {
+        let drawing = RowsPlot {
             width: self.width,
             columns: self.columns.unwrap_or(self.panels.len()),
             quantity,

@@ -139,7 +139,11 @@ pub const fn key(takes: Takes, absent: Absent, about: &'static str) -> Key {
 
 /// The panels of a figure.
 pub const fn panels(keys: &'static [Key]) -> Key {
-    key(Takes::Tables(keys), Needed, "panels, from the left")
+    key(
+        Takes::Tables(keys),
+        Needed,
+        "panels, from the left; a key of theirs may stand in the figure instead, for all that do not say otherwise",
+    )
 }
 
 /// What holds for an interval that is not given.
@@ -164,7 +168,7 @@ pub const METRIC: Key = key(Takes::Text, Needed, "a column of runs.csv, or `frac
 /// Key of panels.
 pub const METRIC_LABEL: Key = key(Takes::Text, Like("metric"), "heading of the vertical axis");
 /// Key of panels.
-pub const RANGE: Key = key(Takes::PositiveInterval, AUTOMATIC, "vertical axis, logarithmic");
+pub const RANGE: Key = key(Takes::PositiveInterval, AUTOMATIC, "vertical axis, where it is logarithmic");
 /// Key of panels.
 pub const WITHOUT_EXACT: Key = key(
     Takes::Flag,

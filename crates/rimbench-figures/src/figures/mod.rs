@@ -3,20 +3,19 @@
 //! To add one of a known kind: add an entry to the file. To add a kind: write a file with a function from its
 //! description and the experiment's folder to a [`Drawing`], a variant of [`FigureKind`], and its keys in `keys`.
 
+mod abscissa;
 mod check;
 mod cost;
 mod default_figures;
 mod dots_figure;
 mod keys;
 mod manoeuvre_figure;
-mod parameter_figure;
 mod preview;
 mod profile_figure;
 mod stability_figure;
 mod statistics;
-mod sweep_figure;
 mod trace_figure;
-mod work_precision_figure;
+mod xy_figure;
 
 pub use preview::preview;
 
@@ -110,18 +109,12 @@ kinds! {
     "dots"
     /// A metric of many schemes at a few macro steps, in ranked rows.
     Dots(dots_figure::DotsFigure),
-    "sweep"
-    /// A metric against the macro step.
-    Sweep(sweep_figure::SweepFigure),
+    "xy"
+    /// A metric against the macro step, a parameter of the case or the cost.
+    Xy(xy_figure::XyFigure),
     "stability-map"
     /// What became of the runs by scheme and macro step, or the number of cases by scheme and limit.
     StabilityMap(stability_figure::StabilityFigure),
-    "work-precision"
-    /// An error metric against cost.
-    WorkPrecision(work_precision_figure::WorkPrecisionFigure),
-    "parameter-sweep"
-    /// A metric against a parameter of the case.
-    ParameterSweep(parameter_figure::ParameterFigure),
     "performance-profile"
     /// Share of the problems in which a scheme is within a factor of the best.
     PerformanceProfile(profile_figure::ProfileFigure),

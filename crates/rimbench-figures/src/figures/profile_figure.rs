@@ -4,8 +4,8 @@ use super::cost::Cost;
 use super::keys::*;
 use super::statistics::read_runs;
 use crate::chart::{Axis, Loss};
-use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
+use crate::rows::{Content, Dot, Dots, Row, RowsPanel, RowsPlot, Sign};
 use crate::style::Styles;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
@@ -101,17 +101,19 @@ impl ProfileFigure {
     }
 
     /// The shares in rows, the largest mean share on top.
-    fn rows(&self, labels: &[&str], panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>, styles: &Styles) -> DotPlot {
+    fn rows(&self, labels: &[&str], panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>, styles: &Styles) -> RowsPlot {
         let total = |row: usize| panels.iter().map(|(_, shares)| shares[row].iter().sum::<f64>()).sum::<f64>();
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| total(b).total_cmp(&total(a)));
         let dot = |value: &f64| Dot { value: *value, range: None, lost: Some(Loss::default()) };
-        let panel = |(spec, shares): &(&ProfilePanel, Vec<Vec<f64>>)| DotPanel {
+        let panel = |(spec, shares): &(&ProfilePanel, Vec<Vec<f64>>)| RowsPanel {
             title: spec.title.clone(),
-            axis: Axis::linear("share of problems").range(-0.03, 1.03),
-            dots: order.iter().map(|&row| shares[row].iter().map(dot).collect()).collect(),
-            marks: Vec::new(),
-            floor: None,
+            content: Content::Dots(Dots {
+                axis: Axis::linear("share of problems").range(-0.03, 1.03),
+                dots: order.iter().map(|&row| shares[row].iter().map(dot).collect()).collect(),
+                marks: Vec::new(),
+                floor: None,
+            }),
         };
         let first = self.panels.first().map_or("", |spec| spec.label.as_str());
         let within = |value: &f64| {
@@ -123,7 +125,7 @@ impl ProfileFigure {
                 format!("within τ = {value}")
             }
         };
-        DotPlot {
+        RowsPlot {
             width: self.width,
             columns: self.panels.len(),
             quantity: first.to_owned(),
@@ -134,7 +136,7 @@ impl ProfileFigure {
                 .collect(),
             rows: order
                 .iter()
-                .map(|&row| DotRow {
+                .map(|&row| Row {
                     label: styles.shown_name(labels[row]),
                     name: labels[row].to_owned(),
                     color: styles.of_label(labels[row]).color,

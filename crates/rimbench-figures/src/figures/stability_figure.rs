@@ -3,7 +3,7 @@
 use super::keys::*;
 use super::statistics::{Bars, ONLY, Only, over_phases, read_runs, rounded, row, unit_of};
 use crate::drawing::Drawing;
-use crate::matrix::{Cell, Column, Matrix, MatrixPanel};
+use crate::rows::{Cell, Column, Content, Grid, RowsPanel, RowsPlot};
 use crate::style::Styles;
 use rimbench_cases::metrics::USABLE;
 use rimbench_core::error::Result;
@@ -73,16 +73,19 @@ impl StabilityFigure {
                 Across::Limit => self.by_limit(&spec.only.of(runs)?, &labels)?,
             };
             rows.iter().zip(&mut reach).for_each(|((_, own), reach)| *reach += own);
-            let cells = rows.into_iter().map(|(cells, _)| cells).collect();
-            panels.push(MatrixPanel { title: spec.title.clone(), quantity, columns, cells });
+            let cells: Vec<Vec<Cell>> = rows.into_iter().map(|(cells, _)| cells).collect();
+            panels.push((spec.title.clone(), Grid { quantity, columns, cells }));
         }
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| reach[b].total_cmp(&reach[a]));
-        for panel in &mut panels {
-            panel.cells = order.iter().map(|&row| panel.cells[row].clone()).collect();
-        }
+        let ranked = |(title, grid): (String, Grid)| {
+            let cells = order.iter().map(|&row| grid.cells[row].clone()).collect();
+            RowsPanel { title, content: Content::Grid(Grid { cells, ..grid }) }
+        };
+        let panels: Vec<RowsPanel> = panels.into_iter().map(ranked).collect();
         let rows = order.iter().map(|&index| row(&all[0], labels[index], styles)).collect();
-        Matrix { width: self.width, rows, panels }.draw()
+        let (columns, quantity, signs) = (panels.len(), String::new(), Vec::new());
+        RowsPlot { width: self.width, columns, quantity, signs, rows, panels }.draw_if_it_fits()
     }
 
     /// What became of the runs of one label at one macro step.

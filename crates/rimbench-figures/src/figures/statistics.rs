@@ -2,8 +2,8 @@
 
 use super::keys::*;
 use crate::chart::Loss;
-use crate::dots::DotRow;
 use crate::line_style::LineStyle;
+use crate::rows::Row;
 use crate::style::Styles;
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::{Error, Result};
@@ -151,9 +151,9 @@ pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
 }
 
 /// The row of a label in a ranked picture.
-pub fn row(runs: &Runs<'_>, label: &str, styles: &Styles) -> DotRow {
+pub fn row(runs: &Runs<'_>, label: &str, styles: &Styles) -> Row {
     let color = style(runs, label, styles).color;
-    DotRow { label: name(runs, label, styles), name: label.to_owned(), color }
+    Row { label: name(runs, label, styles), name: label.to_owned(), color }
 }
 
 /// The unit in which macro steps of some runs are shown, and what milliseconds are multiplied by: steps of microseconds say so.

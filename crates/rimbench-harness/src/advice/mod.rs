@@ -256,14 +256,14 @@ impl Search<'_> {
                         &self.leaders(),
                     )
                 {
-                    self.stand_all_phases(cell, judged.0)?;
+                    self.complete_all_phases(cell, judged.0)?;
                 }
             }
         }
     }
 
     /// Holds a cell that meets the error at the first phase against the other phases, a few at a time: what fails mostly fails soon.
-    fn stand_all_phases(&mut self, cell: (usize, usize), first: Option<Probe>) -> Result<()> {
+    fn complete_all_phases(&mut self, cell: (usize, usize), first: Option<Probe>) -> Result<()> {
         let mut runs: Vec<Probe> = first.into_iter().collect();
         let phases = self.phases[1..].to_vec();
         for phases in phases.chunks(8) {

@@ -6,8 +6,8 @@ use rimbench_cases::metrics::floor_of;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
 use rimbench_statistics::{
-    ALL, Contest, Costed, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
-    share_told_by_threshold,
+    ALL, Costed, PairedRun, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians,
+    ratios_at_equal_cost, share_told_by_threshold,
 };
 use std::collections::BTreeMap;
 
@@ -169,7 +169,7 @@ impl<'a> Values<'a> {
 
     /// In how many settings the one row is better than the other.
     fn share(&self, rows: &[usize]) -> Share {
-        Share::of(rows.iter().map(|&row| Contest {
+        Share::of(rows.iter().map(|&row| PairedRun {
             problem: self.runs.problem(row),
             macro_step: self.runs.macro_step(row),
             is_other: self.runs.label(row) != self.claim.scheme,

@@ -30,7 +30,7 @@ impl Experiment {
             self.check_labels(catalogue)?;
             self.check_size(quick)?;
             let runs = self.lay_out(catalogue, quick)?;
-            refuse_twins(&runs)?;
+            refuse_duplicates(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
                 check_claims_against_plan(&self.claims, &runs)?;
@@ -206,7 +206,7 @@ pub(crate) fn plan_sha256(experiment: &Experiment, planned: &[PlannedRun]) -> St
 }
 
 /// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is computed once.
-fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
+fn refuse_duplicates(runs: &[PlannedRun]) -> Result<()> {
     let mut seen = HashSet::with_capacity(runs.len());
     for run in runs {
         if !seen.insert((run.id.as_str(), &run.label)) {
@@ -295,7 +295,7 @@ mod tests {
         };
         let planned = row("step_tolerances = [0.1, 0.01]").unwrap();
         let settings: Vec<_> =
-            planned.iter().map(|run| (run.spec.macro_step, run.spec.step_control.rule().unwrap().tolerance)).collect();
+            planned.iter().map(|run| (run.spec.macro_step, run.spec.step_control.unwrap().tolerance)).collect();
         assert_eq!(settings, [(1e-5, 0.1), (1e-5, 0.01), (5e-3, 0.1), (5e-3, 0.01)]);
         assert!(planned.iter().all(|run| run.label == "zero-order-hold"));
         for (keys, wanted) in [

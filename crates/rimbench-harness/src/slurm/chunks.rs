@@ -66,8 +66,8 @@ const LOOKED_AT: usize = 4;
 /// Bad input; a folder that belongs to something else.
 pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    let (stock, _) = stored(&job)?;
-    let missing = stock.missing(&planned);
+    let (stored_runs, _) = stored(&job)?;
+    let missing = stored_runs.missing(&planned);
     let mut times = Times::default();
     // Nobody asks what is done how long it took.
     if !missing.is_empty() {
@@ -75,7 +75,7 @@ pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
             if !times.wants(run) {
                 continue;
             }
-            if let Some(seconds) = stock.store.get(&run.id).and_then(wall_s) {
+            if let Some(seconds) = stored_runs.store.get(&run.id).and_then(wall_s) {
                 times.learn(run, seconds);
             }
         }

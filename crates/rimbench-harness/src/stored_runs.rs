@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// The store of an experiment in a folder, with what else belongs to a finished run.
 #[derive(Debug)]
-pub(super) struct Stock<'a> {
+pub(super) struct StoredRuns<'a> {
     /// The folder.
     pub(super) folder: &'a Path,
     /// The experiment.
@@ -20,14 +20,14 @@ pub(super) struct Stock<'a> {
     pub(super) store: Store,
 }
 
-impl<'a> Stock<'a> {
+impl<'a> StoredRuns<'a> {
     /// Opens the store in a folder.
     ///
     /// # Errors
     /// Those of [`Store::open`].
     pub(super) fn open(folder: &'a Path, experiment: &'a Experiment) -> Result<Self> {
         let store = Store::open(folder, &experiment.name(), &experiment.reference_identity(), columns())?;
-        Ok(Stock { folder, experiment, store })
+        Ok(StoredRuns { folder, experiment, store })
     }
 
     /// Whether a run need not be computed: it is stored, was given as much time as it may take, and has the trace that is asked for, as

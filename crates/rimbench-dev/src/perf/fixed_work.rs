@@ -8,7 +8,7 @@ const ROUNDS: u32 = 1 << 20;
 /// Does a fixed amount of dependent floating-point and integer work.
 ///
 /// Changing this function makes every recorded time ratio worthless: begin a new history then.
-pub fn yardstick() -> f64 {
+pub fn fixed_work() -> f64 {
     let (mut state, mut sum, mut table) = (black_box(0x9E37_79B9_7F4A_7C15_u64), black_box(0.5_f64), [0.5_f64; 64]);
     for _ in 0..ROUNDS {
         // xorshift64

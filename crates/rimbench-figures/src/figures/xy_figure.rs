@@ -1,12 +1,13 @@
-//! A metric against the macro step: median over phases, with the range from best to worst phase.
+//! A metric against the macro step, a parameter of the case or the cost: median over phases, with the range from best to worst.
 
+use super::abscissa::{Abscissa, Across, abscissae};
 use super::keys::*;
 use super::statistics::{
-    Bars, ONLY, Only, OverPhases, floor, name, over_phases, read_runs, share_usable, style, unit_of,
+    Bars, FRACTION_STABLE, ONLY, Only, OverPhases, floor, name, over_phases, read_runs, refuse_several, rounded,
+    share_usable, style, unit_of,
 };
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::{Color, Drawing};
-use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::metrics::floor_of;
@@ -20,13 +21,13 @@ use std::path::Path;
 const LEAST_ORDER: f64 = 0.25;
 
 keys! {
-    /// Options of a sweep figure.
-    pub struct SweepFigure {
+    /// Options of an XY figure.
+    pub struct XyFigure {
         width: f64 = WIDTH,
         height: f64 = HEIGHT,
         columns: Option<usize> = COLUMNS,
         note: Option<String> = NOTE,
-        panels: Vec<SweepPanel> = panels(SweepPanel::KEYS),
+        panels: Vec<XyPanel> = panels(XyPanel::KEYS),
     }
 }
 
@@ -40,13 +41,16 @@ keys! {
 }
 
 keys! {
-    struct SweepPanel {
+    struct XyPanel {
         title: String = TITLE,
+        x: Across = key(Takes::Table(Across::KEYS), Then("the macro step"), "what is across"),
         metric: String = METRIC,
         label: String = METRIC_LABEL,
         range: Option<[f64; 2]> = RANGE,
         only: Only = ONLY,
         labels: Vec<String> = LABELS,
+        macro_step_s: Option<f64> =
+            key(Takes::Positive, Then("the only one there is"), "macro step of the runs shown over a parameter, s"),
         band: Option<BandSpec> = key(
             Takes::Table(BandSpec::KEYS),
             Then("none"),
@@ -64,7 +68,7 @@ keys! {
         ),
         floor: Option<String> = key(
             Takes::Text,
-            Then("that of the metric, where it has one"),
+            Then("over the macro step that of the metric, where it has one"),
             "column with the uncertainty of the reference; the region below it is shaded"
         ),
         slope: Option<(f64, [f64; 2])> =
@@ -74,27 +78,50 @@ keys! {
     }
 }
 
-impl SweepFigure {
-    /// Draws the figure from `runs.csv`. Runs that did not complete are left out of the medians and marked above them. A figure of one panel
-    /// has the observed orders in its legend.
+/// Keys of a panel that need the macro step across.
+pub(super) const OF_STEPS: [&str; 5] = ["band", "symlog", "within", "slope", "orders_over_ms"];
+
+/// One line of a panel.
+struct Curve<'t> {
+    /// The scheme row.
+    name: &'t str,
+    /// What the legend says.
+    entry: String,
+    points: Vec<OverPhases>,
+    /// What else is known of each point.
+    notes: Vec<String>,
+    /// What is written beside each point; none, or as many as points.
+    tags: Vec<String>,
+}
+
+impl<'t> Curve<'t> {
+    fn new(name: &'t str, entry: String, points: Vec<OverPhases>) -> Self {
+        let notes = points.iter().map(|point| point.lost.in_words()).collect();
+        Curve { name, entry, points, notes, tags: Vec::new() }
+    }
+}
+
+impl XyFigure {
+    /// Draws the figure from `runs.csv`, `parameters.csv` and `cost.csv`. Runs that did not complete are left out of the medians; where
+    /// that has a place across, they are marked above them. A figure of one panel has the observed orders in its legend.
     ///
     /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let table = read_runs(folder)?;
         let all = Runs::of(&table)?;
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
-            let runs = spec.only.one_of(&all)?;
-            let (unit, factor) = unit_of(&runs);
-            let x_axis = Axis::log10(format!("macro step H ({unit})"));
-            let y_axis = match (spec.symlog, spec.within) {
-                (Some([least, most]), _) => Axis::symlog(&spec.label, least).range(-most, most),
-                (None, Some(_)) => Axis::linear(&spec.label).range(0.0, 1.0),
-                (None, None) => Axis::log10(&spec.label).within(spec.range),
+            let abscissa = spec.x.read(folder, &table)?;
+            // Each value of a parameter is a problem of its own.
+            let runs = match abscissa {
+                Abscissa::Parameter(_) => spec.only.of(&all)?,
+                _ => spec.only.one_of(&all)?,
             };
-            let mut panel = Panel::new(&spec.title, x_axis, y_axis);
+            let (unit, factor) = if spec.x.is_macro_step() { unit_of(&runs) } else { ("", 1.0) };
+            let x_axis = Axis::log10(spec.x.heading(unit)).within(spec.x.range);
+            let mut panel = Panel::new(&spec.title, x_axis, spec.y_axis());
             if spec.symlog.is_some() {
                 panel = panel.guide(Guide::Horizontal(0.0));
             }
@@ -102,33 +129,19 @@ impl SweepFigure {
                 let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label)?, factor)));
                 panel.bands.push(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
             }
-            for label in runs.labels(&spec.labels) {
-                let points = spec.points(&runs, label)?;
-                let has_order = self.panels.len() == 1 && spec.symlog.is_none() && spec.within.is_none();
-                let order = if has_order { spec.order(&runs.of_label(label))? } else { None };
-                let levels_off = spec.levels_off(&points);
-                let lost = spec.fitted(&points).any(|point| point.lost.failed > 0.0);
-                let shown = name(&runs, label, styles);
-                let entry = match order {
-                    _ if all.of_label(label).share_completed() == Some(0.0) => {
-                        format!("{shown}: never stable")
-                    }
-                    Some(_) if levels_off => format!("{shown}, levels off"),
-                    Some(order) => {
-                        let order = signed(format!("{order:.2}"));
-                        let lost = if lost { " where not diverged" } else { "" };
-                        format!("{shown}, order {order}{lost}")
-                    }
-                    None => shown,
-                };
-                let points = scaled(points, factor);
-                panel = with_range(panel, &points, label, &entry, style(&runs, label, styles));
+            let curves = match &abscissa {
+                Abscissa::MacroStep => spec.over_steps(&runs, &all, self.panels.len() == 1, styles)?,
+                Abscissa::Parameter(values) => spec.over_parameter(&runs, values, styles)?,
+                Abscissa::Cost(work) => spec.over_cost(&runs, &all, work, styles)?,
+            };
+            for curve in curves {
+                panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, &runs, styles);
             }
             let floor = match &spec.floor {
                 Some(floor) => {
                     runs.rows().first().map(|&row| Ok(table.number(row, table.column(floor)?))).transpose()?
                 }
-                None if spec.within.is_some() => None,
+                None if spec.within.is_some() || !spec.x.is_macro_step() => None,
                 None => floor(&runs, &spec.metric),
             };
             // Down there a distance from the reference says nothing.
@@ -145,7 +158,109 @@ impl SweepFigure {
     }
 }
 
-impl SweepPanel {
+impl XyPanel {
+    fn y_axis(&self) -> Axis {
+        match (self.symlog, self.within) {
+            (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
+            (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.0),
+            _ if self.metric == FRACTION_STABLE => Axis::linear(&self.label).range(-0.05, 1.05),
+            _ => Axis::log10(&self.label).within(self.range),
+        }
+    }
+
+    /// Lines over the macro step, with the observed orders where these are wanted.
+    fn over_steps<'t>(
+        &self,
+        runs: &Runs<'t>,
+        all: &Runs<'_>,
+        is_alone: bool,
+        styles: &Styles,
+    ) -> Result<Vec<Curve<'t>>> {
+        let curve = |label: &'t str| {
+            let points = self.points(runs, label)?;
+            let has_order = is_alone && self.symlog.is_none() && self.within.is_none();
+            let order = if has_order { self.order(&runs.of_label(label))? } else { None };
+            let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
+            let shown = name(runs, label, styles);
+            let entry = match order {
+                _ if all.of_label(label).share_completed() == Some(0.0) => format!("{shown}: never stable"),
+                Some(_) if self.levels_off(&points) => format!("{shown}, levels off"),
+                Some(order) => {
+                    let order = signed(format!("{order:.2}"));
+                    let lost = if lost { " where not diverged" } else { "" };
+                    format!("{shown}, order {order}{lost}")
+                }
+                None => shown,
+            };
+            Ok(Curve::new(label, entry, points))
+        };
+        runs.labels(&self.labels).into_iter().map(curve).collect()
+    }
+
+    /// Lines over the values of a parameter.
+    fn over_parameter<'t>(&self, runs: &Runs<'t>, values: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
+        let wanted_ms = self.macro_step_s.map(|step| step * 1e3);
+        let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
+        // One value of the parameter is one problem: no other case, and nothing else that differs.
+        let refuse_problems = |rows: &Runs<'_>| refuse_several(rows, "case and set", |row| runs.problem(row).join(" "));
+        let curve = |(label, rows): (&'t str, Runs<'_>)| {
+            let rows = rows.select(shown);
+            refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
+            let points = match rows.rows().iter().any(|&row| values[row].is_finite()) {
+                true => {
+                    rows.by(|row| values[row]).iter().try_for_each(|(_, rows)| refuse_problems(rows))?;
+                    over_phases(&rows, |row| values[row], &self.metric, identity, Bars::Range)?
+                }
+                // What has no value of the parameter is a level across.
+                false => {
+                    refuse_problems(&rows)?;
+                    let level = over_phases(&rows, |_| 0.0, &self.metric, identity, Bars::Range)?;
+                    let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
+                    abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
+                }
+            };
+            Ok(Curve::new(label, name(runs, label, styles), points))
+        };
+        self.x.series(runs, values, &self.labels).into_iter().map(curve).collect()
+    }
+
+    /// Lines over the cost: a point is the median of one macro step and one tolerance.
+    fn over_cost<'t>(&self, runs: &Runs<'t>, all: &Runs<'_>, work: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
+        let (unit, factor) = unit_of(runs);
+        let column = runs.table().column("step_tolerance").ok();
+        let of_row = |row: usize| column.map(|column| runs.table().number(row, column));
+        let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
+        let curve = |label: &'t str| {
+            // What did not complete has no cost at which to mark it.
+            let lost = match all.of_label(label).share_completed() {
+                None if all.of_label(label).tally().run() > 0 => ": no answer",
+                None => ": not run",
+                Some(0.0) => ": all runs diverged",
+                Some(share) if share < 1.0 => ": some runs diverged",
+                Some(_) => "",
+            };
+            let mut curve = Curve::new(label, format!("{}{lost}", name(runs, label, styles)), Vec::new());
+            let by_step = runs.of_label(label).by(|row| runs.macro_step_ms(row)).into_iter();
+            let by_tolerance = by_step.flat_map(|(step, runs)| {
+                runs.by(tolerance).into_iter().map(move |(tolerance, runs)| (step, tolerance, runs.completed()))
+            });
+            for (step, controlled, completed) in by_tolerance {
+                let finite = |row: usize| if work[row].is_finite() { work[row] } else { f64::NAN };
+                let error = over_phases(&completed, |_| step, &self.metric, f64::abs, Bars::Range)?;
+                if let Some((x, error)) = completed.pool(finite).median().zip(error.first()) {
+                    let step = rounded(step * factor);
+                    curve.points.push(OverPhases { x, least: error.median, most: error.median, ..*error });
+                    curve.notes.push(format!("H = {step} {unit}"));
+                    // Of several points at one macro step the tolerance tells them apart, unless it is so large that it never counts.
+                    let is_controlled = (1e-12..1e6).contains(&controlled);
+                    curve.tags.push(if is_controlled { format!("{controlled:e}") } else { format!("{step}") });
+                }
+            }
+            Ok(curve)
+        };
+        runs.labels(&self.labels).into_iter().map(curve).collect()
+    }
+
     /// The medians of one label over the macro steps, or the shares of its runs that are usable.
     fn points(&self, runs: &Runs<'_>, label: &str) -> Result<Vec<OverPhases>> {
         let (own, step) = (runs.of_label(label), |row| runs.macro_step_ms(row));
@@ -214,18 +329,24 @@ impl BandSpec {
     }
 }
 
-/// Adds the medians as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were
-/// lost. `name` is the row of the scheme, `entry` what the legend says of it.
-pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], name: &str, entry: &str, style: LineStyle) -> Panel {
+/// Adds a curve as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were lost.
+fn with_range(mut panel: Panel, curve: Curve<'_>, runs: &Runs<'_>, styles: &Styles) -> Panel {
+    let (points, name, style) = (&curve.points, curve.name.to_owned(), style(runs, curve.name, styles));
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
     let lost = points.iter().filter(|point| point.lost.is_any()).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
     if !lost.is_empty() {
-        panel.losses.push(Losses { name: name.to_owned(), points: lost, color: style.color });
+        panel.losses.push(Losses { name: name.clone(), points: lost, color: style.color });
     }
     let medians = points.iter().map(|point| (point.x, point.median)).collect();
-    let note = |point: &OverPhases| point.lost.in_words();
-    let (name, bars, notes) = (name.to_owned(), bars.collect(), points.iter().map(note).collect());
-    panel.series(Series { mode: Mode::LineMarkers, name, bars, notes, ..Series::new(entry, medians, style) })
+    let (bars, notes, tags) = (bars.collect(), curve.notes, curve.tags);
+    panel.series(Series {
+        mode: Mode::LineMarkers,
+        name,
+        bars,
+        notes,
+        tags,
+        ..Series::new(curve.entry, medians, style)
+    })
 }
 
 #[cfg(test)]
@@ -241,7 +362,7 @@ mod tests {
         steps.iter().zip(medians).map(point).collect()
     }
 
-    fn panel(more: &str) -> SweepPanel {
+    fn panel(more: &str) -> XyPanel {
         toml::from_str(&format!("title = \"\"\nmetric = \"error\"\nlabel = \"\"\n{more}")).unwrap()
     }
 
@@ -277,10 +398,10 @@ mod tests {
         ];
         let rows = rows.map(|row| cells(&format!("box,,x,{row}"))).to_vec();
         let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), cells(header), rows);
-        let panel = |metric: &str, more: &str| -> SweepPanel {
+        let panel = |metric: &str, more: &str| -> XyPanel {
             toml::from_str(&format!("title = \"\"\nmetric = \"{metric}\"\nlabel = \"\"\n{more}")).unwrap()
         };
-        let order = |panel: SweepPanel| panel.order(&Runs::of(&table).unwrap()).unwrap();
+        let order = |panel: XyPanel| panel.order(&Runs::of(&table).unwrap()).unwrap();
         assert!((order(panel("force_error_rms_n", "")).unwrap() - 2.0).abs() < 1e-12);
         assert_eq!(order(panel("force_error_rms_n", "orders_over_ms = [1.0, 2.0]")), None);
         assert!(panel("nothing", "").order(&Runs::of(&table).unwrap()).is_err());
@@ -293,7 +414,7 @@ mod tests {
         let rows = rows.map(|row| cells(&format!("box,,x,0.005,{row}"))).to_vec();
         let header = cells("case,set,label,macro_step_s,outcome,error");
         let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), header, rows);
-        let panel: SweepPanel = toml::from_str("metric = \"error\"\nwithin = 0.1\n").unwrap();
+        let panel: XyPanel = toml::from_str("metric = \"error\"\nwithin = 0.1\n").unwrap();
         let points = panel.points(&Runs::of(&table).unwrap(), "x").unwrap();
         assert_eq!(points.iter().map(|point| (point.x, point.median)).collect::<Vec<_>>(), [(5.0, 0.4)]);
     }

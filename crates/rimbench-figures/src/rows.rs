@@ -1,6 +1,9 @@
-//! A ranked dot plot: a row per scheme, a sign per value, so that neither lines cross nor colours have to be told apart.
+//! Ranked rows, one per scheme, so that neither lines cross nor colours have to be told apart: a sign per value along an axis, or in
+//! each column a sign for what became of the runs.
 
-use super::axes::{AXIS, BELOW, GRID, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks, labels, ticks_below};
+use super::axes::{
+    AXIS, BELOW, GRID, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks, labels, tick_below, ticks_below,
+};
 use super::chart::{Axis, Loss, NO_ANSWER};
 use super::clip::Rect;
 use super::data::MARKER;
@@ -31,6 +34,12 @@ const APART: f64 = 2.1;
 /// Height of the first line that says what the signs are, and of each further one, px.
 const KEY: f64 = 20.0;
 const KEY_LINE: f64 = 14.0;
+/// Widest column of a grid, px.
+const WIDEST_COLUMN: f64 = 64.0;
+/// Radius of the disc around a count of one, and what the largest count adds, px.
+const COUNT: [f64; 2] = [4.4, 2.4];
+/// What [`Cell::Wrong`] means.
+const WRONG: &str = "all complete, but the median error is above a tenth of the peak";
 /// Between an entry of these lines and the next, px.
 const BETWEEN_ENTRIES: f64 = 14.0;
 /// Width of a shaded sample, px.
@@ -73,7 +82,7 @@ pub struct Sign {
 
 /// A row: one scheme.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DotRow {
+pub struct Row {
     /// What stands before it.
     pub label: String,
     /// Its name in the data.
@@ -84,10 +93,10 @@ pub struct DotRow {
 
 /// What an entry of the key shows before its words.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Sample {
+enum Sample {
     Sign(Marker),
-    /// Runs that were lost: all of them, or some.
-    Lost(bool),
+    /// Runs of which some were lost.
+    SomeLost,
     Shade,
     Nothing,
 }
@@ -95,18 +104,60 @@ pub(crate) enum Sample {
 impl Sample {
     fn width(self) -> f64 {
         match self {
-            Sample::Sign(_) | Sample::Lost(_) => 2.0 * MARKER,
+            Sample::Sign(_) | Sample::SomeLost => 2.0 * MARKER,
             Sample::Shade => SHADED,
             Sample::Nothing => -5.0,
         }
     }
 }
 
+/// What became of the runs of a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell {
+    /// None was run.
+    NotRun,
+    /// All completed, and are right.
+    Right,
+    /// All completed, and are wrong.
+    Wrong,
+    /// This share failed.
+    Lost(f64),
+    /// Nothing is known of any, though they were run.
+    Silent,
+    /// So many of the problems belong here.
+    Count(usize),
+}
+
+/// A column: its words, and its value in the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// What stands below it.
+    pub label: String,
+    /// Its value.
+    pub value: f64,
+}
+
 /// A panel: one quantity of all schemes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DotPanel {
+pub struct RowsPanel {
     /// Heading.
     pub title: String,
+    /// What its rows show.
+    pub content: Content,
+}
+
+/// What the rows of a panel show.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// Signs along an axis.
+    Dots(Dots),
+    /// Signs in columns.
+    Grid(Grid),
+}
+
+/// Values along an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dots {
     /// The quantity, across.
     pub axis: Axis,
     /// A value for each row and sign.
@@ -117,30 +168,42 @@ pub struct DotPanel {
     pub floor: Option<f64>,
 }
 
+/// What became of runs, in columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Quantity of the columns.
+    pub quantity: String,
+    /// The columns, from the left.
+    pub columns: Vec<Column>,
+    /// Cells by row and column.
+    pub cells: Vec<Vec<Cell>>,
+}
+
 /// The whole picture. Its height follows from its rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DotPlot {
+pub struct RowsPlot {
     /// Width, px.
     pub width: f64,
     /// Panels in a line.
     pub columns: usize,
-    /// What the signs stand for, in words, with its unit.
+    /// What the signs along axes stand for, in words, with its unit.
     pub quantity: String,
-    /// Kinds of signs.
+    /// Kinds of signs along axes.
     pub signs: Vec<Sign>,
     /// Rows from the top.
-    pub rows: Vec<DotRow>,
+    pub rows: Vec<Row>,
     /// Panels.
-    pub panels: Vec<DotPanel>,
+    pub panels: Vec<RowsPanel>,
 }
 
-impl DotPlot {
+impl RowsPlot {
     /// Draws the plot if its panels have room in it.
     ///
     /// # Errors
     /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) if not.
     pub fn draw_if_it_fits(&self) -> Result<Drawing> {
-        fits(&[("width", self.width, self.panel_width())]).map(|()| self.draw())
+        let narrowest = self.widths().into_iter().fold(f64::INFINITY, f64::min);
+        fits(&[("width", self.width, narrowest)]).map(|()| self.draw())
     }
 
     fn columns(&self) -> usize {
@@ -149,11 +212,7 @@ impl DotPlot {
 
     /// Room for lost runs right of each panel, px.
     fn lost_width(&self) -> f64 {
-        let lost = self
-            .panels
-            .iter()
-            .flat_map(|panel| panel.dots.iter().flatten())
-            .any(|dot| dot.lost.is_some_and(|lost| lost.is_any()));
+        let lost = self.dots().any(|dot| dot.lost.is_some_and(|lost| lost.is_any()));
         if lost { self.lost_column() * self.signs.len() as f64 + 12.0 } else { 0.0 }
     }
 
@@ -164,11 +223,40 @@ impl DotPlot {
         (words.fold(0.0, f64::max) + BETWEEN_LOST).clamp(LOST[0], LOST[1]).max(heading)
     }
 
-    fn panel_width(&self) -> f64 {
-        let columns = self.columns() as f64;
-        let taken =
-            2.0 * MARGIN + labels_width(&self.rows) + columns * self.lost_width() + (columns - 1.0) * BETWEEN_COLUMNS;
-        ((self.width - taken) / columns).floor()
+    /// All values along axes.
+    fn dots(&self) -> impl Iterator<Item = &Dot> {
+        let dots = self.panels.iter().map(|panel| match &panel.content {
+            Content::Dots(dots) => &dots.dots[..],
+            Content::Grid(_) => &[],
+        });
+        dots.flatten().flatten()
+    }
+
+    /// All cells of grids.
+    fn cells(&self) -> impl Iterator<Item = &Cell> {
+        let cells = self.panels.iter().map(|panel| match &panel.content {
+            Content::Dots(_) => &[],
+            Content::Grid(grid) => &grid.cells[..],
+        });
+        cells.flatten().flatten()
+    }
+
+    /// Width of each panel of a line, px: equal parts, or in proportion to the columns of grids.
+    fn widths(&self) -> Vec<f64> {
+        let columns = self.columns();
+        let taken = 2.0 * MARGIN
+            + labels_width(&self.rows)
+            + columns as f64 * self.lost_width()
+            + (columns - 1) as f64 * BETWEEN_COLUMNS;
+        let room = self.width - taken;
+        let counts: Option<Vec<usize>> = self.panels.iter().map(RowsPanel::grid_columns).collect();
+        match counts {
+            Some(counts) if counts.len() == columns => {
+                let step = (room / counts.iter().sum::<usize>().max(1) as f64).min(WIDEST_COLUMN);
+                counts.into_iter().map(|count| step * count as f64).collect()
+            }
+            _ => vec![(room / columns as f64).floor(); columns],
+        }
     }
 
     /// Draws the plot.
@@ -182,19 +270,19 @@ impl DotPlot {
         let height = 2.0 * MARGIN + lines as f64 * line + (lines.max(1) - 1) as f64 * BETWEEN_ROWS + key_height;
         let mut drawing = Drawing::new(self.width, height);
         drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
-        let width = self.panel_width();
-        if width < 1.0 {
+        let widths = self.widths();
+        if widths.iter().any(|width| *width < 1.0) {
             return drawing;
         }
         for (index, panel) in self.panels.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
-            let left =
-                MARGIN + labels_width(&self.rows) + column as f64 * (width + self.lost_width() + BETWEEN_COLUMNS);
+            let before = widths[..column].iter().map(|width| width + self.lost_width() + BETWEEN_COLUMNS).sum::<f64>();
+            let left = MARGIN + labels_width(&self.rows) + before;
             let top = MARGIN + above + row as f64 * (line + BETWEEN_ROWS);
             let [left, top] = [left, top].map(crisp);
             self.draw_panel(
                 &mut drawing,
-                Rect { left, top, right: left + width, bottom: top + inside },
+                Rect { left, top, right: left + widths[column], bottom: top + inside },
                 panel,
                 column == 0,
             );
@@ -210,43 +298,42 @@ impl DotPlot {
         drawing
     }
 
-    fn draw_panel(&self, drawing: &mut Drawing, area: Rect, panel: &DotPanel, labelled: bool) {
-        let values = panel.dots.iter().flatten().flat_map(|dot| {
-            let [low, high] = dot.range.unwrap_or([f64::NAN; 2]);
-            [dot.value, low, high]
-        });
-        let (low, high) = interval(&panel.axis, values, 0.06);
-        let map = AxisMap { scale: panel.axis.scale, low, high, start: area.left, end: area.right };
-        if let Some(at) = panel.floor.and_then(|floor| map.position(floor)).filter(|at| *at > area.left) {
-            let shaded = Rect { right: at.min(area.right), ..area };
-            drawing.area(shaded.corners(), Some(super::guides::SHADE), None);
-        }
-        ticks_below(drawing, &map, &fitting_ticks(&map), area.bottom, area.top);
-        drawing.line(vec![(area.left, area.top), (area.left, area.bottom), (area.right, area.bottom)], AXIS);
-        labels(drawing, &area, &panel.title, &panel.axis.label);
+    fn draw_panel(&self, drawing: &mut Drawing, area: Rect, panel: &RowsPanel, labelled: bool) {
         let lost_left = area.right + 12.0;
-        if self.lost_width() > 0.0 {
-            self.draw_lost_axis(drawing, &area, lost_left);
-        }
-        let mut data = Vec::new();
-        for (index, (row, dots)) in self.rows.iter().zip(&panel.dots).enumerate() {
+        let (map, x, y) = match &panel.content {
+            Content::Dots(dots) => {
+                let map = dots.draw_axis(drawing, &area);
+                labels(drawing, &area, &panel.title, &dots.axis.label);
+                if self.lost_width() > 0.0 {
+                    self.draw_lost_axis(drawing, &area, lost_left);
+                }
+                (Some(map), self.quantity.clone(), dots.axis.label.clone())
+            }
+            Content::Grid(grid) => {
+                grid.draw_columns(drawing, &area);
+                labels(drawing, &area, &panel.title, &grid.quantity);
+                (None, grid.quantity.clone(), "share of the runs that complete".to_owned())
+            }
+        };
+        let mut series = Vec::new();
+        for (index, row) in self.rows.iter().enumerate() {
             let y = area.top + 3.0 + (index as f64 + 0.5) * ROW;
             drawing.line(vec![(area.left, y), (area.right, y)], Stroke { dash: &[1.0, 3.0], ..GRID });
             drawing.group(&row.name, |drawing| {
                 if labelled {
                     draw_row_label(drawing, row, (area.left, y));
                 }
-                for x in panel.marks.get(index).into_iter().flatten().filter_map(|value| map.position(*value)) {
-                    if (area.left..=area.right).contains(&x) {
-                        let mark = Stroke::solid(row.color.mix(Color::WHITE, 0.45), 0.7);
-                        drawing.line(vec![(x, y - 3.6), (x, y + 3.6)], mark);
+                match (&panel.content, &map) {
+                    (Content::Dots(dots), Some(map)) => {
+                        dots.draw_marks(drawing, map, y, (index, row.color));
+                        series.push(self.draw_row(drawing, map, (lost_left, y), row, &dots.dots[index]));
                     }
+                    (Content::Grid(grid), _) => series.push(grid.draw_row(drawing, &area, y, row, &grid.cells[index])),
+                    (Content::Dots(_), None) => {}
                 }
-                data.push(self.draw_row(drawing, &map, (lost_left, y), row, dots));
             });
         }
-        let x = if self.quantity.is_empty() { String::new() } else { self.quantity.clone() };
-        drawing.data.push(PanelData { title: panel.title.clone(), x, y: panel.axis.label.clone(), series: data });
+        drawing.data.push(PanelData { title: panel.title.clone(), x, y, series });
     }
 
     /// Draws the signs of one row and returns its data.
@@ -255,7 +342,7 @@ impl DotPlot {
         drawing: &mut Drawing,
         map: &AxisMap,
         (lost_left, y): (f64, f64),
-        row: &DotRow,
+        row: &Row,
         dots: &[Dot],
     ) -> SeriesData {
         let inside = |value: f64| map.position(value).filter(|at| (map.start..=map.end).contains(at));
@@ -300,7 +387,8 @@ impl DotPlot {
         for (index, sign) in self.signs.iter().enumerate() {
             let at = (left + (index as f64 + 0.5) * column, area.bottom + TICK + 7.5);
             let text = Text::new(&sign.short, at, TICK_SIZE).anchored(Anchor::Middle).centred();
-            if text.width() <= column {
+            // Of one kind of sign the key says enough, and a number above "%" would be read as a share.
+            if text.width() <= column && self.signs.len() > 1 {
                 drawing.text(text.colored(Color::SOFT_INK));
             }
         }
@@ -313,25 +401,143 @@ impl DotPlot {
     fn key(&self) -> Vec<(Sample, String)> {
         let sign = |(index, sign): (usize, &Sign)| (Sample::Sign(SIGNS[index % SIGNS.len()]), sign.label.clone());
         let mut entries: Vec<(Sample, String)> = self.signs.iter().enumerate().map(sign).collect();
-        if self.panels.iter().any(|panel| panel.floor.is_some()) {
+        let has_floor = |panel: &RowsPanel| matches!(&panel.content, Content::Dots(dots) if dots.floor.is_some());
+        if self.panels.iter().any(has_floor) {
             entries.push((Sample::Shade, "below the reference's uncertainty".to_owned()));
         }
         let is_silent = |dot: &Dot| dot.lost.is_some_and(|loss| loss.failed == 0.0 && loss.silent > 0.0);
-        if self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(is_silent) {
+        if self.dots().any(is_silent) {
             entries.push((Sample::Nothing, format!("{SILENT}  {NO_ANSWER}")));
         }
+        let any = |test: fn(&Cell) -> bool| self.cells().any(test);
+        let of_cells = [
+            (any(|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete"),
+            (any(|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), WRONG),
+            (any(|cell| matches!(cell, Cell::Lost(share) if *share < 1.0)), Sample::SomeLost, "some diverge"),
+            (
+                any(|cell| matches!(cell, Cell::Lost(share) if *share >= 1.0)),
+                Sample::Sign(Marker::Cross),
+                "all diverge",
+            ),
+            (any(|cell| *cell == Cell::NotRun), Sample::Nothing, "–  not run"),
+            (any(|cell| *cell == Cell::Silent), Sample::Nothing, "?  no answer"),
+        ];
+        let used = of_cells.into_iter().filter(|(used, ..)| *used);
+        entries.extend(used.map(|(_, sample, words)| (sample, words.to_owned())));
         entries
     }
 }
 
+impl RowsPanel {
+    /// Number of columns of a grid; none along an axis.
+    fn grid_columns(&self) -> Option<usize> {
+        match &self.content {
+            Content::Dots(_) => None,
+            Content::Grid(grid) => Some(grid.columns.len()),
+        }
+    }
+}
+
+impl Dots {
+    /// Draws the axis and what lies below the floor; returns how values become places.
+    fn draw_axis(&self, drawing: &mut Drawing, area: &Rect) -> AxisMap {
+        let values = self.dots.iter().flatten().flat_map(|dot| {
+            let [low, high] = dot.range.unwrap_or([f64::NAN; 2]);
+            [dot.value, low, high]
+        });
+        let (low, high) = interval(&self.axis, values, 0.06);
+        let map = AxisMap { scale: self.axis.scale, low, high, start: area.left, end: area.right };
+        if let Some(at) = self.floor.and_then(|floor| map.position(floor)).filter(|at| *at > area.left) {
+            let shaded = Rect { right: at.min(area.right), ..*area };
+            drawing.area(shaded.corners(), Some(super::guides::SHADE), None);
+        }
+        ticks_below(drawing, &map, &fitting_ticks(&map), area.bottom, area.top);
+        drawing.line(vec![(area.left, area.top), (area.left, area.bottom), (area.right, area.bottom)], AXIS);
+        map
+    }
+
+    /// Draws a faint mark for every run of a row.
+    fn draw_marks(&self, drawing: &mut Drawing, map: &AxisMap, y: f64, (index, color): (usize, Color)) {
+        let places = self.marks.get(index).into_iter().flatten().filter_map(|value| map.position(*value));
+        for x in places.filter(|x| (map.start..=map.end).contains(x)) {
+            drawing.line(vec![(x, y - 3.6), (x, y + 3.6)], Stroke::solid(color.mix(Color::WHITE, 0.45), 0.7));
+        }
+    }
+}
+
+impl Grid {
+    fn step(&self, area: &Rect) -> f64 {
+        (area.right - area.left) / self.columns.len().max(1) as f64
+    }
+
+    /// Shades every other column and writes below each what it is.
+    fn draw_columns(&self, drawing: &mut Drawing, area: &Rect) {
+        for (index, column) in self.columns.iter().enumerate() {
+            let left = area.left + index as f64 * self.step(area);
+            if index % 2 == 0 {
+                let shaded = Rect { left, right: left + self.step(area), ..*area };
+                drawing.area(shaded.corners(), Some(Color::WHITE.mix(Color::GRID, 0.4)), None);
+            }
+            tick_below(drawing, (left + 0.5 * self.step(area), area.bottom), &column.label);
+        }
+    }
+
+    /// Draws the cells of one row and returns its data.
+    fn draw_row(&self, drawing: &mut Drawing, area: &Rect, y: f64, row: &Row, cells: &[Cell]) -> SeriesData {
+        let counts = self.cells.iter().flatten();
+        let most = counts.filter_map(|cell| if let Cell::Count(count) = cell { Some(*count) } else { None }).max();
+        let mut points = Vec::new();
+        for (index, (column, cell)) in self.columns.iter().zip(cells).enumerate() {
+            let at = (area.left + (index as f64 + 0.5) * self.step(area), y);
+            draw_cell(drawing, at, *cell, row.color, most.unwrap_or(1));
+            let (value, note) = said(*cell, &column.label);
+            points.push(Datum { x: column.value, y: value, range: None, note, at: Some(at) });
+        }
+        SeriesData { name: row.name.clone(), points }
+    }
+}
+
+/// The value of a cell in the data, and what else is said of it.
+fn said(cell: Cell, column: &str) -> (f64, String) {
+    match cell {
+        Cell::NotRun => (f64::NAN, "not run".to_owned()),
+        Cell::Right => (1.0, String::new()),
+        Cell::Wrong => (1.0, WRONG.to_owned()),
+        Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs diverged", 100.0 * share)),
+        Cell::Silent => (f64::NAN, "no answer".to_owned()),
+        Cell::Count(count) => (count as f64, format!("{count} with the limit: {column}")),
+    }
+}
+
+fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, most: usize) {
+    let letters = |drawing: &mut Drawing, words: &str, color: Color| {
+        drawing.text(Text::new(words, at, TICK_SIZE).anchored(Anchor::Middle).colored(color).centred());
+    };
+    match cell {
+        Cell::NotRun => letters(drawing, "–", Color::SOFT_INK),
+        Cell::Silent => letters(drawing, "?", Color::SOFT_INK),
+        Cell::Right => marker::draw(drawing, Marker::Circle, at, 1.5 * MARKER, color),
+        Cell::Wrong => marker::draw(drawing, Marker::OpenCircle, at, 1.4 * MARKER, color),
+        Cell::Lost(share) if share >= 1.0 => {
+            marker::draw(drawing, Marker::Cross, at, 0.8 * MARKER, Color::SOFT_INK.mix(Color::WHITE, 0.45));
+        }
+        Cell::Lost(_) => marker::draw_lost(drawing, at, 1.2 * MARKER, color, false),
+        Cell::Count(0) => {}
+        Cell::Count(count) => {
+            drawing.disc(at, COUNT[0] + COUNT[1] * (count as f64 / most as f64).sqrt(), Some(color), None);
+            letters(drawing, &count.to_string(), Color::WHITE);
+        }
+    }
+}
+
 /// Room for labels left of the first panel of a line, px.
-pub(crate) fn labels_width(rows: &[DotRow]) -> f64 {
+fn labels_width(rows: &[Row]) -> f64 {
     let widest = rows.iter().map(|row| font::width(&row.label, ROW_LABEL, Weight::Regular)).fold(0.0, f64::max);
     widest + SWATCH + 12.0
 }
 
 /// Writes the label of a row, with a swatch of its colour, left of a place.
-pub(crate) fn draw_row_label(drawing: &mut Drawing, row: &DotRow, (right, y): (f64, f64)) {
+fn draw_row_label(drawing: &mut Drawing, row: &Row, (right, y): (f64, f64)) {
     let (left, half) = (right - 7.0 - SWATCH, 0.5 * SWATCH);
     let swatch = Rect { left, top: y - half, right: left + SWATCH, bottom: y + half };
     drawing.area(swatch.corners(), Some(row.color), None);
@@ -339,7 +545,7 @@ pub(crate) fn draw_row_label(drawing: &mut Drawing, row: &DotRow, (right, y): (f
 }
 
 /// Breaks the entries of a key into as many lines as the width asks for.
-pub(crate) fn key_lines(entries: Vec<(Sample, String)>, width: f64) -> Vec<Vec<(Sample, String)>> {
+fn key_lines(entries: Vec<(Sample, String)>, width: f64) -> Vec<Vec<(Sample, String)>> {
     let mut lines: Vec<Vec<(Sample, String)>> = Vec::new();
     for entry in entries {
         let room = width - 2.0 * MARGIN - entry_width(&entry);
@@ -352,13 +558,13 @@ pub(crate) fn key_lines(entries: Vec<(Sample, String)>, width: f64) -> Vec<Vec<(
 }
 
 /// Draws one line of a key in the middle of a width.
-pub(crate) fn draw_key(drawing: &mut Drawing, entries: &[(Sample, String)], width: f64, y: f64) {
+fn draw_key(drawing: &mut Drawing, entries: &[(Sample, String)], width: f64, y: f64) {
     let mut x = (0.5 * (width - line_width(entries))).max(MARGIN);
     for entry in entries {
         let (sample, label) = entry;
         match *sample {
             Sample::Sign(sign) => marker::draw(drawing, sign, (x + MARKER, y), MARKER, Color::SOFT_INK),
-            Sample::Lost(all) => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, all),
+            Sample::SomeLost => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, false),
             Sample::Shade => {
                 let sample = Rect { left: x, top: y - 4.0, right: x + SHADED, bottom: y + 4.0 };
                 drawing.area(sample.corners(), Some(super::guides::SHADE), None);
@@ -392,28 +598,35 @@ mod tests {
     use super::super::drawing::Shape;
     use super::*;
 
-    fn plot(values: &[[f64; 2]], lost: f64) -> DotPlot {
-        let row = |k: usize| DotRow { label: format!("row {k}"), name: format!("row-{k}"), color: Color(0, 0, 90) };
+    fn plot(values: &[[f64; 2]], lost: f64) -> RowsPlot {
+        let row = |k: usize| Row { label: format!("row {k}"), name: format!("row-{k}"), color: Color(0, 0, 90) };
         let dot = |value: f64| Dot {
             value,
             range: None,
             lost: Some(Loss { failed: if value.is_nan() { lost } else { 0.0 }, silent: 0.0 }),
         };
         let sign = |value: f64| Sign { value, short: format!("{value}"), label: format!("H = {value} ms") };
-        DotPlot {
+        RowsPlot {
             width: 500.0,
             columns: 2,
             quantity: "macro step H (ms)".to_owned(),
             signs: vec![sign(1.0), sign(5.0)],
             rows: (0..values.len()).map(row).collect(),
-            panels: vec![DotPanel {
+            panels: vec![RowsPanel {
                 title: "(a)".to_owned(),
-                axis: Axis::log10("error"),
-                dots: values.iter().map(|row| row.map(dot).to_vec()).collect(),
-                marks: Vec::new(),
-                floor: None,
+                content: Content::Dots(Dots {
+                    axis: Axis::log10("error"),
+                    dots: values.iter().map(|row| row.map(dot).to_vec()).collect(),
+                    marks: Vec::new(),
+                    floor: None,
+                }),
             }],
         }
+    }
+
+    fn dots_of(plot: &mut RowsPlot) -> &mut Dots {
+        let Content::Dots(dots) = &mut plot.panels[0].content else { panic!() };
+        dots
     }
 
     fn words(drawing: &Drawing) -> Vec<&str> {
@@ -451,7 +664,7 @@ mod tests {
         }
         let more = (0..5).map(|k| Sign { label: format!("macro step {k} of each case"), ..long.signs[0].clone() });
         long.signs.extend(more.collect::<Vec<_>>());
-        long.panels[0].floor = Some(1.5);
+        dots_of(&mut long).floor = Some(1.5);
         let drawing = long.draw();
         let rightmost = |text: &Text| match text.anchor {
             Anchor::Start => text.at.0 + text.width(),
@@ -474,7 +687,7 @@ mod tests {
     #[test]
     fn a_run_without_an_answer_is_not_drawn_as_diverged() {
         let mut silent = plot(&[[1.0, f64::NAN]], 0.0);
-        silent.panels[0].dots[0][1].lost = Some(Loss { failed: 0.0, silent: 1.0 });
+        dots_of(&mut silent).dots[0][1].lost = Some(Loss { failed: 0.0, silent: 1.0 });
         let drawing = silent.draw();
         assert!(words(&drawing).contains(&"?") && words(&drawing).contains(&"?  no answer"));
         assert!(!words(&drawing).contains(&"100"));
@@ -500,7 +713,7 @@ mod tests {
     #[test]
     fn a_row_without_a_sign_says_why() {
         let mut none = plot(&[[1.0, 2.0], [f64::NAN, f64::NAN], [f64::NAN, f64::NAN]], 0.0);
-        none.panels[0].dots[2].iter_mut().for_each(|dot| dot.lost = None);
+        dots_of(&mut none).dots[2].iter_mut().for_each(|dot| dot.lost = None);
         let drawing = none.draw();
         let count = |word: &str| words(&drawing).iter().filter(|said| **said == word).count();
         assert_eq!((count("no value"), count("not run")), (1, 1));

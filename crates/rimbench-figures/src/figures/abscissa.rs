@@ -1,0 +1,112 @@
+//! What is across in an XY figure: the macro step, a parameter of the case, or the cost.
+
+use super::cost::Cost;
+use super::keys::*;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::Runs;
+use std::path::Path;
+
+keys! {
+    /// What is across in a panel: the macro step, where neither a parameter nor a cost is named.
+    pub struct Across {
+        parameter: Option<String> = key(
+            Takes::Text,
+            Then("not across"),
+            "a parameter of the case, by name; `contact_detection` is the contact margin, and runs without one are level lines"
+        ),
+        cost: Option<String> = key(
+            Takes::Text,
+            Then("not across"),
+            "a column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance"
+        ),
+        label: Option<String> = key(Takes::Text, Then("the name"), "heading of the horizontal axis"),
+        pub range: Option<[f64; 2]> = key(Takes::PositiveInterval, AUTOMATIC, "horizontal axis, logarithmic"),
+    }
+}
+
+/// The values across, by row of `runs.csv`.
+pub(super) enum Abscissa {
+    MacroStep,
+    Parameter(Vec<f64>),
+    Cost(Vec<f64>),
+}
+
+/// Column of `runs.csv` that says how contacts were detected. With it as the parameter the margin is across: the last part of a label then
+/// is no part of the series, and runs without a margin are level lines.
+const MARGIN: &str = "contact_detection";
+
+/// The values that there are, ascending.
+pub(super) fn abscissae(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+impl Across {
+    /// Reads the values across.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a parameter, column or row of cost that is not there.
+    pub(super) fn read(&self, folder: &Path, runs: &ResultsTable) -> Result<Abscissa> {
+        match (&self.parameter, &self.cost) {
+            (Some(name), _) => parameter_values(name, runs, folder).map(Abscissa::Parameter),
+            (None, Some(cost)) => Cost::read(folder, runs)?.of_runs(cost, runs).map(Abscissa::Cost),
+            (None, None) => Ok(Abscissa::MacroStep),
+        }
+    }
+
+    /// Whether the macro step is across.
+    pub(super) fn is_macro_step(&self) -> bool {
+        self.parameter.is_none() && self.cost.is_none()
+    }
+
+    /// The heading of the axis; `unit` is that of the macro step.
+    pub(super) fn heading(&self, unit: &str) -> String {
+        let named = self.label.as_ref().or(self.parameter.as_ref()).or(self.cost.as_ref());
+        named.map_or_else(|| format!("macro step H ({unit})"), String::clone)
+    }
+
+    /// Labels with their rows; with the margin across, what differs in the margin only is one series.
+    pub(super) fn series<'t>(&self, runs: &Runs<'t>, values: &[f64], wanted: &[String]) -> Vec<(&'t str, Runs<'t>)> {
+        let mut series: Vec<(&str, Runs<'_>)> = Vec::new();
+        for label in runs.labels(wanted) {
+            let rows = runs.of_label(label);
+            let swept =
+                self.parameter.as_deref() == Some(MARGIN) && rows.rows().iter().all(|&row| values[row].is_finite());
+            let name = label.rsplit_once('/').filter(|_| swept).map_or(label, |(name, _)| name);
+            match series.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, known)) => *known = known.with_rows([known.rows(), rows.rows()].concat()),
+                None => series.push((name, rows)),
+            }
+        }
+        series
+    }
+}
+
+/// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.
+fn parameter_values(parameter: &str, runs: &ResultsTable, folder: &Path) -> Result<Vec<f64>> {
+    if parameter == MARGIN {
+        let column = runs.column(MARGIN)?;
+        let width = |run: usize| runs.text(run, column).strip_prefix("margin:")?.parse().ok();
+        return Ok((0..runs.len()).map(|run| width(run).unwrap_or(f64::NAN)).collect());
+    }
+    let path = folder.join("parameters.csv");
+    let parameters = read_table(&path)?;
+    let rows = parameters.rows_where(parameters.column("parameter")?, parameter);
+    if rows.is_empty() {
+        return Err(Error::file(path, format!("has no parameter `{parameter}`")));
+    }
+    let (case, set) = (parameters.column("case")?, parameters.column("set")?);
+    let (of_case, of_set) = (runs.column("case")?, runs.column("set")?);
+    let value = parameters.column("value")?;
+    let value_of = |run: usize| {
+        let same = |row: &&usize| {
+            parameters.text(**row, case) == runs.text(run, of_case)
+                && parameters.text(**row, set) == runs.text(run, of_set)
+        };
+        rows.iter().find(same).map_or(f64::NAN, |&row| parameters.number(row, value))
+    };
+    Ok((0..runs.len()).map(value_of).collect())
+}
