@@ -32,7 +32,9 @@ pub fn labels(figure: &Table) -> Vec<String> {
     let panels = figure.get("panels").and_then(Value::as_array).into_iter().flatten();
     let bands = |table: &'_ Table| table.get("band").and_then(|band| band.get("labels")).cloned();
     let of_bands: Vec<Value> = panels.clone().filter_map(Value::as_table).filter_map(bands).collect();
-    let lists = lists.chain(panels.filter_map(|panel| panel.get("labels"))).chain(&of_bands);
+    let lines = figure.get("lines").and_then(Value::as_array).into_iter().flatten();
+    let of_lines = lines.filter_map(|line| line.get("labels"));
+    let lists = lists.chain(panels.filter_map(|panel| panel.get("labels"))).chain(of_lines).chain(&of_bands);
     let texts = lists.filter_map(Value::as_array).flatten().filter_map(Value::as_str);
     texts.filter(|label| *label != "reference").map(str::to_owned).collect()
 }

@@ -1,10 +1,12 @@
-//! A metric against a parameter of the case, or against the contact margin: median over phases, with the range from best to worst
+//! A metric against a parameter of the case, or against a number of an option: median over phases, with the range from best to worst
 //! phase.
 
 use super::keys::*;
-use super::statistics::{Bars, FRACTION_STABLE, OverPhases, over_phases, read_runs, refuse_several};
-use super::sweep_figure::with_range;
-use crate::chart::{Axis, Figure, Panel};
+use super::statistics::{
+    Bars, FRACTION_STABLE, ONLY, Only, OverPhases, over_phases, read_runs, refuse_several, share_usable, style,
+};
+use super::sweep_figure::{panel_of, with_range};
+use crate::chart::{Axis, Figure, Guide, Panel};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
@@ -18,8 +20,17 @@ keys! {
     pub struct ParameterFigure {
         width: f64 = WIDTH,
         height: f64 = HEIGHT,
-        parameter: String = key(Takes::Text, Needed, "the parameter across, by name"),
+        parameter: String = key(
+            Takes::Text,
+            Needed,
+            "the parameter across, by name; or a number of an option, as in `delivery_up:delay`"
+        ),
         x_label: String = key(Takes::Text, Like("parameter"), "heading of the horizontal axis"),
+        lines: Vec<Line> = key(
+            Takes::Tables(Line::KEYS),
+            Then("one per scheme row"),
+            "lines of several scheme rows that differ in the option across"
+        ),
         panels: Vec<ParameterPanel> = panels(ParameterPanel::KEYS),
     }
 }
@@ -35,8 +46,26 @@ keys! {
             "vertical axis; logarithmic, so above 0, but for `fraction_stable`"
         ),
         labels: Vec<String> = LABELS,
+        only: Only = ONLY,
+        symlog: Option<[f64; 2]> = SYMLOG,
+        within: Option<f64> = WITHIN,
+        border: Option<Border> = key(Takes::Table(Border::KEYS), Then("none"), "a border across the panel"),
         macro_step_s: Option<f64> =
             key(Takes::Positive, Then("the only one there is"), "macro step of the runs shown, s"),
+    }
+}
+
+keys! {
+    struct Line {
+        labels: Vec<String> = key(Takes::Labels, Needed, "scheme rows; the last gives the style"),
+        label: String = key(Takes::Text, Needed, "what the legend says"),
+    }
+}
+
+keys! {
+    struct Border {
+        at: f64 = key(Takes::Positive, Needed, "value of the parameter"),
+        label: String = key(Takes::Text, Needed, "what stands beside it"),
     }
 }
 
@@ -59,15 +88,35 @@ impl ParameterFigure {
     /// [`Error::File`] for a column or parameter that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let table = read_runs(folder)?;
-        let runs = Runs::of(&table)?;
+        let all = Runs::of(&table)?;
         let values = self.values(&table, folder)?;
+        // A logarithmic axis has no place for what is in time, or loses nothing.
+        let across = if values.contains(&0.0) { Axis::linear } else { Axis::log10 };
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
-            let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
-            let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.within(spec.range));
+            let runs = if self.lines.is_empty() { spec.only.of(&all)? } else { spec.only.one_of(&all)? };
+            let x = across(self.x_label.clone());
+            let mut panel = match spec.metric == FRACTION_STABLE {
+                true => Panel::new(&spec.title, x, Axis::linear(&spec.label).within(spec.range)),
+                false => panel_of(&spec.title, x, &spec.label, (spec.symlog, spec.within, spec.range)),
+            };
+            if let Some(Border { at, label }) = &spec.border {
+                panel = panel.guide(Guide::Vertical(*at, label.clone()));
+            }
             let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
             let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
-            for (label, rows) in self.series(&runs, &values, &spec.labels) {
+            for line in &self.lines {
+                let rows = line.labels.iter().flat_map(|label| runs.of_label(label).rows().to_vec());
+                let rows = runs.with_rows(rows.collect()).select(shown);
+                let points = match spec.within {
+                    Some(within) => share_usable(&rows, |row| values[row], &spec.metric, within)?,
+                    None => over_phases(&rows, |row| values[row], &spec.metric, identity, Bars::Range)?,
+                };
+                let last = line.labels.last().map_or("", String::as_str);
+                panel = with_range(panel, &points, last, &line.label, style(&runs, last, styles));
+            }
+            let single = if self.lines.is_empty() { self.series(&runs, &values, &spec.labels) } else { Vec::new() };
+            for (label, rows) in single {
                 let rows = rows.select(shown);
                 refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
                 // One value of the parameter is one problem: no other case, and nothing else that differs.
@@ -111,10 +160,18 @@ impl ParameterFigure {
 
     /// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.
     fn values(&self, runs: &ResultsTable, folder: &Path) -> Result<Vec<f64>> {
-        if self.parameter == MARGIN {
-            let column = runs.column(MARGIN)?;
-            let width = |run: usize| runs.text(run, column).strip_prefix("margin:")?.parse().ok();
-            return Ok((0..runs.len()).map(|run| width(run).unwrap_or(f64::NAN)).collect());
+        let option = if self.parameter == MARGIN { "contact_detection:margin" } else { &self.parameter };
+        if let Some((column, part)) = option.split_once(':') {
+            let column = runs.column(column)?;
+            // What is not said of a run: no margin, the true mass, no delay.
+            let absent = match part {
+                "margin" => f64::NAN,
+                "mass" | "friction" => 1.0,
+                _ => 0.0,
+            };
+            let number = |text: &str| text.strip_prefix(part)?.strip_prefix(':')?.parse().ok();
+            let value = |run: usize| runs.text(run, column).split(',').find_map(number).unwrap_or(absent);
+            return Ok((0..runs.len()).map(value).collect());
         }
         let path = folder.join("parameters.csv");
         let parameters = read_table(&path)?;

@@ -52,16 +52,8 @@ keys! {
             Then("none"),
             "an area from the least to the largest of some scheme rows"
         ),
-        symlog: Option<[f64; 2]> = key(
-            Takes::PositiveInterval,
-            Then("a logarithmic axis"),
-            "vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second"
-        ),
-        within: Option<f64> = key(
-            Takes::Positive,
-            Then("the metric itself"),
-            "show the share of the runs that complete with at most this much of the metric instead, on a linear axis"
-        ),
+        symlog: Option<[f64; 2]> = SYMLOG,
+        within: Option<f64> = WITHIN,
         floor: Option<String> = key(
             Takes::Text,
             Then("that of the metric, where it has one"),
@@ -89,15 +81,7 @@ impl SweepFigure {
             let runs = spec.only.one_of(&all)?;
             let (unit, factor) = unit_of(&runs);
             let x_axis = Axis::log10(format!("macro step H ({unit})"));
-            let y_axis = match (spec.symlog, spec.within) {
-                (Some([least, most]), _) => Axis::symlog(&spec.label, least).range(-most, most),
-                (None, Some(_)) => Axis::linear(&spec.label).range(0.0, 1.0),
-                (None, None) => Axis::log10(&spec.label).within(spec.range),
-            };
-            let mut panel = Panel::new(&spec.title, x_axis, y_axis);
-            if spec.symlog.is_some() {
-                panel = panel.guide(Guide::Horizontal(0.0));
-            }
+            let mut panel = panel_of(&spec.title, x_axis, &spec.label, (spec.symlog, spec.within, spec.range));
             if let Some(band) = &spec.band {
                 let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label)?, factor)));
                 panel.bands.push(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
@@ -190,6 +174,20 @@ impl SweepPanel {
     fn fitted<'a>(&self, points: &'a [OverPhases]) -> impl Iterator<Item = &'a OverPhases> {
         let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
         points.iter().filter(move |point| (low..=high).contains(&point.x))
+    }
+}
+
+/// How values stand on the vertical axis: of both signs, a share, or logarithmic within an interval.
+type Upwards = (Option<[f64; 2]>, Option<f64>, Option<[f64; 2]>);
+
+/// An empty panel.
+pub(super) fn panel_of(title: &str, x: Axis, label: &str, (symlog, within, range): Upwards) -> Panel {
+    match (symlog, within) {
+        (Some([least, most]), _) => {
+            Panel::new(title, x, Axis::symlog(label, least).range(-most, most)).guide(Guide::Horizontal(0.0))
+        }
+        (None, Some(_)) => Panel::new(title, x, Axis::linear(label).range(0.0, 1.0)),
+        (None, None) => Panel::new(title, x, Axis::log10(label).within(range)),
     }
 }
 

@@ -74,9 +74,11 @@ impl Shown {
             (id == text("run_id")).then(|| [text("scheme"), contacts, late].map(str::to_owned))
         };
         let (contacts, late) = (text("contact_detection"), text("late_samples"));
-        let side = same("", "").or_else(|| same(contacts, "")).or_else(|| same("", late)).or_else(|| same(contacts, late));
+        let side =
+            same("", "").or_else(|| same(contacts, "")).or_else(|| same("", late)).or_else(|| same(contacts, late));
         let shared = [("late", age), ("phase", phase)];
-        let place = shared.into_iter().filter_map(|(key, value)| Some(format!("&{key}={}", value?))).collect::<String>();
+        let place =
+            shared.into_iter().filter_map(|(key, value)| Some(format!("&{key}={}", value?))).collect::<String>();
         Some(Shown { place: format!("case={}&h={step_ms}{place}", case.name), side: side? })
     }
 }
