@@ -311,16 +311,16 @@ async function late(browser, page, rest) {
   const address = "#case=wedge-box&h=5&late=2&a=rim-nonsmooth-gap&late-a=raw&b=rim-nonsmooth-gap&t=0.2";
   const pictures = (of) => of.$$eval("#scene-a, #scene-b, #event, #course", (all) => all.map((canvas) => canvas.toDataURL()));
   await page.evaluate((address) => (location.hash = address), address);
-  const age = () => page.waitForFunction(() => document.getElementById("out-late").textContent === "2\u00a0steps", { timeout: 60e3 });
-  await age();
-  await rest();
-  const signs = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent[0]));
-  if (signs.join() !== "✕,●") fail(`two macro steps late, raw and brought to the present end ${signs.join(" ")}`);
+  await page.waitForFunction(() => document.getElementById("out-late").textContent === "2\u00a0steps", { timeout: 60e3 });
   for (const side of ["a", "b"]) {
-    const [command, shown] = await page.evaluate((side) => [document.getElementById(`cmd-${side}`).textContent, document.getElementById(`verdict-${side}`).dataset.run], side);
-    const said = JSON.parse(simulate(...command.match(/--case .*$/)[0].split(" "), "--format", "json")).run_id;
-    if (!command.includes("--delivery-up delay:2") || said !== shown) fail(`late, the page shows run ${shown}, the program says ${said}`);
+    const options = (await page.$eval(`#cmd-${side}`, (code) => code.textContent)).match(/--case .*$/)[0].split(" ");
+    const said = JSON.parse(simulate(...options, "--format", "json")).run_id;
+    const shows = (side, run) => document.getElementById(`verdict-${side}`).dataset.run === run;
+    await page.waitForFunction(shows, { timeout: 60e3 }, side, said).catch(() => fail(`late, side ${side} does not show run ${said} of the program`));
+    if (!options.includes("delay:2")) fail(`the command of side ${side} is in time: ${options.join(" ")}`);
   }
+  const signs = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent[0]));
+  if (signs.join() !== "✕,●") fail(`two macro steps late, taken for the present and brought to it end ${signs.join(" ")}`);
   const { width, height } = page.viewport(), written = await page.evaluate(() => location.href);
   const drawn = [];
   for (const url of [written.replace(/#.*/, address), written, written.replace("late=2", "late=0")]) {
