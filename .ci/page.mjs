@@ -43,9 +43,10 @@ async function digits() {
   const schemes = answer.ready.trim().split("\n").map((line) => line.split(" ")[1]);
   const asked = schemes.flatMap((scheme) => ["2e-3", "5e-3"].map((step) => ["wedge-box", scheme, step]));
   for (const of of JSON.parse(answer.cases)) for (const scheme of of.schemes) asked.push([of.name, scheme, `${of.shown_ms}e-3`]);
-  for (const [of, scheme, step] of asked) {
-    const own = await ask(`run\ncase ${of}\nscheme ${scheme}\nmacro_step_s ${step}\n`);
-    simulate("--case", of, "--scheme", scheme, "--macro-step", step, "--trace", trace);
+  for (const scheme of ["rim-nonsmooth-gap", "first-order-hold"]) asked.push(["wedge-box", scheme, "2e-3", "delay:2"]);
+  for (const [of, scheme, step, late] of asked) {
+    const own = await ask(`run\ncase ${of}\nscheme ${scheme}\nmacro_step_s ${step}\n${late ? `delivery_up ${late}\n` : ""}`);
+    simulate("--case", of, "--scheme", scheme, "--macro-step", step, "--trace", trace, ...(late ? ["--delivery-up", late] : []));
     const [header, ...rows] = fs.readFileSync(trace, "utf8").trim().split("\n").map((row) => row.split(","));
     const columns = own.words.match(/^columns (.*)$/m)?.[1].split(" ") ?? [];
     const differs = (row, name, k) => {
@@ -213,6 +214,7 @@ async function browse() {
     if (folder) await page.screenshot({ path: path.join(folder, `case-${name}.png`) });
   }
   await tell(page, rest);
+  await late(browser, page, rest);
   // The gallery shows every case, and leads to it.
   await page.click("#gallery");
   await page.waitForFunction(() => [...document.querySelectorAll("#cases canvas")].every((canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((value) => value)), { timeout: 120e3 });
@@ -301,6 +303,50 @@ async function tell(page, rest) {
     if (k === 2 && !/locks \d+(\.\d)?\sms before the touch-down, the wedge [\d.]+\smm above/.test(said)) fail(`of the lock the story says \`${said}\``);
     if (k === 3 && !/stays down, error [\d.]+\s%\srms, touch-down peak \d+\s%/.test(said)) fail(`of the non-smooth model the story says \`${said}\``);
   }
+}
+
+// Samples two macro steps late: taken for the present a model fails, brought to the present it follows; runs of the program, pixels of
+// the address, and schemes that have no late samples say so.
+async function late(browser, page, rest) {
+  const address = "#case=wedge-box&h=5&late=2&a=rim-nonsmooth-gap&late-a=raw&b=rim-nonsmooth-gap&t=0.2";
+  const pictures = (of) => of.$$eval("#scene-a, #scene-b, #event, #course", (all) => all.map((canvas) => canvas.toDataURL()));
+  await page.evaluate((address) => (location.hash = address), address);
+  await page.waitForFunction(() => document.getElementById("out-late").textContent === "2\u00a0steps", { timeout: 60e3 });
+  for (const side of ["a", "b"]) {
+    const options = (await page.$eval(`#cmd-${side}`, (code) => code.textContent)).match(/--case .*$/)[0].split(" ");
+    const said = JSON.parse(simulate(...options, "--format", "json")).run_id;
+    const shows = (side, run) => document.getElementById(`verdict-${side}`).dataset.run === run;
+    await page.waitForFunction(shows, { timeout: 60e3 }, side, said).catch(() => fail(`late, side ${side} does not show run ${said} of the program`));
+    if (!options.includes("delay:2")) fail(`the command of side ${side} is in time: ${options.join(" ")}`);
+  }
+  const signs = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent[0]));
+  if (signs.join() !== "✕,●") fail(`two macro steps late, taken for the present and brought to it end ${signs.join(" ")}`);
+  const { width, height } = page.viewport(), written = await page.evaluate(() => location.href);
+  const drawn = [];
+  for (const url of [written.replace(/#.*/, address), written, written.replace("late=2", "late=0")]) {
+    const other = await browser.newPage();
+    await other.setViewport({ width, height });
+    await other.goto(url);
+    await other.waitForFunction(() => Number(document.body.dataset.drawn ?? 0) > 0 && !document.body.hasAttribute("aria-busy") && document.getElementById("verdict-a").dataset.run, { timeout: 120e3 });
+    drawn.push(await pictures(other));
+    await other.close();
+  }
+  const [first, again, in_time] = drawn;
+  if (first.join() !== again.join()) fail("the address of late runs leads to other pixels");
+  if (first.some((picture, k) => picture === in_time[k])) fail("samples in time are drawn as late ones are");
+  // The hand: the slider is in the address, and what has no late samples says so.
+  await page.$eval("#in-late", (input) => {
+    input.value = "3";
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await page.$eval("#in-b", (select) => {
+    select.value = "iterated-aitken";
+    select.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await page.waitForFunction(() => location.hash.includes("late=3") && document.getElementById("verdict-b").textContent.includes("takes no late samples"), { timeout: 120e3 }).catch(() => fail("an iterating scheme does not say that it has no late samples"));
+  await page.evaluate(() => (location.hash = "#case=wedge-box&late=nonsense&h=5"));
+  await page.waitForFunction(() => document.getElementById("out-late").textContent === "in\u00a0time", { timeout: 60e3 }).catch(() => fail("an age that is none is shown"));
+  await rest();
 }
 
 // From a mark in the head to its claim, to its runs, to one of them, to the same run here; the table sorted and filtered; a figure asked.

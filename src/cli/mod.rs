@@ -2,7 +2,6 @@
 
 mod advise;
 mod collect;
-mod deadline_log;
 mod everything;
 mod figures;
 mod fmu;

@@ -1,8 +1,7 @@
 //! `rimbench simulate`: one run.
 
-use super::deadline_log::DeadlineLog;
 use super::json::Object;
-use super::number::{percent, quantity};
+use super::number::{percent, quantity, seconds};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
@@ -11,8 +10,10 @@ use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
+use rimbench::error::Error;
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors, take_warnings};
-use rimbench::harness::{Cache, monotonic_clock, obtain_reference, processor_clock};
+use rimbench::harness::{Cache, monotonic_clock, obtain_reference, processor_clock, replay_log};
+use rimbench::input::read_text;
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, NO_FORCE, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
@@ -26,8 +27,12 @@ use std::process::ExitCode;
 pub struct Simulate {
     #[command(flatten)]
     run: RunOptions<false>,
-    #[command(flatten)]
-    deadlines: DeadlineLog,
+    /// Replay missed deadlines: a CSV file with the columns `time_s` and `computing_time_s`, one row per macro step
+    #[arg(long, value_name = "FILE", requires = "deadline")]
+    deadline_log: Option<PathBuf>,
+    /// Time that a macro step may take
+    #[arg(long, value_name = "TIME", value_parser = seconds, requires = "deadline_log")]
+    deadline: Option<f64>,
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -46,7 +51,10 @@ impl Simulate {
     /// Exit code 1 if the run gave no answer: it was skipped, or took too long.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
-        self.deadlines.apply(&mut request.delivery_up)?;
+        if let (Some(log), Some(deadline)) = (&self.deadline_log, self.deadline) {
+            replay_log(&read_text(log)?, deadline, request.delivery_up.get_or_insert_default())
+                .map_err(|why| Error::file(log, why))?;
+        }
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve(&catalogue)?;
@@ -150,7 +158,8 @@ impl Said<'_> {
     /// The verdict, the numbers that matter most, and what to do next, in at most twelve lines of 80 columns.
     fn first_screen(&self) -> String {
         let Said { spec, run, .. } = self;
-        let about = format!("{} · {} · H = {}", spec.case.name, spec.scheme.name, quantity(spec.macro_step, "s"));
+        let (case, scheme, step) = (&spec.case.name, &spec.scheme.name, quantity(spec.macro_step, "s"));
+        let about = format!("{case} · {scheme} · H = {step}{}", self.lateness());
         let mood = match run.outcome.class() {
             OutcomeClass::Completed => Mood::Good,
             OutcomeClass::Failed => Mood::Bad,
@@ -222,6 +231,12 @@ impl Said<'_> {
         }
         lines.push(paragraph(&format!("run {} · {next}", spec.id()), 2));
         lines.join("\n")
+    }
+
+    /// How late samples and forces are.
+    fn lateness(&self) -> String {
+        let channels = self.spec.delivery.iter().flat_map(|late| [("samples", &late.up), ("forces", &late.down)]);
+        channels.filter(|(_, late)| !late.is_in_time()).map(|(what, late)| format!(" · {what} late, {late}")).collect()
     }
 
     /// The jump that gained most, which bounds what the model created there, in words.

@@ -16,6 +16,7 @@ struct Variant {
     macro_step: f64,
     integrators: (MechanicsIntegrator, ActuatorIntegrator),
     step_rule: Option<StepRule>,
+    delivery: Option<Delivery>,
 }
 
 /// Both sides as they always stepped.
@@ -39,6 +40,7 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
     let setup = Setup {
         step_rule: variant.step_rule,
+        delivery: variant.delivery.clone(),
         mechanics_steps: variant.mechanics_steps,
         actuator_integrator,
         ..Setup::new(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
@@ -51,7 +53,8 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         counts.push(asked());
     };
     // The account of a model is kept as well: without it there is less to do.
-    let control = RunControl { audit: true, ..RunControl::default() };
+    // That of late samples follows a copy of the scheme, which makes room for itself as it goes.
+    let control = RunControl { audit: variant.delivery.is_none(), ..RunControl::default() };
     let report = coupling.run(&setup, sides, control, &mut observe);
     // Once more after the loop. A failure that ends it is one block, and nothing else may be allocated with it.
     counts.push(asked());
@@ -118,6 +121,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                             macro_step,
                             integrators: FIRST_ORDER,
                             step_rule: None,
+                            delivery: None,
                         });
                     }
                 }
@@ -147,6 +151,7 @@ fn of_second_order(variant: Variant) -> Vec<Variant> {
         integrators: (rule, ActuatorIntegrator::Midpoint),
         options: variant.options.clone(),
         force_return,
+        delivery: None,
         ..variant
     };
     let own = variant.force_return;
@@ -212,6 +217,39 @@ fn the_macro_loop_must_allocate_nothing_where_the_model_places_its_steps() {
     );
 }
 
+/// The same run of a variant with late and lost samples of the mechanics, in each of the ways of making do with them, and then with
+/// late forces bridged in each of the ways; nothing of a variant that has no late samples.
+fn late(variant: Variant) -> Vec<Variant> {
+    let averaged = matches!(variant.force_return, ForceReturn::Mean | ForceReturn::Profile);
+    if variant.scheme.has_model() && (!averaged || variant.options.motion != ModelMotion::Frozen) {
+        return Vec::new();
+    }
+    let channel: Channel = "delay:1,jitter:1,loss:0.05,seed:3".parse().unwrap();
+    let with = |delivery| Variant { delivery: Some(delivery), ..variant.clone() };
+    let up = |late| with(Delivery { up: channel.clone(), late, ..Delivery::default() });
+    let down = |bridge| with(Delivery { down: channel.clone(), bridge, ..Delivery::default() });
+    let catches_up = !variant.scheme.has_model() || variant.scheme.moves_model && !variant.scheme.splits;
+    let mut variants = vec![up(LateRule::Raw), down(ForceBridge::Hold)];
+    if catches_up {
+        variants.push(up(LateRule::CatchUp));
+    }
+    if averaged {
+        variants.extend([down(ForceBridge::Linear), down(ForceBridge::Rates)]);
+    }
+    variants
+}
+
+#[test]
+fn the_macro_loop_must_allocate_nothing_with_late_samples_and_late_forces() {
+    // Late samples end the runs of most schemes soon: of those without a model the holds, and short macro steps.
+    let lasts = |scheme: &SchemeEntry| scheme.family == Family::Model || scheme.name.ends_with("-order-hold");
+    let of = |solver: &Arc<SolverEntry>| {
+        let variants = variants(solver).into_iter().filter(|variant| lasts(variant.scheme));
+        variants.map(|variant| Variant { macro_step: 5e-4, ..variant }).flat_map(late).collect()
+    };
+    nothing_is_allocated(|solver| solver.name == DEFAULT, of);
+}
+
 #[test]
 fn the_macro_loop_must_allocate_nothing_once_the_first_macro_step_has_begun() {
     nothing_is_allocated(|solver| solver.name == DEFAULT, variants);
@@ -261,6 +299,7 @@ fn the_count_must_see_a_solver_that_allocates() {
         macro_step: 2e-2,
         integrators: FIRST_ORDER,
         step_rule: None,
+        delivery: None,
     };
     let (counts, _) = allocations(wedge_box_case(), &variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");

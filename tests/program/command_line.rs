@@ -1,6 +1,6 @@
 //! The command line as a user meets it: contracts of names and keys, and one clear error for each kind of bad input.
 
-use crate::program::{assert_has, call, json, printed, refused, rimbench, rows_of, said};
+use crate::program::{assert_has, assert_refused, call, json, printed, refused, rimbench, rows_of, said};
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
@@ -46,6 +46,28 @@ fn a_run_reports_outcome_metrics_and_counters_as_json() {
     }
     assert_eq!(facts["parameters"]["box_mass_kg"], 200.0);
     assert_eq!(facts["run_id"].as_str().unwrap().len(), 16);
+}
+
+#[test]
+fn a_log_is_replayed_and_what_samples_cannot_be_is_one_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("times.csv");
+    std::fs::write(&log, "time_s,computing_time_s\n0,0.001\n0.005,0.011\n").unwrap();
+    let replayed =
+        format!("--scheme nepce --macro-step 5e-3 --duration 0.1 --deadline 5ms --deadline-log {}", log.display());
+    assert_eq!(facts(&replayed)["delivery_up"], "delay:0,missed:1*2");
+    assert!(printed(&mut simulate(&replayed)).lines().next().unwrap().contains("samples late, delay:0,missed:1*2"));
+    std::fs::write(&log, "time_s,computing_time_s\n0.005,0.001\n0,0.011\n").unwrap();
+    assert_has(&refused(&mut simulate(&replayed)), &["times.csv", "line 3: time_s = 0 goes back from 0.005"]);
+    let all = "simulate --case wedge-box --macro-step 5e-3 --scheme";
+    assert_refused(
+        all,
+        &[
+            ("nepce --delivery-up delay:500", "delay and jitter below the 500 macro steps"),
+            ("nepce --delivery-down loss:1", "from 0 to below 1"),
+            ("iterated-aitken --delivery-up delay:1", "does not iterate"),
+        ],
+    );
 }
 
 #[test]

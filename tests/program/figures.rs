@@ -303,7 +303,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
     }
     for (key, wanted) in [
         ("x = { cost = \"exchanges\", parameter = \"mass\" }", "not both"),
-        ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` needs the macro step across"),
+        ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` does not go with a cost across"),
         ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
         ("x = { parametre = \"mass\" }", "did you mean `parameter`?"),
     ] {

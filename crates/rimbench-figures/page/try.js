@@ -10,7 +10,7 @@
   const STYLES = JSON.parse($("known").textContent).schemes, SCHEMES = {};
   const called = (scheme) => STYLES[scheme].name;
   let CASES = [];
-  const SIDES = ["a", "b"], OPTIONS = { phase: "1", "contacts-a": "", "contacts-b": "", integrator: "" };
+  const SIDES = ["a", "b"], OPTIONS = { late: "0", phase: "1", "late-a": "", "late-b": "", "contacts-a": "", "contacts-b": "", integrator: "" };
   const { at, end, judge, milliseconds, seconds } = verdict;
 
   // ---- state: case, place of the slider, schemes, options, time; in the address as well
@@ -26,10 +26,11 @@
     for (const side of SIDES) if (address.get(side) in SCHEMES) state[side] = address.get(side);
     for (const key of Object.keys(OPTIONS)) {
       const input = $(`in-${key}`), value = address.get(key) ?? OPTIONS[key];
-      // Any phase and any margin can be asked for; the hand has a few of them.
+      // Any phase, age and margin can be asked for; the hand has a few of them.
       if (/^margin:[\d.e-]+$/.test(value) && input.options && ![...input.options].some((option) => option.value === value)) input.append(new Option(value, value));
-      input.value = value;
-      state[key] = key === "phase" && value > 0 && value <= 1 ? value : input.value;
+      const [some, valid] = [/^\d{1,3}$/.test(value) ? String(Number(value)) : "0", value > 0 && value <= 1 ? value : ""];
+      input.value = key === "late" ? some : value;
+      state[key] = (key === "late" ? some : key === "phase" && valid) || input.value;
     }
     const [h, t] = ["h", "t"].map((key) => Number(address.get(key) ?? NaN));
     if (h > 0) state.h = nearest(current(), h);
@@ -53,6 +54,7 @@
     const own = [`case ${state.case}`, `scheme ${scheme}`, `macro_step_s ${steps()[h]}e-3`, `phase ${state.phase}`];
     const contacts = state[`contacts-${side}`];
     if (contacts && SCHEMES[scheme].model) own.push(`contact_detection ${contacts}`);
+    if (state.late > 0) own.push(`delivery_up delay:${state.late}`, ...(state[`late-${side}`] ? [`late_samples ${state[`late-${side}`]}`] : []));
     if (state.integrator) own.push(`mechanics_integrator ${state.integrator}`, "actuator_integrator midpoint");
     return own.join("\n");
   };
@@ -178,11 +180,14 @@
     $("out-h").textContent = milliseconds(steps()[state.h]);
     $("in-h").setAttribute("aria-valuetext", $("out-h").textContent);
     $("out-phase").textContent = state.phase;
+    $("out-late").textContent = state.late > 0 ? `${state.late}\u00a0step${state.late > 1 ? "s" : ""}` : "in\u00a0time";
+    $("in-late").setAttribute("aria-valuetext", $("out-late").textContent);
     for (const key of Object.keys(OPTIONS)) $(`in-${key}`).value = state[key];
     SIDES.forEach((side, k) => {
       for (const option of $(`in-${side}`).options) option.disabled = of.refused.includes(option.value);
       $(`in-${side}`).value = $(`in-${side}`).title = state[side];
       $(`in-contacts-${side}`).disabled = !SCHEMES[state[side]].model;
+      $(`in-late-${side}`).disabled = !(state.late > 0);
       $(`side-${side}`).style.setProperty("--own", colors()[k]);
       $(`cmd-${side}`).textContent = command(side);
     });
@@ -206,7 +211,8 @@
     const now = plain ? STORY.findIndex(([, address]) => address === here) : -1;
     [...$("story-steps").querySelectorAll("a")].forEach((link, k) => (k === now ? link.setAttribute("aria-current", "step") : link.removeAttribute("aria-current")));
     STORY.forEach(([, , control], k) => $(control).classList.toggle("asked", k === now));
-    $("story-said").textContent = now < 0 ? current().about : STORY[now][3]();
+    const raw = SIDES.flatMap((side, k) => (state.late > 0 && state[`late-${side}`] ? [` On the ${["left", "right"][k]} late samples are taken for the present.`] : []));
+    $("story-said").textContent = now < 0 ? current().about + raw.join("") : STORY[now][3]();
   };
   const show = () => {
     const of = current(), reference = references.get(state.case), pair = SIDES.map((side) => known(side));
@@ -396,7 +402,7 @@
     CASES = JSON.parse(cases);
     state = startOf(CASES[0]);
     $("in-h").max = steps().length - 1;
-    $("in-contacts-b").append(...[...$("in-contacts-a").options].map((option) => option.cloneNode(true)));
+    for (const key of ["contacts", "late"]) $(`in-${key}-b`).append(...[...$(`in-${key}-a`).options].map((option) => option.cloneNode(true)));
     const lead = (name, address) => page.make("li", {}, page.make("a", { href: `#case=wedge-box&${address}` }, name));
     $("story-steps").append(...STORY.map(([name, address]) => lead(name, address)));
     $("in-case").append(...CASES.map(({ title, name }) => new Option(title, name)));

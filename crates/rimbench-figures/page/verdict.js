@@ -35,7 +35,7 @@ const verdict = (() => {
     const counts_as = facts.get("outcome_class");
     if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
       const why = facts.get("error") ?? facts.get("reason") ?? "", begun = run.rows > 1;
-      const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : "not run here";
+      const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : /delivery/.test(why) ? "not run: takes no late samples" : "not run here";
       return (run.verdict = { none: true, failed: false, when: null, state: "fails", sign: "–", numbers: "", words, why });
     }
     const failed = counts_as === "failed";

@@ -122,6 +122,8 @@ impl Series {
 pub enum Guide {
     /// A dashed line at a value of y.
     Horizontal(f64),
+    /// A dashed line at a value of x, with what stands beside it.
+    Vertical(f64, String),
     /// The area from the lower end of the axis up to a value of y, shaded, with a dashed line along its upper edge: where values say
     /// nothing. It does not widen the axis.
     Below {

@@ -21,6 +21,11 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
                 drawing.line(vec![(whole.left, y), (whole.right, y)], LINE);
             }
         }
+        Guide::Vertical(x, _) => {
+            if let Some(x) = frame.x.position(*x) {
+                drawing.line(vec![(x, whole.top), (x, frame.area.bottom)], LINE);
+            }
+        }
         Guide::Below { y, .. } => {
             let Some(y) = frame.y.position(*y).filter(|y| *y < whole.bottom) else { return };
             let shaded = Rect { top: y.max(frame.area.top), ..frame.area };
@@ -53,6 +58,11 @@ pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
             }
         }
         Guide::Horizontal(_) => {}
+        Guide::Vertical(x, label) => {
+            if let Some(x) = frame.x.position(*x) {
+                on_paper(drawing, Text::new(label, (x + 5.0, area.top + 1.4 * NOTE_SIZE), NOTE_SIZE));
+            }
+        }
         Guide::Slope { order, from, to_x } => {
             let Some([left, right, base, tip]) = slope(frame, *order, *from, *to_x) else { return };
             let (outwards, anchor) = if right > left { (5.0, Anchor::Start) } else { (-5.0, Anchor::End) };

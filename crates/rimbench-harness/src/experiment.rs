@@ -24,7 +24,7 @@ use rimbench_results::input::read_text;
 use rimbench_results::schema::schema_of;
 use rimbench_results::text_place::{line_of, said_at};
 use schemars::JsonSchema;
-use scheme_row::{RawRow, SchemeRow};
+use scheme_row::{Logs, RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -80,6 +80,9 @@ pub struct Experiment {
     /// What should come out.
     #[serde(default)]
     claims: Vec<Claim>,
+    /// Logs that `delivery` names, name and text, so that a copy of the file holds them; read from their files if absent.
+    #[serde(default)]
+    logs: BTreeMap<String, String>,
     #[serde(skip)]
     path: PathBuf,
     #[serde(skip)]
@@ -157,8 +160,12 @@ impl Experiment {
         for (case, place) in experiment.cases.iter_mut().zip(places.cases) {
             case.line = line_of(&text, place.span().start);
         }
-        let rows = std::mem::take(&mut experiment.raw_schemes).into_iter().map(|row| SchemeRow::read(row, &text));
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut logs = Logs { folder, kept: &experiment.logs, read: BTreeMap::new() };
+        let rows = std::mem::take(&mut experiment.raw_schemes).into_iter();
+        let rows = rows.map(|row| SchemeRow::read(row, &text, &mut logs));
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
+        let logs = logs.table();
         experiment.schemes = rows.map_err(|error| Error::file(path, error))?;
         experiment.path = path.to_owned();
         let name = experiment.name();
@@ -166,7 +173,8 @@ impl Experiment {
             let wanted = "is no name for an experiment: results go to a folder of that name";
             return Err(Error::file(path, format!("`{name}` {wanted}")));
         }
-        experiment.source = text;
+        // A copy must do without the logs.
+        experiment.source = text + &logs.unwrap_or_default();
         Ok(experiment)
     }
 
@@ -325,6 +333,43 @@ mod tests {
         }
         assert!(count >= 3);
     }
+
+    #[test]
+    fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
+        let folder = std::env::temp_dir().join(format!("rimbench-log-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = |log: &str| {
+            std::fs::write(folder.join("times.csv"), log).unwrap();
+            let text = "question = \"?\"\nmacro_steps_s = [5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n\
+                        delivery.up = { delay = 1, log = \"times.csv\", deadline_s = 5e-3 }";
+            Experiment::parse(&folder.join("a.toml"), text.to_owned())
+        };
+        let id = |of: &Experiment| of.plan(&Catalogue::standard(), false).unwrap()[0].id.clone();
+        let log = "time_s,computing_time_s,\"said \u{7f}\"\r\n0,0.006,\"a\nb\"\r\n0.005,0.001,\r\n";
+        let experiment = file(log).unwrap();
+        let other = file("time_s,computing_time_s\n0,0.006\n0.005,0.011\n").unwrap();
+        assert_ne!(id(&experiment), id(&other));
+        let message = file("time_s,computing_time_s\n0.1,0\n0.05,0\n").unwrap_err().to_string();
+        assert!(
+            message.contains("[[schemes]] in line 5") && message.contains("line 3: time_s = 0.05 goes back"),
+            "{message}"
+        );
+        std::fs::remove_dir_all(&folder).unwrap();
+        // The log is gone, and its copy says the same.
+        let copy = Experiment::parse(Path::new("else/where.toml"), experiment.source.clone()).unwrap();
+        assert_eq!((id(&copy), copy.is_same_as(&experiment)), (id(&experiment), true));
+        assert!(copy.with_scheme("zero-order-hold").unwrap().schemes.len() == 2);
+        let request = copy.schemes[0].request.delivery_up.as_ref().unwrap();
+        assert_eq!(request.to_string(), "delay:1,missed:0");
+        for (log, expected) in
+            [("log = \"none.csv\", deadline_s = 1.0", "none.csv"), ("log = \"times.csv\"", "together")]
+        {
+            let text = experiment.source.split_once("delivery").unwrap().0.to_owned() + "delivery.up = { " + log + " }";
+            let message = Experiment::parse(Path::new("a.toml"), text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
     #[test]
     fn one_more_scheme_joins_either_form_of_the_list() {
         let head = "question = \"?\"\nmacro_steps_s = [1e-3]\n";

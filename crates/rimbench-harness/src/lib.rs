@@ -12,6 +12,7 @@ mod claims;
 mod clock;
 mod collection;
 mod comparison;
+mod deadline_log;
 mod execution;
 mod experiment;
 mod exported;
@@ -40,6 +41,7 @@ pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, writ
 pub use clock::{monotonic_clock, processor_clock};
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
+pub use deadline_log::replay_log;
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict, claim_metrics};
 pub use grid::{logarithmic_grid, phase_ensemble};

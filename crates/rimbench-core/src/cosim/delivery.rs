@@ -7,7 +7,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// The most macro steps by which a sample may be late: a plausibility bound, far beyond any use.
-const MOST: u32 = 100_000;
+pub const MOST_LATE: u32 = 100_000;
 
 /// The way of samples in one direction.
 ///
@@ -124,7 +124,7 @@ impl FromStr for Channel {
                 return Err(refused("each of delay, jitter, loss, seed and missed at most once"));
             }
             seen.push(key);
-            let steps = || value.parse().ok().filter(|steps| *steps <= MOST);
+            let steps = || value.parse().ok().filter(|steps| *steps <= MOST_LATE);
             match key {
                 "delay" | "jitter" => {
                     let steps = steps().ok_or_else(|| refused("whole macro steps, 0 to 100000, as in `delay:2`"))?;
@@ -156,7 +156,8 @@ fn missed(text: &str) -> std::result::Result<Vec<(u32, u32)>, String> {
     for word in text.split('+') {
         let (step, late) = word.split_once('*').unwrap_or((word, "1"));
         let number = |text: &str| text.trim().parse::<u32>().ok();
-        let (Some(step), Some(late)) = (number(step), number(late).filter(|late| (1..=MOST).contains(late))) else {
+        let (Some(step), Some(late)) = (number(step), number(late).filter(|late| (1..=MOST_LATE).contains(late)))
+        else {
             return Err(
                 "macro steps joined by `+`, each with `*` and by how many steps it is late if more than one".into()
             );

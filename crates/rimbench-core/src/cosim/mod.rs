@@ -56,7 +56,7 @@ pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use communication_point::CommunicationPoint;
 pub use coupling_scheme::{CouplingScheme, Forecast, InterfaceCorrelation, MicroStep, ModelEnd, Sample, SchemeReport};
-pub use delivery::{Channel, Delivery, ForceBridge, LateRule};
+pub use delivery::{Channel, Delivery, ForceBridge, LateRule, MOST_LATE};
 pub use energy_account::{EnergyAccount, EnergyAudit};
 pub use exchange_data::ExchangeData;
 pub use force_return::{ForceReturn, Sequence};

@@ -13,7 +13,7 @@ keys! {
         parameter: Option<String> = key(
             Takes::Text,
             Then("not across"),
-            "a parameter of the case, by name; `contact_detection` is the contact margin, and runs without one are level lines"
+            "a parameter of the case, by name, or a number of an option, as in `delivery_up:delay`; `contact_detection` is the contact margin, and runs without one are level lines"
         ),
         cost: Option<String> = key(
             Takes::Text,
@@ -87,10 +87,18 @@ impl Across {
 
 /// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.
 fn parameter_values(parameter: &str, runs: &ResultsTable, folder: &Path) -> Result<Vec<f64>> {
-    if parameter == MARGIN {
-        let column = runs.column(MARGIN)?;
-        let width = |run: usize| runs.text(run, column).strip_prefix("margin:")?.parse().ok();
-        return Ok((0..runs.len()).map(|run| width(run).unwrap_or(f64::NAN)).collect());
+    let option = if parameter == MARGIN { "contact_detection:margin" } else { parameter };
+    if let Some((column, part)) = option.split_once(':') {
+        let column = runs.column(column)?;
+        // What is not said of a run: no margin, the true mass, no delay.
+        let absent = match part {
+            "margin" => f64::NAN,
+            "mass" | "friction" => 1.0,
+            _ => 0.0,
+        };
+        let number = |text: &str| text.strip_prefix(part)?.strip_prefix(':')?.parse().ok();
+        let value = |run: usize| runs.text(run, column).split(',').find_map(number).unwrap_or(absent);
+        return Ok((0..runs.len()).map(value).collect());
     }
     let path = folder.join("parameters.csv");
     let parameters = read_table(&path)?;

@@ -1,7 +1,7 @@
 //! Checks a figure of `figures.toml` key by key, says all that is wrong with it at once, and fills in what may be left out.
 
 use super::keys::{Absent, COMMON, Key, LONGEST_NAME, PIXELS, Takes, keys_of};
-use super::xy_figure::OF_STEPS;
+use super::xy_figure::{OF_PARAMETERS, OF_STEPS};
 use rimbench_core::error::Error;
 use toml::{Table, Value};
 
@@ -39,8 +39,11 @@ pub fn check(figure: &mut Table) -> Vec<String> {
         for key in steps_only.filter(|key| panel.contains_key(**key)) {
             faults.push(format!("panels: `{key}` needs the macro step across"));
         }
-        if panel.contains_key("macro_step_s") && !has("parameter") {
-            faults.push("panels: `macro_step_s` needs a parameter across; otherwise `only` chooses runs".to_owned());
+        for key in ["symlog", "within"].iter().filter(|key| has("cost") && panel.contains_key(**key)) {
+            faults.push(format!("panels: `{key}` does not go with a cost across"));
+        }
+        for key in OF_PARAMETERS.iter().filter(|key| panel.contains_key(**key) && !has("parameter")) {
+            faults.push(format!("panels: `{key}` needs a parameter across; otherwise `only` chooses runs"));
         }
     }
     faults
@@ -71,7 +74,10 @@ pub fn labels(figure: &Table) -> Vec<String> {
     let panels = figure.get("panels").and_then(Value::as_array).into_iter().flatten();
     let bands = |table: &'_ Table| table.get("band").and_then(|band| band.get("labels")).cloned();
     let of_bands: Vec<Value> = panels.clone().filter_map(Value::as_table).filter_map(bands).collect();
-    let lists = lists.chain(panels.filter_map(|panel| panel.get("labels"))).chain(&of_bands);
+    let of_panels = panels.clone().filter_map(|panel| panel.get("lines"));
+    let lines = figure.get("lines").into_iter().chain(of_panels).filter_map(Value::as_array).flatten();
+    let of_lines = lines.filter_map(|line| line.get("labels"));
+    let lists = lists.chain(panels.filter_map(|panel| panel.get("labels"))).chain(of_lines).chain(&of_bands);
     let texts = lists.filter_map(Value::as_array).flatten().filter_map(Value::as_str);
     texts.filter(|label| *label != "reference").map(str::to_owned).collect()
 }

@@ -93,7 +93,9 @@ impl Takes {
             Takes::Table(keys) => {
                 format!("a table of {}", keys.iter().map(|key| key.name).collect::<Vec<_>>().join(", "))
             }
-            Takes::Tables(_) => "[[figure.panels]], at least one".to_owned(),
+            Takes::Tables(keys) => {
+                format!("tables of {}, at least one", keys.iter().map(|key| key.name).collect::<Vec<_>>().join(", "))
+            }
         }
     }
 }
@@ -169,6 +171,18 @@ pub const METRIC: Key = key(Takes::Text, Needed, "a column of runs.csv, or `frac
 pub const METRIC_LABEL: Key = key(Takes::Text, Like("metric"), "heading of the vertical axis");
 /// Key of panels.
 pub const RANGE: Key = key(Takes::PositiveInterval, AUTOMATIC, "vertical axis, where it is logarithmic");
+/// Key of panels.
+pub const SYMLOG: Key = key(
+    Takes::PositiveInterval,
+    Then("a logarithmic axis"),
+    "vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second",
+);
+/// Key of panels.
+pub const WITHIN: Key = key(
+    Takes::Positive,
+    Then("the metric itself"),
+    "show the share of the runs that complete with at most this much of the metric instead, on a linear axis",
+);
 /// Key of panels.
 pub const WITHOUT_EXACT: Key = key(
     Takes::Flag,

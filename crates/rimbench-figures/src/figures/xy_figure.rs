@@ -41,6 +41,21 @@ keys! {
 }
 
 keys! {
+    /// Several scheme rows that differ in the option across, as one line.
+    struct Line {
+        labels: Vec<String> = key(Takes::Labels, Needed, "scheme rows; the last gives the style"),
+        label: String = key(Takes::Text, Needed, "what the legend says"),
+    }
+}
+
+keys! {
+    struct Border {
+        at: f64 = key(Takes::Positive, Needed, "value of the parameter"),
+        label: String = key(Takes::Text, Needed, "what stands beside it"),
+    }
+}
+
+keys! {
     struct XyPanel {
         title: String = TITLE,
         x: Across = key(Takes::Table(Across::KEYS), Then("the macro step"), "what is across"),
@@ -49,6 +64,12 @@ keys! {
         range: Option<[f64; 2]> = RANGE,
         only: Only = ONLY,
         labels: Vec<String> = LABELS,
+        lines: Vec<Line> = key(
+            Takes::Tables(Line::KEYS),
+            Then("one per scheme row"),
+            "over a parameter, lines of several scheme rows that differ in the option across"
+        ),
+        border: Option<Border> = key(Takes::Table(Border::KEYS), Then("none"), "a border at a value of the parameter"),
         macro_step_s: Option<f64> =
             key(Takes::Positive, Then("the only one there is"), "macro step of the runs shown over a parameter, s"),
         band: Option<BandSpec> = key(
@@ -56,16 +77,8 @@ keys! {
             Then("none"),
             "an area from the least to the largest of some scheme rows"
         ),
-        symlog: Option<[f64; 2]> = key(
-            Takes::PositiveInterval,
-            Then("a logarithmic axis"),
-            "vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second"
-        ),
-        within: Option<f64> = key(
-            Takes::Positive,
-            Then("the metric itself"),
-            "show the share of the runs that complete with at most this much of the metric instead, on a linear axis"
-        ),
+        symlog: Option<[f64; 2]> = SYMLOG,
+        within: Option<f64> = WITHIN,
         floor: Option<String> = key(
             Takes::Text,
             Then("over the macro step that of the metric, where it has one"),
@@ -79,7 +92,10 @@ keys! {
 }
 
 /// Keys of a panel that need the macro step across.
-pub(super) const OF_STEPS: [&str; 5] = ["band", "symlog", "within", "slope", "orders_over_ms"];
+pub(super) const OF_STEPS: [&str; 3] = ["band", "slope", "orders_over_ms"];
+
+/// Keys of a panel that need a parameter across.
+pub(super) const OF_PARAMETERS: [&str; 3] = ["macro_step_s", "lines", "border"];
 
 /// One line of a panel.
 struct Curve<'t> {
@@ -116,14 +132,20 @@ impl XyFigure {
             let abscissa = spec.x.read(folder, &table)?;
             // Each value of a parameter is a problem of its own.
             let runs = match abscissa {
-                Abscissa::Parameter(_) => spec.only.of(&all)?,
+                Abscissa::Parameter(_) if spec.lines.is_empty() => spec.only.of(&all)?,
                 _ => spec.only.one_of(&all)?,
             };
             let (unit, factor) = if spec.x.is_macro_step() { unit_of(&runs) } else { ("", 1.0) };
-            let x_axis = Axis::log10(spec.x.heading(unit)).within(spec.x.range);
+            // A logarithmic axis has no place for what is in time, or loses nothing.
+            let from_zero = matches!(&abscissa, Abscissa::Parameter(values) if values.contains(&0.0));
+            let across = if from_zero { Axis::linear } else { Axis::log10 };
+            let x_axis = across(spec.x.heading(unit)).within(spec.x.range);
             let mut panel = Panel::new(&spec.title, x_axis, spec.y_axis());
             if spec.symlog.is_some() {
                 panel = panel.guide(Guide::Horizontal(0.0));
+            }
+            if let Some(Border { at, label }) = &spec.border {
+                panel = panel.guide(Guide::Vertical(*at, label.clone()));
             }
             if let Some(band) = &spec.band {
                 let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label)?, factor)));
@@ -201,6 +223,17 @@ impl XyPanel {
     fn over_parameter<'t>(&self, runs: &Runs<'t>, values: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
         let wanted_ms = self.macro_step_s.map(|step| step * 1e3);
         let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
+        if !self.lines.is_empty() {
+            let wanted: Vec<String> = self.lines.iter().filter_map(|line| line.labels.last().cloned()).collect();
+            let last = runs.labels(&wanted).into_iter().zip(&self.lines);
+            return last
+                .map(|(last, line)| {
+                    let rows = line.labels.iter().flat_map(|label| runs.of_label(label).rows().to_vec());
+                    let rows = runs.with_rows(rows.collect()).select(shown);
+                    Ok(Curve::new(last, line.label.clone(), self.medians(&rows, |row| values[row])?))
+                })
+                .collect();
+        }
         // One value of the parameter is one problem: no other case, and nothing else that differs.
         let refuse_problems = |rows: &Runs<'_>| refuse_several(rows, "case and set", |row| runs.problem(row).join(" "));
         let curve = |(label, rows): (&'t str, Runs<'_>)| {
@@ -209,12 +242,12 @@ impl XyPanel {
             let points = match rows.rows().iter().any(|&row| values[row].is_finite()) {
                 true => {
                     rows.by(|row| values[row]).iter().try_for_each(|(_, rows)| refuse_problems(rows))?;
-                    over_phases(&rows, |row| values[row], &self.metric, identity, Bars::Range)?
+                    self.medians(&rows, |row| values[row])?
                 }
                 // What has no value of the parameter is a level across.
                 false => {
                     refuse_problems(&rows)?;
-                    let level = over_phases(&rows, |_| 0.0, &self.metric, identity, Bars::Range)?;
+                    let level = self.medians(&rows, |_| 0.0)?;
                     let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
                     abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
                 }
@@ -263,10 +296,14 @@ impl XyPanel {
 
     /// The medians of one label over the macro steps, or the shares of its runs that are usable.
     fn points(&self, runs: &Runs<'_>, label: &str) -> Result<Vec<OverPhases>> {
-        let (own, step) = (runs.of_label(label), |row| runs.macro_step_ms(row));
+        self.medians(&runs.of_label(label), |row| runs.macro_step_ms(row))
+    }
+
+    /// The medians of runs over what is across, or the shares of them that are usable.
+    fn medians(&self, runs: &Runs<'_>, across: impl Fn(usize) -> f64) -> Result<Vec<OverPhases>> {
         match self.within {
-            Some(within) => share_usable(&own, step, &self.metric, within),
-            None => over_phases(&own, step, &self.metric, identity, Bars::Range),
+            Some(within) => share_usable(runs, across, &self.metric, within),
+            None => over_phases(runs, across, &self.metric, identity, Bars::Range),
         }
     }
 

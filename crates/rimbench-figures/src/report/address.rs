@@ -30,19 +30,19 @@ pub fn address(catalogue: &Catalogue, runs: &ResultsTable, labels: &[String]) ->
     let second = labels.find_map(|label| shown(label, Some(&first)).filter(|own| own.side != first.side));
     let sides = [("a", Some(first.side)), ("b", second.map(|second| second.side))];
     let sides = sides.into_iter().filter_map(|(side, own)| Some((side, own?)));
-    let sides = sides.map(|(side, [scheme, contacts])| match contacts.as_str() {
-        "" => format!("&{side}={scheme}"),
-        contacts => format!("&{side}={scheme}&contacts-{side}={contacts}"),
+    let sides = sides.map(|(side, [scheme, contacts, late])| {
+        let options = [("contacts", contacts), ("late", late)].into_iter().filter(|(_, value)| !value.is_empty());
+        options.fold(format!("&{side}={scheme}"), |text, (key, value)| format!("{text}&{key}-{side}={value}"))
     });
     Some(first.place + &sides.collect::<String>())
 }
 
 /// A run as the simulator's address has it.
 struct Shown {
-    /// Case, macro step and phase, which both sides share.
+    /// Case, macro step, age of the samples and phase, which both sides share.
     place: String,
-    /// Scheme, and what it takes for closed contacts if that is not its own.
-    side: [String; 2],
+    /// Scheme, what it takes for closed contacts and what it makes of late samples, each if that is not its own.
+    side: [String; 3],
 }
 
 impl Shown {
@@ -54,21 +54,31 @@ impl Shown {
         let offered = offered_steps_ms(case.defaults.macro_step_s);
         let step_ms = offered.into_iter().find(|ms| (1e-3 * ms - step_s).abs() <= 1e-12 * step_s)?;
         let phase = text("phase").parse::<f64>().ok().filter(|phase| *phase != 1.0);
-        let same = |contacts: &str| {
+        let age = match text("delivery_up") {
+            "" => None,
+            late => Some(late.strip_prefix("delay:")?.parse().ok()?),
+        };
+        let same = |contacts: &str, late: &str| {
             let mut request = RunRequest::of(case.name.to_string(), text("scheme"));
-            let options =
-                [("macro_step_s", text("macro_step_s")), ("phase", text("phase")), ("contact_detection", contacts)];
+            let options = [
+                ("macro_step_s", text("macro_step_s")),
+                ("phase", text("phase")),
+                ("contact_detection", contacts),
+                ("delivery_up", text("delivery_up")),
+                ("late_samples", late),
+            ];
             for (key, value) in options.into_iter().filter(|(_, value)| !value.is_empty()) {
                 request.put(key, value).ok()?;
             }
             let id = request.resolve(catalogue).ok()?.id().to_string();
-            (id == text("run_id")).then(|| contacts.to_owned())
+            (id == text("run_id")).then(|| [text("scheme"), contacts, late].map(str::to_owned))
         };
-        let contacts = same("").or_else(|| same(text("contact_detection")))?;
-        let place = format!("case={}&h={step_ms}", case.name);
-        Some(Shown {
-            place: phase.map_or(place.clone(), |phase| format!("{place}&phase={phase}")),
-            side: [text("scheme").to_owned(), contacts],
-        })
+        let (contacts, late) = (text("contact_detection"), text("late_samples"));
+        let side =
+            same("", "").or_else(|| same(contacts, "")).or_else(|| same("", late)).or_else(|| same(contacts, late));
+        let shared = [("late", age), ("phase", phase)];
+        let place =
+            shared.into_iter().filter_map(|(key, value)| Some(format!("&{key}={}", value?))).collect::<String>();
+        Some(Shown { place: format!("case={}&h={step_ms}{place}", case.name), side: side? })
     }
 }

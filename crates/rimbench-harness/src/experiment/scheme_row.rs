@@ -1,10 +1,14 @@
 //! One `[[schemes]]` of an experiment file: a label, macro steps of its own, and any option that a run has.
 
+use crate::deadline_log::replay_log;
 use crate::grid::{MacroSteps, scalar_text};
 use rimbench_cases::runs::RunRequest;
+use rimbench_core::cosim::Channel;
 use rimbench_core::error::{Error, Result, shortened};
+use rimbench_results::input::read_text;
 use rimbench_results::text_place::{line_of, said_at};
 use std::collections::BTreeMap;
+use std::path::Path;
 use toml::Spanned;
 
 /// As it stands in the file, with its place.
@@ -12,6 +16,40 @@ pub(super) type RawRow = Spanned<BTreeMap<String, toml::Value>>;
 
 /// Keys of a row besides the options of a run.
 const OWN_KEYS: [&str; 4] = ["label", "macro_steps_s", "step_tolerances", "delivery"];
+
+/// Logs of computing times that rows name by their path from the file.
+pub(super) struct Logs<'a> {
+    /// Folder of the experiment file.
+    pub(super) folder: &'a Path,
+    /// What the file holds of them, as the copy beside results does.
+    pub(super) kept: &'a BTreeMap<String, String>,
+    /// What was read besides.
+    pub(super) read: BTreeMap<String, String>,
+}
+
+impl Logs<'_> {
+    /// Returns the text of a log.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read; [`Error::UnknownName`] if the file holds others.
+    fn text(&mut self, name: &str) -> Result<&str> {
+        if !self.kept.is_empty() {
+            let kept = self.kept.get(name).map(String::as_str);
+            return kept.ok_or_else(|| Error::unknown("log in [logs]", name, self.kept.keys().map(String::as_str)));
+        }
+        if !self.read.contains_key(name) {
+            self.read.insert(name.to_owned(), read_text(&self.folder.join(name))?);
+        }
+        Ok(&self.read[name])
+    }
+
+    /// Writes what was read as a table of the file; a JSON text is one of TOML as well.
+    pub(super) fn table(&self) -> Option<String> {
+        let json = |text: &String| serde_json::Value::from(text.as_str()).to_string().replace('\x7f', "\\u007f");
+        let lines = self.read.iter().map(|(name, text)| format!("{} = {}\n", json(name), json(text)));
+        (!self.read.is_empty()).then(|| format!("\n[logs]\n{}", lines.collect::<String>()))
+    }
+}
 
 /// Options of a run that a row does not set: the grid does.
 const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
@@ -38,12 +76,12 @@ impl SchemeRow {
     ///
     /// # Errors
     /// Unknown keys, and values that cannot be read.
-    pub(super) fn read(row: RawRow, source: &str) -> Result<Self> {
+    pub(super) fn read(row: RawRow, source: &str, logs: &mut Logs<'_>) -> Result<Self> {
         let line = line_of(source, row.span().start);
-        Self::read_keys(row.into_inner(), line).map_err(|error| in_row(line, &error))
+        Self::read_keys(row.into_inner(), line, logs).map_err(|error| in_row(line, &error))
     }
 
-    fn read_keys(keys: BTreeMap<String, toml::Value>, line: usize) -> Result<Self> {
+    fn read_keys(keys: BTreeMap<String, toml::Value>, line: usize, logs: &mut Logs<'_>) -> Result<Self> {
         let mut row = SchemeRow {
             line,
             label: String::new(),
@@ -62,7 +100,7 @@ impl SchemeRow {
                 }
                 "macro_steps_s" => row.macro_steps_s = Some(list(&key, value)?),
                 "step_tolerances" => row.step_tolerances = Some(list(&key, value)?),
-                "delivery" => row.read_delivery(value)?,
+                "delivery" => row.read_delivery(value, logs)?,
                 option => {
                     if !options().any(|known| known == option) {
                         return Err(Error::unknown(
@@ -97,8 +135,9 @@ impl SchemeRow {
     ///
     /// ```text
     /// delivery.up = { delay = 2, jitter = 1, loss = 0.2, seed = 3, missed = [4, 9] }
+    /// delivery.up = { log = "times.csv", deadline_s = 5e-3 }
     /// ```
-    fn read_delivery(&mut self, value: toml::Value) -> Result<()> {
+    fn read_delivery(&mut self, value: toml::Value, logs: &mut Logs<'_>) -> Result<()> {
         let keys = [("up", "delivery_up"), ("down", "delivery_down"), ("late_samples", ""), ("late_forces", "")];
         let toml::Value::Table(table) = value else {
             return Err(Error::invalid("delivery", value.type_str(), "a table, as in `delivery.up = { delay = 2 }`"));
@@ -108,8 +147,9 @@ impl SchemeRow {
                 return Err(Error::unknown("key of delivery", &key, keys.iter().map(|(known, _)| *known)));
             };
             let option = if option.is_empty() { &key } else { *option };
-            let text = match value {
-                toml::Value::Table(parts) => {
+            let (text, log) = match value {
+                toml::Value::Table(mut parts) => {
+                    let log = (parts.remove("log"), parts.remove("deadline_s"));
                     let parts = parts.into_iter().map(|(name, part)| match part {
                         toml::Value::Array(steps) => {
                             let steps: Result<Vec<String>> =
@@ -118,12 +158,28 @@ impl SchemeRow {
                         }
                         part => Ok(format!("{name}:{}", scalar_text(&name, &part)?)),
                     });
-                    parts.collect::<Result<Vec<String>>>()?.join(",")
+                    (parts.collect::<Result<Vec<String>>>()?.join(","), log)
                 }
-                text => scalar_text(&key, &text)?,
+                text => (scalar_text(&key, &text)?, (None, None)),
             };
-            self.request.put(option, &text)?;
-            self.given.insert(option.to_owned(), text);
+            let (name, deadline) = match log {
+                (None, None) => {
+                    self.request.put(option, &text)?;
+                    self.given.insert(option.to_owned(), text);
+                    continue;
+                }
+                (Some(toml::Value::String(name)), Some(toml::Value::Float(deadline))) => (name, deadline),
+                (Some(toml::Value::String(name)), Some(toml::Value::Integer(deadline))) => (name, deadline as f64),
+                (log, deadline) => {
+                    let found = [log, deadline].map(|value| value.map_or("nothing", |value| value.type_str()));
+                    let expected = "a file as text and a time as a number together, as in `log = \"times.csv\", deadline_s = 5e-3`";
+                    return Err(Error::invalid("log and deadline_s", found.join(" and "), expected));
+                }
+            };
+            let mut channel = if text.is_empty() { Channel::default() } else { text.parse()? };
+            replay_log(logs.text(&name)?, deadline, &mut channel).map_err(|why| Error::file(&name, why))?;
+            self.request.put(option, &channel.to_string())?;
+            self.given.insert(option.to_owned(), [text, format!("log:{name},deadline_s:{deadline}")].join(","));
         }
         Ok(())
     }

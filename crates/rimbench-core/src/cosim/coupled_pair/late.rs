@@ -58,7 +58,8 @@ impl CoupledPair<'_> {
         if let Some(shadow) = &mut late.shadow {
             let sample = Sample { model, ..Sample::of_outputs(step, &y.mechanics, micro_step) };
             shadow.scheme.0.receive(Side::Mechanics, &sample)?;
-            shadow.scheme.0.receive(Side::Actuator, &Sample { y: &own.actuator, model: None, ..sample })?;
+            let rates = attachments.output_rates.as_ref();
+            shadow.scheme.0.receive(Side::Actuator, &Sample { y: &own.actuator, model: None, rates, ..sample })?;
             shadow.start_from(&y.mechanics);
         }
         counters.exchanges += 1;
