@@ -91,6 +91,8 @@ fn delivery(options: &Map<String, Value>) -> Value {
             "loss": { "type": "number", "minimum": 0, "exclusiveMaximum": 1 },
             "seed": steps(),
             "missed": { "type": "array", "items": steps() },
+            "log": { "type": "string" },
+            "deadline_s": { "type": "number", "exclusiveMinimum": 0 },
         });
         let table = json!({ "type": "object", "additionalProperties": false, "properties": parts });
         json!({ "anyOf": [options[option].clone(), table] })

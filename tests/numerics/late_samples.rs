@@ -83,8 +83,8 @@ fn the_figures_of_the_trial_must_be_met() {
         options.extend(rule);
         for (macro_step, trial) in steps.into_iter().zip(trial) {
             let own = error(scheme, macro_step, &options);
-            // The trial's reference has the micro steps of its runs, so that their error is in ours only; and its hold moves
-            // the position on with the velocity held, where ours holds both.
+            // The trial's reference has the micro steps of its runs, and its hold moves the position on with the velocity held, where
+            // ours holds both. The bound was set with both tables at hand.
             let bound = 0.7 + trial * if scheme == hold { 0.2 } else { 0.15 };
             let within = if trial.is_finite() { (own - trial).abs() <= bound } else { own.is_infinite() };
             let mark = if within { " " } else { "✗" };
