@@ -10,6 +10,7 @@ mod acceleration_jumps;
 mod adversaries;
 mod ceilings;
 mod complementarity;
+mod cones;
 mod conservation;
 mod contact_compliance;
 mod contact_detection;
