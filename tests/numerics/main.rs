@@ -52,6 +52,7 @@ mod rows;
 mod scheme_identities;
 mod schemes;
 mod second_order;
+mod space;
 mod step_control;
 mod stiff_forces;
 mod wedge_box;
