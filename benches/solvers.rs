@@ -4,6 +4,7 @@
 //!    Gauss–Seidel (the solver from outside, `examples/custom_solver.rs`) and Clarabel.
 //! 2. Against size: a *row* (each contact shares a body with its neighbours: regular) and a *board* (one rigid body on n points:
 //!    rank 2, redundant), pushed by a slowly turning force. Demanded: faster than Lemke at every n, and boards no slower than rows.
+//! 3. In space, with friction: feet that slide in directions that turn, beside Gauss–Seidel, ADMM and Clarabel.
 //!
 //! Flops of a warm solve with n contacts, a of them active, matrix as before: impulses a², velocities 2 n a, check 2 n² + 4 n.
 //! For n = 4, a = 2 that is 4 + 16 + 48 ≈ 70, or about 9 ns at two operations per cycle and 4 GHz. Up to four members are
@@ -17,6 +18,7 @@ mod rivals;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rimbench::complementarity::Lcp;
+use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver, SpaceSweeps};
 use rimbench::known_problems::known_problems;
 use rimbench::solver_entry::SolverEntry;
 use std::hint::black_box;
@@ -74,6 +76,54 @@ fn compare(c: &mut Criterion, title: &str, problems: &Problems, solvers: &[Solve
     group.finish();
 }
 
+/// Feet of one body in space, three rows each, which slide in directions that turn: Newton with its fallbacks, the methods that stand behind
+/// it, and Clarabel on the associated law, which is another problem. All start from the answer of the problem before but Clarabel.
+fn cones(c: &mut Criterion) {
+    for feet in [3_usize, 4, 6, 16] {
+        let size = 3 * feet;
+        let arm = |k: usize| (k as f64 * 6.0 / feet as f64 + 0.4).sin_cos();
+        let row = |row: usize| {
+            let (y, x) = arm(row % feet);
+            [[0.0, 0.0, 1.0, y, -x, 0.0], [1.0, 0.0, 0.0, 0.0, -0.8, -y], [0.0, 1.0, 0.0, 0.8, 0.0, x]][row / feet]
+        };
+        let product = |a: [f64; 6], b: [f64; 6]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let h: Vec<f64> = (0..size * size).map(|k| product(row(k / size), row(k % size))).collect();
+        let friction = vec![0.3; feet];
+        let problems: Vec<Vec<f64>> = (0..64)
+            .map(|step| {
+                let (s, c) = (0.02 * f64::from(step)).sin_cos();
+                (0..size).map(|k| product(row(k), [0.3 * c, 0.3 * s, -1.0, 0.1 * s, 0.1 * c, 0.2 * s])).collect()
+            })
+            .collect();
+        let problem = |b| SpaceProblem::with_friction(&h, b, &friction);
+        let mut group = c.benchmark_group(format!("cones, {feet} feet"));
+        group.throughput(Throughput::Elements(problems.len() as u64));
+        let mut impulses = vec![0.0; size];
+        let mut solver = SpaceSolver::new(feet, 1e-9);
+        group.bench_function("newton and fallbacks", |bencher| {
+            bencher.iter(|| {
+                for b in &problems {
+                    solver.solve(black_box(problem(b)), &mut impulses).expect("it has a solution");
+                }
+            });
+        });
+        let mut sweeps = SpaceSweeps::new(feet);
+        group.bench_function("gauss-seidel", |bencher| {
+            bencher
+                .iter(|| problems.iter().map(|b| sweeps.sweep(problem(b), 1e-8, 5000, &mut impulses).0).sum::<u32>());
+        });
+        let mut admm = SpaceAdmm::new(feet);
+        group.bench_function("admm", |bencher| {
+            bencher
+                .iter(|| problems.iter().map(|b| admm.iterate(problem(b), 1e-8, 5000, &mut impulses).0).sum::<u32>());
+        });
+        group.bench_function("clarabel, associated law", |bencher| {
+            bencher.iter(|| problems.iter().filter_map(|b| rivals::relaxed_cones(problem(b), b)).count());
+        });
+        group.finish();
+    }
+}
+
 fn solvers(c: &mut Criterion) {
     let mut all = vec![SolverEntry::active_set(), SolverEntry::lemke()];
     all.extend(rivals::rivals().into_iter().filter(|solver| solver.name != "enumeration"));
@@ -89,6 +139,6 @@ fn solvers(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = solvers
+    targets = solvers, cones
 }
 criterion_main!(benches);

@@ -3,6 +3,7 @@
 use crate::asked;
 use crate::support::*;
 use rimbench::complementarity::{ComplementaritySolver, Lcp};
+use rimbench::friction::space::{SpaceProblem, SpaceSolver};
 
 /// Those that state a capacity; that they are all is checked below.
 const ALLOCATION_FREE: [&str; 3] = ["active-set", "lemke", "gauss-seidel"];
@@ -48,6 +49,41 @@ fn a_larger_problem_grows_the_workspace_once() {
         // Twelve buffers in the largest solver, eleven in the fallback; 40 problems are solved.
         assert!(grown > 0 && grown <= 23, "{name}: {grown} allocations");
     }
+}
+
+/// Redundant feet in space on the border of their cones; asked for more than rounding allows, sweeps and ADMM take all of their turns too.
+#[test]
+fn contacts_in_space_do_not_allocate_up_to_the_number_they_were_made_for() {
+    let n = 8;
+    let angle = |k: usize| 0.8 * k as f64 + 0.1;
+    let row = |row: usize| {
+        let (x, y) = (0.5 * angle(row % n).cos(), 0.5 * angle(row % n).sin());
+        [[0.0, 0.0, 1.0, y, -x, 0.0], [1.0, 0.0, 0.0, 0.0, -0.4, -y], [0.0, 1.0, 0.0, 0.4, 0.0, x]][row / n]
+    };
+    let h: Vec<f64> =
+        (0..9 * n * n).map(|k| row(k / (3 * n)).iter().zip(row(k % (3 * n))).map(|(a, b)| a * b).sum()).collect();
+    let friction = vec![0.3; n];
+    let (mut solver, mut vain) = (SpaceSolver::new(n, 1e-9), SpaceSolver::new(n, 1e-30));
+    let (mut p, mut b) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+    let before = asked();
+    for step in 0..60 {
+        solver.reset();
+        for foot in 0..n {
+            let load = 0.1 + (1.0 + (foot * step) as f64).sin().abs();
+            (p[foot], p[n + foot], p[2 * n + foot]) =
+                (load, 0.3 * load * (step as f64).cos(), 0.3 * load * (step as f64).sin());
+        }
+        for (b, h) in b.iter_mut().zip(h.chunks(3 * n)) {
+            *b = -h.iter().zip(&p).map(|(h, p)| h * p).sum::<f64>();
+        }
+        let problem = SpaceProblem::with_friction(&h, &b, &friction);
+        solver.solve(problem, &mut p).unwrap();
+        if step < 3 {
+            assert!(vain.solve(problem, &mut p).is_err());
+        }
+    }
+    assert_eq!((solver.counters().failures, vain.counters().fallbacks), (0, 3));
+    assert_eq!(asked() - before, 0);
 }
 
 #[test]

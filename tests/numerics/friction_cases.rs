@@ -104,6 +104,7 @@ fn the_energy_of_every_case_with_friction_must_close_with_every_model_and_fricti
         ("rocking-block-friction", &short, 1e-6),
         ("crane-drag", &short, 1e-6),
         ("wedge-box-friction", &short, 1e-6),
+        ("tripod", &[("macro_step_s", "1e-3"), ("duration_s", "0.6")], 1e-6),
         ("woodpecker", &[], 1e-10),
         ("slider-crank", &[], 1e-10),
     ] {

@@ -15,32 +15,37 @@ use std::path::Path;
 /// Contacts up to which problems are solved in a test; the larger ones take all methods together minutes.
 const MOST_CONTACTS: usize = 89;
 
-struct Planar {
-    name: String,
-    h: Vec<f64>,
-    b: Vec<f64>,
-    friction: Vec<f64>,
+/// A problem with T tangential rows per contact.
+pub struct OfOthers<const T: usize> {
+    pub name: String,
+    pub h: Vec<f64>,
+    pub b: Vec<f64>,
+    pub friction: Vec<f64>,
 }
 
-impl Planar {
-    fn problem(&self) -> FrictionProblem<'_> {
+impl<const T: usize> OfOthers<T> {
+    pub fn problem(&self) -> FrictionProblem<'_, T> {
         FrictionProblem::with_friction(&self.h, &self.b, &self.friction)
     }
 }
 
-/// Reads a file; none if it is not a planar problem.
-fn read(path: &Path) -> Option<Planar> {
+/// Reads a file; none if it has another number of rows per contact.
+fn read<const T: usize>(path: &Path) -> Option<OfOthers<T>> {
+    let per_contact = 1 + T;
     let text = std::fs::read_to_string(path).ok()?;
     let mut numbers = text.split_whitespace().map(|word| word.parse::<f64>().expect("a number"));
     let mut next = || numbers.next().expect("another number");
-    if next() != 2.0 {
+    if next() != per_contact as f64 {
         return None;
     }
     let (n, kind) = (next() as usize, next());
-    let size = 2 * n;
-    assert_eq!([next(), next()], [size as f64; 2], "a square matrix");
+    let size = per_contact * n;
+    // A global problem begins with its mass matrix.
+    if [next(), next()] != [size as f64; 2] {
+        return None;
+    }
     // Their rows: n, t of the first contact, n, t of the second; ours: all n, then all t.
-    let ours = |row: usize| row % 2 * n + row / 2;
+    let ours = |row: usize| row % per_contact * n + row / per_contact;
     let mut h = vec![0.0; size * size];
     if kind == 0.0 {
         assert_eq!([next(), next()], [size as f64; 2]);
@@ -49,7 +54,7 @@ fn read(path: &Path) -> Option<Planar> {
         }
     } else {
         let blocks = next() as usize;
-        assert_eq!([next(), next()], [n as f64; 2], "blocks of two rows");
+        assert_eq!([next(), next()], [n as f64; 2], "blocks of the rows of a contact");
         for _ in 0..2 * n {
             next();
         }
@@ -60,8 +65,9 @@ fn read(path: &Path) -> Option<Planar> {
         for (block, &column) in columns.iter().enumerate() {
             assert_eq!(next(), block as f64, "blocks are numbered");
             let row = starts.iter().rposition(|start| *start <= block).expect("a row of blocks");
-            for entry in 0..4 {
-                let (row, column) = (2 * row + entry % 2, 2 * column + entry / 2);
+            for entry in 0..per_contact * per_contact {
+                let (row, column) =
+                    (per_contact * row + entry % per_contact, per_contact * column + entry / per_contact);
                 h[ours(row) * size + ours(column)] = next();
             }
         }
@@ -72,11 +78,11 @@ fn read(path: &Path) -> Option<Planar> {
     }
     let friction = (0..n).map(|_| next()).collect();
     let name = path.file_name().expect("a file").to_string_lossy().into_owned();
-    Some(Planar { name, h, b, friction })
+    Some(OfOthers { name, h, b, friction })
 }
 
 /// What each method makes of a problem, from nothing: its natural residual, infinite where it gave up.
-fn residuals(planar: &Planar) -> [(&'static str, f64); 5] {
+fn residuals(planar: &OfOthers<1>) -> [(&'static str, f64); 5] {
     let (problem, n) = (planar.problem(), planar.friction.len());
     let (mut states, mut p) = (vec![ContactState::Open; n], vec![0.0; 2 * n]);
     let judge =
@@ -95,22 +101,22 @@ fn residuals(planar: &Planar) -> [(&'static str, f64); 5] {
     [("active states", active), ("enumeration", enumeration), ("lemke", lemke), ("sweeps", sweeps), ("in turn", all)]
 }
 
-fn problems() -> Option<Vec<Planar>> {
-    let folder = data_of_others("siconos-planar")?;
+pub fn problems<const T: usize>(folder: &str) -> Option<Vec<OfOthers<T>>> {
+    let folder = data_of_others(folder)?;
     let Ok(files) = std::fs::read_dir(&folder) else {
-        eprintln!("skipped: planar problems of Siconos: there is no folder {}", folder.display());
+        eprintln!("skipped: problems of Siconos: there is no folder {}", folder.display());
         return None;
     };
     let mut paths: Vec<_> = files.map(|entry| entry.unwrap().path()).collect();
     paths.sort();
-    let problems: Vec<Planar> = paths.iter().filter_map(|path| read(path)).collect();
-    assert!(!problems.is_empty(), "no planar problem in the folder");
+    let problems: Vec<_> = paths.iter().filter_map(|path| read(path)).collect();
+    assert!(!problems.is_empty(), "no problem in the folder");
     Some(problems)
 }
 
 #[test]
 fn the_planar_problems_of_others_must_be_solved_by_one_of_the_methods() {
-    let Some(problems) = problems() else { return };
+    let Some(problems) = problems::<1>("siconos-planar") else { return };
     for planar in problems.iter().filter(|planar| planar.friction.len() <= MOST_CONTACTS) {
         let found = residuals(planar);
         assert!(found[4].1 <= 1e-9, "{}: {found:?}", planar.name);

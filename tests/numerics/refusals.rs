@@ -78,6 +78,10 @@ crane-drag | load_offset_m=0.6 | beyond the rope of 0.5 m
 rocking-block-friction | friction=nan | friction = … above 0
 rocking-block-friction | tangential_restitution=0.5 | 0 to that along the normal, 0
 rocking-block-friction | start_angle_rad=0.6 | falls over
+tripod | friction=-0.1 | friction = -0.1 is not valid
+tripod | foot_2_angle_deg=90 | redundant: their normal rows have rank 2
+tripod | spool_amplitude=0.6 | spool_amplitude = 0.6 … at most 0.5
+tripod | cylinder_length_m=3.5 | cylinder_length_m = 3.5 … below 3.4
 linear-oscillator | coupling=pressure-displacement | one of force-displacement, displacement-displacement, force-force
 linear-oscillator | variant=2 | valid: one of 0, 1
 hydraulic-crane | coupling=force-force | one of force-displacement, pressure-displacement

@@ -7,8 +7,7 @@ use rimbench::metrics::METRICS;
 use std::collections::BTreeSet;
 
 /// Names with hyphens that are no words of this program: data of others, what the reader makes, a target of the compiler.
-const OF_OTHERS: &str =
-    "lim-crane osp-quarter-truck siconos-planar my-case my-scheme box-of-fmus data-series wasm32-unknown-unknown";
+const OF_OTHERS: &str = "lim-crane osp-quarter-truck siconos-planar siconos-space my-case my-scheme box-of-fmus data-series wasm32-unknown-unknown";
 
 /// Experiments that stand for any, or that the reader makes.
 const ANY: [&str; 2] = ["study/x", "study/heavy_box"];

@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 
 #[path = "rivals/mod.rs"]
 mod rivals;
-pub use rivals::{ENUMERATION_LIMIT, rivals};
+pub use rivals::{ENUMERATION_LIMIT, relaxed_cones, rivals};
 
 /// What most tests speak of.
 pub use rimbench::cases::{Case, Recorder, ReferenceMethod};

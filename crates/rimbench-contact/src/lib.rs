@@ -5,7 +5,7 @@
 //! ```
 //! `H` is the Delassus operator `A M⁻¹ Aᵀ` (1/kg), `b` the velocity without contact impulses, plus the term of the contact law (m/s), `P`
 //! the impulses (N·s), s De Saxcé's correction, and K the cone of the impulses: `P ≥ 0` (Signorini), or `|P_t| ≤ μ P_n` (Coulomb, in the
-//! plane). In a reduced interface model this is Eq. 4 of Raoofian, Kövecses, Teichmann: `H = H_uu`, `P = h λ_u⁺`.
+//! plane or in space). In a reduced interface model this is Eq. 4 of Raoofian, Kövecses, Teichmann: `H = H_uu`, `P = h λ_u⁺`.
 //!
 //! ```
 //! use rimbench_contact::complementarity::{ComplementaritySolver, Lcp, Unsolved};
@@ -33,7 +33,7 @@
 //! |---|---|
 //! | [`problem`] | the contact problem: Delassus operator, cone, natural residual |
 //! | [`complementarity`] | problems without friction: solvers that start from the last active set, the check |
-//! | [`friction`] | problems with Coulomb friction in the plane: solvers that start from the last states |
+//! | [`friction`] | problems with Coulomb friction: in the plane solvers that start from the last states, in [space](friction::space) from the last impulses |
 //! | [`contact_law`] | gap term, impact and compliance: the parts of `b` and of the diagonal of `H` that a contact law gives |
 //! | [`known_problems`] | problems with their answers, for any solver |
 //! | [`solver_entry`] | solvers by name, with the check and the fallback that belong to each |

@@ -5,9 +5,11 @@ mod clarabel;
 #[path = "../../../examples/custom_solver.rs"]
 mod custom_solver;
 mod enumeration;
+mod relaxed_cones;
 
 #[allow(unused_imports)] // Benches have no use for it.
 pub use enumeration::ENUMERATION_LIMIT;
+pub use relaxed_cones::relaxed_cones;
 
 use rimbench::complementarity::Solver;
 use rimbench::solver_entry::SolverEntry;

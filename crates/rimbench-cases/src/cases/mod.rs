@@ -34,6 +34,7 @@ mod scales;
 mod slider_crank;
 mod stops;
 mod towed_block;
+mod tripod;
 mod two_masses;
 mod values;
 mod wedge_boxes;
@@ -114,6 +115,7 @@ pub fn standard_cases() -> Vec<Case> {
         cranes::drag(),
         slider_crank::entry(),
         woodpecker::entry(),
+        tripod::entry(),
     ];
     cases.into_iter().map(|case| Case { scale: scales::scale_of(&case.name), ..case }).collect()
 }

@@ -4,7 +4,7 @@
 use super::case::Scale;
 
 /// Name, m, m/s, N.
-const SCALES: [(&str, f64, f64, f64); 31] = [
+const SCALES: [(&str, f64, f64, f64); 32] = [
     ("wedge-box", 3.2, 0.28, 990.0),
     ("hydraulic-crane", 0.6, 0.033, 11e3),
     ("linear-oscillator", 4.2, 120.0, 1200.0),
@@ -36,6 +36,7 @@ const SCALES: [(&str, f64, f64, f64); 31] = [
     ("crane-drag", 0.53, 8.5e-3, 8600.0),
     ("slider-crank", 2.3, 24.0, 340.0),
     ("woodpecker", 4.2e-3, 0.18, 0.24),
+    ("tripod", 1.8, 0.3, 1600.0),
 ];
 
 /// Finds the scale of a built-in case.

@@ -14,18 +14,18 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 
-/// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
+/// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line, or grows smoothly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spool {
     points: Vec<(f64, f64)>,
     sine: Option<Sine>,
 }
 
-/// `κ = centre (1 − A(t) sin(2π f t))`.
+/// `κ = centre (1 − A(t) sin(2π f t))`, or `κ = centre − A s(t) sin(2π (f t + turns))` with the smooth step `s = x² (3 − 2x)`, `x = t/ramp`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Sine {
-    centre: f64,
-    frequency: f64,
+enum Sine {
+    Line { centre: f64, frequency: f64 },
+    Smooth { centre: f64, amplitude: f64, frequency: f64, turns: f64, ramp: f64 },
 }
 
 impl Spool {
@@ -38,7 +38,16 @@ impl Spool {
     /// Builds the command `κ = centre (1 − A(t) sin(2π f t))` with frequency `f` (Hz) and an amplitude `A` that is
     /// linear between its points (time in s, A).
     pub fn sine(centre: f64, frequency: f64, amplitude: Vec<(f64, f64)>) -> Self {
-        Spool { sine: Some(Sine { centre, frequency }), ..Spool::new(amplitude) }
+        Spool { sine: Some(Sine::Line { centre, frequency }), ..Spool::new(amplitude) }
+    }
+
+    /// Builds the command `κ = centre − amplitude · s(t) sin(2π (f t + turns))` with frequency `f` (Hz), whose amplitude grows within `ramp`
+    /// (s) without a jump of its rate.
+    pub fn swing(centre: f64, amplitude: f64, frequency: f64, turns: f64, ramp: f64) -> Self {
+        Spool {
+            sine: Some(Sine::Smooth { centre, amplitude, frequency, turns, ramp }),
+            ..Spool::new(vec![(0.0, centre)])
+        }
     }
 
     /// Returns κ at time `t`.
@@ -46,8 +55,13 @@ impl Spool {
     pub fn at(&self, t: f64) -> f64 {
         match self.sine {
             None => self.line_at(t),
-            Some(Sine { centre, frequency }) => {
+            Some(Sine::Line { centre, frequency }) => {
                 centre * (1.0 - self.line_at(t) * libm::sin(std::f64::consts::TAU * frequency * t))
+            }
+            Some(Sine::Smooth { centre, amplitude, frequency, turns, ramp }) => {
+                let x = (t / ramp).clamp(0.0, 1.0);
+                let swing = libm::sin(std::f64::consts::TAU * (frequency * t + turns));
+                centre - amplitude * (x * x * (3.0 - 2.0 * x)) * swing
             }
         }
     }

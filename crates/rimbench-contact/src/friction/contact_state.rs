@@ -11,7 +11,7 @@ pub enum ContactState {
     Open,
     /// It does not move: `w_n = w_t = 0`, `|P_t| ≤ μ P_n`.
     Stick,
-    /// It slides forwards: `w_n = 0`, `w_t ≥ 0`, `P_t = −μ P_n`.
+    /// It slides forwards: `w_n = 0`, `w_t ≥ 0`, `P_t = −μ P_n`. In space it slides, along a direction that is kept beside the state.
     SlipPositive,
     /// It slides backwards: `w_n = 0`, `w_t ≤ 0`, `P_t = +μ P_n`.
     SlipNegative,

@@ -1,4 +1,4 @@
-//! Contact problems with Coulomb friction in the plane: `w = H P + b`, contact by contact open, sticking or sliding.
+//! Contact problems with Coulomb friction, in the plane here, in space in [`space`]: `w = H P + b`, contact by contact open, sticking or sliding.
 //!
 //! ```text
 //! 0 ≤ w_n ⟂ P_n ≥ 0        |P_t| ≤ μ P_n,  w_t P_t = −μ P_n |w_t|
@@ -34,6 +34,7 @@ mod copositive_lemke;
 mod enumeration;
 mod problem;
 mod solver;
+pub mod space;
 mod state_method;
 mod state_system;
 mod stiction;

@@ -24,16 +24,20 @@ const GROWTH: f64 = 8.0;
 /// `K` up to 2n×2n, 1/kg; `x` N·s.
 #[derive(Debug, Clone)]
 pub struct StateSystem {
-    /// Stacked row of each unknown: the contact, or n plus the contact where it is tangential.
+    /// Stacked row of each unknown: the contact, or n plus the contact where it is tangential, 2n plus it for a second tangential row.
     rows: Vec<usize>,
     /// Of each unknown what its column is made of: `H_·row`, plus so many times the tangential one.
     columns: Vec<Column>,
+    /// In space, the second tangential row of each unknown, and its factor.
+    seconds: Vec<(usize, f64)>,
     /// The states of the last matrix.
     states: Vec<ContactState>,
     len: usize,
     rank: usize,
     /// Whether one of them slides.
     slides: bool,
+    /// Tangential rows of a contact: 1 in the plane, 2 in space.
+    tangents: usize,
     /// `K` in the order of its pivots, then its upper factor, from the diagonal on; row after row, as the lower one, and one over the pivots.
     matrix: Vec<f64>,
     lower: Vec<f64>,
@@ -52,7 +56,7 @@ pub struct StateSystem {
 struct Column {
     row: usize,
     tangential: usize,
-    /// `∓μ` of a contact that slides; else 0.
+    /// `∓μ` of a contact that slides, in space times the first part of its direction; else 0.
     factor: f64,
 }
 
@@ -74,10 +78,17 @@ fn subtract<const K: usize>(y: &mut [f64; K], x: &[f64; K], factor: f64) {
 impl StateSystem {
     /// Makes room for this many contacts.
     pub fn new(contacts: usize) -> Self {
-        let n = 2 * contacts;
+        Self::with_tangents(contacts, 1)
+    }
+
+    /// Makes room for this many contacts with 1 tangential row each, in the plane, or 2, in space.
+    pub fn with_tangents(contacts: usize, tangents: usize) -> Self {
+        let n = (1 + tangents) * contacts;
         StateSystem {
+            tangents,
             rows: vec![0; n],
             columns: vec![Column::default(); n],
+            seconds: vec![(0, 0.0); if tangents > 1 { n } else { 0 }],
             states: Vec::with_capacity(contacts),
             len: 0,
             rank: 0,
@@ -95,8 +106,8 @@ impl StateSystem {
 
     /// Makes more room if these many contacts need it.
     pub fn grow(&mut self, contacts: usize) {
-        if 2 * contacts > self.rows.len() {
-            *self = StateSystem::new(contacts);
+        if (1 + self.tangents) * contacts > self.rows.len() {
+            *self = StateSystem::with_tangents(contacts, self.tangents);
         }
     }
 
@@ -115,7 +126,7 @@ impl StateSystem {
     /// Returns the entry of `line F_σ` for the unknown `k`, 1/kg; `line` are stacked entries, `[n; t]` first.
     #[inline]
     pub fn column_of(&self, k: usize, line: &[f64]) -> f64 {
-        self.columns[k].of(line)
+        self.columns[k].of(line) + self.seconds.get(k).map_or(0.0, |(row, factor)| factor * line[*row])
     }
 
     /// Tells whether the last matrix was one of these states.
@@ -127,20 +138,32 @@ impl StateSystem {
     /// Takes the equations of these states and factorises them; `line` gives a stacked row of `H`, contacts and tangential rows first.
     #[inline]
     pub fn factorise<'a>(&mut self, friction: &[f64], states: &[ContactState], line: impl Fn(usize) -> &'a [f64]) {
+        self.factorise_along(friction, states, &[], line);
+    }
+
+    /// Takes them where contacts that slide in space do so along these `directions`, of length 1; none are needed in the plane.
+    #[inline]
+    pub fn factorise_along<'a>(
+        &mut self,
+        friction: &[f64],
+        states: &[ContactState],
+        directions: &[[f64; 2]],
+        line: impl Fn(usize) -> &'a [f64],
+    ) {
         let again = self.is_of(states);
         if !again {
             self.take_states(states);
         }
         // Coefficients count where something slides.
         if !again || self.slides {
-            self.take_columns(friction);
+            self.take_columns(friction, directions);
         }
         if !(again && self.eliminate_in_order(&line)) {
             self.eliminate(&line);
         }
     }
 
-    fn take_columns(&mut self, friction: &[f64]) {
+    fn take_columns(&mut self, friction: &[f64], directions: &[[f64; 2]]) {
         let n = self.states.len();
         self.slides = false;
         for (column, &row) in self.columns.iter_mut().zip(&self.rows[..self.len]) {
@@ -151,6 +174,11 @@ impl StateSystem {
                 column.factor = direction * friction[row];
                 self.slides |= direction != 0.0;
             }
+        }
+        for (second, column) in self.seconds.iter_mut().zip(&mut self.columns[..self.len]) {
+            let along = if column.row < n { directions[column.row] } else { [1.0, 0.0] };
+            *second = (column.tangential + if column.row < n { n } else { 0 }, column.factor * along[1]);
+            column.factor *= along[0];
         }
         for (ordered, &column) in self.ordered_columns.iter_mut().zip(&self.column_order[..self.len]) {
             *ordered = self.columns[column];
@@ -169,8 +197,10 @@ impl StateSystem {
                 self.len += 1;
             }
             if *state == ContactState::Stick {
-                self.rows[self.len] = n + contact;
-                self.len += 1;
+                for tangent in 1..=self.tangents {
+                    self.rows[self.len] = tangent * n + contact;
+                    self.len += 1;
+                }
             }
         }
     }
@@ -180,6 +210,8 @@ impl StateSystem {
     fn eliminate_in_order<'a>(&mut self, line: &impl Fn(usize) -> &'a [f64]) -> bool {
         match self.len {
             0 => true,
+            // Searched each time: models in space are condensed once per macro step.
+            _ if self.tangents > 1 => false,
             1 => self.eliminate_few::<1>(line),
             2 => self.eliminate_few::<2>(line),
             3 => self.eliminate_few::<3>(line),
@@ -245,11 +277,14 @@ impl StateSystem {
     #[cold]
     fn eliminate<'a>(&mut self, line: &impl Fn(usize) -> &'a [f64]) {
         let k = self.len;
-        let StateSystem { rows, columns, matrix, row_order, column_order, .. } = self;
+        let StateSystem { rows, columns, seconds, matrix, row_order, column_order, .. } = self;
         for (target, &row) in matrix[..k * k].chunks_exact_mut(k.max(1)).zip(&*rows) {
             let source = line(row);
             for (target, column) in target.iter_mut().zip(&*columns) {
                 *target = column.of(source);
+            }
+            for (target, (row, factor)) in target.iter_mut().zip(&*seconds) {
+                *target += factor * source[*row];
             }
         }
         let (matrix, row_order, column_order) = (&mut matrix[..k * k], &mut row_order[..k], &mut column_order[..k]);
@@ -331,11 +366,17 @@ impl StateSystem {
             *y = -b[row];
         }
         self.solve_ordered();
-        impulses[..2 * self.states.len()].fill(0.0);
+        impulses[..(1 + self.tangents) * self.states.len()].fill(0.0);
         for (column, &x) in self.ordered_columns.iter().zip(&self.permuted[..self.rank]) {
             impulses[column.row] = x;
             if column.factor != 0.0 {
                 impulses[column.tangential] = column.factor * x;
+            }
+        }
+        // What slides across its first tangent.
+        for ((row, factor), column) in self.seconds.iter().zip(&self.columns[..self.len]) {
+            if *factor != 0.0 {
+                impulses[*row] = factor * impulses[column.row];
             }
         }
     }

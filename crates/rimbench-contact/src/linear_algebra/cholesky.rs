@@ -92,28 +92,13 @@ impl Cholesky {
     /// Solves `L y = b` in place.
     #[inline]
     pub fn forward(&self, b: &mut [f64]) {
-        let n = self.size;
-        for i in 0..n {
-            let row = &self.l[i * n..i * n + i];
-            let mut value = b[i];
-            for (l, y) in row.iter().zip(b.iter()) {
-                value -= l * y;
-            }
-            b[i] = value / self.l[i * n + i];
-        }
+        forward(&self.l, self.size, b);
     }
 
     /// Solves `Lᵀ x = y` in place.
     #[inline]
     pub fn backward(&self, y: &mut [f64]) {
-        let n = self.size;
-        for i in (0..n).rev() {
-            let value = y[i] / self.l[i * n + i];
-            y[i] = value;
-            for (j, yj) in y.iter_mut().enumerate().take(i) {
-                *yj -= self.l[i * n + j] * value;
-            }
-        }
+        backward(&self.l, self.size, y);
     }
 
     /// Solves `A x = b` in place.
@@ -134,8 +119,37 @@ fn mirror(a: &mut [f64], n: usize, visit: impl Fn(&mut f64, &mut f64)) {
     }
 }
 
-/// Plain in-place factorisation of the lower triangle, row by row.
-fn factor_lower(a: &mut [f64], n: usize) -> Result<(), ()> {
+#[inline(always)]
+fn forward(l: &[f64], n: usize, b: &mut [f64]) {
+    for i in 0..n {
+        let row = &l[i * n..i * n + i];
+        let mut value = b[i];
+        for (l, y) in row.iter().zip(b.iter()) {
+            value -= l * y;
+        }
+        b[i] = value / l[i * n + i];
+    }
+}
+
+#[inline(always)]
+fn backward(l: &[f64], n: usize, y: &mut [f64]) {
+    for i in (0..n).rev() {
+        let value = y[i] / l[i * n + i];
+        y[i] = value;
+        for (j, yj) in y.iter_mut().enumerate().take(i) {
+            *yj -= l[i * n + j] * value;
+        }
+    }
+}
+
+/// Solves `L Lᵀ x = b` in place, whose factor [`factor_lower`] left in `l`.
+pub(crate) fn solve_lower(l: &[f64], n: usize, b: &mut [f64]) {
+    forward(l, n, b);
+    backward(l, n, b);
+}
+
+/// Factorises the lower triangle in place, row by row, so that every sum has one order on every machine.
+pub(crate) fn factor_lower(a: &mut [f64], n: usize) -> Result<(), ()> {
     for i in 0..n {
         for j in 0..=i {
             let (upper, lower) = a.split_at_mut(i * n);

@@ -45,7 +45,7 @@ impl Lu {
     /// Replaces `b` by `A⁻¹ b` and destroys `a` (row-major); false if `A` is singular to working precision.
     pub fn solve(&mut self, a: &mut [f64], b: &mut [f64]) -> bool {
         let n = b.len();
-        if n < FAER_FROM { solve_by_rows(a, b, &mut self.row) } else { self.solve_by_blocks(a, b) }
+        if n < FAER_FROM { eliminate_by_rows(a, b, &mut self.row) } else { self.solve_by_blocks(a, b) }
     }
 
     fn solve_by_blocks(&mut self, a: &mut [f64], b: &mut [f64]) -> bool {
@@ -87,8 +87,9 @@ fn is_pivot(entry: f64, largest: f64) -> bool {
     entry.abs() > f64::EPSILON * largest
 }
 
-/// Elimination row by row; `row` is room for one.
-fn solve_by_rows(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -> bool {
+/// Replaces `b` by `A⁻¹ b` and destroys `a`, row by row, so that every sum has one order on every machine; `row` is room for one. False if
+/// A is singular to working precision.
+pub(crate) fn eliminate_by_rows(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -> bool {
     let n = b.len();
     let largest = largest_entry(a);
     for k in 0..n {

@@ -6,10 +6,18 @@
 /// K ∋ P ⟂ w + s ∈ K*        s = 0 (Signorini), s_n = μ |w_t| (Coulomb; De Saxcé's correction, as friction is not associated)
 /// ```
 /// # Source
-/// De Saxcé, Feng, *The bipotential method* (Mathematical and Computer Modelling 28, 1998) for s.
+/// De Saxcé, Feng, *The bipotential method: a constructive approach to design the complete contact law with friction and improved
+/// numerical algorithms* (Mathematical and Computer Modelling 28, 1998) for s. With `s = 0` under friction the law would be associated: a
+/// contact that slides would lift off with μ |w_t|.
 pub trait Cone: Copy {
-    /// Rows of a contact; of all contacts the normal rows come first.
+    /// Rows of a contact; of all contacts the normal rows come first, then the first tangential rows, then the second ones.
     const ROWS: usize;
+
+    /// Returns the velocity that residuals are relative to, m/s: `‖b‖_∞` over all rows.
+    #[inline(always)]
+    fn scale(b: &[f64]) -> f64 {
+        largest(b)
+    }
 
     /// Measures how far a contact is from solving this, m/s; NaN where its velocity is not finite.
     ///
@@ -45,17 +53,41 @@ impl Cone for Signorini {
     }
 }
 
-/// Contacts with Coulomb friction in the plane: `0 ≤ w_n ⟂ P_n ≥ 0`, `|P_t| ≤ μ P_n`, `w_t P_t = −μ P_n |w_t|`.
+/// Contacts with Coulomb friction and T tangential rows each, 1 in the plane, 2 in space: `0 ≤ w_n ⟂ P_n ≥ 0`, `|P_t| ≤ μ P_n`,
+/// `P_t = −μ P_n w_t / |w_t|` where it slides.
+///
+/// The friction disc is a Euclidean ball, which is an interval in the plane; nothing is replaced by facets.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coulomb<'a> {
+pub struct Coulomb<'a, const T: usize = 1> {
     /// Coefficient μ of each contact, not below 0.
     pub friction: &'a [f64],
 }
 
-impl Cone for Coulomb<'_> {
-    const ROWS: usize = 2;
+impl<const T: usize> Cone for Coulomb<'_, T> {
+    const ROWS: usize = 1 + T;
 
-    /// Returns `max( |min(H_nn P_n, w_n)|,  H_tt |P_t − proj_[±μ P_n](P_t − w_t / H_tt)| )`, the interval being 0 for an impulse that pulls.
+    /// In space, `‖b‖_∞` over the contacts with `b_n < 0`, those that would close in this step; over all if there is none. A far gap puts
+    /// `g/h` into b: 60 mm over 50 µs are 1200 m/s, of which 1e-9 are 1.2 µm/s. In the plane it is over all rows, which keeps the digits of
+    /// planar runs.
+    #[inline(always)]
+    fn scale(b: &[f64]) -> f64 {
+        if T == 1 {
+            return largest(b);
+        }
+        let contacts = b.len() / Self::ROWS;
+        let mut scale = 0.0;
+        for (contact, normal) in b[..contacts].iter().enumerate() {
+            if *normal < 0.0 {
+                for row in 0..Self::ROWS {
+                    scale = larger(scale, b[row * contacts + contact].abs());
+                }
+            }
+        }
+        if scale > 0.0 { scale } else { largest(b) }
+    }
+
+    /// Returns `max( |min(H_nn P_n, w_n)|,  H_tt |P_t − proj_B(P_t − w_t / H_tt)| )`, B being the ball of radius μ P_n, or 0 for an impulse
+    /// that pulls, and H_tt the largest diagonal entry of the tangential rows.
     #[inline(always)]
     fn violation(
         &self,
@@ -65,16 +97,39 @@ impl Cone for Coulomb<'_> {
         impulses: &[f64],
         velocity: impl Fn(usize) -> f64,
     ) -> f64 {
-        let (normal, tangential) = (contact, contacts + contact);
-        let (p_n, p_t) = (impulses[normal], impulses[tangential]);
-        let (h_tt, w_t) = (weight(tangential), velocity(tangential));
+        let p_n = impulses[contact];
         let bound = self.friction[contact] * larger(0.0, p_n);
-        let free = p_t - w_t / h_tt;
-        let projected = if free > bound { bound } else { free };
-        let projected = if projected < -bound { -bound } else { projected };
-        let tangential_violation = h_tt * (p_t - projected).abs();
-        larger(normal_violation(weight(normal) * p_n, velocity(normal)), tangential_violation) + w_t * 0.0
+        let normal = normal_violation(weight(contact) * p_n, velocity(contact));
+        if T == 1 {
+            let tangential = contacts + contact;
+            let (p_t, h_tt, w_t) = (impulses[tangential], weight(tangential), velocity(tangential));
+            let free = p_t - w_t / h_tt;
+            let projected = if free > bound { bound } else { free };
+            let projected = if projected < -bound { -bound } else { projected };
+            return larger(normal, h_tt * (p_t - projected).abs()) + w_t * 0.0;
+        }
+        let row = |axis: usize| (1 + axis) * contacts + contact;
+        let h_tt = (0..T).fold(0.0, |most, axis| larger(most, weight(row(axis))));
+        let p_t: [f64; T] = std::array::from_fn(|axis| impulses[row(axis)]);
+        let w_t: [f64; T] = std::array::from_fn(|axis| velocity(row(axis)));
+        let free: [f64; T] = std::array::from_fn(|axis| p_t[axis] - w_t[axis] / h_tt);
+        let length = norm(free);
+        let shrink = if length > bound { bound / length } else { 1.0 };
+        let distance = norm(std::array::from_fn::<_, T, _>(|axis| p_t[axis] - shrink * free[axis]));
+        larger(normal, h_tt * distance) + norm(w_t) * 0.0
     }
+}
+
+/// Returns `‖b‖_∞`.
+#[inline(always)]
+fn largest(b: &[f64]) -> f64 {
+    b.iter().fold(0.0, |max: f64, b| if b.abs() > max { b.abs() } else { max })
+}
+
+/// Returns the Euclidean norm.
+#[inline(always)]
+pub(crate) fn norm<const T: usize>(vector: [f64; T]) -> f64 {
+    vector.iter().map(|entry| entry * entry).sum::<f64>().sqrt()
 }
 
 /// Returns `|min(H_nn P_n, w_n)|`, or NaN where `w_n` is not finite.

@@ -22,10 +22,10 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
         self.b.len() / K::ROWS
     }
 
-    /// Returns `‖b‖_∞`, m/s.
+    /// Returns the velocity that residuals are relative to, m/s: `‖b‖_∞`, in space of the contacts that could close ([`Cone::scale`]).
     #[inline(always)]
     pub fn scale(&self) -> f64 {
-        self.b.iter().fold(0.0, |max: f64, b| if b.abs() > max { b.abs() } else { max })
+        K::scale(self.b)
     }
 
     /// Tells whether `P = 0` is a solution, that is `b_n ≥ 0`. Looks at `b` only.
@@ -75,11 +75,11 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
     #[inline(always)]
     pub fn residual_of(&self, impulses: &[f64], velocity: impl Fn(usize) -> f64) -> f64 {
         let violation = self.violation(impulses, velocity);
-        // ‖b‖_∞ may be infinite, too.
+        // The scale may be infinite, too.
         if violation.is_finite() { violation / self.scale().max(f64::MIN_POSITIVE) } else { f64::INFINITY }
     }
 
-    /// Returns `r ‖b‖_∞`, m/s; infinite where something is not finite.
+    /// Returns r times [`scale`](Self::scale), m/s; infinite where something is not finite.
     #[inline(always)]
     pub(crate) fn violation(&self, impulses: &[f64], velocity: impl Fn(usize) -> f64) -> f64 {
         let weight = |row: usize| {
@@ -140,16 +140,20 @@ impl<'a> ContactProblem<'a, SymmetricRows<'a>, Signorini> {
     }
 }
 
-impl<'a> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a>> {
-    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, 2n×2n, `b` is `[b_n; b_t]`, and `friction` the coefficient μ of each
-    /// contact.
+impl<'a, const T: usize> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a, T>> {
+    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, (1+T)n × (1+T)n, `b` is `[b_n; b_t]`, and `friction` the coefficient
+    /// μ of each contact. With two tangential rows `b_t = [b_t1; b_t2]`.
     ///
     /// # Panics
     /// If the lengths do not fit.
     #[inline(always)]
     pub fn with_friction(h: &'a [f64], b: &'a [f64], friction: &'a [f64]) -> Self {
         let rows = b.len();
-        assert_eq!((rows, h.len()), (2 * friction.len(), rows * rows), "b has length 2n, and H is 2n×2n");
+        assert_eq!(
+            (rows, h.len()),
+            ((1 + T) * friction.len(), rows * rows),
+            "b has 1+T rows per contact, H is as large"
+        );
         ContactProblem { delassus: DenseDelassus { h, rows }, b, cone: Coulomb { friction } }
     }
 }
@@ -157,6 +161,7 @@ impl<'a> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::FrictionProblem;
 
     const H: [f64; 4] = [2.0, 1.0, 1.0, 2.0];
 
@@ -203,11 +208,29 @@ mod tests {
         assert_eq!(lcp.natural_residual(&[-0.5]), 0.5);
     }
 
+    #[test]
+    fn in_space_the_ball_and_the_scale_of_contacts_that_could_close_count() {
+        // A point of 0.5 kg, and one far away, whose gap term must not set the scale.
+        let h: [f64; 36] = std::array::from_fn(|k| if k / 6 == k % 6 { 2.0 } else { 0.0 });
+        let residual = |b: [f64; 3], p: [f64; 3]| {
+            let with_far = |of: [f64; 3], far: f64| [of[0], far, of[1], 0.0, of[2], 0.0];
+            let b = with_far(b, 1e6);
+            // The root leaves an ulp.
+            (1e9 * FrictionProblem::<2>::with_friction(&h, &b, &[0.5; 2]).natural_residual(&with_far(p, 0.0))).round()
+                / 1e9
+        };
+        assert_eq!(residual([-4.0, 3.0, 4.0], [2.0, -0.6, -0.8]), 0.0, "slides against its velocity");
+        assert_eq!(residual([-4.0, 0.6, 0.8], [2.0, -0.3, -0.4]), 0.0, "sticks");
+        assert_eq!(residual([-4.0, 3.0, 4.0], [2.0, 0.0, 0.0]), 2.0 / 4.0, "slides without friction");
+        assert_eq!(residual([-4.0, 3.0, 4.0], [2.0, -1.2, -1.6]), 2.0 / 4.0, "friction beyond its ball");
+        assert_eq!(residual([-4.0, f64::NAN, 4.0], [2.0, 0.0, 0.0]), f64::INFINITY);
+    }
+
     /// A point of 0.5 kg.
     const POINT: [f64; 4] = [2.0, 0.0, 0.0, 2.0];
 
     fn with_friction(b: [f64; 2], p: [f64; 2]) -> f64 {
-        ContactProblem::with_friction(&POINT, &b, &[0.5]).natural_residual(&p)
+        FrictionProblem::<1>::with_friction(&POINT, &b, &[0.5]).natural_residual(&p)
     }
 
     #[test]
@@ -216,7 +239,7 @@ mod tests {
         assert_eq!(with_friction([-4.0, 1.0], [2.0, -0.5]), 0.0, "stick");
         assert_eq!(with_friction([-4.0, 8.0], [2.0, -1.0]), 0.0, "slip forwards");
         assert_eq!(with_friction([-4.0, -8.0], [2.0, 1.0]), 0.0, "slip backwards");
-        assert_eq!(ContactProblem::with_friction(&[], &[], &[]).natural_residual(&[]), 0.0);
+        assert_eq!(FrictionProblem::<1>::with_friction(&[], &[], &[]).natural_residual(&[]), 0.0);
     }
 
     #[test]

@@ -66,6 +66,10 @@ impl DelassusOperator for DenseDelassus<'_> {
             6 => of_few::<6, K>(problem.delassus.h, problem.b, problem.cone, impulses),
             7 => of_few::<7, K>(problem.delassus.h, problem.b, problem.cone, impulses),
             8 => of_few::<8, K>(problem.delassus.h, problem.b, problem.cone, impulses),
+            // Three, four and six contacts in space.
+            9 if K::ROWS == 3 => of_few::<9, K>(problem.delassus.h, problem.b, problem.cone, impulses),
+            12 if K::ROWS == 3 => of_few::<12, K>(problem.delassus.h, problem.b, problem.cone, impulses),
+            18 if K::ROWS == 3 => of_few::<18, K>(problem.delassus.h, problem.b, problem.cone, impulses),
             _ => of_many(problem.delassus.h, problem.b, problem.cone, impulses),
         }
     }

@@ -5,6 +5,7 @@ mod contact_problem;
 mod delassus;
 mod unsolved;
 
+pub(crate) use cone::norm;
 pub use cone::{Cone, Coulomb, Signorini};
 pub use contact_problem::ContactProblem;
 pub use delassus::{DelassusOperator, DenseDelassus};

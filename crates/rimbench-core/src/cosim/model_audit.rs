@@ -104,6 +104,7 @@ pub(crate) struct ModelAudit {
     difference: Vec<f64>,
     /// What bilateral contacts with friction do.
     states: Vec<ContactState>,
+    directions: Vec<[f64; 2]>,
     system: StateSystem,
 }
 
@@ -127,7 +128,8 @@ impl ModelAudit {
             condensed: [Condensation::of(empty), Condensation::of(empty)],
             difference: vec![0.0; n_i * n_i],
             states: vec![ContactState::Open; empty.friction.len()],
-            system: StateSystem::new(empty.friction.len()),
+            directions: empty.directions.clone(),
+            system: StateSystem::with_tangents(empty.friction.len(), empty.tangents()),
         }
     }
 
@@ -219,8 +221,8 @@ impl ModelAudit {
         }
         self.of_model.fill(0.0);
         if let Some(modes) = end.bilateral_modes {
-            modes.close(&model.w, end.rows, &mut self.states);
-            self.system.factorise(modes.friction, &self.states, |row| model.row(row));
+            modes.close(&model.w, end.rows, &mut self.states, &mut self.directions);
+            self.system.factorise_along(modes.friction, &self.states, &self.directions, |row| model.row(row));
             self.right.iter_mut().enumerate().for_each(|(row, right)| *right = free(row));
             end.rows.iter().zip(end.w).for_each(|(&row, w)| self.right[row] -= w);
             self.system.impulses(&self.right, &mut self.of_model);
@@ -249,7 +251,7 @@ impl ModelAudit {
                 }
             };
             match row.checked_sub(model.contacts()) {
-                Some(contact) => note(w * (p - of_model), contact, Creation::Stick),
+                Some(row) => note(w * (p - of_model), row % model.contacts(), Creation::Stick),
                 None => {
                     // 0 ≤ w + d ⟂ P ≥ 0, with the second half-kick in d
                     let d = if p > 0.0 { -w } else { model.step_gap_velocity(row) + kick(row) };

@@ -13,6 +13,7 @@ use rimbench_contact::friction::{ContactState, StateSystem};
 pub(super) struct StateWork {
     system: StateSystem,
     states: Vec<ContactState>,
+    directions: Vec<[f64; 2]>,
     x: Vec<f64>,
     symmetric: Vec<f64>,
 }
@@ -21,9 +22,10 @@ impl StateWork {
     pub(super) fn new(model: &ReducedInterfaceModel) -> Self {
         let (n, n_i) = (model.contacts(), model.interface());
         StateWork {
-            system: StateSystem::new(n),
+            system: StateSystem::with_tangents(n, model.tangents()),
             states: vec![ContactState::Open; n],
-            x: vec![0.0; 2 * n],
+            directions: model.directions.clone(),
+            x: vec![0.0; model.interface_start()],
             symmetric: vec![0.0; n_i * n_i],
         }
     }
@@ -46,9 +48,9 @@ impl StateWork {
         [h, a, w]: [&mut [f64]; 3],
     ) -> usize {
         let (n_i, first) = (model.interface(), model.interface_start());
-        let StateWork { system, states, x, .. } = self;
-        modes.close(&model.w, closed, states);
-        system.factorise(modes.friction, states, |row| model.row(row));
+        let StateWork { system, states, directions, x, .. } = self;
+        modes.close(&model.w, closed, states, directions);
+        system.factorise_along(modes.friction, states, directions, |row| model.row(row));
         // Right-hand sides: the interface columns, then a, then w.
         for column in 0..n_i + 2 {
             let of = |row: usize| match column.checked_sub(n_i) {

@@ -43,6 +43,7 @@ pub use belief::Belief;
 pub(crate) use condensation::smallest_eigenvalue;
 pub use condensation::{Condensation, PSEUDO_INVERSE_LIMIT, condense, condense_in_modes};
 pub use contact_modes::ContactModes;
+pub(crate) use contact_modes::closed_in_space;
 pub use elimination::Elimination;
 pub(crate) use half_kick::HalfKick;
 pub(crate) use independent_rows::IndependentRows;

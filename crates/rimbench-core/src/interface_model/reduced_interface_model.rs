@@ -21,13 +21,15 @@ pub const TOUCHING: f64 = 1e-9;
 /// # Shapes and units
 /// The rows of `u` and `i` are stacked, contacts first: `h` is `(n_u+n_i)²` (1/kg), `a` (m/s²) and `w` (m/s) have
 /// length `n_u+n_i`; `gap` n_u (m); `position` n_i (m). With friction the tangential rows stand between the two, `[n; t; i]`, as many as
-/// contacts: see [`interface_start`](Self::interface_start).
+/// contacts, in space `[n; t1; t2; i]`, twice as many: see [`interface_start`](Self::interface_start).
 /// # Source
 /// Raoofian, Kövecses, Teichmann, Eq. 4.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedInterfaceModel {
     contacts: usize,
     interface: usize,
+    /// Rows of contacts, tangential ones among them.
+    contact_rows: usize,
     /// All rows of `h`, where it is dense.
     rows: usize,
     /// Counts how often rows have come to stand for other contacts.
@@ -72,6 +74,10 @@ pub struct ReducedInterfaceModel {
     /// States from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
     /// contact that is closed without an impulse. Of several solutions a solver that starts here reaches that one; empty without friction.
     pub solved_states: Vec<ContactState>,
+    /// Direction in which each contact slid in the mechanics' last step, of length 1, in its two tangential rows; empty in the plane.
+    pub directions: Vec<[f64; 2]>,
+    /// Forces of all contact rows in the mechanics' last step, N, from which contact problems in space start; empty in the plane.
+    pub solved_forces: Vec<f64>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
     /// Coming jumps of `a`, from the curvature of the geometry, where they are asked for.
@@ -98,10 +104,23 @@ impl ReducedInterfaceModel {
         }
     }
 
+    /// Makes a zero model whose contacts have two tangential rows each, with the coefficients `friction`.
+    pub fn zeros_in_space(friction: &[f64], interface: usize) -> Self {
+        let contacts = friction.len();
+        ReducedInterfaceModel {
+            friction: friction.to_vec(),
+            states: vec![ContactState::Open; contacts],
+            directions: vec![[1.0, 0.0]; contacts],
+            solved_forces: vec![0.0; 3 * contacts],
+            ..Self::zeros_of_rows(contacts, 3 * contacts + interface, interface)
+        }
+    }
+
     fn zeros_of_rows(contacts: usize, n: usize, interface: usize) -> Self {
         ReducedInterfaceModel {
             contacts,
             interface,
+            contact_rows: n - interface,
             rows: n,
             listing: 0,
             delassus_pattern: None,
@@ -122,6 +141,8 @@ impl ReducedInterfaceModel {
             stiction: None,
             states: Vec::new(),
             solved_states: Vec::new(),
+            directions: Vec::new(),
+            solved_forces: Vec::new(),
             tangential_restitution: 0.0,
             acceleration_jumps: AccelerationJumps::default(),
             smooth: false,
@@ -138,6 +159,7 @@ impl ReducedInterfaceModel {
             gap: vec![0.0; contacts],
             at_bound: vec![false; contacts],
             contacts,
+            contact_rows: contacts,
             ..ReducedInterfaceModel::zeros(0, interface)
         };
         ReducedInterfaceModel { h: vec![0.0; entries], delassus_pattern: Some(pattern), ..zeros }
@@ -187,10 +209,21 @@ impl ReducedInterfaceModel {
         !self.friction.is_empty()
     }
 
-    /// Returns the first interface row of the stacked ones: n_u, with friction 2 n_u.
+    /// Returns the first interface row of the stacked ones: n_u, with friction 2 n_u, in space 3 n_u.
     #[inline]
     pub fn interface_start(&self) -> usize {
-        self.contacts + self.friction.len()
+        self.contact_rows
+    }
+
+    /// Returns the number of tangential rows of each contact with friction: 1 in the plane, 2 in space.
+    pub fn tangents(&self) -> usize {
+        if self.is_in_space() { 2 } else { 1 }
+    }
+
+    /// Tells whether contacts have two tangential rows.
+    #[inline]
+    pub fn is_in_space(&self) -> bool {
+        !self.directions.is_empty()
     }
 
     /// Checks that a dense `H` is symmetric and positive semidefinite, as for every mechanics. For models from outside.
@@ -308,6 +341,8 @@ impl ReducedInterfaceModel {
         self.stiction = other.stiction;
         self.states.copy_from_slice(&other.states);
         self.solved_states.copy_from_slice(&other.solved_states);
+        self.directions.copy_from_slice(&other.directions);
+        self.solved_forces.copy_from_slice(&other.solved_forces);
         self.tangential_restitution = other.tangential_restitution;
         self.acceleration_jumps.copy_from(&other.acceleration_jumps);
     }
@@ -315,7 +350,7 @@ impl ReducedInterfaceModel {
     /// Returns states and coefficients of contacts with friction in the mechanics' last step.
     #[inline]
     pub fn modes(&self) -> ContactModes<'_> {
-        ContactModes { states: &self.states, friction: &self.friction }
+        ContactModes { states: &self.states, friction: &self.friction, directions: &self.directions }
     }
 
     /// Lists the contacts that the mechanics' own last step found closed: the definition that no option changes.

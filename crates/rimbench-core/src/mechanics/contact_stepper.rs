@@ -27,7 +27,7 @@ pub use step_contacts::{CONTACT_STATE, Friction};
 use self::energy::EnergyBalance;
 use self::rebounding::Rebounding;
 use self::step_contacts::{ContactTerms, StepContacts};
-use super::mechanical_model::ModelSize;
+use super::mechanical_model::{MechanicalModel, ModelSize};
 use crate::cosim::SubsystemCounters;
 use crate::error::Failure;
 use crate::interface_model::{Condensation, Elimination, Linearisation, ReducedInterfaceModel};
@@ -142,7 +142,7 @@ impl ContactStepper {
     }
 
     /// Advances velocities and positions by one step (Eq. 1); Eq. 3 stays that of the state before.
-    pub(super) fn advance(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
+    pub(super) fn advance(&mut self, model: &impl MechanicalModel, lambda: &[f64], h: f64) -> Result<(), Failure> {
         self.reduce(h)?;
         self.solve_contacts(lambda, h)?;
         self.elimination.velocity_after(h, &self.impulses, &mut self.v_next);
@@ -150,9 +150,7 @@ impl ContactStepper {
         self.book_energy(h);
         std::mem::swap(&mut self.v, &mut self.v_next);
         let v_displacement = if self.rebounding.any() { &self.v_displacement } else { &self.v };
-        for (q, v) in self.q.iter_mut().zip(v_displacement) {
-            *q += h * v;
-        }
+        model.advance_positions(&mut self.q, v_displacement, h);
         self.last_step = h;
         self.closed_known = false;
         self.counters.micro_steps += 1;
@@ -204,7 +202,11 @@ impl ContactStepper {
         self.find_closed();
         model.copy_from(&self.eq4);
         if let Some(coulomb) = self.contacts.coulomb() {
-            coulomb.write_modes(model, self.last_step.is_finite());
+            let started = self.last_step.is_finite();
+            coulomb.write_modes(model, started);
+            for (force, impulse) in model.solved_forces.iter_mut().zip(&self.impulses) {
+                *force = if started { impulse / self.last_step } else { 0.0 };
+            }
         }
         Ok(())
     }

@@ -22,7 +22,7 @@ impl JumpFinder {
         (switches > 0).then(|| {
             Box::new(JumpFinder {
                 switches: vec![[0.0; 2]; switches],
-                q: vec![0.0; n],
+                q: model.initial_state().0,
                 rows: [unilateral, tangential, interface].map(|count| Rows::zeros(count, n)),
             })
         })
@@ -46,9 +46,8 @@ impl JumpFinder {
             let (time, aside) = (-value / rate, (ASIDE / rate).abs());
             let jumps = acceleration_jumps.add(time);
             for (time, sign) in [(time - aside, -1.0), (time + aside, 1.0)] {
-                for (at, (q, v)) in self.q.iter_mut().zip(q.iter().zip(v)) {
-                    *at = q + time * v;
-                }
+                self.q.copy_from_slice(q);
+                model.advance_positions(&mut self.q, v, time);
                 self.evaluate(model, v);
                 // Without friction there is no room for the tangential rows.
                 let [unilateral, tangential, interface] = &self.rows;

@@ -14,7 +14,7 @@ pub struct ModelSize {
     pub bilateral: usize,
     /// Unilateral rows n_u (possible contacts, open ones included).
     pub unilateral: usize,
-    /// Tangential rows: one per unilateral row, or none if the model has no friction to offer.
+    /// Tangential rows: one per unilateral row in the plane, two in space, or none if the model has no friction to offer.
     pub tangential: usize,
     /// Interface rows n_i.
     pub interface: usize,
@@ -33,6 +33,23 @@ pub trait MechanicalModel: Send {
 
     /// Returns q and v at the start; their units are the model's, those of rows and gaps m and m/s.
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>);
+
+    /// Adds to q what velocities v give in `h` (s): `q + h v` where each velocity is the rate of a coordinate, as it is unless a model says
+    /// otherwise. Orientations in space are unit quaternions, of four coordinates for three velocities.
+    ///
+    /// # Panics
+    /// If there are as many coordinates as velocities for that, and the model has another number and does not say otherwise.
+    #[inline]
+    fn advance_positions(&self, q: &mut [f64], v: &[f64], h: f64) {
+        assert_eq!(
+            q.len(),
+            v.len(),
+            "a model whose coordinates are not as many as its velocities advances them itself"
+        );
+        for (q, v) in q.iter_mut().zip(v) {
+            *q += h * v;
+        }
+    }
 
     /// Takes note of a new state.
     fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
@@ -91,6 +108,7 @@ pub trait MechanicalModel: Send {
     }
 
     /// Writes `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned clockwise, without positions.
+    /// In space first those along a direction of each surface, then those along a second one: both and the normal are orthonormal.
     /// Called only for models that have tangential rows, and only with friction.
     fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 

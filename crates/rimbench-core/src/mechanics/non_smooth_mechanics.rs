@@ -114,7 +114,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             ));
         }
         self.stepper.add_friction(friction, self.model.size().tangential, solver)?;
-        self.observables.extend(friction_observables(&self.contacts));
+        self.observables.extend(friction_observables(&self.contacts, self.stepper.is_in_space()));
         self.linearise();
         Ok(self)
     }
@@ -226,7 +226,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         {
             return stepped;
         }
-        self.stepper.advance(u, h)?;
+        self.stepper.advance(&self.model, u, h)?;
         let kinetic = self.stepper.kinetic_energy();
         let ContactStepper { q, v, .. } = &self.stepper;
         if self.model.remap_contacts(q, v, h)? {
@@ -284,6 +284,9 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
             return Err(
                 "contacts with friction are stepped by the semi-implicit rule: where they start to slide is not located",
             );
+        }
+        if self.stepper.q.len() != self.stepper.v.len() {
+            return Err("bodies in space, whose orientations are quaternions, are stepped by the semi-implicit rule");
         }
         if self.model.relists() {
             return Err("contacts that are listed again as bodies travel are stepped by the semi-implicit rule");

@@ -3,6 +3,7 @@
 use super::coulomb_contacts::CoulombContacts;
 use super::model_contacts::{ContactSolver, Posed, Signorini};
 use super::recorded_modes::RecordedModes;
+use super::space_contacts::SpaceContacts;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
@@ -25,6 +26,7 @@ pub(super) struct ActiveContacts {
 enum ActiveSolver {
     Signorini(Box<Signorini>),
     Coulomb(Box<CoulombContacts>),
+    Space(Box<SpaceContacts>),
 }
 
 /// Eq. 4 over one step of the mechanics.
@@ -73,6 +75,9 @@ impl ActiveContacts {
     /// Reserves models like this one.
     pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Self {
         let (rows, interface) = (model.interface_start(), model.interface());
+        if let Some(contacts) = SpaceContacts::of(model, solver) {
+            return Self::with(ActiveSolver::Space(contacts), rows, interface);
+        }
         match CoulombContacts::of(model, solver) {
             Some(contacts) => Self::with(ActiveSolver::Coulomb(contacts), rows, interface),
             None => Self::with(ActiveSolver::Signorini(Box::new(Signorini(solver.checked(rows)))), rows, interface),
@@ -114,6 +119,14 @@ impl ActiveContacts {
                 discretised.add_impulses(&impulses[..n], &mut free[..n + lambda.len()]);
                 contacts.record_modes(closed, &free[m..n], rounding, modes);
             }
+            ActiveSolver::Space(contacts) => {
+                problem.solve(&mut **contacts, closed, model, lambda, by_law)?;
+                let Problem { discretised, free, impulses, .. } = problem;
+                let n = 3 * closed.len();
+                let rounding = contacts.tolerance() * free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
+                discretised.add_impulses(&impulses[..n], &mut free[..n + lambda.len()]);
+                contacts.record_modes(closed, &free[..n], rounding, modes);
+            }
         }
         let mut carries = self.problem.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));
@@ -125,6 +138,7 @@ impl ActiveContacts {
         match &self.solver {
             ActiveSolver::Signorini(solver) => solver.counters(),
             ActiveSolver::Coulomb(contacts) => contacts.counters(),
+            ActiveSolver::Space(contacts) => contacts.counters(),
         }
     }
 }

@@ -41,6 +41,7 @@ mod rim_smooth;
 mod rim_smooth_active;
 mod rim_split;
 mod second_order_hold;
+mod space_contacts;
 mod split;
 mod taylor_force;
 mod transmission_line;

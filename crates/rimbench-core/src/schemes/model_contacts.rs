@@ -13,6 +13,7 @@ pub(super) use solvers::{ContactSolver, Posed, Signorini};
 
 use super::coulomb_contacts::CoulombContacts;
 use super::recorded_modes::RecordedModes;
+use super::space_contacts::SpaceContacts;
 use crate::cosim::MicroStep;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -261,6 +262,8 @@ pub(super) enum ModelContacts {
     Sparse(Box<Complementarity<SparseSolver>>),
     /// With friction.
     Coulomb(Box<Complementarity<CoulombContacts>>),
+    /// With friction, in space.
+    Space(Box<Complementarity<SpaceContacts>>),
 }
 
 macro_rules! each {
@@ -270,6 +273,7 @@ macro_rules! each {
             ModelContacts::Signorini($contacts) => $call,
             ModelContacts::Sparse($contacts) => $call,
             ModelContacts::Coulomb($contacts) => $call,
+            ModelContacts::Space($contacts) => $call,
         }
     };
 }
@@ -330,11 +334,19 @@ impl ModelContacts {
         w_plus: &[f64],
         modes: &mut RecordedModes,
     ) {
-        let ModelContacts::Coulomb(contacts) = self else { return };
         let (m, n) = (set.len(), discretised.contacts());
         let rows = w_plus[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
-        let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
-        contacts.solver.record_modes(set, &w_plus[m..n], rounding, modes);
+        match self {
+            ModelContacts::Coulomb(contacts) => {
+                let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
+                contacts.solver.record_modes(set, &w_plus[m..n], rounding, modes);
+            }
+            ModelContacts::Space(contacts) => {
+                let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
+                contacts.solver.record_modes(set, &w_plus[..n], rounding, modes);
+            }
+            _ => (),
+        }
     }
 
     /// Returns what solvers and affine steps have done.

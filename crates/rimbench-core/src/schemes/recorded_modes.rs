@@ -8,19 +8,26 @@ use rimbench_contact::friction::{ContactState, Stiction};
 pub(super) struct RecordedModes {
     states: Vec<ContactState>,
     friction: Vec<f64>,
+    directions: Vec<[f64; 2]>,
     stiction: Option<Stiction>,
 }
 
 impl RecordedModes {
     /// Reserves the contacts of models like `empty`.
     pub(super) fn of(empty: &ReducedInterfaceModel) -> Self {
-        RecordedModes { states: empty.states.clone(), friction: empty.friction.clone(), stiction: empty.stiction }
+        RecordedModes {
+            states: empty.states.clone(),
+            friction: empty.friction.clone(),
+            directions: empty.directions.clone(),
+            stiction: empty.stiction,
+        }
     }
 
     /// Starts from the modes that the mechanics sent.
     pub(super) fn start_from(&mut self, model: &ReducedInterfaceModel) {
         self.states.copy_from_slice(&model.states);
         self.friction.copy_from_slice(&model.friction);
+        self.directions.copy_from_slice(&model.directions);
     }
 
     /// Records what a contact did, and the coefficient that follows from it.
@@ -31,8 +38,13 @@ impl RecordedModes {
         }
     }
 
+    /// Records what a contact did in space, and the direction in which it slides.
+    pub(super) fn record_in_space(&mut self, contact: usize, (state, direction): (ContactState, [f64; 2])) {
+        (self.states[contact], self.directions[contact]) = (state, direction);
+    }
+
     /// Returns the modes.
     pub(super) fn get(&self) -> ContactModes<'_> {
-        ContactModes { states: &self.states, friction: &self.friction }
+        ContactModes { states: &self.states, friction: &self.friction, directions: &self.directions }
     }
 }

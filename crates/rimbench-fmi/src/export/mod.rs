@@ -95,6 +95,13 @@ impl Contents {
 /// What a side of the case of a run is given at the start: the side without direct feedthrough speaks first.
 fn first_inputs(spec: &RunSpec, side: Side) -> Result<Vec<f64>> {
     let CoupledSystem { mut sides, .. } = (spec.case.build)(&spec.parameters, &spec.solver)?;
+    if sides.mechanics.capabilities().empty_interface_model().is_some_and(|model| model.is_in_space()) {
+        return Err(Error::Incompatible(format!(
+            "case {}: contacts with friction in space are not exported as an FMU: an interface model has no variables for their second \
+             tangential rows",
+            spec.case.name
+        )));
+    }
     let first = if sides.mechanics.ports().direct_feedthrough { Side::Actuator } else { Side::Mechanics };
     let mut told = PerSide::from_fn(|side| vec![0.0; sides[side].ports().outputs.len()]);
     for side in [first, first.other()] {

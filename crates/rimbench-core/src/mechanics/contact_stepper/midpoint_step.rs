@@ -83,6 +83,7 @@ impl ContactStepper {
         solved?;
         self.book_energy(h);
         let v_displacement = if step.moment.is_some() { &self.v_displacement } else { &self.v_next };
+        assert_eq!(self.q.len(), self.v.len(), "steps of the second order have a coordinate for each velocity");
         for (q, (v, v_displacement)) in self.q.iter_mut().zip(self.v.iter().zip(v_displacement)) {
             *q += 0.5 * h * (v + v_displacement);
         }

@@ -1,12 +1,14 @@
-//! The three solvers of a model's contact problem: by cone, and by the form of the Delassus matrix.
+//! The solvers of a model's contact problem: by cone, and by the form of the Delassus matrix.
 
 use super::super::coulomb_contacts::CoulombContacts;
+use super::super::space_contacts::SpaceContacts;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
+use rimbench_contact::affine_step::{ActiveSetFactor, AffineStep, DenseFactor, ModeFactor, SparseSetFactor};
 use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
 use rimbench_contact::friction::FrictionProblem;
+use rimbench_contact::friction::space::SpaceProblem;
 
 /// A contact problem `w⁺ = H P + b` of a model.
 #[derive(Clone, Copy)]
@@ -160,5 +162,63 @@ impl ContactSolver for CoulombContacts {
 
     fn rows<'a>(&'a self, _: &'a [usize]) -> &'a [usize] {
         &self.rows
+    }
+}
+
+impl ContactSolver for SpaceContacts {
+    type Factor = NotAffine;
+
+    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+        if posed.changed {
+            for (impulse, force) in impulses.iter_mut().zip(&self.forces) {
+                *impulse = posed.model.length() * force;
+            }
+            self.solver.solver.start_from(impulses);
+        }
+        self.solver.solve(SpaceProblem::with_friction(posed.model.h_uu(), posed.b, &self.friction), impulses)?;
+        Ok(())
+    }
+
+    fn active<'a>(&'a self, _: &'a [f64]) {}
+
+    fn tolerance(&self) -> f64 {
+        self.solver.tolerance()
+    }
+
+    fn counters(&self) -> SolverCounters {
+        self.solver.counters()
+    }
+
+    fn set_contacts(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
+        let n = model.contacts();
+        self.rows.clear();
+        self.rows.extend((0..3).flat_map(|axis| set.iter().map(move |contact| axis * n + contact)));
+        self.friction.clear();
+        self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
+        self.forces.clear();
+        self.forces.extend(self.rows.iter().map(|&row| model.solved_forces[row]));
+    }
+
+    fn rows<'a>(&'a self, _: &'a [usize]) -> &'a [usize] {
+        &self.rows
+    }
+}
+
+/// No affine step: where a contact slides in space the solution is not affine, as the direction of its friction turns.
+#[derive(Debug, Clone)]
+pub(crate) struct NotAffine;
+
+impl ActiveSetFactor for NotAffine {
+    type Active<'a> = ();
+    const ROWS: usize = 3;
+
+    fn factorise(&mut self, _: &DiscretisedModel, (): (), _: &mut Vec<usize>) -> bool {
+        false
+    }
+
+    fn solve(&mut self, _: &[usize], _: &mut [f64]) {}
+
+    fn write_impulses(_: &AffineStep<Self>, _: &DiscretisedModel, _: &[f64], _: &[f64], _: &mut [f64], _: f64) -> bool {
+        false
     }
 }

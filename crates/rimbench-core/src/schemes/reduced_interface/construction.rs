@@ -11,6 +11,7 @@ use super::super::model_options::{ModelMotion, ModelOptions};
 use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
 use super::super::requirement::Requirement;
+use super::super::space_contacts::SpaceContacts;
 use super::ReducedInterface;
 use super::contact_set::{ContactSet, Contacts};
 use super::effective_mass::EffectiveMass;
@@ -93,6 +94,8 @@ fn model_contacts(
     }
     let solved = if contacts.are_bilateral() {
         ModelContacts::Bilateral
+    } else if let Some(solver) = SpaceContacts::of(empty, &options.solver) {
+        ModelContacts::Space(Box::new(Complementarity::new(*solver, None, empty)))
     } else if let Some(solver) = CoulombContacts::of(empty, &options.solver) {
         let step = affine.then(|| AffineStep::new(first, n_i, ModeFactor::new(n_u)));
         ModelContacts::Coulomb(Box::new(Complementarity::new(*solver, step, empty)))

@@ -1,0 +1,78 @@
+//! The solver of contacts with friction in space that a simulation holds.
+
+use super::{SemismoothNewton, SpaceAdmm, SpaceProblem, SpaceSweeps};
+use crate::complementarity::{Checked, Fallback, SolveStats, Unsolved};
+
+/// Turns of the fallbacks; each gives its method twice the iterations of the one before.
+const MOST_TURNS: u32 = 6;
+/// Sweeps and iterations of the first turn.
+const FIRST_SWEEPS: u32 = 10;
+const FIRST_ITERATIONS: u32 = 100;
+
+/// Sweeps and ADMM by turns, each followed by Newton.
+#[derive(Debug, Clone)]
+pub struct SpaceFallbacks {
+    sweeps: SpaceSweeps,
+    admm: SpaceAdmm,
+    /// The best answer so far.
+    start: Vec<f64>,
+    best: f64,
+}
+
+impl Fallback<SemismoothNewton> for SpaceFallbacks {
+    fn propose(
+        &mut self,
+        turn: u32,
+        newton: &mut SemismoothNewton,
+        problem: SpaceProblem<'_>,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        if turn == MOST_TURNS {
+            return None;
+        }
+        if self.start.len() < impulses.len() {
+            self.start.resize(impulses.len(), 0.0);
+        }
+        let start = &mut self.start[..impulses.len()];
+        if turn == 0 {
+            self.best = problem.natural_residual(impulses);
+        } else if problem.natural_residual(impulses) > self.best {
+            impulses.copy_from_slice(start);
+        }
+        start.copy_from_slice(impulses);
+        // What was best so far may be a bad start.
+        if turn == MOST_TURNS - 2 {
+            impulses.fill(0.0);
+        }
+        let (work, factors) = if turn.is_multiple_of(2) {
+            (self.sweeps.sweep(problem, tolerance, FIRST_SWEEPS << turn, impulses).0, 0)
+        } else {
+            let (work, factors, _) = self.admm.iterate(problem, tolerance, FIRST_ITERATIONS << turn, impulses);
+            (work, factors)
+        };
+        let stats = newton.iterate(problem, tolerance, impulses);
+        self.best = self.best.min(stats.residual);
+        if stats.residual > tolerance {
+            return Some(Err(Unsolved::NotFound { residual: stats.residual }));
+        }
+        newton.start_from(impulses);
+        let (pivots, factorisations) = (stats.pivots + work, stats.factorisations + factors);
+        Some(Ok(SolveStats { pivots, factorisations, ..stats }))
+    }
+}
+
+/// Solves one problem in space after the other, each from the impulses of the last; every answer is measured by the natural residual.
+///
+/// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`SpaceSweeps`] and [`SpaceAdmm`] by
+/// turns, six in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
+pub type SpaceSolver = Checked<SemismoothNewton, SpaceFallbacks>;
+
+impl SpaceSolver {
+    /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
+    pub fn new(contacts: usize, tolerance: f64) -> Self {
+        let (sweeps, admm) = (SpaceSweeps::new(contacts), SpaceAdmm::new(contacts));
+        let fallback = SpaceFallbacks { sweeps, admm, start: vec![0.0; 3 * contacts], best: f64::INFINITY };
+        Checked::wrap(SemismoothNewton::new(contacts), fallback, tolerance)
+    }
+}

@@ -1,0 +1,126 @@
+//! Gauss–Seidel by contact in space: each contact is solved exactly while the others stand still.
+
+use super::{SpaceProblem, measure, of, rows};
+use crate::problem::norm;
+
+/// Bisections of the scalar equation of a contact that slides.
+const MOST_BISECTIONS: u32 = 100;
+
+/// Non-smooth Gauss–Seidel with an exact solution of each contact.
+///
+/// Converges linearly; where redundant contacts stick near the border of their cones it needs thousands of sweeps.
+/// # Source
+/// Jourdan, Alart, Jean, *A Gauss–Seidel like algorithm to solve frictional contact problems* (1998); the solution of one contact by one
+/// scalar equation after Bonnefon, Daviet, *Quartic formulation of Coulomb 3D frictional contact* (2011).
+#[derive(Debug, Clone, Default)]
+pub struct SpaceSweeps {
+    w: Vec<f64>,
+}
+
+impl SpaceSweeps {
+    /// Reserves this many contacts.
+    pub fn new(contacts: usize) -> Self {
+        SpaceSweeps { w: vec![0.0; 3 * contacts] }
+    }
+
+    /// Sweeps from `impulses` until the natural residual is at most `tolerance`, at most `most` times; returns sweeps and residual.
+    pub fn sweep(&mut self, problem: SpaceProblem<'_>, tolerance: f64, most: u32, impulses: &mut [f64]) -> (u32, f64) {
+        let (n, size, h) = (problem.contacts(), problem.b.len(), problem.delassus.h);
+        if self.w.len() < size {
+            self.w.resize(size, 0.0);
+        }
+        let w = &mut self.w[..size];
+        let mut residual = measure(problem, impulses, w);
+        for sweep in 0..most {
+            if residual <= tolerance {
+                return (sweep, residual);
+            }
+            for contact in 0..n {
+                let own = rows(contact, n);
+                let block = own.map(|row| own.map(|column| h[row * size + column]));
+                let (before, velocity) = (own.map(|row| impulses[row]), own.map(|row| w[row]));
+                let b: [f64; 3] = std::array::from_fn(|i| velocity[i] - product(block[i], before));
+                let after = one_contact(block, b, problem.cone.friction[contact]);
+                let change: [f64; 3] = std::array::from_fn(|i| after[i] - before[i]);
+                if change == [0.0; 3] {
+                    continue;
+                }
+                for (row, w) in w.iter_mut().enumerate() {
+                    *w += product(of(contact, n, &h[row * size..(row + 1) * size]), change);
+                }
+                for (row, impulse) in own.into_iter().zip(after) {
+                    impulses[row] = impulse;
+                }
+            }
+            residual = measure(problem, impulses, w);
+        }
+        (most, residual)
+    }
+}
+
+fn product(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Returns the impulses of one contact exactly: open, sticking, or sliding with `w_t = −α P_t`, whose `α > 0` is the root of
+/// `|P_t(α)| = μ P_n(α)` with `(S + α I) P_t = −c`; S and c are H_tt and b_t with `w_n = 0` eliminated.
+fn one_contact(h: [[f64; 3]; 3], b: [f64; 3], mu: f64) -> [f64; 3] {
+    if b[0] >= 0.0 {
+        return [0.0; 3];
+    }
+    let h_nn = h[0][0];
+    if mu <= 0.0 {
+        return [-b[0] / h_nn, 0.0, 0.0];
+    }
+    let s = |i: usize, j: usize| h[i][j] - h[i][0] * h[0][j] / h_nn;
+    let (s_11, s_12, s_22) = (s(1, 1), s(1, 2), s(2, 2));
+    let c = [b[1] - h[1][0] * b[0] / h_nn, b[2] - h[2][0] * b[0] / h_nn];
+    let impulses = |alpha: f64| {
+        let (p, r) = (s_11 + alpha, s_22 + alpha);
+        let determinant = p * r - s_12 * s_12;
+        let t = [(s_12 * c[1] - r * c[0]) / determinant, (s_12 * c[0] - p * c[1]) / determinant];
+        [-(b[0] + h[0][1] * t[0] + h[0][2] * t[1]) / h_nn, t[0], t[1]]
+    };
+    // How far beyond the cone.
+    let beyond = |p: [f64; 3]| norm([p[1], p[2]]) - mu * p[0];
+    let trace = s_11 + s_22;
+    let regular = s_11 * s_22 - s_12 * s_12 > 1e-14 * trace * trace;
+    let mut low = if regular { 0.0 } else { 1e-12 * trace };
+    let mut at_low = beyond(impulses(low));
+    if at_low <= 0.0 {
+        return impulses(low);
+    }
+    let mut high = if trace > 0.0 { trace } else { f64::MIN_POSITIVE };
+    let mut at_high = beyond(impulses(high));
+    for _ in 0..200 {
+        if at_high <= 0.0 {
+            break;
+        }
+        (low, at_low, high) = (high, at_high, 2.0 * high);
+        at_high = beyond(impulses(high));
+    }
+    // Regula falsi with the weights of Illinois.
+    let mut last_side = 0;
+    for _ in 0..MOST_BISECTIONS {
+        let secant = (low * at_high - high * at_low) / (at_high - at_low);
+        let alpha = if secant > low && secant < high { secant } else { 0.5 * (low + high) };
+        let value = beyond(impulses(alpha));
+        if value > 0.0 {
+            (low, at_low) = (alpha, value);
+            at_high *= if last_side == 1 { 0.5 } else { 1.0 };
+            last_side = 1;
+        } else {
+            (high, at_high) = (alpha, value);
+            at_low *= if last_side == -1 { 0.5 } else { 1.0 };
+            last_side = -1;
+        }
+        if value == 0.0 || high - low <= 1e-15 * high {
+            break;
+        }
+    }
+    let [n, t_1, t_2] = impulses(high);
+    // On the cone to the digit.
+    let length = norm([t_1, t_2]);
+    let shrink = if length > 0.0 { mu * n / length } else { 0.0 };
+    [n, t_1 * shrink, t_2 * shrink]
+}
