@@ -51,7 +51,7 @@ keys! {
 keys! {
     struct Border {
         at: f64 = key(Takes::Positive, Needed, "value of the parameter"),
-        label: String = key(Takes::Text, Needed, "what stands beside it"),
+        label: String = key(Takes::Text, Needed, "text beside it"),
     }
 }
 
