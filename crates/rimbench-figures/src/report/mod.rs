@@ -80,24 +80,22 @@ impl Report<'_> {
     ///
     /// # Errors
     /// [`Error::File`] for a place in the text with no such name, and a file that cannot be written; [`Error::Incompatible`] if even
-    /// without runs and exact values the page would be larger than [`MOST_BYTES`].
+    /// without runs the page would be larger than [`MOST_BYTES`].
     pub fn write(&self, path: &Path) -> Result<Written> {
         let scripts = live_part::scripts();
-        for (packed, details) in [(false, &Detail::ALL[..4]), (true, &Detail::ALL[..])] {
+        for (packed, detail) in [(false, Detail::Runs), (true, Detail::Runs), (true, Detail::Values)] {
             let body = self.body(packed)?;
-            for &detail in details {
-                let mut left_out = detail.left_out(&self.studies);
-                if packed {
-                    left_out.push(PACKED.to_owned());
-                }
-                let around = self.page(&body, &scripts, &left_out, "");
-                let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len()))? else {
-                    continue;
-                };
-                let page = self.page(&body, &scripts, &left_out, &data);
-                write_atomically(path, |file| file.write_all(page.as_bytes()))?;
-                return Ok(Written { bytes: page.len(), left_out });
+            let mut left_out = detail.left_out(&self.studies);
+            if packed {
+                left_out.push(PACKED.to_owned());
             }
+            let around = self.page(&body, &scripts, &left_out, "");
+            let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len()))? else {
+                continue;
+            };
+            let page = self.page(&body, &scripts, &left_out, &data);
+            write_atomically(path, |file| file.write_all(page.as_bytes()))?;
+            return Ok(Written { bytes: page.len(), left_out });
         }
         let message = format!(
             "the claims and figures of {} alone make a page of more than {MOST_BYTES} bytes: make a page of fewer studies",

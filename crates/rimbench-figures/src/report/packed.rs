@@ -14,21 +14,13 @@ use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::HashMap;
 use std::io::Write as _;
 
-/// How much of the runs is packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
+/// How much is packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Detail {
-    /// Every metric and counter.
-    Full,
-    /// The main metrics, and those that are checked, to the last digit.
-    Digits,
-    /// The main metrics only.
-    Main,
-    /// Settings and outcomes, two metrics.
-    Least,
-    /// No runs.
-    NoRuns,
-    /// Neither runs nor exact values.
-    Nothing,
+    /// Of each run the main metrics, and those that are checked to the last digit; traces; exact values behind the figures.
+    Runs,
+    /// Exact values behind the figures.
+    Values,
 }
 
 /// Metrics that no reference has a part in, to be compared to the last digit.
@@ -38,70 +30,23 @@ const CHECKED: [&str; 3] = ["work_sent_j", "force_peak_n", "exchanges"];
 const MAIN: [&str; 4] =
     ["force_error_rms_n", "position_error_rms_m", "interface_residual_j", "force_error_rms_of_peak"];
 
+/// Most rows of a trace.
+const TRACE_ROWS: usize = 150;
+/// Digits of a metric that is not checked.
+const DIGITS: usize = 4;
+/// Letters that a run takes at the very least.
+const LETTERS: usize = 35;
+
 impl Detail {
-    pub(super) const ALL: [Detail; 6] =
-        [Detail::Full, Detail::Digits, Detail::Main, Detail::Least, Detail::NoRuns, Detail::Nothing];
-
-    /// Most rows of a trace.
-    fn rows(self) -> usize {
-        match self {
-            Detail::Full => 250,
-            Detail::Digits => 150,
-            _ => 0,
-        }
-    }
-
-    /// Digits of a metric.
-    fn digits(self) -> usize {
-        match self {
-            Detail::Full | Detail::Digits => 4,
-            _ => 3,
-        }
-    }
-
-    /// Digits of a run id.
-    fn id(self) -> usize {
-        match self {
-            Detail::Full | Detail::Digits => 16,
-            Detail::Main => 8,
-            _ => 6,
-        }
-    }
-
-    /// Letters that a run takes at the very least.
-    fn letters(self) -> usize {
-        match self {
-            Detail::Full => 110,
-            Detail::Digits => 35,
-            Detail::Main => 14,
-            Detail::Least => 7,
-            Detail::NoRuns | Detail::Nothing => 0,
-        }
-    }
-
     /// What is left out of a page with so much, in sentences.
     pub(super) fn left_out(self, studies: &[Study]) -> Vec<String> {
-        let traces = studies.iter().any(|study| study.folder.join("traces").is_dir());
-        let mut left_out = Vec::new();
         let size = format!("so that the page is no larger than {} MB", super::MOST_BYTES / 1_000_000);
-        match self {
-            Detail::Full if traces => left_out.push("Traces are thinned to 250 rows and a few columns.".to_owned()),
-            Detail::Full => {}
-            Detail::Digits => {
-                left_out.push(format!("Of each run the main metrics only, {size}: `runs.csv` has all."));
-                if traces {
-                    left_out.push(format!("Traces are thinned to 150 rows and a few columns, {size}."));
-                }
-            }
-            Detail::Main | Detail::Least => left_out.push(format!(
-                "Of each run {} metrics with three digits and the first {} digits of its id, and no traces, {size}: a page of one group or one study has more.",
-                if self == Detail::Main { "four" } else { "two" },
-                self.id()
-            )),
-            Detail::NoRuns => left_out.push(format!("The table of runs, {size}: a page of one group or one study has it.")),
-            Detail::Nothing => {
-                left_out.push(format!("The table of runs and the exact values behind the figures, {size}: a page of fewer studies has them."));
-            }
+        if self == Detail::Values {
+            return vec![format!("The table of runs, {size}: a page of one group or one study has it.")];
+        }
+        let mut left_out = vec!["Of each run the main metrics only: `runs.csv` has all.".to_owned()];
+        if studies.iter().any(|study| study.folder.join("traces").is_dir()) {
+            left_out.push(format!("Traces are thinned to {TRACE_ROWS} rows and a few columns."));
         }
         left_out
     }
@@ -110,12 +55,12 @@ impl Detail {
 /// The object, compressed, as letters, with the figures of the studies if they are packed; none if it is longer than `most`.
 pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usize) -> Result<Option<String>> {
     let count: usize = report.studies.iter().filter_map(|study| study.runs.as_ref()).map(ResultsTable::len).sum();
-    if count * detail.letters() > most {
+    if detail == Detail::Runs && count * LETTERS > most {
         return Ok(None);
     }
     let drawn = report.studies.iter().flat_map(|study| &study.figures);
     let drawn = || drawn.clone().filter_map(|(id, _, made)| Some((id.as_str(), made.as_ref().ok()?)));
-    let values = drawn().filter(|_| detail < Detail::Nothing).map(|(id, drawing)| (id, panels(drawing.data())));
+    let values = drawn().map(|(id, drawing)| (id, panels(drawing.data())));
     let mut parts = vec![
         ("studies", list(report.studies.iter().map(|study| object(parts_of(study, detail))))),
         ("figures", object(values)),
@@ -179,28 +124,27 @@ fn number(value: f64, digits: usize) -> String {
 
 fn parts_of(study: &Study, detail: Detail) -> Vec<(&'static str, String)> {
     let mut parts = vec![("name", text(&study.name)), ("anchor", text(&study.anchor()))];
-    let runs = study.runs.as_ref().filter(|_| detail < Detail::NoRuns);
+    let runs = study.runs.as_ref().filter(|_| detail == Detail::Runs);
     // A study without these has no runs, and a remark that says so.
     let columns = runs.and_then(|runs| Some((runs, runs.column("run_id").ok()?, runs.column("outcome").ok()?)));
     if let Some((runs, id, outcome)) = columns {
-        let short = |row: usize| runs.text(row, id).get(..detail.id()).unwrap_or(runs.text(row, id));
-        let ids: String = (0..runs.len()).map(|row| format!("{} ", short(row))).collect();
+        let ids: String = (0..runs.len()).map(|row| format!("{} ", runs.text(row, id))).collect();
         parts.extend([
             ("count", runs.len().to_string()),
             ("ids", text(&ids)),
-            ("settings", settings(runs, outcome, detail)),
-            ("metrics", metrics(runs, outcome, detail)),
+            ("settings", settings(runs, outcome)),
+            ("metrics", metrics(runs, outcome)),
             ("claims", claims(study, runs, id)),
-            ("traces", traces(study, runs, detail.rows())),
+            ("traces", traces(study, runs)),
         ]);
     }
     parts
 }
 
 /// Of each setting the values that there are, and which of them each run has.
-fn settings(runs: &ResultsTable, outcome: usize, detail: Detail) -> String {
+fn settings(runs: &ResultsTable, outcome: usize) -> String {
     let names = runs.names().iter().enumerate().take(outcome + 1).skip(1).map(|(column, name)| (name.as_str(), column));
-    let reasons = (detail <= Detail::Digits).then(|| runs.column("reason").ok()).flatten();
+    let reasons = runs.column("reason").ok();
     let setting = |(name, column)| {
         let mut known: Vec<&str> = Vec::new();
         let mut index_of: HashMap<&str, usize> = HashMap::new();
@@ -218,24 +162,18 @@ fn settings(runs: &ResultsTable, outcome: usize, detail: Detail) -> String {
     object(names.chain(reasons.map(|column| ("reason", column))).map(setting))
 }
 
-fn metrics(runs: &ResultsTable, outcome: usize, detail: Detail) -> String {
+fn metrics(runs: &ResultsTable, outcome: usize) -> String {
     let names = runs.names().iter().map(String::as_str).enumerate().skip(outcome);
     let wanted = |(column, name): &(usize, &str)| {
-        let wanted = match detail {
-            Detail::Full => *name != "outcome" && *name != "wall_limit_s",
-            Detail::Digits => CHECKED.contains(name) || MAIN.contains(name),
-            Detail::Main => MAIN.contains(name),
-            _ => MAIN[..2].contains(name),
-        };
         // Of several columns of one name the last is the counter.
         let is_number = || (0..runs.len()).any(|row| !runs.number(row, *column).is_nan());
-        wanted && is_number() && runs.last_column(name).ok() == Some(*column)
+        (CHECKED.contains(name) || MAIN.contains(name)) && is_number() && runs.last_column(name).ok() == Some(*column)
     };
     object(names.filter(wanted).map(|(column, name)| {
-        let exact = CHECKED.contains(&name) && detail <= Detail::Digits;
+        let exact = CHECKED.contains(&name);
         let cell = |row: usize| match runs.number(row, column) {
             value if exact && value.is_finite() => format!("{value:?}"),
-            value => number(value, detail.digits()),
+            value => number(value, DIGITS),
         };
         (name, list((0..runs.len()).map(cell)))
     }))
@@ -255,8 +193,8 @@ fn claims(study: &Study, runs: &ResultsTable, id: usize) -> String {
 /// Columns of a trace that are packed where it has them; of another, the first few.
 const SHOWN: [&str; 4] = ["actuator_force_n", "effective_mass_kg", "actuator_length_m", "actuator_velocity_m_s"];
 
-fn traces(study: &Study, runs: &ResultsTable, most: usize) -> String {
-    let column = runs.column("trace").ok().filter(|_| most > 0);
+fn traces(study: &Study, runs: &ResultsTable) -> String {
+    let column = runs.column("trace").ok();
     let of_row = |row: usize| {
         let name = Some(runs.text(row, column?)).filter(|name| !name.is_empty())?;
         let trace = read_table(&study.folder.join("traces").join(name)).ok()?;
@@ -266,7 +204,7 @@ fn traces(study: &Study, runs: &ResultsTable, most: usize) -> String {
             columns = (0..trace.names().len()).filter(|column| *column != time).take(SHOWN.len()).collect();
         }
         columns.insert(0, time);
-        let every = trace.len().div_ceil(most).max(1);
+        let every = trace.len().div_ceil(TRACE_ROWS).max(1);
         let values = |column| list((0..trace.len()).step_by(every).map(|row| number(trace.number(row, column), 5)));
         let entries = columns.iter().map(|&column| (trace.names()[column].as_str(), values(column)));
         Some((row.to_string(), object(entries)))
