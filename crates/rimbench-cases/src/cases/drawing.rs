@@ -34,7 +34,7 @@ pub fn offered_steps_ms(usual_s: f64) -> Vec<f64> {
 /// The macro step, ms, at which a page first shows a case: the first of [`offered_steps_ms`] at which the hold fails or, where it never
 /// does, its error first exceeds a tenth of the peak. One step shorter it is better, so that the slider shows how long a step may be.
 /// `crane-set-down` is shown with the first-order hold: no step on its slider changes what becomes of the zero-order hold.
-const SHOWN: [(&str, f64); 31] = [
+const SHOWN: [(&str, f64); 32] = [
     ("wedge-box", 2.0),
     ("hydraulic-crane", 40.0),
     ("linear-oscillator", 4.0),
@@ -66,6 +66,7 @@ const SHOWN: [(&str, f64); 31] = [
     ("crane-drag", 50.0),
     ("slider-crank", 1.0),
     ("woodpecker", 50.0),
+    ("tripod", 2.0),
 ];
 
 /// Finds the macro step at which a page first shows a case, ms; where none is listed, its usual one.

@@ -40,7 +40,7 @@ const LETTERS: usize = 35;
 impl Detail {
     /// What is left out of a page with so much, in sentences.
     pub(super) fn left_out(self, studies: &[Study]) -> Vec<String> {
-        let size = format!("so that the page is no larger than {} MB", super::MOST_BYTES / 1_000_000);
+        let size = format!("so that the page is no larger than {} MB", super::MOST_BYTES as f64 / 1e6);
         if self == Detail::Values {
             return vec![format!("The table of runs, {size}: a page of one group or one study has it.")];
         }

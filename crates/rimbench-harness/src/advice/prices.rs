@@ -48,6 +48,6 @@ fn times(spec: &RunSpec) -> Result<(f64, PerSide<f64>)> {
         steps.mechanics.push(timed(&mut *sides.mechanics, &y.actuator, spec.macro_step)?);
         steps.actuator.push(timed(&mut *sides.actuator, &y.mechanics, spec.micro_step)?);
     }
-    let median = |times: &[f64]| Pool::of(times[1..].iter().copied()).median().unwrap_or(0.0).max(1e-9);
-    Ok((median(&exchanges), steps.as_ref().map(|times| median(times))))
+    let usual = |times: &[f64]| Pool::of(times[1..].iter().copied()).median().unwrap_or(0.0).max(1e-9);
+    Ok((usual(&exchanges), steps.as_ref().map(|times| usual(times))))
 }
