@@ -1,5 +1,5 @@
 //! What an FMU in our process may change of it, and that is set back after each call: working folder, standard output, locale, and how
-//! the processor rounds and traps.
+//! the processor rounds and traps. Folder and locale are those of all threads, which may see them until the call is over.
 
 use super::system;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
