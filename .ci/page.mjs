@@ -255,7 +255,11 @@ async function browse() {
     const slider = await page.$eval("#in-h", (input) => input.getBoundingClientRect().top);
     if (closed[2].bottom - slider > height) fail(`at ${width} × ${height} slider and curve are never seen together`);
     await page.$eval("#try-works details", (details) => (details.open = true));
-    for (const { id, shown, drawn } of await sizes()) if (shown.some((n, k) => Math.abs(n - drawn[k]) > 1)) fail(`at ${width} × ${height} with options open ${id} is drawn with ${drawn} px and shown with ${shown}`);
+    // A busy machine draws some frames later.
+    const wrong = async () => (await sizes()).filter(({ shown, drawn }) => shown.some((n, k) => Math.abs(n - drawn[k]) > 1));
+    let left = await wrong();
+    for (let tries = 0; left.length > 0 && tries < 40; tries++) left = await wrong();
+    for (const { id, shown, drawn } of left) fail(`at ${width} × ${height} with options open ${id} is drawn with ${drawn} px and shown with ${shown}`);
     await page.$eval("#try-works details", (details) => (details.open = false));
   }
   // All of the simulator is on one screen, on a desk and in a hand.
