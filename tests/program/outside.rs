@@ -594,6 +594,26 @@ fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
     }
     let (said, _) = run(folder.path(), "--scheme rim-smooth");
     assert_eq!(said["outcome"], "completed", "{said:#}");
+    // Two classes have the doors that two FMUs have.
+    let call = |arguments: &str| {
+        let mut command = process();
+        command.current_dir(folder.path()).env("RIMBENCH_CACHE", folder.path().join("cache"));
+        let output = command.args(arguments.split_whitespace()).output().unwrap();
+        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let steps = "--from 5e-3 --to 1e-2 --per-decade 2";
+    let json =
+        call(&format!("advise --case case.toml --error 10% --scheme rim-smooth {steps} --phases 1 --format json"));
+    let advice: Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(advice["advised"]["scheme"], "rim-smooth", "{advice:#}");
+    call(&format!("limit --case case.toml --scheme zero-order-hold {steps}"));
+    let grid =
+        "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"pair\"\n[[schemes]]\nscheme = \"rim-smooth\"\n";
+    fs::write(folder.path().join("grid.toml"), grid).unwrap();
+    call("--case-file case.toml run grid.toml --out out");
+    assert!(fs::read_to_string(folder.path().join("out/runs.csv")).unwrap().contains(",completed,"));
+    call("--case-file case.toml report out");
     // What it takes from a parameter of the case.
     let text = fs::read_to_string(folder.path().join("case.toml")).unwrap();
     fs::write(folder.path().join("case.toml"), text + "[parameters.k]\ndefault = 100.0\n").unwrap();
