@@ -74,8 +74,7 @@ impl Simulate {
         take_probe_errors();
         take_warnings();
         // Waiting for another program takes no processor time, but counts against a limit.
-        let waits = spec.wall_limit.is_some() || spec.case.waits;
-        let clock = if waits { monotonic_clock } else { processor_clock };
+        let clock = if waits(&spec) { monotonic_clock } else { processor_clock };
         let result = prepared.simulate_inside(&reference, Some(clock), stop)?;
         let (probed, warned) = (take_probe_errors(), take_warnings());
         let run = evaluate(&spec, result, &reference)?;
@@ -102,6 +101,11 @@ impl Simulate {
         probe_lines(&probed).into_iter().chain(warnings).try_for_each(|line| print(&line))?;
         Ok(answered(run.outcome.class() != OutcomeClass::NoAnswer))
     }
+}
+
+/// Whether a run is timed by the wall clock.
+fn waits(spec: &RunSpec) -> bool {
+    spec.wall_limit.is_some() || spec.case.waits
 }
 
 /// Everything that determines the run, everything that was found, everything it cost.
@@ -211,8 +215,7 @@ impl Said<'_> {
             };
             let text =
                 format!("at most {most} of {} per macro step{late}, on this machine", quantity(spec.macro_step, "s"));
-            let waits = spec.wall_limit.is_some() || spec.case.waits;
-            lines.push(row(if waits { "wall time" } else { "processor time" }, &text));
+            lines.push(row(if waits(spec) { "wall time" } else { "processor time" }, &text));
         }
         let metrics = run.metrics_of(&spec.case).count();
         let counters = run.counters().len();

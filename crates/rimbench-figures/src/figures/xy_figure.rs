@@ -224,15 +224,15 @@ impl XyPanel {
         let wanted_ms = self.macro_step_s.map(|step| step * 1e3);
         let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
         if !self.lines.is_empty() {
-            let wanted: Vec<String> = self.lines.iter().filter_map(|line| line.labels.last().cloned()).collect();
-            let last = runs.labels(&wanted).into_iter().zip(&self.lines);
-            return last
-                .map(|(last, line)| {
-                    let rows = line.labels.iter().flat_map(|label| runs.of_label(label).rows().to_vec());
-                    let rows = runs.with_rows(rows.collect()).select(shown);
-                    Ok(Curve::new(last, line.label.clone(), self.medians(&rows, |row| values[row])?))
-                })
-                .collect();
+            let curve = |line: &Line| {
+                // The last row that there is gives the style.
+                let last = runs.labels(&line.labels).pop()?;
+                let rows = line.labels.iter().flat_map(|label| runs.of_label(label).rows().to_vec());
+                let rows = runs.with_rows(rows.collect()).select(shown);
+                let points = self.medians(&rows, |row| values[row]);
+                Some(points.map(|points| Curve::new(last, line.label.clone(), points)))
+            };
+            return self.lines.iter().filter_map(curve).collect();
         }
         // One value of the parameter is one problem: no other case, and nothing else that differs.
         let refuse_problems = |rows: &Runs<'_>| refuse_several(rows, "case and set", |row| runs.problem(row).join(" "));
@@ -465,5 +465,19 @@ mod tests {
         assert!(!panel("").levels_off(&points(&[f64::NAN, 1.0])));
         // A step at which nothing completed is no plateau.
         assert!(!panel("").levels_off(&points(&[f64::NAN, 1.0, 2.0, f64::NAN])));
+    }
+
+    #[test]
+    fn a_line_of_several_rows_is_theirs_whatever_the_order_of_the_table() {
+        let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let header = "case,set,label,macro_step_s,outcome,error";
+        let rows = ["box,,a/1,0.001,completed,1.0", "box,,b/1,0.001,completed,2.0"].map(cells).to_vec();
+        let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), cells(header), rows);
+        let lines = "[[lines]]\nlabels = [\"c/1\"]\nlabel = \"third\"\n[[lines]]\nlabels = [\"b/1\"]\nlabel = \"second\"\n\
+                     [[lines]]\nlabels = [\"a/1\"]\nlabel = \"first\"\n";
+        let runs = Runs::of(&table).unwrap();
+        let curves = panel(lines).over_parameter(&runs, &[5.0, 5.0], &Styles::standard()).unwrap();
+        let found: Vec<_> = curves.iter().map(|curve| (&*curve.entry, curve.points[0].median)).collect();
+        assert_eq!(found, [("second", 2.0), ("first", 1.0)]);
     }
 }
