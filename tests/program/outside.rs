@@ -140,10 +140,16 @@ fn write_case(folder: &Path, changes: &[(&str, &str)]) {
     fs::write(folder.join("case.toml"), text).unwrap();
 }
 
-fn output(folder: &Path, arguments: &str) -> Output {
+/// The program in a folder, with a cache of its own there.
+fn inside(folder: &Path) -> Command {
     let mut command = process();
-    command.current_dir(folder).args(["simulate", "--case", "case.toml"]).args(arguments.split_whitespace());
-    command.env("RIMBENCH_CACHE", folder.join("cache")).output().unwrap()
+    command.current_dir(folder).env("RIMBENCH_CACHE", folder.join("cache"));
+    command
+}
+
+fn output(folder: &Path, arguments: &str) -> Output {
+    let mut command = inside(folder);
+    command.args(["simulate", "--case", "case.toml"]).args(arguments.split_whitespace()).output().unwrap()
 }
 
 /// One run as JSON, and what is said besides.
@@ -441,9 +447,16 @@ fn what_an_fmu_in_our_process_does_to_it_is_set_back() {
     // In the middle of a long run as well: the other side steps where it began. All threads share a folder, so that there is one only.
     Guest { faults: &["WANDERS_AT=0.1"], ..SPRING }.packed(&plain.path().join("spring.fmu")).unwrap();
     Guest { faults: &["AT_HOME"], ..MASS }.packed(&plain.path().join("mass.fmu")).unwrap();
-    let mut alone = process();
-    alone.current_dir(plain.path()).env("RAYON_NUM_THREADS", "1").env("RIMBENCH_CACHE", plain.path().join("cache"));
-    alone.args(["simulate", "--case", "case.toml", "--scheme", "zero-order-hold", "--format", "json"]);
+    let mut alone = inside(plain.path());
+    alone.env("RAYON_NUM_THREADS", "1").args([
+        "simulate",
+        "--case",
+        "case.toml",
+        "--scheme",
+        "zero-order-hold",
+        "--format",
+        "json",
+    ]);
     let output = alone.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -458,8 +471,7 @@ fn what_a_side_costs_is_measured_and_advice_is_at_these_prices() {
     // What sleeps 300 µs in each step costs more than many micro steps, whatever else the machine does.
     let Some(folder) = case(&Guest { faults: &["SLOW_US=300"], ..MASS }, &SPRING, &[]) else { return };
     let advise = |options: &str| -> Value {
-        let mut command = process();
-        command.current_dir(folder.path()).env("RIMBENCH_CACHE", folder.path().join("cache"));
+        let mut command = inside(folder.path());
         command.args([
             "advise",
             "--case",
@@ -596,9 +608,7 @@ fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
     assert_eq!(said["outcome"], "completed", "{said:#}");
     // Two classes have the doors that two FMUs have.
     let call = |arguments: &str| {
-        let mut command = process();
-        command.current_dir(folder.path()).env("RIMBENCH_CACHE", folder.path().join("cache"));
-        let output = command.args(arguments.split_whitespace()).output().unwrap();
+        let output = inside(folder.path()).args(arguments.split_whitespace()).output().unwrap();
         assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
         output.stdout
     };
