@@ -12,6 +12,7 @@ mod binary;
 pub mod export;
 pub mod import;
 mod last_words;
+mod model_parts;
 
 /// The library that this crate is built as, and that every exported FMU holds: its name without prefix and ending.
 pub const LIBRARY: &str = "rimbench_fmi";
