@@ -272,7 +272,7 @@ impl ContactStepper {
         if self.is_compliant() {
             return refused("contacts that give way have none".to_owned());
         }
-        if self.contacts.is_sparse() {
+        if self.dense_solver().is_some() {
             return refused("contacts by the dozen, of which few are coupled, have none".to_owned());
         }
         if in_space {
