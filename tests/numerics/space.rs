@@ -1,6 +1,7 @@
 //! A machine in space against a trial independent of this code, and what bodies in space are not offered.
 
 use crate::support::*;
+use rimbench::contact_law::ContactSpring;
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{MechanicalModel, ModelSize};
 use rimbench::models::{Foot, Pin, SpatialBody, SpatialBodyGeometry};
@@ -203,6 +204,39 @@ impl MechanicalModel for OneFoot {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         2.0 * 9.81 * q[2]
     }
+}
+
+#[test]
+fn a_point_on_a_spring_must_slide_to_its_stop_and_give_its_energy_to_friction_and_damper() {
+    let law = Friction { coefficient: 0.25, at_rest: 0.25, restitution: 0.0 };
+    // Aperiodic: 2 √(k m) = 2.8e3 N·s/m.
+    let spring = ContactSpring { stiffness: 1e6, damping: 5e3 };
+    let mut point =
+        stepper(OneFoot, ContactLaw { spring: Some(spring), ..PLASTIC }).with_friction(law, solver()).unwrap();
+    let (h, stops) = (1e-4, 0.5 / (0.25 * 9.81));
+    for step in 0..2 * (stops / h) as usize {
+        point.step(step as f64 * h, &[0.0], h).unwrap();
+    }
+    let ([x, y, z], sunk) = ([0, 1, 2].map(|k| point.position()[k]), 2.0 * 9.81 / 1e6);
+    assert!((x / y - 0.75).abs() < 1e-9 && (z / -sunk - 1.0).abs() < 1e-6, "{x} {y} {z}");
+    // As long as it sinks it presses with less than its weight.
+    assert!((x.hypot(y) / (0.5 * 0.5 * stops) - 1.0).abs() < 0.02, "{x} {y}");
+    let account = point.energy_account().unwrap();
+    assert!(account.closure().abs() < 1e-12 && account.contact > 0.0, "{account:?}");
+    assert!((account.friction - 0.25).abs() < 1e-9, "{account:?}");
+}
+
+/// Yaw (rad) of the machine on four legs after 2.5 s. The trial's reference, four rigid feet whose load is spread evenly, has −0.03102.
+#[test]
+fn four_legs_that_give_way_must_yaw_as_the_trial_whatever_their_stiffness_and_by_how_they_share_the_load() {
+    let yaw = |set: &[(&str, &str)]| *column(&march("four-legs", set, 5e-5, 50_000, 50), "yaw_rad").last().unwrap();
+    for (compliance, damping) in [("1e-6", "1e4"), ("1e-7", "1e5"), ("1e-8", "1e6")] {
+        let found = yaw(&[("contact_compliance_m_n", compliance), ("contact_damping_n_s_m", damping)]);
+        assert!((found + 0.03102).abs() < 2e-4, "{compliance} m/N: {found} rad");
+    }
+    // Feet that are longer by a few hundredths of a millimetre take load from the others.
+    let (long, short) = (yaw(&[("long_feet_m", "5e-5")]), yaw(&[("long_feet_m", "-5e-5")]));
+    assert!((long + 0.0199).abs() < 5e-4 && (short + 0.0445).abs() < 5e-4, "{long} {short} rad");
 }
 
 #[test]
