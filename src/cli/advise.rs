@@ -10,6 +10,7 @@ use super::{Format, INTERRUPTED, file_option, print, print_json, warn_of_cache, 
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
+use rimbench::fmi::import::SideNotes;
 use rimbench::harness::{
     Advice, AdviceRow, Cache, Information, METRIC, Met, Probe, Question, Step, USUAL_PRICES, WORK, advise,
     logarithmic_grid, longest_macro_step, measured_prices, milliseconds, shortest_macro_step,
@@ -69,7 +70,7 @@ impl Advise {
         if let Some(file) = fixed.case.as_ref().filter(|name| name.ends_with(".toml")) {
             files += &file_option("--case-file", file.as_ref());
         }
-        let catalogue = &*with_files(catalogue, &mut fixed)?;
+        let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed)?;
         let macro_steps = self.macro_steps(catalogue, &fixed)?;
         let four = |costs: Vec<f64>| Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L");
         let asked = self.costs.clone().map(|costs| <[f64; 4]>::try_from(costs).map_err(four)).transpose()?;

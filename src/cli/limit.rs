@@ -10,6 +10,7 @@ use super::{Format, answered, print, print_json, warn_of_cache, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::fmi::import::SideNotes;
 use rimbench::harness::{
     Cache, Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, StepVerdict, predicted_stability_limit,
     spectral_stability_limit, stability_limit,
@@ -63,7 +64,7 @@ impl Limit {
     /// Exit code 1 if the limit could not be found because a run gave no answer.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
-        let catalogue = with_files(catalogue, &mut request)?;
+        let catalogue = with_files(catalogue, &SideNotes::default(), &mut request)?;
         let Limit { from, to, per_decade, phases, .. } = self;
         let (grid, phases) = Scan { from, to, per_decade, phases }.resolve(&request, &catalogue)?;
         let (done, scan) = (Arc::new(AtomicUsize::new(0)), grid.len());

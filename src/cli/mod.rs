@@ -35,7 +35,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
-use rimbench::fmi::import::{ProbeQuality, Programs, WORKER, read_case, standard_output};
+use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
 use screen::{Mood, headline, paragraph, width};
@@ -141,16 +141,17 @@ impl Cli {
         }
         interruption::listen()?;
         let mut catalogue = everything()?;
-        self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
+        let notes = &SideNotes::default();
+        self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, notes, file).map(drop))?;
         let catalogue = &catalogue;
         match self.command {
-            Command::Simulate(command) => return command.run(catalogue),
+            Command::Simulate(command) => return command.run(catalogue, notes),
             Command::Limit(command) => return command.run(catalogue),
             Command::Advise(command) => {
                 let given = self.case_file.iter().map(|file| file_option("--case-file", file));
                 return command.run(catalogue, given.collect());
             }
-            Command::Run(command) => return command.run(catalogue, &self.case_file),
+            Command::Run(command) => return command.run(catalogue, notes, &self.case_file),
             Command::Verify(command) => return command.run(catalogue),
             Command::Report(command) => return command.run(catalogue),
             Command::Reproduce(command) => return command.run(catalogue),
@@ -179,13 +180,14 @@ pub fn exit_code(error: &anyhow::Error) -> ExitCode {
     }
 }
 
-/// Adds the case that a file makes of FMUs; returns its name.
-fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
+/// Adds the case that a file makes of FMUs, of which something may be to be said after a run; returns its name.
+fn add_case_file(catalogue: &mut Catalogue, notes: &SideNotes, file: &Path) -> Result<String> {
     // FMUs in processes of their own: those of this program.
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
     let python = std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from);
-    let case = read_case(file, Programs { worker: Some(vec![program, WORKER.into()]), python })?;
+    let programs = Programs { worker: Some(vec![program, WORKER.into()]), python, notes: notes.clone() };
+    let case = read_case(file, programs)?;
     let name = case.name.to_string();
     catalogue.add_case(case)?;
     Ok(name)
@@ -197,10 +199,10 @@ fn file_option(option: &str, file: &Path) -> String {
 }
 
 /// The same catalogue, with the case of a request in it where that is given as a file that makes it of FMUs.
-fn with_files<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
+fn with_files<'a>(catalogue: &'a Catalogue, notes: &SideNotes, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
     let mut catalogue = Cow::Borrowed(catalogue);
     if let Some(file) = request.case.as_ref().filter(|name| name.ends_with(".toml")) {
-        request.case = Some(add_case_file(catalogue.to_mut(), Path::new(file))?);
+        request.case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
     }
     Ok(catalogue)
 }

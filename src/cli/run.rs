@@ -15,7 +15,7 @@ use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
-use rimbench::fmi::import::take_probe_errors;
+use rimbench::fmi::import::SideNotes;
 use rimbench::harness::{Cache, Job, Shard, Step, check_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -63,7 +63,12 @@ pub struct Run {
 impl Run {
     /// `case_files` are those of the cases that the catalogue has besides. Exit code 1 if shards were merged and runs are
     /// missing.
-    pub(super) fn run(self, catalogue: &Catalogue, case_files: &[PathBuf]) -> anyhow::Result<ExitCode> {
+    pub(super) fn run(
+        self,
+        catalogue: &Catalogue,
+        notes: &SideNotes,
+        case_files: &[PathBuf],
+    ) -> anyhow::Result<ExitCode> {
         let experiment = Project::experiment(&self.file)?;
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         if self.submit.slurm {
@@ -114,7 +119,7 @@ impl Run {
         }
         warn_of_cache(&cache);
         // Those of references are among them.
-        probe_lines(&take_probe_errors()).iter().try_for_each(|line| print(line))?;
+        probe_lines(&notes.probed()).iter().try_for_each(|line| print(line))?;
         if summary.damaged > 0 {
             print(&format!(
                 "{} damaged records were left out and computed again where they belong here",

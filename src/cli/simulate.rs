@@ -11,7 +11,7 @@ use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::error::Error;
-use rimbench::fmi::import::{ProbeQuality, take_probe_errors, take_warnings};
+use rimbench::fmi::import::{ProbeQuality, SideNotes};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference, processor_clock, replay_log};
 use rimbench::input::read_text;
 use rimbench::metrics::METRICS;
@@ -49,14 +49,14 @@ pub struct Simulate {
 
 impl Simulate {
     /// Exit code 1 if the run gave no answer: it was skipped, or took too long.
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+    pub(super) fn run(self, catalogue: &Catalogue, notes: &SideNotes) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
         if let (Some(log), Some(deadline)) = (&self.deadline_log, self.deadline) {
             replay_log(&read_text(log)?, deadline, request.delivery_up.get_or_insert_default())
                 .map_err(|why| Error::file(log, why))?;
         }
         let asked = request.clone();
-        let catalogue = with_files(catalogue, &mut request)?;
+        let catalogue = with_files(catalogue, notes, &mut request)?;
         let spec = request.resolve(&catalogue)?;
         let spec = if self.audit { spec.audited()? } else { spec };
         let mut prepared = spec.prepare()?;
@@ -71,12 +71,11 @@ impl Simulate {
         let reference = obtain_reference(&spec, &cache, stop)?;
         warn_of_cache(&cache);
         // Those of the reference are not of the run.
-        take_probe_errors();
-        take_warnings();
+        notes.clear();
         // Waiting for another program takes no processor time, but counts against a limit.
         let clock = if waits(&spec) { monotonic_clock } else { processor_clock };
         let result = prepared.simulate_inside(&reference, Some(clock), stop)?;
-        let (probed, warned) = (take_probe_errors(), take_warnings());
+        let (probed, warned) = (notes.probed(), notes.warnings());
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {

@@ -12,11 +12,18 @@ mod binary;
 pub mod export;
 pub mod import;
 mod last_words;
+mod model_parts;
 
 /// The library that this crate is built as, and that every exported FMU holds: its name without prefix and ending.
 pub const LIBRARY: &str = "rimbench_fmi";
 
-/// What a library must have been built from to belong to this program: sources of core and cases, and the version.
+/// What a library must have been built from to belong to this program: sources of contact, core, cases and this crate, by their hashes.
+const SOURCES: [&str; 4] = {
+    let [core, contact] = rimbench_core::SOURCES;
+    [core, contact, rimbench_cases::SOURCES, env!("RIMBENCH_FMI_SOURCES")]
+};
+
+/// Names what a library must have been built from, and the version.
 pub fn sources() -> String {
-    format!("{} {} {}", rimbench_core::SOURCES.join(" "), rimbench_cases::SOURCES, env!("CARGO_PKG_VERSION"))
+    format!("{} {}", SOURCES.join(" "), env!("CARGO_PKG_VERSION"))
 }

@@ -12,7 +12,7 @@ use rimbench::cases::{
 };
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
 use rimbench::error::{Error, Result};
-use rimbench::fmi::import::{Programs, read_case, serve};
+use rimbench::fmi::import::{Programs, SideNotes, read_case, serve};
 use rimbench::name::Name;
 use rimbench::runs::{Reference, RunRequest, RunSpec};
 use std::ffi::CString;
@@ -99,7 +99,8 @@ fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> 
 #[pyfunction]
 pub fn open_case(file: PathBuf, python: PathBuf) -> PyResult<PyCase> {
     let worker = "from rimbench import _native; _native.fmu_worker()";
-    let programs = Programs { worker: Some(vec![python.clone(), "-c".into(), worker.into()]), python: Some(python) };
+    let worker = Some(vec![python.clone(), "-c".into(), worker.into()]);
+    let programs = Programs { worker, python: Some(python), notes: SideNotes::default() };
     let wrong = |error: Error| RimbenchError::new_err(error.to_string());
     let case = read_case(&file, programs).map_err(wrong)?;
     everything().clone().add_case(case.clone()).map_err(wrong)?;

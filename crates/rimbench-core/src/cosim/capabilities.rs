@@ -41,7 +41,7 @@ pub trait Capabilities {
         Ok(false)
     }
 
-    /// Lends room for the course of the inputs within the next micro step; none: their mean is all that is used.
+    /// Lends room for the polynomials of the inputs within the next micro step; none: their mean is all that is used.
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
         None
     }

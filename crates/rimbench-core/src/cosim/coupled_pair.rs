@@ -53,14 +53,14 @@ impl CoupledPair<'_> {
             return self.exchange_late(step);
         }
         self.fill_attachments(step)?;
-        let PairState { y, attachments, .. } = &*self.state;
+        let PairState { y, exchange, .. } = &*self.state;
         let sample = Sample {
-            model: attachments.interface_model.as_ref(),
+            model: exchange.interface_model.as_ref(),
             ..Sample::of_outputs(step, &y.mechanics, self.actuator_micro_step(step))
         };
         self.scheme.receive(Side::Mechanics, &sample)?;
-        let rates = attachments.output_rates.as_ref();
-        let line_forces = attachments.line_forces.as_ref();
+        let rates = exchange.output_rates.as_ref();
+        let line_forces = exchange.line_forces.as_ref();
         self.scheme.receive(Side::Actuator, &Sample { y: &y.actuator, model: None, rates, line_forces, ..sample })?;
         self.state.counters.exchanges += 1;
         Ok(())
@@ -81,21 +81,21 @@ impl CoupledPair<'_> {
     /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
         let mechanics_step = self.mechanics_step(step);
-        let PairState { attachments, u, .. } = &mut *self.state;
-        if let Some(model) = &mut attachments.interface_model
+        let PairState { exchange, u, .. } = &mut *self.state;
+        if let Some(model) = &mut exchange.interface_model
             && !self.sides.mechanics.capabilities().interface_model(mechanics_step, model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
         }
-        if let (Some(belief), Some(model)) = (&self.setup.belief, &mut attachments.interface_model) {
+        if let (Some(belief), Some(model)) = (&self.setup.belief, &mut exchange.interface_model) {
             belief.distort(model);
         }
-        if let Some(rates) = &mut attachments.output_rates
+        if let Some(rates) = &mut exchange.output_rates
             && !self.sides.actuator.capabilities().output_rates(step.start, &u.actuator, rates)?
         {
             return Err(Cause::NotOffered { what: NO_OUTPUT_RATES.into() }.into());
         }
-        if let Some(forces) = &mut attachments.line_forces {
+        if let Some(forces) = &mut exchange.line_forces {
             let lines = self.sides.actuator.capabilities().oil_lines();
             let lines = lines.ok_or(Cause::NotOffered { what: NO_OIL_LINES.into() })?;
             lines.exchange(step, self.setup.actuator_steps(step), &u.actuator, forces);

@@ -150,11 +150,11 @@ pub trait CouplingScheme: Send {
     #[inline]
     fn input_at_end(&self, _to: Side, _u: &mut [f64]) {}
 
-    /// Writes the course of the inputs within the micro step whose mean [`input`](Self::input) has just written, for a subsystem
+    /// Writes the polynomials of the inputs within the micro step whose mean [`input`](Self::input) has just written, for a subsystem
     /// that integrates polynomials (see [`InputPolynomials`](super::InputPolynomials)). False: what `input` wrote is held, in this
     /// and all other micro steps of the macro step.
     #[inline]
-    fn course(&self, _to: Side, _at: MicroStep, _course: &mut [Cubic]) -> bool {
+    fn input_polynomials(&self, _to: Side, _at: MicroStep, _polynomials: &mut [Cubic]) -> bool {
         false
     }
 

@@ -1,4 +1,4 @@
-//! The course of a subsystem's inputs within one micro step.
+//! Polynomials of a subsystem's inputs within one micro step.
 
 /// Coefficients of one input: powers of time from 0 to 3.
 pub type Cubic = [f64; 4];

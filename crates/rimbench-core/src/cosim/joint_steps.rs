@@ -1,6 +1,6 @@
-//! A mechanics that takes its steps together with the actuator, both cut at common events, or under the course of its force.
+//! A mechanics that takes its steps together with the actuator, both cut at common events, or under the profile of its force.
 
-use super::output_history::ForceCourse;
+use super::output_history::ForceProfile;
 use super::output_rates::OutputRates;
 use crate::error::Failure;
 
@@ -41,5 +41,5 @@ pub trait JointSteps {
     ///
     /// # Errors
     /// A [`Failure`] of the mechanics.
-    fn step_under(&mut self, course: ForceCourse<'_>, h: f64) -> Result<(), Failure>;
+    fn step_under(&mut self, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure>;
 }

@@ -41,7 +41,7 @@ pub(crate) struct Kept {
     /// Outputs of the actuator, with the motion that it knew.
     pub(crate) force: Vec<f64>,
     /// Outputs of the actuator by micro step.
-    course: OutputHistory,
+    history: OutputHistory,
     /// Forces for the mechanics by its own step.
     returned: OutputHistory,
     /// Outputs, inputs and rates of the actuator at the end.
@@ -75,7 +75,7 @@ impl LateSamples {
             motion: vec![0.0; motions],
             model: model.cloned(),
             force: vec![0.0; forces],
-            course: OutputHistory::new(forces, setup.actuator_steps(full)),
+            history: OutputHistory::new(forces, setup.actuator_steps(full)),
             returned: OutputHistory::new(forces, setup.own_mechanics_steps(full)),
             outputs: vec![0.0; forces],
             inputs: vec![0.0; motions],
@@ -142,16 +142,16 @@ impl LateSamples {
     ///
     /// # Errors
     /// Those of the actuator.
-    pub(crate) fn keep_course(
+    pub(crate) fn keep_history(
         &mut self,
         k: usize,
-        course: &OutputHistory,
+        history: &OutputHistory,
         actuator: &mut dyn Subsystem,
         inputs: &[f64],
     ) -> Result<(), Failure> {
         let with_rates = self.bridge == ForceBridge::Rates;
         let kept = self.kept_mut(k);
-        kept.course.copy_from(course);
+        kept.history.copy_from(history);
         if with_rates {
             kept.inputs.copy_from_slice(inputs);
             actuator.outputs(inputs, &mut kept.outputs)?;
@@ -183,7 +183,7 @@ impl LateSamples {
                 micro_step = kept.micro_step;
                 scheme.change_micro_step(micro_step)?;
             }
-            let rows = kept.course.rows();
+            let rows = kept.history.rows();
             let count = rows.len();
             for (j, force) in rows.enumerate() {
                 let at = MicroStep::new(kept.step, j, count);
@@ -292,8 +292,8 @@ impl Shadow {
 
     /// Covers a macro step under the forces that were.
     fn replay(&mut self, kept: &Kept) -> Result<(), Failure> {
-        let count = kept.course.rows().len();
-        for (j, force) in kept.course.rows().enumerate() {
+        let count = kept.history.rows().len();
+        for (j, force) in kept.history.rows().enumerate() {
             let at = MicroStep::new(kept.step, j, count);
             self.work_sent.add_half_step(at.length, force, &self.u);
             self.scheme.0.input(Side::Actuator, at, force, &mut self.u)?;

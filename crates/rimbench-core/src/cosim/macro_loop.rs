@@ -21,21 +21,21 @@ use crate::error::Failure;
 /// Runs two subsystems coupled by a scheme, and calls `observe` at each communication point.
 ///
 /// The ports must fit (see [`check_coupling`](super::check_coupling)), the force return must suit the sequence (see
-/// [`ForceReturn::check`](super::ForceReturn::check)), and `attachments` must be what the scheme needs. Nothing is allocated once
+/// [`ForceReturn::check`](super::ForceReturn::check)), and `exchange` must be what the scheme needs. Nothing is allocated once
 /// the first macro step has begun, and no step is ever taken back.
 pub fn cosimulate(
     setup: &Setup,
     mut sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
-    attachments: ExchangeData,
+    exchange: ExchangeData,
     control: RunControl<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
     let inside = control.inside.then(|| micro_log(setup, &sides));
     let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
-    let audited = attachments.interface_model.as_ref().filter(|_| control.audit && averages);
+    let audited = exchange.interface_model.as_ref().filter(|_| control.audit && averages);
     let audit = audited.map(|empty| Box::new(ModelAudit::new(empty)));
-    let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), attachments) };
+    let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), exchange) };
     if let (Some(late), Some(_), Some(copy)) = (&mut state.late, &state.audit, scheme.try_clone()) {
         late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));
     }

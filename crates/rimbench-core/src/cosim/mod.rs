@@ -68,7 +68,7 @@ pub use macro_loop::cosimulate;
 pub use mechanics_steps::MechanicsSteps;
 pub use model_audit::{Creation, Jump, ModelEnergy};
 pub use outcome::{Outcome, OutcomeClass, OutcomeKind};
-pub use output_history::{ForceCourse, OutputHistory};
+pub use output_history::{ForceProfile, OutputHistory};
 pub use output_rates::OutputRates;
 pub use ports::{Port, Ports, Quantity, check_coupling};
 pub use report::Report;

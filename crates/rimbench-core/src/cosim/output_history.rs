@@ -70,10 +70,10 @@ impl OutputHistory {
 }
 
 impl OutputHistory {
-    /// Returns the course of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its mean is `mean`.
-    pub(crate) fn course<'a>(&'a self, index: usize, parts: usize, mean: &'a [f64]) -> ForceCourse<'a> {
+    /// Returns the profile of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its mean is `mean`.
+    pub(crate) fn profile<'a>(&'a self, index: usize, parts: usize, mean: &'a [f64]) -> ForceProfile<'a> {
         let border = |index: usize| (index * self.count) as f64 / parts as f64;
-        ForceCourse { transmission: self, from: border(index), to: border(index + 1), mean }
+        ForceProfile { history: self, from: border(index), to: border(index + 1), mean }
     }
 
     /// Calls `act` with each micro step's output, and from where to where it acts between `from` and `to` (in micro steps).
@@ -85,17 +85,17 @@ impl OutputHistory {
     }
 }
 
-/// The course of the forces over a step of the mechanics.
+/// The profile of the forces over a step of the mechanics.
 #[derive(Debug, Clone, Copy)]
-pub struct ForceCourse<'a> {
-    transmission: &'a OutputHistory,
+pub struct ForceProfile<'a> {
+    history: &'a OutputHistory,
     /// Of the step, in micro steps.
     from: f64,
     to: f64,
     mean: &'a [f64],
 }
 
-impl ForceCourse<'_> {
+impl ForceProfile<'_> {
     /// Writes the mean force (N) over the share `from` to `to` of the step, and its first moment about the middle of that time.
     ///
     /// ```text
@@ -109,7 +109,7 @@ impl ForceCourse<'_> {
         let middle = 0.5 * (start + end);
         mean.copy_from_slice(self.mean);
         moment.fill(0.0);
-        self.transmission.each_between(start, end, |output, start_here, end_here| {
+        self.history.each_between(start, end, |output, start_here, end_here| {
             let (time, middle_here) = (end_here - start_here, 0.5 * (start_here + end_here));
             for (i, y) in output.iter().enumerate() {
                 moment[i] += (middle - middle_here) * time * y / (length * length);
@@ -119,7 +119,7 @@ impl ForceCourse<'_> {
             }
         });
         if !whole {
-            self.transmission.each_between(self.from, self.to, |output, start_here, end_here| {
+            self.history.each_between(self.from, self.to, |output, start_here, end_here| {
                 mean.iter_mut().zip(output).for_each(|(mean, y)| *mean -= (end_here - start_here) * y / length);
             });
         }
@@ -133,13 +133,13 @@ mod tests {
 
     #[test]
     fn means_share_out_straddling_micro_steps_and_keep_the_impulse() {
-        let mut transmission = OutputHistory::new(1, 3);
+        let mut history = OutputHistory::new(1, 3);
         for force in [1.0, 2.0, 6.0] {
-            transmission.push(&[force]);
+            history.push(&[force]);
         }
         let mean = |index, parts| {
             let mut out = [0.0];
-            transmission.mean_over(index, parts, &mut out);
+            history.mean_over(index, parts, &mut out);
             out[0]
         };
         approx::assert_relative_eq!(mean(0, 1), 3.0, epsilon = 1e-15);
@@ -154,14 +154,14 @@ mod tests {
 
     #[test]
     fn a_piece_within_a_micro_step_has_its_output_and_a_whole_step_its_mean() {
-        let mut transmission = OutputHistory::new(1, 4);
-        [1.0, 2.0, 6.0, 4.0].iter().for_each(|force| transmission.push(&[*force]));
+        let mut history = OutputHistory::new(1, 4);
+        [1.0, 2.0, 6.0, 4.0].iter().for_each(|force| history.push(&[*force]));
         // The second half, with an impulse that adds 0.5 N to its mean of 5 N.
         let mean = [5.5];
-        let course = transmission.course(1, 2, &mean);
+        let profile = history.profile(1, 2, &mean);
         let over = |from, to| {
             let (mut force, mut moment) = ([0.0], [0.0]);
-            course.over(from, to, &mut force, &mut moment);
+            profile.over(from, to, &mut force, &mut moment);
             [force[0], moment[0]]
         };
         // ¼ before the middle 6 N act for ½, ¼ behind it 4 N: κ = ½·¼ (6 − 4); within a micro step there is none.
@@ -178,12 +178,12 @@ mod tests {
             (parts, index) in (1usize..7).prop_flat_map(|parts| (proptest::strategy::Just(parts), 0..parts)),
             moved in -1e4f64..1e4,
         ) {
-            let mut transmission = OutputHistory::new(2, outputs.len());
-            outputs.iter().for_each(|output| transmission.push(output));
+            let mut history = OutputHistory::new(2, outputs.len());
+            outputs.iter().for_each(|output| history.push(output));
             let mut mean = [0.0; 2];
-            transmission.mean_over(index, parts, &mut mean);
+            history.mean_over(index, parts, &mut mean);
             mean[1] += moved;
-            let course = transmission.course(index, parts, &mean);
+            let profile = history.profile(index, parts, &mean);
             borders.extend([0.0, 1.0]);
             borders.sort_by(f64::total_cmp);
             let (mut force, mut moment, mut total) = ([0.0; 2], [0.0; 2], [0.0; 2]);
@@ -192,7 +192,7 @@ mod tests {
                 if piece[1] - piece[0] < 1e-9 {
                     continue;
                 }
-                course.over(piece[0], piece[1], &mut force, &mut moment);
+                profile.over(piece[0], piece[1], &mut force, &mut moment);
                 (0..2).for_each(|row| total[row] += (piece[1] - piece[0]) * force[row]);
             }
             for row in 0..2 {
@@ -207,11 +207,11 @@ mod tests {
             outputs in proptest::collection::vec([-1e4f64..1e4, -1e4f64..1e4], 1..60),
             parts in 1usize..80,
         ) {
-            let mut transmission = OutputHistory::new(2, outputs.len());
-            outputs.iter().for_each(|output| transmission.push(output));
+            let mut history = OutputHistory::new(2, outputs.len());
+            outputs.iter().for_each(|output| history.push(output));
             let (mut mean, mut total) = ([0.0; 2], [0.0; 2]);
             for index in 0..parts {
-                transmission.mean_over(index, parts, &mut mean);
+                history.mean_over(index, parts, &mut mean);
                 for row in 0..2 {
                     total[row] += mean[row] / parts as f64;
                     // A mean lies among what it is made of.

@@ -21,9 +21,9 @@ use super::work_meter::WorkMeter;
 pub(crate) struct PairState {
     /// The side that does not depend on the other at the instant itself.
     pub(crate) without_feedthrough: Side,
-    /// Whether a side integrates polynomials and is told the course of its inputs.
+    /// Whether a side integrates polynomials and is told the polynomials of its inputs.
     pub(crate) takes_polynomial: PerSide<bool>,
-    pub(crate) attachments: ExchangeData,
+    pub(crate) exchange: ExchangeData,
     pub(crate) y: PerSide<Vec<f64>>,
     pub(crate) u: PerSide<Vec<f64>>,
     /// How the actuator's outputs move, where its micro steps are of the second order.
@@ -33,7 +33,7 @@ pub(crate) struct PairState {
     /// The actuator's outputs at the end of the macro step, for the force return `end`.
     pub(crate) end: Vec<f64>,
     pub(crate) received: Vec<f64>,
-    pub(crate) transmission: OutputHistory,
+    pub(crate) history: OutputHistory,
     pub(crate) work_sent: WorkMeter,
     /// By how much the scheme's model is wrong, where that sets the macro steps.
     pub(crate) defect: Option<DefectMeter>,
@@ -49,9 +49,9 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, mut attachments: ExchangeData) -> Self {
+    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, mut exchange: ExchangeData) -> Self {
         let micro_steps = division(setup.grid.macro_step(), setup.micro_step);
-        if let (Some(forces), Some(lines)) = (&mut attachments.line_forces, sides.actuator.capabilities().oil_lines()) {
+        if let (Some(forces), Some(lines)) = (&mut exchange.line_forces, sides.actuator.capabilities().oil_lines()) {
             forces.reserve(micro_steps);
             lines.lay(micro_steps, forces.smoothing());
         }
@@ -67,18 +67,18 @@ impl PairState {
         let late = setup
             .delivery
             .as_ref()
-            .map(|delivery| Box::new(LateSamples::new(delivery, setup, ports, attachments.interface_model.as_ref())));
+            .map(|delivery| Box::new(LateSamples::new(delivery, setup, ports, exchange.interface_model.as_ref())));
         PairState {
             without_feedthrough: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
             takes_polynomial,
-            attachments,
+            exchange,
             rates: midpoint.then(|| OutputRates::zeros(to_mechanics, ports.actuator.inputs.len())),
             y: PerSide::from_fn(zeros),
             u: PerSide::from_fn(|side| zeros(side.other())),
             own: PerSide::from_fn(zeros),
             end: vec![0.0; to_mechanics],
             received: vec![0.0; to_mechanics],
-            transmission: OutputHistory::new(to_mechanics, micro_steps),
+            history: OutputHistory::new(to_mechanics, micro_steps),
             work_sent: WorkMeter::new(ports.actuator),
             defect: by_defect.then(|| DefectMeter::new(ports.actuator)),
             time: 0.0,

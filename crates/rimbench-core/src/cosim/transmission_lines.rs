@@ -12,14 +12,14 @@ use super::output_history::OutputHistory;
 pub struct LineForces {
     smoothing: f64,
     impedance: Vec<f64>,
-    course: OutputHistory,
+    history: OutputHistory,
 }
 
 impl LineForces {
     /// Makes lines for an interface of some rows, with room for a number of micro steps per macro step; `smoothing` is the share α of
     /// the wave before that each wave keeps.
     pub fn new(rows: usize, micro_steps: usize, smoothing: f64) -> Self {
-        LineForces { smoothing, impedance: vec![0.0; rows], course: OutputHistory::new(rows, micro_steps) }
+        LineForces { smoothing, impedance: vec![0.0; rows], history: OutputHistory::new(rows, micro_steps) }
     }
 
     /// Makes room for more micro steps.
@@ -40,29 +40,29 @@ impl LineForces {
     /// Begins a macro step with these Z_i, N·s/m.
     pub fn begin(&mut self, impedance: &[f64]) {
         self.impedance.copy_from_slice(impedance);
-        self.course.clear();
+        self.history.clear();
     }
 
     /// Adds C of the next micro step, one value per row, N.
     pub fn push(&mut self, forces: &[f64]) {
-        self.course.push(forces);
+        self.history.push(forces);
     }
 
     /// Returns C in one micro step, one value per row, N.
     pub fn at(&self, micro_step: usize) -> &[f64] {
-        self.course.at(micro_step)
+        self.history.at(micro_step)
     }
 
     /// Writes the mean of C over part `index` of `parts` equal parts of the macro step.
     pub(crate) fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
-        self.course.mean_over(index, parts, mean);
+        self.history.mean_over(index, parts, mean);
     }
 
     /// Copies the values of others of equal size; allocates only what was never there.
     pub(crate) fn copy_from(&mut self, other: &LineForces) {
         self.smoothing = other.smoothing;
         self.impedance.clone_from(&other.impedance);
-        self.course.copy_from(&other.course);
+        self.history.copy_from(&other.history);
     }
 }
 

@@ -52,12 +52,12 @@ impl CouplingScheme for ExtrapolatedInterpolation {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
         let signal = &self.sent[to.other()];
         let macro_step = at.length * at.count as f64;
-        for (course, Variable { cubic: [c0, c1, c2, c3], .. }) in course.iter_mut().zip(&signal.variables) {
+        for (polynomial, Variable { cubic: [c0, c1, c2, c3], .. }) in polynomials.iter_mut().zip(&signal.variables) {
             let [h, h2] = [macro_step, macro_step * macro_step];
-            *course = shifted([*c0, c1 / h, c2 / h2, c3 / (h * h2)], at.since_exchange);
+            *polynomial = shifted([*c0, c1 / h, c2 / h2, c3 / (h * h2)], at.since_exchange);
         }
         true
     }

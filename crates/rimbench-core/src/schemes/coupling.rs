@@ -11,7 +11,7 @@ pub struct Coupling {
     /// The scheme.
     pub scheme: Box<dyn CouplingScheme>,
     /// Room for what is exchanged besides outputs.
-    pub attachments: ExchangeData,
+    pub exchange: ExchangeData,
     /// By what it is run.
     pub driver: IterativeDriver,
 }
@@ -27,10 +27,10 @@ impl Coupling {
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
         if self.driver == IterativeDriver::NonIterative {
-            return cosimulate(setup, sides, &mut *self.scheme, self.attachments, control, observe);
+            return cosimulate(setup, sides, &mut *self.scheme, self.exchange, control, observe);
         }
         let setup = &self.driver.setup(setup);
-        let state = &mut PairState::new(setup, sides.lend(), self.attachments);
+        let state = &mut PairState::new(setup, sides.lend(), self.exchange);
         let pair = CoupledPair { setup, sides, scheme: &mut *self.scheme, state, stop: control.stop };
         self.driver.run(pair, control.timer, observe)
     }

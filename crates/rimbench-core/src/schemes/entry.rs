@@ -116,29 +116,29 @@ impl SchemeEntry {
             || (self.splits && options.split == Split::Law)
             || (self.needs.contains(&Requirement::OutputRatesIfFeedthrough)
                 && sides.actuator.ports().direct_feedthrough);
-        let mut attachments = ExchangeData::new(sides.lend(), self.has_model(), rates)
+        let mut exchange = ExchangeData::new(sides.lend(), self.has_model(), rates)
             .map_err(|failure| Error::Incompatible(failure.to_string()))?;
         let ports = sides.ports();
         check_coupling(ports)?;
         let detection = self.detection(options.detection)?;
-        if let Some(model) = &mut attachments.interface_model {
+        if let Some(model) = &mut exchange.interface_model {
             model.acceleration_jumps.requested = options.motion == ModelMotion::Piecewise;
             if options.motion != ModelMotion::HalfKick {
                 model.state_bias = Vec::new();
             }
         }
-        let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
+        let model = exchange.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {
             self.check_options(options)?;
             options.check_model(empty)?;
         }
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
         let rows = ports.actuator.outputs.len();
-        attachments.line_forces =
+        exchange.line_forces =
             self.needs.contains(&Requirement::TransmissionLines).then(|| LineForces::new(rows, 0, gain));
         let construction = Construction { ports, model, gain };
         let scheme = (self.build)(&construction)?;
-        Ok(Coupling { scheme, attachments, driver: self.driver })
+        Ok(Coupling { scheme, exchange, driver: self.driver })
     }
 
     /// Checks that options of a reduced interface model go together with the scheme.

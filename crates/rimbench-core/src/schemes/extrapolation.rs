@@ -31,9 +31,9 @@ impl Extrapolation {
 
 impl CouplingScheme for Extrapolation {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        let (history, course) = &mut self.sent[from];
+        let (history, polynomials) = &mut self.sent[from];
         history.push(sample.time, sample.y);
-        history.polynomials(self.degree, sample.step.start, &mut course.rows);
+        history.polynomials(self.degree, sample.step.start, &mut polynomials.rows);
         Ok(())
     }
 
@@ -43,8 +43,8 @@ impl CouplingScheme for Extrapolation {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
-        self.sent[to.other()].1.within(at, course)
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
+        self.sent[to.other()].1.within(at, polynomials)
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

@@ -44,11 +44,11 @@ impl InputPolynomial {
     }
 
     /// Writes the polynomials of the time since the start of a micro step. False, and nothing, for inputs that are held.
-    pub fn within(&self, at: MicroStep, course: &mut [Cubic]) -> bool {
+    pub fn within(&self, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
         if self.degree == 0 {
             return false;
         }
-        for (row, within) in self.rows.iter().zip(course) {
+        for (row, within) in self.rows.iter().zip(polynomials) {
             *within = shifted(*row, at.since_exchange);
         }
         true
@@ -81,13 +81,13 @@ mod tests {
 
     #[test]
     fn means_add_up_to_the_integral_and_shifted_polynomials_go_on() {
-        let course = InputPolynomial { degree: 3, rows: vec![[1.0, -2.0, 0.5, 3.0]] };
+        let polynomials = InputPolynomial { degree: 3, rows: vec![[1.0, -2.0, 0.5, 3.0]] };
         let integral = |t: f64| t - t * t + 0.5 * t.powi(3) / 3.0 + 0.75 * t.powi(4);
         for j in 0..5 {
             let at = MicroStep::new(STEP, j, 5);
             let (mut mean, mut within) = ([0.0], [[0.0; 4]]);
-            course.mean(at, &mut mean);
-            assert!(course.within(at, &mut within));
+            polynomials.mean(at, &mut mean);
+            assert!(polynomials.within(at, &mut within));
             let (from, to) = (at.since_exchange, at.since_exchange + at.length);
             approx::assert_relative_eq!(mean[0], (integral(to) - integral(from)) / at.length, epsilon = 1e-12);
             let [c0, c1, c2, c3] = within[0];

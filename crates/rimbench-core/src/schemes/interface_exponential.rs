@@ -185,18 +185,18 @@ impl CouplingScheme for InterfaceExponential {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
         if to == Side::Actuator && self.ahead {
-            return self.interpolated.within(at, course);
+            return self.interpolated.within(at, polynomials);
         }
         let (m, rows) = (self.force.len(), &self.followers[to].rows);
         let from = |base: f64, [c0, c1, c2, c3]: Cubic| [base + c0, c1, c2, c3];
         match to {
-            Side::Mechanics => (0..m).for_each(|i| course[i] = from(self.force[i], rows[i])),
+            Side::Mechanics => (0..m).for_each(|i| polynomials[i] = from(self.force[i], rows[i])),
             Side::Actuator => {
                 for i in 0..m {
-                    course[i] = from(self.position[i], rows[m + i]);
-                    course[m + i] = from(self.velocity[i], rows[2 * m + i]);
+                    polynomials[i] = from(self.position[i], rows[m + i]);
+                    polynomials[m + i] = from(self.velocity[i], rows[2 * m + i]);
                 }
             }
         }

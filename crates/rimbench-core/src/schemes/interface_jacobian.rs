@@ -158,13 +158,13 @@ impl CouplingScheme for InterfaceJacobian {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
         match to {
-            Side::Actuator => self.motion.within(at, course),
+            Side::Actuator => self.motion.within(at, polynomials),
             Side::Mechanics => {
-                for (row, course) in course.iter_mut().enumerate() {
+                for (row, polynomial) in polynomials.iter_mut().enumerate() {
                     let slope = self.force_change[row] / self.step.length;
-                    *course = [self.force[row] + at.since_exchange * slope, slope, 0.0, 0.0];
+                    *polynomial = [self.force[row] + at.since_exchange * slope, slope, 0.0, 0.0];
                 }
                 true
             }

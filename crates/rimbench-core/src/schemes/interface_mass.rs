@@ -117,8 +117,8 @@ impl CouplingScheme for InterfaceMass {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
-        to == Side::Mechanics && self.force.within(at, course)
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
+        to == Side::Mechanics && self.force.within(at, polynomials)
     }
 
     fn forecast(&self) -> Option<Forecast<'_>> {

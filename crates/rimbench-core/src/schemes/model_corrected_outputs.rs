@@ -172,12 +172,12 @@ impl CouplingScheme for ModelCorrectedOutputs {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
         match to {
-            Side::Actuator => self.motion.within(at, course),
+            Side::Actuator => self.motion.within(at, polynomials),
             Side::Mechanics => {
-                let told = self.force.within(at, course);
-                course.iter_mut().zip(&self.repayment).for_each(|([c0, ..], repayment)| *c0 += repayment);
+                let told = self.force.within(at, polynomials);
+                polynomials.iter_mut().zip(&self.repayment).for_each(|([c0, ..], repayment)| *c0 += repayment);
                 told
             }
         }

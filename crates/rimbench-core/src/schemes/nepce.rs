@@ -106,8 +106,8 @@ impl CouplingScheme for Nepce {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
-        for (row, variable) in course.iter_mut().zip(&self.sent[to.other()].variables) {
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
+        for (row, variable) in polynomials.iter_mut().zip(&self.sent[to.other()].variables) {
             let start = variable.held + at.since_exchange * variable.slope + variable.correction;
             *row = [start, variable.slope, 0.0, 0.0];
         }

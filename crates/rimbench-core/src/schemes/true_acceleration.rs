@@ -108,8 +108,8 @@ impl CouplingScheme for TrueAcceleration {
         Ok(())
     }
 
-    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
-        self.to(to).within(at, course)
+    fn input_polynomials(&self, to: Side, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
+        self.to(to).within(at, polynomials)
     }
 
     fn report(&mut self) -> SchemeReport {

@@ -1,7 +1,9 @@
 //! One instance of an exported FMU, without the boundary.
 
 use super::history::{History, Taken};
-use crate::export::{Contents, Kind, Model, RESOURCE, Variable, Variables, build_side, side_name, text};
+use crate::export::{
+    Contents, Kind, PartType, PartVariable, RESOURCE, Variable, Variables, build_side, side_name, text,
+};
 use rimbench_cases::cases::{Case, Parameters, Value};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::{MacroStep, MicroStep, OutputRates, Side, Subsystem, division};
@@ -244,6 +246,11 @@ impl Instance {
         Ok(model)
     }
 
+    fn append_part(&mut self, variable: &PartVariable, found: &mut Vec<f64>) -> Result<(), Refusal> {
+        variable.part.append(self.model(variable.is_of_kinks())?, found);
+        Ok(())
+    }
+
     /// Writes the numbers of some variables one after the other.
     pub(super) fn get_numbers(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Refusal> {
         let mut found = Vec::with_capacity(values.len());
@@ -264,12 +271,8 @@ impl Instance {
                     Some((_, Value::Number(number))) => found.push(*number),
                     _ => return Err(format!("value reference {reference} is no number")),
                 },
-                Kind::Model(part) => {
-                    let model = self.model(matches!(part, Model::KinkTime | Model::KinkJump))?;
-                    if !append_part(model, part, &mut found) {
-                        return Err(format!("value reference {reference} is no Float64"));
-                    }
-                }
+                Kind::Model(part) if part.part_type == PartType::Number => self.append_part(part, &mut found)?,
+                Kind::Model(_) => return Err(format!("value reference {reference} is no Float64")),
                 Kind::Serialisable => return Err("serialisable is Boolean".to_owned()),
             }
         }
@@ -281,7 +284,11 @@ impl Instance {
         for &reference in references {
             match self.variable(reference, |_| true, "variable")?.kind {
                 Kind::Serialisable => found.push(self.state.serialisable),
-                Kind::Model(Model::AtBound) => found.extend_from_slice(&self.model(false)?.at_bound),
+                Kind::Model(part) if part.part_type == PartType::Truth => {
+                    let mut numbers = Vec::new();
+                    self.append_part(part, &mut numbers)?;
+                    found.extend(numbers.iter().map(|number| *number != 0.0));
+                }
                 _ => return Err(format!("value reference {reference} is not Boolean")),
             }
         }
@@ -292,11 +299,11 @@ impl Instance {
         let mut found = Vec::with_capacity(values.len());
         for &reference in references {
             match self.variable(reference, |_| true, "variable")?.kind {
-                Kind::Model(Model::State) => found.extend(self.model(false)?.states.iter().map(|state| *state as i32)),
-                Kind::Model(Model::SolvedState) => {
-                    found.extend(self.model(false)?.solved_states.iter().map(|state| *state as i32));
+                Kind::Model(part) if part.part_type == PartType::Whole => {
+                    let mut numbers = Vec::new();
+                    self.append_part(part, &mut numbers)?;
+                    found.extend(numbers.iter().map(|number| *number as i32));
                 }
-                Kind::Model(Model::KinkCount) => found.push(self.model(true)?.acceleration_jumps.iter().count() as i32),
                 _ => return Err(format!("value reference {reference} is no Int32")),
             }
         }
@@ -544,42 +551,6 @@ fn write_all<T>(found: Vec<T>, room: &mut [MaybeUninit<T>]) -> Result<(), Refusa
         place.write(value);
     });
     Ok(())
-}
-
-/// Appends a part of an interface model; returns false for one that is no number.
-fn append_part(model: &ReducedInterfaceModel, part: Model, found: &mut Vec<f64>) -> bool {
-    let rows = model.interface_start() + model.interface();
-    let (jumps, places) = (&model.acceleration_jumps, model.acceleration_jumps.places());
-    match part {
-        Model::H => found.extend((0..rows * rows).map(|at| model.entry(at / rows, at % rows))),
-        Model::A => found.extend_from_slice(&model.a),
-        Model::W => found.extend_from_slice(&model.w),
-        Model::Gap => found.extend_from_slice(&model.gap),
-        // A minus sign, also of zero, says that the contact is plastic.
-        Model::DiscretisationApproach => found.extend((0..model.contacts()).map(|contact| {
-            let (own, plastic) = model.discretisation_approach_of(contact);
-            if plastic { -own } else { own }
-        })),
-        Model::Position => found.extend_from_slice(&model.position),
-        Model::Stabilisation => found.push(model.stabilisation),
-        Model::Restitution => found.push(model.restitution),
-        Model::Stiffness => found.push(model.spring.map_or(0.0, |spring| spring.stiffness)),
-        Model::Damping => found.push(model.spring.map_or(0.0, |spring| spring.damping)),
-        Model::Friction => found.extend_from_slice(&model.friction),
-        Model::FrictionAtRest => found.push(model.stiction.map_or(0.0, |stiction| stiction.at_rest)),
-        Model::FrictionInMotion => found.push(model.stiction.map_or(0.0, |stiction| stiction.in_motion)),
-        Model::TangentialRestitution => found.push(model.tangential_restitution),
-        Model::KinkTime => {
-            let times = jumps.iter().map(|(time, _)| time);
-            found.extend(times.chain(std::iter::repeat(0.0)).take(places));
-        }
-        Model::KinkJump => {
-            let entries = jumps.iter().flat_map(|(_, jumps)| jumps).copied();
-            found.extend(entries.chain(std::iter::repeat(0.0)).take(places * rows));
-        }
-        Model::AtBound | Model::State | Model::SolvedState | Model::KinkCount => return false,
-    }
-    true
 }
 
 /// The parameters that an FMU begins with.

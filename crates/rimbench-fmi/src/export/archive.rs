@@ -56,9 +56,9 @@ pub fn find_library(given: Option<&Path>, program: &Path) -> Result<(PathBuf, Ve
 
 /// Whether a library was built from the same sources: it has their hashes in it.
 fn is_ours(bytes: &[u8]) -> bool {
-    let [core, contact] = rimbench_core::SOURCES;
-    [core, contact, rimbench_cases::SOURCES, "fmi3InstantiateCoSimulation"]
+    crate::SOURCES
         .iter()
+        .chain(&["fmi3InstantiateCoSimulation"])
         .all(|wanted| bytes.windows(wanted.len()).any(|window| window == wanted.as_bytes()))
 }
 
@@ -99,4 +99,20 @@ pub(crate) fn zipped(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<
         archive.write_all(bytes)?;
     }
     Ok(archive.finish()?.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_library_built_from_other_sources_of_any_crate_is_not_ours() {
+        let with = |sources: &[&str]| [sources, &["fmi3InstantiateCoSimulation"]].concat().join("\0").into_bytes();
+        assert!(is_ours(&with(&crate::SOURCES)));
+        for other in 0..crate::SOURCES.len() {
+            let mut sources = crate::SOURCES;
+            sources[other] = "0";
+            assert!(!is_ours(&with(&sources)));
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! `modelDescription.xml`.
 
 use super::units::{BASE, exponents};
-use super::variables::{Kind, Model, Variable, Variables, is_choice};
+use super::variables::{Kind, Variable, Variables, is_choice};
 use super::{Contents, text};
+use crate::model_parts::PartType;
 use rimbench_cases::cases::Parameters;
 use rimbench_cases::runs::RunSpec;
 use std::collections::BTreeSet;
@@ -128,12 +129,8 @@ fn write_variable(
             "causality=\"parameter\" variability=\"tunable\""
         }
         // Local, so that a master that reads all outputs as numbers, one each, is not stopped by what it does not know.
-        Kind::Model(Model::AtBound) => {
-            kind = "Boolean";
-            "causality=\"local\" variability=\"discrete\""
-        }
-        Kind::Model(Model::State | Model::SolvedState | Model::KinkCount) => {
-            kind = "Int32";
+        Kind::Model(part) if part.part_type != PartType::Number => {
+            kind = if part.part_type == PartType::Truth { "Boolean" } else { "Int32" };
             "causality=\"local\" variability=\"discrete\""
         }
         Kind::Model(_) | Kind::Observable(_) | Kind::InterfaceWork => "causality=\"local\" variability=\"continuous\"",

@@ -6,10 +6,11 @@ mod golden;
 mod units;
 mod variables;
 
+pub use crate::model_parts::{ModelPart, ModelSize, PartType, PartVariable};
 pub(crate) use archive::platform;
 pub use archive::{find_library, pack};
 pub use golden::golden_run;
-pub use variables::{Kind, Model, Variable, Variables};
+pub use variables::{Kind, Variable, Variables};
 
 use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
 use rimbench_cases::runs::RunSpec;

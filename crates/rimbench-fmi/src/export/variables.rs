@@ -1,54 +1,10 @@
 //! The variables of an exported FMU. A value reference is the place in their list, on both sides of the boundary.
 
 use super::build_side;
+use crate::model_parts::{ModelSize, PartVariable};
 use rimbench_cases::cases::{self, Case, Parameters, Value};
 use rimbench_core::cosim::{OutputRates, Side, Subsystem};
 use rimbench_core::error::Result;
-
-/// Parts of the reduced interface model, for `n = n_u + n_i` rows, contacts first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Model {
-    /// `H`, n×n, 1/kg.
-    H,
-    /// Free accelerations, n, m/s².
-    A,
-    /// Velocities, n, m/s.
-    W,
-    /// Gaps, n_u, m.
-    Gap,
-    /// Approaches that the mechanics' steps make by themselves, n_u, m/s.
-    DiscretisationApproach,
-    /// Interface coordinates, n_i, m.
-    Position,
-    /// Whether a contact was at its bound in the last step, n_u.
-    AtBound,
-    /// γ.
-    Stabilisation,
-    /// e.
-    Restitution,
-    /// k of compliant contacts, N/m; 0: rigid.
-    Stiffness,
-    /// c of compliant contacts, N·s/m.
-    Damping,
-    /// Coefficients of friction of the next step, n_u.
-    Friction,
-    /// Coefficient of a contact at rest, where that is another; else 0.
-    FrictionAtRest,
-    /// Likewise of one that slides.
-    FrictionInMotion,
-    /// Restitution along the surface.
-    TangentialRestitution,
-    /// What contacts did in the last step, n_u: [`ContactState`](rimbench_core::friction::ContactState) by its number.
-    State,
-    /// From which the next contact problem starts, likewise.
-    SolvedState,
-    /// How many kinks lie ahead.
-    KinkCount,
-    /// When each is reached, s; room for all that there may be.
-    KinkTime,
-    /// By how much accelerations jump there, one row for each, m/s².
-    KinkJump,
-}
 
 /// What a variable stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +26,7 @@ pub enum Kind {
     /// Step for which the interface model and the observables are given.
     ModelStep,
     /// A part of the interface model.
-    Model(Model),
+    Model(&'static PartVariable),
     /// A further quantity by its place.
     Observable(usize),
     /// Work received through the interface.
@@ -166,78 +122,10 @@ impl Variables {
             &[],
         );
         if let Some(model) = subsystem.capabilities().empty_interface_model() {
-            let (contacts, interface) = (model.contacts(), model.interface());
-            let n = model.interface_start() + interface;
-            put(
-                "rim.H",
-                Kind::Model(Model::H),
-                "1/kg",
-                "Interface model: [H_uu H_ui; H_iu H_ii], contacts first, with friction their tangential rows behind them",
-                &[n, n],
-            );
-            put("rim.a", Kind::Model(Model::A), "m/s²", "Interface model: free accelerations [a_u; a_i]", &[n]);
-            put("rim.w", Kind::Model(Model::W), "m/s", "Interface model: velocities [w_u; w_i]", &[n]);
-            put("rim.position", Kind::Model(Model::Position), "m", "Interface model: coordinates", &[interface]);
-            if contacts > 0 {
-                put(
-                    "rim.gap",
-                    Kind::Model(Model::Gap),
-                    "m",
-                    "Interface model: gaps, below zero in penetration",
-                    &[contacts],
-                );
-                let about = "Interface model: approaches that the mechanics' steps make by themselves, of which nothing bounces back";
-                put(
-                    "rim.discretisation_approach",
-                    Kind::Model(Model::DiscretisationApproach),
-                    "m/s",
-                    about,
-                    &[contacts],
-                );
-                let about = "Interface model: whether a contact was at its bound in the last step";
-                put("rim.at_bound", Kind::Model(Model::AtBound), "", about, &[contacts]);
-            }
-            let about = "Interface model: fraction of a penetration that the mechanics removes in one step";
-            put("rim.stabilisation", Kind::Model(Model::Stabilisation), "", about, &[]);
-            put(
-                "rim.restitution",
-                Kind::Model(Model::Restitution),
-                "",
-                "Interface model: restitution of closing contacts",
-                &[],
-            );
-            let about = "Interface model: stiffness of compliant contacts; 0: rigid";
-            put("rim.contact_stiffness", Kind::Model(Model::Stiffness), "N/m", about, &[]);
-            put(
-                "rim.contact_damping",
-                Kind::Model(Model::Damping),
-                "N·s/m",
-                "Interface model: damping of compliant contacts",
-                &[],
-            );
-            if model.has_friction() {
-                let about = "Interface model: coefficients of friction in the step that starts here";
-                put("rim.friction", Kind::Model(Model::Friction), "", about, &[contacts]);
-                let about = "Interface model: coefficient of friction of a contact that stood still; 0: coefficients do not change";
-                put("rim.friction_at_rest", Kind::Model(Model::FrictionAtRest), "", about, &[]);
-                let about =
-                    "Interface model: coefficient of friction of any other contact; 0: coefficients do not change";
-                put("rim.friction_in_motion", Kind::Model(Model::FrictionInMotion), "", about, &[]);
-                let about = "Interface model: restitution of closing contacts along the surface";
-                put("rim.tangential_restitution", Kind::Model(Model::TangentialRestitution), "", about, &[]);
-                let about = "Interface model: what contacts did in the last step: 0 open, 1 sticking, 2 sliding forwards, 3 backwards";
-                put("rim.state", Kind::Model(Model::State), "", about, &[contacts]);
-                let about = "Interface model: states from which the next contact problem starts, numbered likewise";
-                put("rim.solved_state", Kind::Model(Model::SolvedState), "", about, &[contacts]);
-            }
-            let places = model.acceleration_jumps.places();
-            if places > 0 {
-                let about = "Interface model: how many kinks of the geometry lie ahead";
-                put("rim.kink_count", Kind::Model(Model::KinkCount), "", about, &[]);
-                let about = "Interface model: times from now at which they are reached, as many as there are";
-                put("rim.kink_time", Kind::Model(Model::KinkTime), "s", about, &[places]);
-                let about = "Interface model: jumps of rim.a there, a row for each";
-                put("rim.kink_jump", Kind::Model(Model::KinkJump), "m/s²", about, &[places, n]);
+            let size = ModelSize::of(&model);
+            for part in size.parts() {
+                let about = format!("Interface model: {}", part.about);
+                put(part.name, Kind::Model(part), part.unit, &about, &part.dimensions(size));
             }
         }
         if subsystem.capabilities().interface_work().is_some() {

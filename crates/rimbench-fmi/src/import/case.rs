@@ -4,6 +4,7 @@ use super::case_file::{
     CaseFile, ParameterTable, ProcessKind, SHORTEST_ANSWER, ScaleTable, check_parameter, columns, parameters,
 };
 use super::member::{FmuMember, Process};
+use super::probing::SideNotes;
 use super::python::PythonMember;
 use super::side::ImportedSide;
 use crate::export::side_name;
@@ -24,13 +25,21 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What sides that do not run in this process are started with.
+/// What sides from outside are started with.
 #[derive(Debug, Clone, Default)]
 pub struct Programs {
     /// The command that makes a process for an FMU, rimbench with [`WORKER`](super::WORKER); without it FMUs all run in this process.
     pub worker: Option<Vec<PathBuf>>,
     /// The interpreter of Python; `python3` if none is named.
     pub python: Option<PathBuf>,
+    /// Takes what is to be said of them after a run.
+    pub notes: SideNotes,
+}
+
+/// How a side begins a run.
+struct Started {
+    process: Process,
+    notes: SideNotes,
 }
 
 /// One side.
@@ -76,10 +85,10 @@ impl Member {
         }
     }
 
-    fn side(&self, parameters: &Parameters, process: &Process) -> Result<ImportedSide> {
+    fn side(&self, parameters: &Parameters, Started { process, notes }: &Started) -> Result<ImportedSide> {
         let made = match self {
-            Member::Fmu(fmu) => fmu.side(parameters, process),
-            Member::Python(python) => python.side(parameters),
+            Member::Fmu(fmu) => fmu.side(parameters, process, notes),
+            Member::Python(python) => python.side(parameters, notes),
         };
         made.map_err(Error::Incompatible)
     }
@@ -87,7 +96,7 @@ impl Member {
     /// Gives a side that has begun its interface model, which is asked for once, for a step (s).
     fn give_model(&self, side: &mut ImportedSide, step: f64) -> Result<(), String> {
         let (size, smooth) = match self {
-            Member::Fmu(fmu) => (fmu.model, fmu.offers.smooth),
+            Member::Fmu(fmu) => (fmu.model(), fmu.offers.smooth),
             Member::Python(python) => (python.model, false),
         };
         match size {
@@ -217,7 +226,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     hash.update(&text);
     Side::BOTH.into_iter().for_each(|side| hash.update(members[side].digest()));
     let digest = hex(&hash.finalize()[..8]);
-    let process = match (file.process, programs.worker) {
+    let own = match (file.process, programs.worker) {
         (ProcessKind::Own, Some(worker)) => Process::Own {
             worker,
             // What is longer is for ever.
@@ -225,6 +234,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         },
         _ => Process::Same,
     };
+    let started = Started { process: own, notes: programs.notes };
     let steps = members.as_ref().map(|member| {
         let (any, own) = member.steps();
         // Of one that takes steps of any length its own step is a wish.
@@ -255,7 +265,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let parameters = parameters(&file, digest);
     let tried =
         if Side::BOTH.into_iter().all(|side| steps[side].allows(micro_step_s)) { micro_step_s } else { macro_step_s };
-    let doubts = try_out(&members, &usual, &process, [macro_step_s, tried])?;
+    let doubts = try_out(&members, &usual, &started, [macro_step_s, tried])?;
     if let Some(words) = doubts.reversed {
         return Err(Error::file(
             members.mechanics.file(),
@@ -270,7 +280,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     members.actuator.doubt(actuator, None);
     let members = Arc::new(members);
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-        let mut sides = begun(&members, parameters, &process)?;
+        let mut sides = begun(&members, parameters, &started)?;
         for side in Side::BOTH {
             members[side].give_model(&mut sides[side], macro_step_s).map_err(Error::Incompatible)?;
         }
@@ -296,9 +306,9 @@ const ROUNDS: usize = 10;
 /// Both are in initialisation mode first. The mechanics says where it is, the actuator takes that and answers with its force, which the
 /// mechanics takes, and so on until no force changes any more, or [`ROUNDS`] times. Then the mechanics leaves initialisation mode with
 /// that force, and the actuator with where the mechanics is by then.
-fn begun(members: &PerSide<Member>, parameters: &Parameters, process: &Process) -> Result<PerSide<ImportedSide>> {
-    let mut mechanics = members.mechanics.side(parameters, process)?;
-    let mut actuator = members.actuator.side(parameters, process)?;
+fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) -> Result<PerSide<ImportedSide>> {
+    let mut mechanics = members.mechanics.side(parameters, started)?;
+    let mut actuator = members.actuator.side(parameters, started)?;
     let zeros = |member: &Member| vec![0.0; member.ports().outputs.len()];
     let (mut force, mut motion) = (zeros(&members.actuator), zeros(&members.mechanics));
     let mut told = force.clone();
@@ -323,11 +333,11 @@ fn begun(members: &PerSide<Member>, parameters: &Parameters, process: &Process) 
 fn try_out(
     members: &PerSide<Member>,
     parameters: &Parameters,
-    process: &Process,
+    started: &Started,
     [macro_step, h]: [f64; 2],
 ) -> Result<Doubts> {
     let boxed = || -> Result<(CoupledSystem, Option<String>)> {
-        let mut sides = begun(members, parameters, process)?;
+        let mut sides = begun(members, parameters, started)?;
         let given = members.mechanics.give_model(&mut sides.mechanics, macro_step);
         Ok((CoupledSystem::new(sides.mechanics, sides.actuator), given.err()))
     };
@@ -336,7 +346,7 @@ fn try_out(
     if let Some(words) = refused {
         doubts.model = Some(format!("{words}; {WHAT_REMAINS}"));
     }
-    if matches!(process, Process::Same) && !doubts.first_outputs.is_empty() {
+    if matches!(started.process, Process::Same) && !doubts.first_outputs.is_empty() {
         let (mut twin, _) = boxed()?;
         let again = first_outputs(twin.sides.lend(), system.sides.lend(), h);
         let differ = |side: Side| {

@@ -3,8 +3,8 @@
 use super::archive::Unpacked;
 use super::description::{ENERGY, Exponents, FORCE, FmuVariable, LENGTH, VELOCITY};
 use super::host::{Element, ModelVariables, Scaled, Start, Type, Values};
-use super::side::ModelSize;
 use crate::export::side_name;
+use crate::model_parts::ModelSize;
 use rimbench_core::cosim::Side;
 use rimbench_core::error::{Error, Result};
 
@@ -200,13 +200,7 @@ impl Finder<'_> {
                 starts.len() - 1
             }
         };
-        match (&mut starts[place].values, values) {
-            (Values::Numbers(all), Values::Numbers(one)) => all[at] = one[0],
-            (Values::Whole(all), Values::Whole(one)) => all[at] = one[0],
-            (Values::Truths(all), Values::Truths(one)) => all[at] = one[0],
-            (Values::Texts(all), Values::Texts(mut one)) => all[at] = one.swap_remove(0),
-            _ => {}
-        }
+        starts[place].values.put(at, values);
         Ok(())
     }
 
@@ -277,27 +271,18 @@ impl Finder<'_> {
         Ok(scaled)
     }
 
-    /// The interface model of our proposal, with its size.
-    pub(super) fn model(&self, rows: usize) -> Result<Option<(ModelVariables, ModelSize)>> {
+    /// The interface model of our proposal.
+    pub(super) fn model(&self, rows: usize) -> Result<ModelVariables> {
         let description = &self.unpacked.description;
-        let find = |name: &str, kind: Type, dimensions: &[usize]| -> Result<(u32, usize)> {
-            let found = description.variable(name);
-            let found = found.filter(|variable| variable.kind == kind && variable.dimensions == dimensions);
-            let found = found.ok_or_else(|| {
-                self.wrong(format!(
-                    "its interface model has no variable `{name}` with dimensions {dimensions:?} and the right type"
-                ))
-            })?;
-            Ok((found.reference, dimensions.iter().product()))
-        };
         let extent = |name: &str| match description.variable(name).map(|variable| &*variable.dimensions) {
             Some(&[extent]) => Ok(extent),
             _ => Err(self.wrong(format!("its interface model has no variable `{name}` with one dimension"))),
         };
+        let has = |name: &str| description.variable(name).is_some();
         let (n, interface) = (extent("rim.a")?, extent("rim.position")?);
         // With friction each contact has two rows.
-        let has_friction = description.variable("rim.friction").is_some();
-        let rows_each = if has_friction { 2 } else { 1 };
+        let friction = has("rim.friction");
+        let rows_each = if friction { 2 } else { 1 };
         let contacts = n.checked_sub(interface).filter(|of_contacts| of_contacts.is_multiple_of(rows_each));
         let Some(contacts) = contacts.filter(|_| interface == rows).map(|of_contacts| of_contacts / rows_each) else {
             return Err(self.wrong(format!(
@@ -307,41 +292,20 @@ impl Finder<'_> {
         if n > MOST_ROWS {
             return Err(self.wrong(format!("its interface model has {n} rows; at most {MOST_ROWS} make sense")));
         }
-        let number = |name: &str, dimensions: &[usize]| find(name, Type::Float64, dimensions);
-        let mut numbers = vec![
-            number("rim.H", &[n, n])?,
-            number("rim.a", &[n])?,
-            number("rim.w", &[n])?,
-            number("rim.position", &[interface])?,
-        ];
-        let mut truths = Vec::new();
-        if contacts > 0 {
-            numbers.push(number("rim.gap", &[contacts])?);
-            numbers.push(number("rim.discretisation_approach", &[contacts])?);
-            truths.push(find("rim.at_bound", Type::Boolean, &[contacts])?);
-        }
-        for name in ["rim.stabilisation", "rim.restitution", "rim.contact_stiffness", "rim.contact_damping"] {
-            numbers.push(number(name, &[])?);
-        }
-        let (mut friction, mut states) = (Vec::new(), Vec::new());
-        if has_friction {
-            friction.push(number("rim.friction", &[contacts])?);
-            for name in ["rim.friction_at_rest", "rim.friction_in_motion", "rim.tangential_restitution"] {
-                friction.push(number(name, &[])?);
-            }
-            for name in ["rim.state", "rim.solved_state"] {
-                states.push(find(name, Type::Int32, &[contacts])?);
-            }
-        }
-        let (mut kinks, mut places) = (None, 0);
-        if description.variable("rim.kink_count").is_some() {
-            places = extent("rim.kink_time")?;
-            let parts = [number("rim.kink_time", &[places])?, number("rim.kink_jump", &[places, n])?];
-            kinks = Some((find("rim.kink_count", Type::Int32, &[])?.0, parts));
-        }
-        let step = number("rim.step", &[])?.0;
-        let size = ModelSize { contacts, interface, friction: has_friction, kinks: places };
-        Ok(Some((ModelVariables { step, numbers, truths, friction, states, kinks }, size)))
+        let kinks = if has("rim.kink_count") { extent("rim.kink_time")? } else { 0 };
+        let size = ModelSize { contacts, interface, friction, plastic: has("rim.plastic"), kinks };
+        let find = |name: &str, kind: Type, dimensions: &[usize]| {
+            let found = description.variable(name);
+            let found = found.filter(|variable| variable.kind == kind && variable.dimensions == dimensions);
+            found.map(|variable| variable.reference).ok_or_else(|| {
+                self.wrong(format!(
+                    "its interface model has no variable `{name}` with dimensions {dimensions:?} and the right type"
+                ))
+            })
+        };
+        let references = size.parts().map(|part| find(part.name, part.part_type.into(), &part.dimensions(size)));
+        let references = references.collect::<Result<_>>()?;
+        Ok(ModelVariables { step: find("rim.step", Type::Float64, &[])?, size, references })
     }
 }
 

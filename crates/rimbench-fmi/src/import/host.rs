@@ -1,5 +1,6 @@
 //! What drives one FMU, wherever it runs: numbers in, numbers out.
 
+use crate::model_parts::{ModelSize, PartType};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -14,7 +15,7 @@ pub(super) enum Ask {
     /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be taken for it stands
     /// before the inputs, and their relative error behind the answer.
     Rates,
-    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; the parts of the interface model out, one after the other.
+    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; out come the parts of [`ModelSize::parts`], one after the other.
     Model,
     /// Step of the mechanics in; observed quantities out.
     Observe,
@@ -124,6 +125,16 @@ impl Type {
     }
 }
 
+impl From<PartType> for Type {
+    fn from(of_part: PartType) -> Type {
+        match of_part {
+            PartType::Number => Type::Float64,
+            PartType::Truth => Type::Boolean,
+            PartType::Whole => Type::Int32,
+        }
+    }
+}
+
 /// Values of a variable, one or those of an array.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Values {
@@ -131,6 +142,19 @@ pub(super) enum Values {
     Whole(Vec<i64>),
     Truths(Vec<bool>),
     Texts(Vec<String>),
+}
+
+impl Values {
+    /// Puts one value of the same type in a place of an array.
+    pub(super) fn put(&mut self, at: usize, one: Values) {
+        match (self, one) {
+            (Values::Numbers(all), Values::Numbers(one)) => all[at] = one[0],
+            (Values::Whole(all), Values::Whole(one)) => all[at] = one[0],
+            (Values::Truths(all), Values::Truths(one)) => all[at] = one[0],
+            (Values::Texts(all), Values::Texts(mut one)) => all[at] = one.swap_remove(0),
+            _ => {}
+        }
+    }
 }
 
 /// Values that are set before a run.
@@ -178,21 +202,14 @@ impl Scaled {
     }
 }
 
-/// Where the parts of the interface model are, and how large they are.
+/// Where the parts of the interface model are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct ModelVariables {
     /// The variable that takes the step of the mechanics.
     pub(super) step: u32,
-    /// Numbers, each with its count, in the order in which they are given.
-    pub(super) numbers: Vec<(u32, usize)>,
-    /// Truths likewise, after them.
-    pub(super) truths: Vec<(u32, usize)>,
-    /// Numbers of contacts with friction, after those.
-    pub(super) friction: Vec<(u32, usize)>,
-    /// Whole numbers likewise.
-    pub(super) states: Vec<(u32, usize)>,
-    /// How many kinks lie ahead, when, and by how much accelerations jump there: after everything else, where they are asked for.
-    pub(super) kinks: Option<(u32, [(u32, usize); 2])>,
+    pub(super) size: ModelSize,
+    /// The variable of each of the parts that a model of this size has.
+    pub(super) references: Vec<u32>,
 }
 
 /// How an FMU that does not give the rates of its outputs is probed for them.

@@ -18,7 +18,8 @@ use self::probing::Probed;
 use self::three::Three;
 use self::two::Two;
 use self::version::{Common, Instance, Keep, Made, Opened, Version};
-use super::host::{Ask, Element, Host, Plan, Probe, Scaled, Type};
+use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Type};
+use crate::model_parts::PartType;
 use std::cell::{Cell, RefCell};
 use std::ffi::{c_char, c_int, c_void};
 use std::io::Write;
@@ -453,7 +454,7 @@ impl Loaded {
         self.check(status, "setting its state")
     }
 
-    /// Appends the parts of the interface model.
+    /// Appends the parts of the interface model, by two lists with room.
     fn read_model(
         &self,
         input: &[f64],
@@ -461,38 +462,34 @@ impl Loaded {
         truths: &mut Vec<u8>,
         integers: &mut Vec<i32>,
     ) -> Result<(), String> {
-        let Some(model) = &self.plan.model else { return Err("it has no interface model".to_owned()) };
-        let [step, kinks @ ..] = input else { return Err("a model needs a step".to_owned()) };
-        self.set(&[model.step], &[*step])?;
-        let append = |output: &mut Vec<f64>, &(reference, count): &(u32, usize)| {
-            let from = output.len();
-            output.resize(from + count, 0.0);
-            self.get(&[reference], &mut output[from..])
+        let Some(ModelVariables { step, size, references }) = &self.plan.model else {
+            return Err("it has no interface model".to_owned());
         };
-        let mut append_integers = |output: &mut Vec<f64>, reference: u32, count: usize| -> Result<(), String> {
-            integers.clear();
-            integers.resize(count, 0);
-            let status =
-                self.version.integers(self.instance, reference, integers).ok_or("it gives no whole numbers")?;
-            self.check(status, "getting a whole number")?;
-            output.extend(integers.iter().map(|number| f64::from(*number)));
-            Ok(())
-        };
-        model.numbers.iter().try_for_each(|part| append(output, part))?;
-        for &(reference, count) in &model.truths {
-            truths.clear();
-            truths.resize(count, 0);
-            let status = self.version.truths(self.instance, reference, truths).ok_or("it gives no truths")?;
-            self.check(status, "getting a truth")?;
-            output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
-        }
-        model.friction.iter().try_for_each(|part| append(output, part))?;
-        model.states.iter().try_for_each(|&(reference, count)| append_integers(output, reference, count))?;
-        if let (Some((count, parts)), [wanted, ..]) = (&model.kinks, kinks)
-            && *wanted != 0.0
-        {
-            append_integers(output, *count, 1)?;
-            parts.iter().try_for_each(|part| append(output, part))?;
+        let [h, wanted @ ..] = input else { return Err("a model needs a step".to_owned()) };
+        self.set(&[*step], &[*h])?;
+        let kinks = wanted.first().is_some_and(|wanted| *wanted != 0.0);
+        for (part, &reference) in size.parts().zip(references).filter(|(part, _)| kinks || !part.is_of_kinks()) {
+            let (from, count) = (output.len(), part.count(*size));
+            match part.part_type {
+                PartType::Number => {
+                    output.resize(from + count, 0.0);
+                    self.get(&[reference], &mut output[from..])?;
+                }
+                PartType::Truth => {
+                    truths.clear();
+                    truths.resize(count, 0);
+                    let status = self.version.truths(self.instance, reference, truths).ok_or("it gives no truths")?;
+                    self.check(status, "getting a truth")?;
+                    output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
+                }
+                PartType::Whole => {
+                    integers.clear();
+                    integers.resize(count, 0);
+                    let status = self.version.integers(self.instance, reference, integers);
+                    self.check(status.ok_or("it gives no whole numbers")?, "getting a whole number")?;
+                    output.extend(integers.iter().map(|number| f64::from(*number)));
+                }
+            }
         }
         Ok(())
     }

@@ -4,11 +4,13 @@ use super::archive::Unpacked;
 use super::case_file::{CaseFile, ProcessKind, SideTable};
 use super::description::{Description, Exponents, FORCE, LENGTH, VELOCITY};
 use super::finder::{Finder, number_as};
-use super::host::{Element, Host, Plan, Probe, Scaled, Start, Type, Values};
+use super::host::{Element, Host, ModelVariables, Plan, Probe, Scaled, Start, Type};
 use super::library::Loaded;
+use super::probing::SideNotes;
 use super::process::Remote;
-use super::side::{ImportedSide, ModelSize, Offers, Shape};
+use super::side::{ImportedSide, Offers, Shape};
 use crate::export::side_name;
+use crate::model_parts::ModelSize;
 use rimbench_cases::cases::Parameters;
 use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
@@ -50,8 +52,6 @@ pub(super) struct FmuMember {
     pub(super) ports: Ports,
     pub(super) offers: Offers,
     shape: Shape,
-    /// The size of its interface model.
-    pub(super) model: Option<ModelSize>,
     parameters: Vec<Taken>,
 }
 
@@ -61,6 +61,59 @@ struct Coupled {
     inputs: Vec<Scaled>,
     ports: Ports,
     shape: Shape,
+}
+
+/// From what is known how its outputs move, and which interface model follows.
+struct Motion {
+    /// Variables that are the rates of the outputs.
+    rates: Option<Vec<Scaled>>,
+    /// How it is probed for them, where it does not say them.
+    probe: Option<Probe>,
+    /// The interface model that it tells itself.
+    model: Option<ModelVariables>,
+    /// Whether the interface model is what the rates of the velocities say.
+    smooth: bool,
+}
+
+impl Motion {
+    fn of(file: &CaseFile, finder: &Finder<'_>, side: Side, coupled: &Coupled) -> Result<Self> {
+        let Coupled { outputs, inputs, ports, .. } = coupled;
+        let (description, rows) = (&finder.unpacked.description, file.interface.len());
+        let mechanics = side == Side::Mechanics;
+        let rates = rates(description, outputs).filter(|_| inputs.iter().all(|input| input.element.is_none()));
+        let plain = inputs.iter().chain(outputs).all(|scaled| scaled.factor == 1.0);
+        let tells = mechanics && plain && finder.unpacked.layered;
+        let model = tells.then(|| finder.model(rows)).transpose()?;
+        let probed = rates.is_none() && model.is_none() && description.keeps_state && description.any_step;
+        let step = file.side(side).probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s);
+        let probe = probed.then(|| Probe {
+            step,
+            change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
+            feedthrough: ports.direct_feedthrough,
+        });
+        // Velocities that jump with a force have no accelerations.
+        let known = rates.is_some() || probe.is_some();
+        let smooth = mechanics && model.is_none() && known && !ports.direct_feedthrough;
+        Ok(Motion { rates, probe, model, smooth })
+    }
+
+    fn offers(&self, side: Side, description: &Description, observables: &[String], work: bool) -> Offers {
+        let known = self.rates.is_some() || self.probe.is_some();
+        Offers {
+            rates: side == Side::Actuator && known,
+            probed: self.probe.is_some(),
+            smooth: self.smooth,
+            without: match side {
+                Side::Actuator if !known => Some(NO_RATES.into()),
+                Side::Mechanics if !self.smooth => Some(NO_MODEL.into()),
+                _ => None,
+            },
+            copies: description.keeps_state,
+            without_copies: None,
+            work,
+            observables: observables.iter().cloned().map(Name::from).collect(),
+        }
+    }
 }
 
 impl FmuMember {
@@ -75,40 +128,15 @@ impl FmuMember {
             ));
         }
         let finder = Finder { unpacked: &unpacked };
-        let Coupled { outputs, inputs, ports, shape } = coupled(file, &finder, side, rows)?;
+        let coupled = coupled(file, &finder, side, rows)?;
         let (starts, parameters) = starts(file, &finder, side)?;
         let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.readable(name)).collect::<Result<_>>()?;
         let work = table.interface_work.as_ref().map(|name| finder.work(name)).transpose()?;
+        check_roles(&finder, &[&*coupled.inputs, &*coupled.outputs, work.as_slice()].concat(), &starts)?;
+        let motion = Motion::of(file, &finder, side, &coupled)?;
         let description = &unpacked.description;
-        check_roles(&finder, &[&*inputs, &*outputs, work.as_slice()].concat(), &starts)?;
-        let rates = rates(description, &outputs).filter(|_| inputs.iter().all(|input| input.element.is_none()));
-        let plain = inputs.iter().chain(&outputs).all(|scaled| scaled.factor == 1.0);
-        let mechanics = side == Side::Mechanics;
-        let model = if mechanics && plain && unpacked.layered { finder.model(rows.len())? } else { None };
-        let probed = rates.is_none() && model.is_none() && description.keeps_state && description.any_step;
-        let probe = probed.then(|| Probe {
-            step: table.probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s),
-            change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
-            feedthrough: ports.direct_feedthrough,
-        });
-        let moves = rates.is_some() || probe.is_some();
-        // Velocities that jump with a force have no accelerations.
-        let smooth = mechanics && model.is_none() && moves && !ports.direct_feedthrough;
-        let offers = Offers {
-            rates: !mechanics && moves,
-            probed: probe.is_some(),
-            smooth,
-            without: match (mechanics, moves) {
-                (false, false) => Some(NO_RATES.into()),
-                (true, _) if !smooth => Some(NO_MODEL.into()),
-                _ => None,
-            },
-            copies: description.keeps_state,
-            without_copies: None,
-            work: work.is_some(),
-            observables: table.observe.iter().cloned().map(Name::from).collect(),
-        };
-        let model_size = model.as_ref().map(|(_, size)| *size);
+        let offers = motion.offers(side, description, &table.observe, work.is_some());
+        let Coupled { outputs, inputs, ports, shape } = coupled;
         let plan = Plan {
             file: unpacked.file.clone(),
             library: unpacked.library.clone(),
@@ -121,27 +149,36 @@ impl FmuMember {
             time_unit: description.time_unit,
             stop: None,
             starts,
-            positions: if mechanics { outputs.len() - rows.len() } else { 0 },
+            positions: if side == Side::Mechanics { outputs.len() - rows.len() } else { 0 },
             inputs,
             outputs,
-            rates,
+            rates: motion.rates,
             derivatives: description.derivatives,
-            smooth,
-            probe,
+            smooth: motion.smooth,
+            probe: motion.probe,
             keeps_state: description.keeps_state,
             step: description.variable("rim.step").filter(|_| unpacked.layered).map(|variable| variable.reference),
-            model: model.map(|(model, _)| model),
+            model: motion.model,
             observed,
             work,
         };
-        Ok(FmuMember { plan, ports, offers, shape, model: model_size, parameters, unpacked })
+        Ok(FmuMember { plan, ports, offers, shape, parameters, unpacked })
+    }
+
+    /// The size of the interface model that it tells itself.
+    pub(super) fn model(&self) -> Option<ModelSize> {
+        self.plan.model.as_ref().map(|model| model.size)
     }
 
     /// Starts it for a run that ends at `stop` (s), as far as the end of its start values: it waits to be told with which inputs it begins.
-    pub(super) fn side(&self, parameters: &Parameters, process: &Process) -> Result<ImportedSide, String> {
-        let host = self.host(parameters, process)?;
-        let side = ImportedSide::new(host, self.ports.clone(), self.offers.clone(), self.shape.clone());
-        Ok(side.of_file(&self.unpacked.file))
+    pub(super) fn side(
+        &self,
+        parameters: &Parameters,
+        process: &Process,
+        notes: &SideNotes,
+    ) -> Result<ImportedSide, String> {
+        let (host, file) = (self.host(parameters, process)?, (&*self.unpacked.file, notes));
+        Ok(ImportedSide::new(host, file, self.ports.clone(), self.offers.clone(), self.shape.clone()))
     }
 
     /// Takes back what it says that it offers, where a check has found that it does not.
@@ -157,7 +194,7 @@ impl FmuMember {
             self.offers.without_copies = Some(words);
         }
         if let Some(words) = model {
-            (self.model, self.offers.smooth, self.plan.smooth) = (None, false, false);
+            (self.plan.model, self.offers.smooth, self.plan.smooth) = (None, false, false);
             self.offers.without = Some(words.into());
         }
     }
@@ -187,11 +224,8 @@ impl FmuMember {
                 continue;
             };
             let array = plan.starts.iter_mut().find(|start| start.reference == *reference && start.kind == *kind);
-            match (array.map(|start| &mut start.values), value) {
-                (Some(Values::Numbers(all)), Values::Numbers(one)) => all[at] = one[0],
-                (Some(Values::Whole(all)), Values::Whole(one)) => all[at] = one[0],
-                (Some(Values::Truths(all)), Values::Truths(one)) => all[at] = one[0],
-                _ => {}
+            if let Some(array) = array {
+                array.values.put(at, value);
             }
         }
         match process {

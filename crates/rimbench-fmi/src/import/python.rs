@@ -2,9 +2,11 @@
 
 use super::case_file::{CaseFile, DIGEST};
 use super::host::{Ask, Host};
+use super::probing::SideNotes;
 use super::process::Remote;
-use super::side::{ImportedSide, ModelSize, Offers, Shape};
+use super::side::{ImportedSide, Offers, Shape};
 use crate::export::side_name;
+use crate::model_parts::ModelSize;
 use rimbench_cases::cases::{Parameters, Value};
 use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
@@ -87,7 +89,8 @@ impl PythonMember {
         member.ports.direct_feedthrough = table.direct_feedthrough.unwrap_or(*through == 1.0);
         member.offers.work = *work == 1.0;
         member.offers.observables = names.lines().map(|name| Name::from(name.to_owned())).collect();
-        let size = ModelSize { contacts: *contacts as usize, interface: rows.len(), friction: false, kinks: 0 };
+        let (contacts, interface) = (*contacts as usize, rows.len());
+        let size = ModelSize { contacts, interface, friction: false, plastic: false, kinks: 0 };
         member.model = (*model == 1.0 && side == Side::Mechanics).then_some(size);
         Ok(member)
     }
@@ -111,10 +114,10 @@ impl PythonMember {
     }
 
     /// Makes an object of it.
-    pub(super) fn side(&self, parameters: &Parameters) -> Result<ImportedSide, String> {
+    pub(super) fn side(&self, parameters: &Parameters, notes: &SideNotes) -> Result<ImportedSide, String> {
         let shape = Shape { taken: (0..self.ports.inputs.len()).collect(), integrals: Vec::new() };
         let host = Box::new(self.host(parameters)?);
-        Ok(ImportedSide::new(host, self.ports.clone(), self.offers.clone(), shape).of_file(&self.file))
+        Ok(ImportedSide::new(host, (&self.file, notes), self.ports.clone(), self.offers.clone(), shape))
     }
 
     /// Takes back what it says that it offers, where a check has found that it does not.

@@ -66,7 +66,7 @@ def main():
         closed = [gap <= TOUCHING for gap in gap] if closed is None else [bool(value) for value in closed]
         gamma, e = (float(getattr(side, name, 0.0) or 0.0) for name in ("stabilisation", "restitution"))
         parts = part("H", n * n) + part("a", n) + part("w", n) + part("position", inputs) + gap + [0.0] * contacts
-        return parts + [gamma, e, 0.0, 0.0] + checked(closed, contacts, "interface_model: `closed`")
+        return parts + checked(closed, contacts, "interface_model: `closed`") + [gamma, e, 0.0, 0.0]
 
     def answer(what, number, values):
         if what == DROP:

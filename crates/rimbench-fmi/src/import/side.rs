@@ -1,13 +1,12 @@
 //! A subsystem that is an FMU.
 
 use super::host::{Ask, Host};
-use super::probing::ProbeErrors;
+use super::probing::{ProbeErrors, SideNotes};
+use crate::model_parts::ModelSize;
 use rimbench_cases::cases::WHAT_REMAINS;
-use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
-use rimbench_core::friction::{ContactState, Stiction};
-use rimbench_core::interface_model::{AccelerationJumps, ReducedInterfaceModel};
+use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 use std::borrow::Cow;
 use std::path::Path;
@@ -44,30 +43,6 @@ pub(super) struct Offers {
     pub(super) observables: Vec<Name>,
 }
 
-/// How large an interface model is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct ModelSize {
-    pub(super) contacts: usize,
-    pub(super) interface: usize,
-    /// Whether contacts have tangential rows.
-    pub(super) friction: bool,
-    /// Most kinks that may lie ahead at once.
-    pub(super) kinks: usize,
-}
-
-impl ModelSize {
-    fn empty(self) -> ReducedInterfaceModel {
-        let ModelSize { contacts, interface, friction, kinks } = self;
-        let mut empty = if friction {
-            ReducedInterfaceModel::zeros_with_friction(&vec![0.0; contacts], interface)
-        } else {
-            ReducedInterfaceModel::zeros(contacts, interface)
-        };
-        empty.acceleration_jumps = AccelerationJumps::with_room(kinks, empty.interface_start() + interface);
-        empty
-    }
-}
-
 /// One copy of its state.
 pub(super) struct ImportedSide {
     host: Arc<Mutex<Box<dyn Host>>>,
@@ -80,6 +55,8 @@ pub(super) struct ImportedSide {
     begun: bool,
     /// An empty interface model.
     model: Option<ReducedInterfaceModel>,
+    /// The size of the one that it tells itself; none: `model` is what the rates of its outputs say.
+    told: Option<ModelSize>,
     input: Vec<f64>,
     output: Vec<f64>,
     /// Outputs that the last call has told, and the inputs that they are for.
@@ -98,14 +75,21 @@ pub(super) struct ImportedSide {
 }
 
 impl ImportedSide {
-    /// Takes what drives it.
-    pub(super) fn new(host: Box<dyn Host>, ports: Ports, offers: Offers, shape: Shape) -> ImportedSide {
+    /// Takes what drives it; what is to be said of it afterwards is noted under its file.
+    pub(super) fn new(
+        host: Box<dyn Host>,
+        (file, notes): (&Path, &SideNotes),
+        ports: Ports,
+        offers: Offers,
+        shape: Shape,
+    ) -> ImportedSide {
         let (y, u) = (vec![0.0; ports.outputs.len()], vec![0.0; ports.inputs.len()]);
         ImportedSide {
             host: Arc::new(Mutex::new(host)),
             id: 0,
             ports,
             model: None,
+            told: None,
             offers,
             shape,
             begun: false,
@@ -116,7 +100,7 @@ impl ImportedSide {
             known: false,
             time: None,
             longest: None,
-            errors: ProbeErrors::default(),
+            errors: ProbeErrors::of(file, notes),
             failed: None,
             counters: SubsystemCounters::default(),
         }
@@ -127,17 +111,18 @@ impl ImportedSide {
     /// # Errors
     /// What it says instead.
     pub(super) fn give_model(&mut self, step: f64, size: ModelSize) -> Result<(), String> {
-        let mut filled = size.empty();
-        self.fill(step, &mut filled)?;
-        let mut empty = size.empty();
+        let (mut filled, mut empty) = (size.empty(), size.empty());
+        filled.plastic.resize(if size.plastic { size.contacts } else { 0 }, false);
+        self.fill(step, size, &mut filled)?;
         (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
         empty.spring = filled.spring;
         if filled.restitution > 0.0 {
-            (empty.discretisation_approach, empty.plastic) = (vec![0.0; size.contacts], vec![false; size.contacts]);
+            empty.discretisation_approach = vec![0.0; size.contacts];
         }
+        empty.plastic = filled.plastic;
         empty.friction.copy_from_slice(&filled.friction);
         (empty.stiction, empty.tangential_restitution) = (filled.stiction, filled.tangential_restitution);
-        self.model = Some(empty);
+        (self.model, self.told) = (Some(empty), Some(size));
         Ok(())
     }
 
@@ -145,13 +130,6 @@ impl ImportedSide {
     pub(super) fn give_smooth_model(&mut self, interface: usize) {
         let empty = self.model.insert(ReducedInterfaceModel::zeros(0, interface));
         (empty.smooth, empty.acceleration_jumps.unknown) = (true, true);
-    }
-
-    /// Takes what drives one that may be probed; the errors are told as those of `file`.
-    pub(super) fn of_file(self, file: &Path) -> Self {
-        let mut side = self;
-        side.errors = ProbeErrors::of(file);
-        side
     }
 
     /// Asks for its outputs while it is being initialised, whatever they depend on.
@@ -250,64 +228,15 @@ impl ImportedSide {
         host.ask(ask, self.id, &self.input, &mut self.output)
     }
 
-    fn fill(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), String> {
+    fn fill(&mut self, h: f64, size: ModelSize, model: &mut ReducedInterfaceModel) -> Result<(), String> {
         self.input.clear();
         self.input.push(h);
-        if model.acceleration_jumps.requested {
+        let kinks = model.acceleration_jumps.requested && size.kinks > 0;
+        if kinks {
             self.input.push(1.0);
         }
         self.ask(Ask::Model)?;
-        let mut rest = self.output.as_slice();
-        let mut next = |count: usize| {
-            let taken = rest.split_off(..count);
-            taken.ok_or_else(|| "its interface model has too few numbers".to_owned())
-        };
-        let (n, contacts, interface) = (model.a.len(), model.gap.len(), model.position.len());
-        model.h.copy_from_slice(next(n * n)?);
-        model.a.copy_from_slice(next(n)?);
-        model.w.copy_from_slice(next(n)?);
-        model.position.copy_from_slice(next(interface)?);
-        model.gap.copy_from_slice(next(contacts)?);
-        let own = next(contacts)?;
-        if !model.discretisation_approach.is_empty() {
-            for ((approach, plastic), own) in model.discretisation_approach.iter_mut().zip(&mut model.plastic).zip(own)
-            {
-                (*approach, *plastic) = (own.abs(), own.is_sign_negative());
-            }
-        }
-        model.stabilisation = next(1)?[0];
-        model.restitution = next(1)?[0];
-        let (stiffness, damping) = (next(1)?[0], next(1)?[0]);
-        model.spring = (stiffness > 0.0).then_some(ContactSpring { stiffness, damping });
-        model.at_bound.iter_mut().zip(next(contacts)?).for_each(|(at_bound, truth)| *at_bound = *truth != 0.0);
-        if model.has_friction() {
-            model.friction.copy_from_slice(next(contacts)?);
-            let (at_rest, in_motion) = (next(1)?[0], next(1)?[0]);
-            model.stiction = (at_rest > 0.0).then_some(Stiction { at_rest, in_motion });
-            model.tangential_restitution = next(1)?[0];
-            for states in [&mut model.states, &mut model.solved_states] {
-                for (state, number) in states.iter_mut().zip(next(contacts)?) {
-                    let known = ContactState::of_number(*number);
-                    *state = known.ok_or_else(|| {
-                        format!(
-                            "its interface model has a contact in state {number}; valid: 0 to {}",
-                            ContactState::ALL.len() - 1
-                        )
-                    })?;
-                }
-            }
-        }
-        if model.acceleration_jumps.requested && model.acceleration_jumps.places() > 0 {
-            let (places, count) = (model.acceleration_jumps.places(), next(1)?[0]);
-            let (times, jumps) = (next(places)?, next(places * n)?);
-            if !(0.0..=places as f64).contains(&count) {
-                return Err(format!("its interface model has {count} kinks ahead, and room for {places}"));
-            }
-            model.acceleration_jumps.clear();
-            for (time, jumps) in times.iter().zip(jumps.chunks_exact(n)).take(count as usize) {
-                model.acceleration_jumps.add(*time).copy_from_slice(jumps);
-            }
-        }
+        size.read(&self.output, kinks, model)?;
         model.mechanics_step = h;
         model.check().map_err(|what| format!("its interface model: {what}"))
     }
@@ -453,6 +382,7 @@ impl Subsystem for ImportedSide {
             shape: self.shape.clone(),
             begun: self.begun,
             model: self.model.clone(),
+            told: self.told,
             input: Vec::new(),
             output: Vec::new(),
             y: self.y.clone(),
@@ -480,10 +410,11 @@ impl Capabilities for ImportedSide {
         if self.model.is_none() {
             return self.without();
         }
-        if self.offers.smooth {
-            return self.fill_smooth(h, model).map(|()| true);
+        match self.told {
+            Some(size) => self.fill(h, size, model).map_err(Failure::reported)?,
+            None => self.fill_smooth(h, model)?,
         }
-        self.fill(h, model).map(|()| true).map_err(Failure::reported)
+        Ok(true)
     }
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
@@ -587,7 +518,8 @@ mod tests {
         let noted = Arc::new(Mutex::new(Vec::new()));
         let offers = Offers { rates: true, probed: true, smooth: true, ..Offers::default() };
         let shape = Shape { taken: vec![0], ..Shape::default() };
-        let mut side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), ports, offers, shape);
+        let file = (Path::new("some.fmu"), &SideNotes::default());
+        let mut side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), file, ports, offers, shape);
         side.give_smooth_model(1);
         let mut model = side.empty_interface_model().unwrap();
         side.interface_model(1e-4, &mut model).unwrap();

@@ -7,7 +7,7 @@ use crate::cosim::exchange_data::{NO_OUTPUT_RATES, NO_PIECES};
 use crate::cosim::force_return::{ForceReturn, Sequence};
 use crate::cosim::interface_work::InterfaceWork;
 use crate::cosim::micro_log::{record_micro_step, record_midpoint};
-use crate::cosim::output_history::ForceCourse;
+use crate::cosim::output_history::ForceProfile;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
 use crate::cosim::step_size_control::MacroInterval;
@@ -41,15 +41,15 @@ impl CoupledPair<'_> {
     #[cold]
     fn audit(&mut self, step: MacroStep) {
         let InterfaceWork { sent_j, received_j } = self.interface_work();
-        let PairState { audit, attachments, transmission, rates, late, .. } = &mut *self.state;
-        if let (Some(audit), Some(model)) = (audit, &attachments.interface_model) {
+        let PairState { audit, exchange, history, rates, late, .. } = &mut *self.state;
+        if let (Some(audit), Some(model)) = (audit, &exchange.interface_model) {
             let kicked = if rates.is_some() { 1.0 } else { 0.5 };
             let shadow = late.as_mut().and_then(|late| late.shadow.as_mut());
             let Some(shadow) = shadow else {
-                return audit.finish(model, step, transmission, &mut *self.scheme, [sent_j, received_j], kicked);
+                return audit.finish(model, step, history, &mut *self.scheme, [sent_j, received_j], kicked);
             };
             let in_time = shadow.work_sent.sent();
-            audit.finish(model, step, transmission, &mut *shadow.scheme.0, [in_time, received_j], kicked);
+            audit.finish(model, step, history, &mut *shadow.scheme.0, [in_time, received_j], kicked);
             audit.set_age(in_time.zip(sent_j).map(|(in_time, sent)| in_time - sent));
         }
     }
@@ -83,10 +83,10 @@ impl CoupledPair<'_> {
                 || self.state.late.is_some();
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.actuator;
-        let PairState { own, u, transmission, work_sent, end, rates, inside, late, .. } = &mut *self.state;
+        let PairState { own, u, history, work_sent, end, rates, inside, late, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
-        transmission.clear();
+        history.clear();
         for j in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, j, count);
@@ -117,7 +117,7 @@ impl CoupledPair<'_> {
                 takes_polynomial = send_polynomial(scheme, Side::Actuator, at, actuator);
             }
             if averaged || ORDER == 2 {
-                transmission.push(own);
+                history.push(own);
             }
             actuator.step(at.start, u, at.length)?;
             if ORDER == 2 {
@@ -128,7 +128,7 @@ impl CoupledPair<'_> {
             actuator.outputs(u, end)?;
         }
         match late {
-            Some(late) => late.keep_course(step.index, transmission, actuator, u),
+            Some(late) => late.keep_history(step.index, history, actuator, u),
             None => Ok(()),
         }
     }
@@ -137,7 +137,7 @@ impl CoupledPair<'_> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.mechanics;
-        let PairState { own, u, transmission, end, received, audit, attachments, late, .. } = &mut *self.state;
+        let PairState { own, u, history, end, received, audit, exchange, late, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
         let in_pieces = self.setup.force_return == ForceReturn::Pieces;
@@ -153,18 +153,18 @@ impl CoupledPair<'_> {
                     }
                 }
                 ForceReturn::End => u.copy_from_slice(end),
-                ForceReturn::Mean => transmission.mean_over(0, 1, u),
-                ForceReturn::Profile | ForceReturn::Pieces => transmission.mean_over(i, count, u),
+                ForceReturn::Mean => history.mean_over(0, 1, u),
+                ForceReturn::Profile | ForceReturn::Pieces => history.mean_over(i, count, u),
             }
             if let (Some(late), false) = (&mut *late, self.setup.force_return == ForceReturn::Held) {
                 late.deliver_force(step, i, count, u);
             }
             if in_pieces {
-                step_in_pieces(mechanics, transmission.course(i, count, u), at.length)?;
+                step_in_pieces(mechanics, history.profile(i, count, u), at.length)?;
             } else {
                 mechanics.step(at.start, u, at.length)?;
             }
-            if let (Some(audit), Some(model)) = (&mut *audit, &attachments.interface_model) {
+            if let (Some(audit), Some(model)) = (&mut *audit, &exchange.interface_model) {
                 audit.add_step(model, at, u, mechanics.capabilities().contact_impulses());
             }
             for (received, u) in received.iter_mut().zip(&*u) {
@@ -187,18 +187,18 @@ impl CoupledPair<'_> {
 
 /// Lets the mechanics take a step of `h` (s) in pieces, each under its own mean of the forces.
 #[cold]
-fn step_in_pieces(mechanics: &mut dyn Subsystem, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
+fn step_in_pieces(mechanics: &mut dyn Subsystem, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure> {
     match mechanics.capabilities().joint_steps() {
-        Some(steps) => steps.step_under(course, h),
+        Some(steps) => steps.step_under(profile, h),
         None => Err(Cause::NotOffered { what: NO_PIECES.into() }.into()),
     }
 }
 
-/// Hands the course of the inputs within a micro step to a subsystem that integrates it; says whether there is one. Inputs that are
+/// Hands the polynomials of the inputs within a micro step to a subsystem that integrates it; says whether there is one. Inputs that are
 /// held in the first micro step of a macro step are held in all of it.
 fn send_polynomial(scheme: &dyn CouplingScheme, to: Side, at: MicroStep, subsystem: &mut dyn Subsystem) -> bool {
     subsystem
         .capabilities()
         .input_polynomials()
-        .is_some_and(|inputs| inputs.give(|course| scheme.course(to, at, course)))
+        .is_some_and(|inputs| inputs.give(|polynomials| scheme.input_polynomials(to, at, polynomials)))
 }

@@ -26,9 +26,9 @@ impl CoupledPair<'_> {
             self.state.u.actuator.copy_from_slice(&late.kept(known).motion);
         }
         self.fill_attachments(step)?;
-        let PairState { y, u, own, attachments, late, counters, .. } = &mut *self.state;
+        let PairState { y, u, own, exchange, late, counters, .. } = &mut *self.state;
         let Some(late) = late else { return Ok(()) };
-        let (model, scheme) = (attachments.interface_model.as_ref(), &mut *self.scheme);
+        let (model, scheme) = (exchange.interface_model.as_ref(), &mut *self.scheme);
         late.keep(step, micro_step, &y.mechanics, model);
         let goes_on = late.rule == LateRule::CatchUp && model.is_some() && known < k;
         let shown = |time: f64| if late.rule == LateRule::Raw { step.start } else { time };
@@ -51,14 +51,14 @@ impl CoupledPair<'_> {
             let sent = if self.setup.force_return == ForceReturn::Held { late.newest_force(k) } else { k };
             let kept = late.kept(sent);
             let time = if late.rule == LateRule::Raw { step.start } else { kept.time };
-            let rates = attachments.output_rates.as_ref();
+            let rates = exchange.output_rates.as_ref();
             let sample = Sample { time, rates, ..Sample::of_outputs(step, &kept.force, micro_step) };
             scheme.receive(Side::Actuator, &sample)?;
         }
         if let Some(shadow) = &mut late.shadow {
             let sample = Sample { model, ..Sample::of_outputs(step, &y.mechanics, micro_step) };
             shadow.scheme.0.receive(Side::Mechanics, &sample)?;
-            let rates = attachments.output_rates.as_ref();
+            let rates = exchange.output_rates.as_ref();
             shadow.scheme.0.receive(Side::Actuator, &Sample { y: &own.actuator, model: None, rates, ..sample })?;
             shadow.start_from(&y.mechanics);
         }

@@ -9,7 +9,7 @@ pub(super) use excitation::Excitation;
 use super::super::contact_stepper::{ActiveProblem, ContactStepper};
 use super::super::mechanical_model::{MechanicalModel, ModelSize};
 use super::NonSmoothMechanics;
-use crate::cosim::{ForceCourse, JointActuator, JointSteps, SecondOrder, Sent};
+use crate::cosim::{ForceProfile, JointActuator, JointSteps, SecondOrder, Sent};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;
 use excitation::InterfaceTrajectory;
@@ -164,8 +164,8 @@ impl<M: MechanicalModel> JointSteps for NonSmoothMechanics<M> {
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
     }
 
-    fn step_under(&mut self, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
-        let pieces = Excitation::Prescribed { course, done: 0.0 };
+    fn step_under(&mut self, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure> {
+        let pieces = Excitation::Prescribed { profile, done: 0.0 };
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))
     }
 }

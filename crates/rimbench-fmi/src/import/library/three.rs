@@ -3,6 +3,7 @@
 use super::super::host::{Plan, Start, Type, Values};
 use super::note;
 use super::version::{Common, Instance, Made, Opened, Version};
+use crate::model_parts::PartType;
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
@@ -49,7 +50,7 @@ impl Three {
     pub(super) fn make(opened: &Opened, plan: &Plan, environment: *mut c_void) -> Result<Made, String> {
         let common = Common::find(opened, plan, ["fmi3", "FMUState"])?;
         let model = plan.model.as_ref();
-        let integers = model.is_some_and(|model| !model.states.is_empty() || model.kinks.is_some());
+        let integers = model.is_some_and(|model| model.size.parts().any(|part| part.part_type == PartType::Whole));
         let version = Three {
             get: opened.find("fmi3GetFloat64")?,
             set: opened.find("fmi3SetFloat64")?,

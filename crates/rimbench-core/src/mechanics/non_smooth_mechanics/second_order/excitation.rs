@@ -1,6 +1,6 @@
 //! The excitation of the mechanics in a step, and its share in a piece of it.
 
-use crate::cosim::{ForceCourse, JointActuator, OutputRates, Sent};
+use crate::cosim::{ForceProfile, JointActuator, OutputRates, Sent};
 
 /// The excitation of the mechanics in a step.
 pub(in crate::mechanics) enum Excitation<'a, 'b> {
@@ -9,7 +9,7 @@ pub(in crate::mechanics) enum Excitation<'a, 'b> {
     /// Interface forces of which each piece takes its own mean.
     Prescribed {
         /// Over the step.
-        course: ForceCourse<'a>,
+        profile: ForceProfile<'a>,
         /// Time of the step that is over, s.
         done: f64,
     },

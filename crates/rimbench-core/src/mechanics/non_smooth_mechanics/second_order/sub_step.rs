@@ -105,12 +105,12 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 steps.joint.force.copy_from_slice(lambda);
                 self.advance_piece(steps, h, law)
             }
-            Excitation::Prescribed { course, done } => {
+            Excitation::Prescribed { profile, done } => {
                 let length = steps.length;
                 // Rounding must not leave out the end of the step.
                 let to = if *done + h < length * (1.0 - 1e-12) { (*done + h) / length } else { 1.0 };
                 let InterfaceTrajectory { force, moment, moment_known, .. } = &mut steps.joint;
-                course.over(*done / length, to, force, moment);
+                profile.over(*done / length, to, force, moment);
                 moment.iter_mut().for_each(|moment| *moment *= length * length);
                 *moment_known = true;
                 self.advance_piece(steps, h, law)
