@@ -59,7 +59,8 @@ const drawing = (() => {
       const [[sy, cy], [sp, cp], [sr, cr]] = [yaw, pitch, roll].map((a) => [Math.sin(a), Math.cos(a)]);
       const rows = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]];
       const place = (p) => rows.map((row, k) => [x, y, z][k] + dot(row, p));
-      const add = (near, points, light, radius) => seen.push({ near, points, light, radius, fill, off: gap && value(gap) > 1e-4 });
+      // Feet are below their body, so behind it.
+      const add = (near, points, light, radius) => seen.push({ near: near - (gap ? 1 : 0), points, light, radius, fill, off: gap && value(gap) > 1e-4 });
       if (corners) {
         const all = corners.map(place), inside = middle(all);
         for (const face of faces) {

@@ -142,7 +142,10 @@ fn faces(solids: &[Solid], value: &dyn Fn(&str) -> f64) -> (Vec<Face>, Vec<Vec<[
         ];
         let place = |point: &[f64; 3]| [x + dot(rows[0], *point), y + dot(rows[1], *point), z + dot(rows[2], *point)];
         let off = gap.is_some_and(|gap| value(gap) > OFF);
-        let face = |near: f64, points, radius, light| Face { near, points, radius, fill: *fill, off, light };
+        // Feet are below their body, so behind it.
+        let under = if gap.is_some() { 1.0 } else { 0.0 };
+        let face =
+            |near: f64, points, radius, light| Face { near: near - under, points, radius, fill: *fill, off, light };
         match form {
             Form::Hull(corners, faces) => {
                 let corners: Vec<_> = corners.iter().map(place).collect();
@@ -159,8 +162,14 @@ fn faces(solids: &[Solid], value: &dyn Fn(&str) -> f64) -> (Vec<Face>, Vec<Vec<[
                     let outward = dot(normal, [0, 1, 2].map(|axis| centre[axis] - inside[axis])).signum();
                     let length = dot(normal, normal).sqrt().max(1e-12);
                     normal = normal.map(|entry| entry * outward / length);
-                    if *fill != Fill::Ground {
-                        shadows.push(points.iter().map(|p| [p[0], p[1], 0.0]).collect());
+                    // All the same way round, so that they are one area.
+                    let mut shadow: Vec<_> = points.iter().map(|p| [p[0], p[1], 0.0]).collect();
+                    let turned = normal[2] * outward;
+                    if turned < 0.0 {
+                        shadow.reverse();
+                    }
+                    if *fill != Fill::Ground && turned.abs() > 1e-9 {
+                        shadows.push(shadow);
                     }
                     if dot(normal, towards) > 0.0 {
                         seen.push(face(

@@ -370,12 +370,12 @@ pub(super) fn machine_in_space(size: [f64; 3], feet: &[[f64; 3]], more: Vec<Soli
     }));
     solids.extend(more);
     shapes.push(Shape::Scene(solids));
+    let high = 2.0 * z - feet.iter().fold(0.0, |least: f64, foot| least.min(foot[2] + z));
+    let roof = [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| seen([1.2 * x, 1.2 * y, high]));
     let bounds = |axis: usize| {
-        let at = corners.map(|corner| corner[axis]);
-        [
-            at.iter().fold(f64::INFINITY, |a, b| a.min(*b)) - 0.1,
-            at.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) + 0.1,
-        ]
+        let all = corners.iter().chain(&roof).map(|corner| corner[axis]);
+        let least = all.clone().fold(f64::INFINITY, f64::min);
+        [least - 0.1, all.fold(f64::NEG_INFINITY, f64::max) + 0.1]
     };
     Drawing {
         view: [bounds(0), bounds(1)],
