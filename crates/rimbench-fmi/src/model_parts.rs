@@ -126,7 +126,7 @@ static PARTS: [PartVariable; 21] = [
     part(ModelPart::AtBound, ("rim.at_bound", Truth, ""), &[Contacts], WithContacts,
         "whether a contact was at its bound in the last step"),
     part(ModelPart::Plastic, ("rim.plastic", Truth, ""), &[Contacts], WithPlastic,
-        "whether nothing bounces back of a contact, whatever rim.restitution is"),
+        "whether a contact never rebounds, also with a restitution above 0"),
     part(ModelPart::Stabilisation, ("rim.stabilisation", Number, ""), &[], Always,
         "fraction of a penetration that the mechanics removes in one step"),
     part(ModelPart::Restitution, ("rim.restitution", Number, ""), &[], Always, "restitution of closing contacts"),
