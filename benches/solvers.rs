@@ -4,7 +4,8 @@
 //!    Gauss–Seidel (the solver from outside, `examples/custom_solver.rs`) and Clarabel.
 //! 2. Against size: a *row* (each contact shares a body with its neighbours: regular) and a *board* (one rigid body on n points:
 //!    rank 2, redundant), pushed by a slowly turning force. Demanded: faster than Lemke at every n, and boards no slower than rows.
-//! 3. In space, with friction: feet that slide in directions that turn, beside Gauss–Seidel, ADMM and Clarabel.
+//! 3. In space, with friction: feet that slide in directions that turn, beside Gauss–Seidel, ADMM and Clarabel; and micro steps of whole
+//!    runs of machines in space, beside those of planar ones.
 //!
 //! Flops of a warm solve with n contacts, a of them active, matrix as before: impulses a², velocities 2 n a, check 2 n² + 4 n.
 //! For n = 4, a = 2 that is 4 + 16 + 48 ≈ 70, or about 9 ns at two operations per cycle and 4 GHz. Up to four members are
@@ -17,9 +18,12 @@
 mod rivals;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::Lcp;
+use rimbench::cosim::{Bounds, StopFlag};
 use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver, SpaceSweeps};
 use rimbench::known_problems::known_problems;
+use rimbench::runs::{RunRequest, simulate};
 use rimbench::solver_entry::SolverEntry;
 use std::hint::black_box;
 
@@ -124,6 +128,22 @@ fn cones(c: &mut Criterion) {
     }
 }
 
+/// Runs of gap tracking at H = 10 ms, per micro step of 50 µs; steps of the mechanics and the making of models are in it.
+fn micro_steps(c: &mut Criterion) {
+    let catalogue = Catalogue::standard();
+    let mut group = c.benchmark_group("micro steps");
+    for case in ["gripper", "wedge-box-friction", "tripod", "wedge-box-space"] {
+        let mut request = RunRequest { duration_s: Some(1.0), ..RunRequest::of(case, "rim-nonsmooth-gap") };
+        request.put("macro_step_s", "10e-3").expect("an option");
+        let spec = request.resolve(&catalogue).expect("a run");
+        group.throughput(Throughput::Elements(20_000));
+        group.bench_function(case, |bencher| {
+            bencher.iter(|| simulate(&spec, Bounds::default(), None, StopFlag::never()).expect("it completes"));
+        });
+    }
+    group.finish();
+}
+
 fn solvers(c: &mut Criterion) {
     let mut all = vec![SolverEntry::active_set(), SolverEntry::lemke()];
     all.extend(rivals::rivals().into_iter().filter(|solver| solver.name != "enumeration"));
@@ -139,6 +159,6 @@ fn solvers(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = solvers, cones
+    targets = solvers, cones, micro_steps
 }
 criterion_main!(benches);

@@ -258,7 +258,9 @@ fn the_macro_loop_must_allocate_nothing_once_the_first_macro_step_has_begun() {
 #[test]
 fn the_macro_loop_must_allocate_nothing_with_friction() {
     // Holds leave the range of the machine in space within a few macro steps of 5 ms.
-    for (case, longest_of_holds) in [("wedge-box-friction", 5e-3), ("tripod", 1e-3)] {
+    for (case, longest_of_holds) in
+        [("wedge-box-friction", 5e-3), ("tripod", 1e-3), ("four-legs", 1e-3), ("wedge-box-space", 1e-3)]
+    {
         let that_know_it = |solver: &Arc<SolverEntry>| {
             let mut variants = variants(solver);
             variants.retain(|variant| {

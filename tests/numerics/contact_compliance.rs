@@ -117,17 +117,32 @@ fn with_constant_matrices_the_model_with_the_same_springs_must_be_the_mechanics(
 }
 
 #[test]
-fn the_wedge_box_must_run_on_compliant_contacts_and_its_audit_must_close() {
-    for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap", "rim-smooth-active"] {
-        let set = [("contact_compliance_m_n", "1e-7"), ("contact_damping_n_s_m", "2e4")];
-        let result = completed(&spec_with("wedge-box", scheme, &[("phase", "0.4")], &set));
-        let closure = result.report.audit.closure().unwrap();
-        // Sums of some 1e3 J, 500 macro steps of 100 micro steps, a few roundings each.
-        assert!(closure.abs() < 1e-6, "{scheme}: {closure} J");
-        let peak = largest(column(&result.trajectory, "actuator_force_n"));
-        assert!((900.0..1100.0).contains(&peak), "{scheme}: peak {peak} N, where rigid contacts have 991");
-        // 2.5 kN on three springs of 1e7 N/m: a tenth of a millimetre each.
-        let gap = *column(&result.trajectory, "gap_right_wedge_m").last().unwrap();
-        assert!((-3e-4..-5e-5).contains(&gap), "{scheme}: {gap} m");
+fn the_wedge_box_must_run_on_compliant_contacts_with_friction_and_without_and_its_audit_must_close() {
+    for (case, peaks) in [("wedge-box", 900.0..1100.0), ("wedge-box-friction", 1600.0..1900.0)] {
+        for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap", "rim-smooth-active"] {
+            let set = [("contact_compliance_m_n", "1e-7"), ("contact_damping_n_s_m", "2e4")];
+            let result = completed(&spec_with(case, scheme, &[("phase", "0.4")], &set));
+            let closure = result.report.audit.closure().unwrap();
+            // Sums of some 1e3 J, 500 macro steps of 100 micro steps, a few roundings each.
+            assert!(closure.abs() < 1e-6, "{case} {scheme}: {closure} J");
+            // Rigid contacts have 991 and 1811 N.
+            let peak = largest(column(&result.trajectory, "actuator_force_n"));
+            assert!(peaks.contains(&peak), "{case} {scheme}: peak {peak} N");
+            // 2.5 kN on three springs of 1e7 N/m: a tenth of a millimetre each.
+            let gap = *column(&result.trajectory, "gap_right_wedge_m").last().unwrap();
+            assert!((-3e-4..-2e-5).contains(&gap), "{case} {scheme}: {gap} m");
+        }
     }
+}
+
+#[test]
+fn ever_stiffer_contacts_with_friction_must_become_the_rigid_ones() {
+    let force = |set: &[(&str, &str)]| column(&march("wedge-box-friction", set, 5e-5, 50_000, 20), "actuator_force_n");
+    let rigid = force(&[]);
+    let off = ["1e-7", "1e-8", "1e-9"].map(|compliance| {
+        let set = [("contact_compliance_m_n", compliance), ("contact_damping_n_s_m", "1e5")];
+        rms_difference(&force(&set), &rigid)
+    });
+    // Of a peak of 1.8 kN.
+    assert!(off[0] > 2.0 * off[1] && off[1] > 2.0 * off[2] && off[2] < 10.0, "{off:?} N");
 }

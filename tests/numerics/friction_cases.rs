@@ -105,6 +105,8 @@ fn the_energy_of_every_case_with_friction_must_close_with_every_model_and_fricti
         ("crane-drag", &short, 1e-6),
         ("wedge-box-friction", &short, 1e-6),
         ("tripod", &[("macro_step_s", "1e-3"), ("duration_s", "0.6")], 1e-6),
+        ("four-legs", &[("macro_step_s", "1e-3"), ("duration_s", "0.6")], 1e-6),
+        ("wedge-box-space", &[("macro_step_s", "1e-3")], 1e-6),
         ("woodpecker", &[], 1e-10),
         ("slider-crank", &[], 1e-10),
     ] {

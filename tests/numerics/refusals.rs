@@ -26,7 +26,6 @@ wedge-box | contact_compliance_m_n=-1 | 0 or above
 wedge-box | tangential_restitution=0.5 | needs friction
 wedge-box-friction | friction=-0.1 | friction = -0.1 is not valid
 wedge-box-friction | friction=inf | friction = inf is not valid
-wedge-box-friction | contact_compliance_m_n=1e-8 | give way
 crane-set-down | ground_height_m=0.1 | height of 0.000000 m, inside the ground
 crane-set-down | cylinder_length_m=1.2 | cylinder_length_m = 1.2 is not valid; valid: below 1.000000
 crane-set-down | load_mass_kg=1e5 | N needs chamber pressures of
@@ -80,6 +79,9 @@ rocking-block-friction | tangential_restitution=0.5 | 0 to that along the normal
 rocking-block-friction | start_angle_rad=0.6 | falls over
 tripod | friction=-0.1 | friction = -0.1 is not valid
 tripod | foot_2_angle_deg=90 | redundant: their normal rows have rank 2
+four-legs | contact_compliance_m_n=0 contact_damping_n_s_m=0 | rank 3 … contact_compliance_m_n
+wedge-box-space | friction=-0.1 | friction = -0.1 is not valid
+wedge-box-space | ledge_height_m=1.5 | 1.7000 m above
 tripod | spool_amplitude=0.6 | spool_amplitude = 0.6 … at most 0.5
 tripod | cylinder_length_m=3.5 | cylinder_length_m = 3.5 … below 3.4
 linear-oscillator | coupling=pressure-displacement | one of force-displacement, displacement-displacement, force-force

@@ -22,11 +22,14 @@ const drawing = (() => {
   // Every column that a drawing reads.
   const columns = (of) => {
     const frames = of.frames.flatMap(({ x, y, angle }) => [x, y, angle].flatMap(columnsOf));
+    const solids = of.shapes.flatMap((shape) => shape.solids ?? []);
+    frames.push(...solids.flatMap(({ pose, gap }) => [...pose.flatMap(columnsOf), ...(gap ? [gap] : [])]));
     return [...frames, ...of.shapes.filter((shape) => shape.kind === "arrow").map((shape) => shape.column), ...(of.view.follow ? [of.view.follow] : [])];
   };
   // Where every frame is, given the value of a column: [x, y, cos, sin].
+  const channelOf = (value) => (c) => (typeof c === "number" ? c : c.gain * value(c.column) + c.plus);
   const poses = (of, value) => {
-    const channel = (c) => (typeof c === "number" ? c : c.gain * value(c.column) + c.plus);
+    const channel = channelOf(value);
     const known = new Map();
     for (const frame of of.frames) {
       const [x, y, angle] = [frame.x, frame.y, frame.angle].map(channel);
@@ -45,6 +48,41 @@ const drawing = (() => {
     const length = Math.hypot(bx - ax, by - ay) || 1, [ux, uy] = [(bx - ax) / length, (by - ay) / length];
     return [[from, -half], [to, -half], [to, half], [from, half]].map(([d, s]) => [ax + d * ux - s * uy, ay + d * uy + s * ux]);
   };
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const minus = (a, b) => a.map((x, k) => x - b[k]);
+  const middle = (points) => [0, 1, 2].map((k) => points.reduce((sum, p) => sum + p[k] / points.length, 0));
+  // What is seen of bodies in space, the farthest first, and their shadows; as `faces` of the crate rimbench-figures.
+  const faces = ({ camera: [across, up, towards], solids }, value) => {
+    const seen = [], shadows = [];
+    for (const { pose, fill, gap, corners, faces, ball, rod, width } of solids) {
+      const [x, y, z, yaw, pitch, roll] = pose.map(channelOf(value));
+      const [[sy, cy], [sp, cp], [sr, cr]] = [yaw, pitch, roll].map((a) => [Math.sin(a), Math.cos(a)]);
+      const rows = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]];
+      const place = (p) => rows.map((row, k) => [x, y, z][k] + dot(row, p));
+      // Feet are below their body, so behind it.
+      const add = (near, points, light, radius) => seen.push({ near: near - (gap ? 1 : 0), points, light, radius, fill, off: gap && value(gap) > 1e-4 });
+      if (corners) {
+        const all = corners.map(place), inside = middle(all);
+        for (const face of faces) {
+          const points = face.map((k) => all[k]), centre = middle(points);
+          const [a, b] = [minus(points[1], points[0]), minus(points[2], points[0])];
+          const n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+          const size = Math.sign(dot(n, minus(centre, inside))) * Math.hypot(...n) || 1, normal = n.map((entry) => entry / size);
+          if (fill !== "ground") shadows.push(points.map(([p, q]) => [p, q, 0]));
+          if (dot(normal, towards) > 0) add(dot(centre, towards), points, 0.8 * Math.max(normal[2], 0) + 0.2 * Math.max(normal[0], 0));
+        }
+      } else if (ball) {
+        shadows.push(Array.from({ length: 24 }, (_, k) => [x + ball * Math.cos((k * Math.PI) / 12), y + ball * Math.sin((k * Math.PI) / 12), 0]));
+        add(dot([x, y, z], towards), [[x, y, z]], 1, ball);
+      } else {
+        const [from, to] = [rod[0], place(rod[1])], span = minus(to, from), [right, high] = [dot(span, across), dot(span, up)];
+        const half = (0.5 * width) / (Math.hypot(right, high) || 1);
+        const beside = (p, side) => p.map((entry, k) => entry + side * half * (right * up[k] - high * across[k]));
+        add(dot(to, towards), [beside(from, -1), beside(to, -1), beside(to, 1), beside(from, 1)], 1);
+      }
+    }
+    return { seen: seen.sort((p, q) => p.near - q.near), shadows };
+  };
   // One picture: `value` gives the columns of the run, enlarged; `ghost` those of the reference, thin unless the run is drawn `alone`.
   const draw = (element, of, { value, ghost, color, alone }) => {
     const { g, w, h } = canvas(element);
@@ -52,7 +90,7 @@ const drawing = (() => {
     const scale = Math.min(w / (view.x[1] - view.x[0]), h / (view.y[1] - view.y[0]));
     const left = w / 2 - scale * ((view.x[0] + view.x[1]) / 2 + shift), base = h / 2 + scale * (view.y[0] + view.y[1]) / 2;
     const screen = ([x, y]) => [left + scale * x, base - scale * y];
-    const fills = { scheme: color, metal: ink("metal"), ground: ink("ground"), ink: ink("ink") };
+    const fills = { scheme: color, metal: ink("metal"), ground: ink("ground"), ink: ink("ink"), force: ink("force") };
     // A light colour that hides what is behind it.
     const inside = (fill) => {
       if (fill === "scheme") {
@@ -82,7 +120,36 @@ const drawing = (() => {
       };
       for (const shape of of.shapes) {
         const fixed = !["points", "at", "from", "to"].some((key) => [shape[key]].flat(key === "points" ? 1 : 0).some((p) => Array.isArray(p) && p[2]));
-        if (thin && fixed) continue;
+        if (thin && fixed && shape.kind !== "scene") continue;
+        if (shape.kind === "scene") {
+          const flat = (points) => points.map((p) => [dot(shape.camera[0], p), dot(shape.camera[1], p)]), { seen, shadows } = faces(shape, values);
+          if (!seen.every(({ near }) => Number.isFinite(near))) continue;
+          // One path, so that shadows that overlap are no darker.
+          g.beginPath();
+          for (const shadow of thin ? [] : shadows) {
+            const turned = shadow.reduce((sum, [x, y], k) => sum + x * shadow[(k + 1) % shadow.length][1] - y * shadow[(k + 1) % shadow.length][0], 0);
+            flat(turned > 0 ? shadow : [...shadow].reverse()).map(screen).forEach(([x, y], k) => (k ? g.lineTo(x, y) : g.moveTo(x, y)));
+          }
+          g.fillStyle = "rgba(0,0,0,.13)";
+          g.fill();
+          for (const { points, light, radius, fill, off } of seen) {
+            const [[x, y]] = flat(points).map(screen);
+            if (radius) {
+              g.beginPath();
+              g.arc(x, y, radius * scale, 0, 7);
+              if (!thin) inside(fill);
+              g.lineWidth = thin ? 1 : 1.3;
+              g.strokeStyle = ink("ink");
+              g.stroke();
+              continue;
+            }
+            path(flat(points), true, off ? "force" : fill);
+            if (thin) continue;
+            g.fillStyle = `rgba(0,0,0,${0.2 * (1 - light)})`;
+            g.fill();
+          }
+          continue;
+        }
         if (shape.kind === "polygon") path(shape.points.map(place), true, shape.fill);
         if (shape.kind === "line") path(shape.points.map(place), false, "");
         if (shape.kind === "spring") path(zigzag(place(shape.from), place(shape.to), shape.width), false, "");

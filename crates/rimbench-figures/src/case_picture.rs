@@ -2,7 +2,9 @@
 
 use super::clip::{self, Rect};
 use super::drawing::{Color, Drawing, Point, Stroke};
-use rimbench_cases::cases::{Case, Channel, Drawing as CaseDrawing, Fill, Point as CasePoint, Shape};
+use rimbench_cases::cases::{
+    Case, Channel, Drawing as CaseDrawing, Fill, Form, Point as CasePoint, Shape, Solid, camera,
+};
 use rimbench_core::error::Result;
 use rimbench_results::results_table::ResultsTable;
 use std::collections::BTreeMap;
@@ -12,6 +14,9 @@ const WIDTH: f64 = 560.0;
 const METAL: Color = Color(0xC9, 0xCE, 0xD4);
 const GROUND: Color = Color(0xE4, 0xE7, 0xEA);
 const FORCE: Color = Color(0x7A, 0x1F, 0x7A);
+const SHADOW: Color = Color(0xC6, 0xCA, 0xCE);
+/// Gap from which on a foot is off the floor, m.
+const OFF: f64 = 1e-4;
 const OUTLINE: Stroke = Stroke { color: Color::INK, width: 1.1, dash: &[] };
 /// Longest arrow of a force, as a share of the height of what is seen.
 const LONGEST: f64 = 0.35;
@@ -91,10 +96,7 @@ pub const AT_REST: Pose = [0.0, 0.0, 1.0, 0.0];
 
 /// Finds where the frames of a drawing are, given the value of each column.
 pub fn poses(of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> BTreeMap<&'static str, Pose> {
-    let channel = |channel: Channel| match channel {
-        Channel::Fixed(value) => value,
-        Channel::Column(column, gain, plus) => gain * value(column) + plus,
-    };
+    let channel = |channel| number(channel, value);
     let mut poses: BTreeMap<&str, Pose> = BTreeMap::new();
     for frame in &of.frames {
         let parent = frame.parent.map_or(AT_REST, |parent| poses[parent]);
@@ -103,6 +105,102 @@ pub fn poses(of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> BTreeMap<&'static
         poses.insert(frame.name, [x, y, cos, sin]);
     }
     poses
+}
+
+fn number(channel: Channel, value: &dyn Fn(&str) -> f64) -> f64 {
+    match channel {
+        Channel::Fixed(value) => value,
+        Channel::Column(column, gain, plus) => gain * value(column) + plus,
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// A piece of a scene that is seen: how near, its outline or its ball, and how light.
+struct Face {
+    near: f64,
+    points: Vec<[f64; 3]>,
+    radius: f64,
+    fill: Fill,
+    off: bool,
+    light: f64,
+}
+
+/// Finds the faces of bodies in space that look towards the eye, the farthest first, and their shadows.
+fn faces(solids: &[Solid], value: &dyn Fn(&str) -> f64) -> (Vec<Face>, Vec<Vec<[f64; 3]>>) {
+    let [across, up, towards] = camera();
+    let (mut seen, mut shadows) = (Vec::new(), Vec::new());
+    for Solid { pose, form, fill, gap } in solids {
+        let [x, y, z, yaw, pitch, roll] = pose.map(|channel| number(channel, value));
+        let [(sy, cy), (sp, cp), (sr, cr)] = [yaw, pitch, roll].map(f64::sin_cos);
+        let rows = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ];
+        let place = |point: &[f64; 3]| [x + dot(rows[0], *point), y + dot(rows[1], *point), z + dot(rows[2], *point)];
+        let off = gap.is_some_and(|gap| value(gap) > OFF);
+        // Feet are below their body, so behind it.
+        let under = if gap.is_some() { 1.0 } else { 0.0 };
+        let face =
+            |near: f64, points, radius, light| Face { near: near - under, points, radius, fill: *fill, off, light };
+        match form {
+            Form::Hull(corners, faces) => {
+                let corners: Vec<_> = corners.iter().map(place).collect();
+                let middle = |of: &mut dyn Iterator<Item = [f64; 3]>, n: usize| {
+                    of.fold([0.0; 3], |sum: [f64; 3], p| std::array::from_fn(|k| sum[k] + p[k] / n as f64))
+                };
+                let inside = middle(&mut corners.iter().copied(), corners.len());
+                for indices in faces {
+                    let points: Vec<_> = indices.iter().map(|&corner| corners[corner]).collect();
+                    let centre = middle(&mut points.iter().copied(), points.len());
+                    let edge = |k: usize| [0, 1, 2].map(|axis| points[k][axis] - points[0][axis]);
+                    let (a, b) = (edge(1), edge(2));
+                    let mut normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+                    let outward = dot(normal, [0, 1, 2].map(|axis| centre[axis] - inside[axis])).signum();
+                    let length = dot(normal, normal).sqrt().max(1e-12);
+                    normal = normal.map(|entry| entry * outward / length);
+                    // All the same way round, so that they are one area.
+                    let mut shadow: Vec<_> = points.iter().map(|p| [p[0], p[1], 0.0]).collect();
+                    let turned = normal[2] * outward;
+                    if turned < 0.0 {
+                        shadow.reverse();
+                    }
+                    if *fill != Fill::Ground && turned.abs() > 1e-9 {
+                        shadows.push(shadow);
+                    }
+                    if dot(normal, towards) > 0.0 {
+                        seen.push(face(
+                            dot(centre, towards),
+                            points,
+                            0.0,
+                            0.8 * normal[2].max(0.0) + 0.2 * normal[0].max(0.0),
+                        ));
+                    }
+                }
+            }
+            Form::Ball(radius) => {
+                let rim = (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0).map(f64::sin_cos);
+                shadows.push(rim.map(|(sin, cos)| [x + radius * cos, y + radius * sin, 0.0]).collect());
+                seen.push(face(dot([x, y, z], towards), vec![[x, y, z]], *radius, 1.0));
+            }
+            Form::Rod(from, to, width) => {
+                let to = place(to);
+                let span = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+                let [right, high] = [dot(span, across), dot(span, up)];
+                let half = 0.5 * width / right.hypot(high).max(1e-12);
+                let beside = |p: [f64; 3], side: f64| {
+                    [0, 1, 2].map(|axis| p[axis] + side * half * (right * up[axis] - high * across[axis]))
+                };
+                let points = vec![beside(*from, -1.0), beside(to, -1.0), beside(to, 1.0), beside(*from, 1.0)];
+                seen.push(face(dot(to, towards), points, 0.0, 1.0));
+            }
+        }
+    }
+    seen.sort_by(|one, other| one.near.total_cmp(&other.near));
+    (seen, shadows)
 }
 
 /// A point of a frame, in the world.
@@ -180,10 +278,31 @@ impl View {
             (length, point)
         };
         for shape in &of.shapes {
-            if color.is_none() && shape.points().iter().all(|point| point.1.is_none()) {
+            if color.is_none()
+                && !matches!(shape, Shape::Scene(_))
+                && shape.points().iter().all(|point| point.1.is_none())
+            {
                 continue;
             }
             match shape {
+                Shape::Scene(solids) => {
+                    let [across, up, _] = camera();
+                    let project = |point: &[f64; 3]| screen([dot(across, *point), dot(up, *point)]);
+                    let (faces, shadows) = faces(solids, value);
+                    for shadow in shadows.iter().filter(|_| color.is_some()) {
+                        let corners: Vec<Point> = shadow.iter().map(project).collect();
+                        drawing.area(clip::polygon(&corners, &self.place), Some(SHADOW), None);
+                    }
+                    for Face { points, radius, fill: filling, off, light, .. } in faces {
+                        let shade =
+                            |color: Color| if off { FORCE } else { color.mix(Color::INK, 0.25 * (1.0 - light)) };
+                        let corners: Vec<Point> = points.iter().map(project).collect();
+                        match *corners.as_slice() {
+                            [centre] => drawing.disc(centre, scale * radius, fill(filling).map(shade), Some(stroke)),
+                            _ => solid(drawing, &corners, fill(filling).map(shade)),
+                        }
+                    }
+                }
                 Shape::Polygon(points, filling) => {
                     let corners: Vec<Point> = points.iter().map(|point| screen(at(point))).collect();
                     solid(drawing, &corners, fill(*filling));

@@ -1,6 +1,8 @@
 //! The cases with their drawings, in JSON for a page.
 
-use rimbench_cases::cases::{Case, Channel, Drawing, Fill, Point, Shape, offered_steps_ms, shown_step_ms};
+use rimbench_cases::cases::{
+    Case, Channel, Drawing, Fill, Form, Point, Shape, Solid, camera, offered_steps_ms, shown_step_ms,
+};
 use std::fmt::Write;
 
 /// Writes a case with its drawing; `refused` are the schemes that it is not run with.
@@ -10,7 +12,8 @@ use std::fmt::Write;
 ///   force: { column, label, unit, gain },
 ///   drawing: { view: { x, y, follow }, frames: [{ name, parent, x, y, angle }], shapes: [{ kind, … }] } }
 /// ```
-/// A channel is a number or `{ column, gain, plus }`; a point `[x, y, frame or null]`.
+/// A channel is a number or `{ column, gain, plus }`; a point `[x, y, frame or null]`. A scene has the directions of its camera and solids
+/// `{ pose: [six channels], fill, gap, corners, faces }`, `{ …, ball: radius }` or `{ …, rod: [from, to], width }`.
 pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> String {
     let [title, about] = drawing.title.map(text);
     let column = &case.interface_columns[0].force;
@@ -108,5 +111,18 @@ fn shape(shape: &Shape) -> String {
             text(column),
             point(at)
         ),
+        Shape::Scene(solids) => {
+            format!("{{\"kind\":\"scene\",\"camera\":{:?},\"solids\":{}}}", camera(), list(solids.iter().map(solid)))
+        }
     }
+}
+
+fn solid(Solid { pose, form, fill: filling, gap }: &Solid) -> String {
+    let form = match form {
+        Form::Hull(corners, faces) => format!("\"corners\":{corners:?},\"faces\":{faces:?}"),
+        Form::Ball(radius) => format!("\"ball\":{radius:?}"),
+        Form::Rod(from, to, width) => format!("\"rod\":[{from:?},{to:?}],\"width\":{width:?}"),
+    };
+    let gap = gap.map_or("null".to_owned(), text);
+    format!("{{\"pose\":{},\"fill\":\"{}\",\"gap\":{gap},{form}}}", list(pose.map(channel)), fill(*filling))
 }

@@ -34,7 +34,7 @@ pub fn offered_steps_ms(usual_s: f64) -> Vec<f64> {
 /// The macro step, ms, at which a page first shows a case: the first of [`offered_steps_ms`] at which the hold fails or, where it never
 /// does, its error first exceeds a tenth of the peak. One step shorter it is better, so that the slider shows how long a step may be.
 /// `crane-set-down` is shown with the first-order hold: no step on its slider changes what becomes of the zero-order hold.
-const SHOWN: [(&str, f64); 32] = [
+const SHOWN: [(&str, f64); 34] = [
     ("wedge-box", 2.0),
     ("hydraulic-crane", 40.0),
     ("linear-oscillator", 4.0),
@@ -67,6 +67,8 @@ const SHOWN: [(&str, f64); 32] = [
     ("slider-crank", 1.0),
     ("woodpecker", 50.0),
     ("tripod", 2.0),
+    ("four-legs", 2.0),
+    ("wedge-box-space", 2.0),
 ];
 
 /// Finds the macro step at which a page first shows a case, ms; where none is listed, its usual one.
@@ -162,6 +164,44 @@ pub enum Shape {
         /// Length per force, m/N.
         scale: f64,
     },
+    /// Bodies in space as [`camera`] sees them, the nearest last, with their shadows on the floor z = 0 straight below.
+    Scene(Vec<Solid>),
+}
+
+/// A convex body in space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    /// Origin x, y, z, and its turns about z, the new y and the new x.
+    pub pose: [Channel; 6],
+    /// What it is.
+    pub form: Form,
+    /// Filling.
+    pub fill: Fill,
+    /// Column of its gap, m: what is off the floor has the colour of forces.
+    pub gap: Option<&'static str>,
+}
+
+/// The form of a body in space, in its own axes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Form {
+    /// Corners, and the corners of each face.
+    Hull(Vec<[f64; 3]>, Vec<Vec<usize>>),
+    /// A ball about the origin, of this radius.
+    Ball(f64),
+    /// A rod from a point of the ground to one of the body, of this width.
+    Rod([f64; 3], [f64; 3], f64),
+}
+
+/// Directions of the picture in space: to the right, upwards, and towards the eye. Parallel lines stay parallel.
+pub fn camera() -> [[f64; 3]; 3] {
+    let ((sin, cos), (down, level)) = (libm::sincos(-50_f64.to_radians()), libm::sincos(22_f64.to_radians()));
+    [[-sin, cos, 0.0], [-cos * down, -sin * down, level], [cos * level, sin * level, down]]
+}
+
+/// Where a point in space is in the picture, m.
+fn seen(point: [f64; 3]) -> [f64; 2] {
+    let [across, up, _] = camera();
+    [across, up].map(|axis| (0..3).map(|k| axis[k] * point[k]).sum())
 }
 
 impl Shape {
@@ -171,6 +211,7 @@ impl Shape {
             Shape::Polygon(points, _) | Shape::Line(points) => points.clone(),
             Shape::Spring(from, to, _) | Shape::Cylinder { from, to, .. } => vec![*from, *to],
             Shape::Disc { at, .. } | Shape::Arrow { at, .. } => vec![*at],
+            Shape::Scene(_) => Vec::new(),
         }
     }
 }
@@ -225,15 +266,23 @@ impl Drawing {
 
     /// Lists the columns that it reads.
     pub fn columns(&self) -> Vec<&'static str> {
-        let channels = self.frames.iter().flat_map(|frame| frame.pose).filter_map(|channel| match channel {
+        let solids = || {
+            self.shapes.iter().flat_map(|shape| match shape {
+                Shape::Scene(solids) => &solids[..],
+                _ => &[],
+            })
+        };
+        let poses = self.frames.iter().flat_map(|frame| frame.pose).chain(solids().flat_map(|solid| solid.pose));
+        let channels = poses.filter_map(|channel| match channel {
             Channel::Column(column, _, _) => Some(column),
             Channel::Fixed(_) => None,
         });
+        let gaps = solids().filter_map(|solid| solid.gap);
         let arrows = self.shapes.iter().filter_map(|shape| match shape {
             Shape::Arrow { column, .. } => Some(*column),
             _ => None,
         });
-        channels.chain(arrows).chain(self.follow).collect()
+        channels.chain(arrows).chain(gaps).chain(self.follow).collect()
     }
 }
 
@@ -284,6 +333,60 @@ pub(super) fn ground(line: &[[f64; 2]]) -> Shape {
     let depth = line.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) - 9.0;
     let corners = [line.last(), line.first()].into_iter().flatten().map(|corner| [corner[0], depth]);
     Shape::Polygon(line.iter().copied().chain(corners).map(|point| (point, None)).collect(), Fill::Ground)
+}
+
+/// The pose of the body of a [`SpatialBody`](crate::models::SpatialBody).
+pub(super) fn body_in_space() -> [Channel; 6] {
+    ["body_x_m", "body_y_m", "body_z_m", "yaw_rad", "pitch_rad", "roll_rad"].map(Channel::from)
+}
+
+/// A prism of a profile over x and z, from one y to another.
+pub(super) fn prism(profile: &[[f64; 2]], [from, to]: [f64; 2]) -> Form {
+    let n = profile.len();
+    let corners = [from, to].iter().flat_map(|y| profile.iter().map(move |[x, z]| [*x, *y, *z])).collect();
+    let sides = (0..n).map(|k| vec![k, (k + 1) % n, n + (k + 1) % n, n + k]);
+    Form::Hull(corners, sides.chain([(0..n).collect(), (n..2 * n).collect()]).collect())
+}
+
+/// A machine in space: its box of this size, its feet, pyramids whose tips are here, and what else there is, over a floor from x, y to x, y.
+pub(super) fn machine_in_space(size: [f64; 3], feet: &[[f64; 3]], more: Vec<Solid>, floor: [[f64; 2]; 2]) -> Drawing {
+    const GAPS: [&str; 4] = ["gap_foot_1_m", "gap_foot_2_m", "gap_foot_3_m", "gap_foot_4_m"];
+    let [[left, near], [right, far]] = floor;
+    let line = |from: [f64; 2], to: [f64; 2]| Shape::Line([from, to].map(|[x, y]| (seen([x, y, 0.0]), None)).to_vec());
+    let corners = [[left, near], [right, near], [right, far], [left, far]].map(|[x, y]| seen([x, y, 0.0]));
+    let mut shapes = vec![Shape::Polygon(corners.map(|point| (point, None)).to_vec(), Fill::Ground)];
+    let steps =
+        |from: f64, to: f64| (1..).map(move |k| from + 0.5 * f64::from(k)).take_while(move |at| *at < to - 0.01);
+    shapes.extend(steps(left, right).map(|x| line([x, near], [x, far])));
+    shapes.extend(steps(near, far).map(|y| line([left, y], [right, y])));
+    let [x, y, z] = size.map(|size| 0.5 * size);
+    let form = prism(&[[-x, -z], [x, -z], [x, z], [-x, z]], [-y, y]);
+    let mut solids = vec![Solid { pose: body_in_space(), form, fill: Fill::Scheme, gap: None }];
+    solids.extend(feet.iter().zip(GAPS).map(|(&[x, y, tip], gap)| {
+        let base = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06]].map(|[a, b]| [x + a, y + b, -z]);
+        let faces = (0..4).map(|k| vec![k, (k + 1) % 4, 4]).collect();
+        let form = Form::Hull([&base[..], &[[x, y, tip]]].concat(), faces);
+        Solid { pose: body_in_space(), form, fill: Fill::Metal, gap: Some(gap) }
+    }));
+    solids.extend(more);
+    shapes.push(Shape::Scene(solids));
+    let high = 2.0 * z - feet.iter().fold(0.0, |least: f64, foot| least.min(foot[2] + z));
+    let roof = [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| seen([1.2 * x, 1.2 * y, high]));
+    let bounds = |axis: usize| {
+        let all = corners.iter().chain(&roof).map(|corner| corner[axis]);
+        let least = all.clone().fold(f64::INFINITY, f64::min);
+        [least - 0.1, all.fold(f64::NEG_INFINITY, f64::max) + 0.1]
+    };
+    Drawing {
+        view: [bounds(0), bounds(1)],
+        // By which the page sees how far two runs are apart.
+        frames: vec![frame("body", "body_x_m", "body_y_m", "yaw_rad")],
+        shapes,
+        in_kilonewtons: true,
+        contact: Some(["lifts off", "stays down"]),
+        schemes: ["zero-order-hold", "rim-nonsmooth-gap"],
+        ..Drawing::default()
+    }
 }
 
 /// The force of a contact, upwards.

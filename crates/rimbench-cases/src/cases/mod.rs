@@ -37,6 +37,7 @@ mod towed_block;
 mod tripod;
 mod two_masses;
 mod values;
+mod wedge_box_space;
 mod wedge_boxes;
 mod woodpecker;
 
@@ -49,7 +50,9 @@ pub use declaration::{ParameterSet, choices, named, parameters};
 #[doc(hidden)]
 pub use declaration::{changed, with_changes};
 pub use discs::wall_forces;
-pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape, offered_steps_ms, shown_step_ms};
+pub use drawing::{
+    Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, Solid, camera, offered_steps_ms, shown_step_ms,
+};
 pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
@@ -69,8 +72,8 @@ mod prelude {
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
     pub(super) use super::drawing::{
-        Channel, Drawing, Fill, Frame, Shape, disc, drawn, frame, ground, points, rectangle, upward, wall, wheel,
-        within,
+        Channel, Drawing, Fill, Form, Frame, Shape, Solid, body_in_space, disc, drawn, frame, ground, machine_in_space,
+        points, prism, rectangle, upward, wall, wheel, within,
     };
     pub(super) use super::hydraulics::{self, Ramp};
     pub(super) use super::parameters::Parameters;
@@ -116,6 +119,8 @@ pub fn standard_cases() -> Vec<Case> {
         slider_crank::entry(),
         woodpecker::entry(),
         tripod::entry(),
+        tripod::four_legs(),
+        wedge_box_space::entry(),
     ];
     cases.into_iter().map(|case| Case { scale: scales::scale_of(&case.name), ..case }).collect()
 }

@@ -28,7 +28,7 @@ parameters! {
     }
 }
 parameters! {
-    /// The block with friction: contacts that give way have none.
+    /// The block with friction.
     struct Rough from "ours" {
         block: Block;
         cylinder: Cylinder {

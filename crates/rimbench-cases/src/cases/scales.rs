@@ -4,7 +4,7 @@
 use super::case::Scale;
 
 /// Name, m, m/s, N.
-const SCALES: [(&str, f64, f64, f64); 32] = [
+const SCALES: [(&str, f64, f64, f64); 34] = [
     ("wedge-box", 3.2, 0.28, 990.0),
     ("hydraulic-crane", 0.6, 0.033, 11e3),
     ("linear-oscillator", 4.2, 120.0, 1200.0),
@@ -37,6 +37,8 @@ const SCALES: [(&str, f64, f64, f64); 32] = [
     ("slider-crank", 2.3, 24.0, 340.0),
     ("woodpecker", 4.2e-3, 0.18, 0.24),
     ("tripod", 1.8, 0.3, 1600.0),
+    ("four-legs", 1.8, 0.3, 1600.0),
+    ("wedge-box-space", 3.2, 0.28, 1800.0),
 ];
 
 /// Finds the scale of a built-in case.

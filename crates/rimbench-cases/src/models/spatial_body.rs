@@ -1,6 +1,7 @@
-//! One rigid body in space on feet, pushed by actuators.
+//! One rigid body in space on feet, pushed by actuators, and a ball on a ledge that it may carry.
 
-use nalgebra::{Matrix3, Vector3};
+use super::ledge::{Ledge, SurfaceContact};
+use nalgebra::{Matrix3, Vector2, Vector3};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -59,6 +60,19 @@ pub struct Pin {
     pub arm: Vector3<f64>,
 }
 
+/// A ball on a spherical joint of the body, over a ledge along y and the floor z = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LedgeBall {
+    /// kg.
+    pub mass: f64,
+    /// m; it is solid, so that its inertia is 2/5 m r².
+    pub radius: f64,
+    /// Its joint on the body, from the centre of mass, in the body's axes, m.
+    pub pin: Vector3<f64>,
+    /// Its profile over x and z.
+    pub ledge: Ledge,
+}
+
 /// Mass, inertia and start of the body, and what touches and pushes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpatialBodyGeometry {
@@ -78,6 +92,25 @@ pub struct SpatialBodyGeometry {
     pub feet: Vec<Foot>,
     /// In the order of the interface rows.
     pub pins: Vec<Pin>,
+    /// Its contacts with ledge and floor come after the feet.
+    pub ball: Option<LedgeBall>,
+}
+
+impl SpatialBodyGeometry {
+    /// Describes a cuboid of this mass (kg) and size (m), level and at rest, without feet and pins yet.
+    pub fn cuboid(mass: f64, [x, y, z]: [f64; 3], gravity: f64) -> Self {
+        SpatialBodyGeometry {
+            mass,
+            inertia: [y * y + z * z, x * x + z * z, x * x + y * y].map(|square| mass * square / 12.0),
+            position: [0.0; 3],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            velocity: [0.0; 6],
+            gravity,
+            feet: Vec::new(),
+            pins: Vec::new(),
+            ball: None,
+        }
+    }
 }
 
 /// A body with coordinates `q = (x, y, z, quaternion)` and velocities `v = (ẋ, ω)`, ω in body axes, so that M is diagonal and constant.
@@ -86,7 +119,9 @@ pub struct SpatialBodyGeometry {
 /// M v̇ = (m g, −ω × I ω) + ..           q⁺ = (x + h ẋ, quaternion · exp(h ω))
 /// foot  p = x + R r                     rows d·ṗ = [dᵀ, (Rᵀ (R r × d))ᵀ],  Ȧv = d · R (ω × (ω × r)),   d: n, t₁, t₂;   g = n·p
 /// pin   s = |p − p₀|,  e = (p − p₀)/s   row of d = e,  Ȧv = e · R (ω × (ω × r)) + (|ṗ|² − (e·ṗ)²)/s
+/// ball  p = its centre at the joint     rows d·ṗ: [dᵀ, (−r n × d)ᵀ],  Ȧv = (κ u², −κ u (n·ṗ), −κ r u (n·ω)),   u = t₁·ṗ, t₂ = y
 /// ```
+/// A ball adds its centre to q, and its velocity and ω in axes of space to v; κ is the curvature of the path of its centre at a corner.
 #[derive(Debug, Clone)]
 pub struct SpatialBody {
     geometry: SpatialBodyGeometry,
@@ -107,9 +142,15 @@ impl SpatialBody {
                 "an orientation must be a unit quaternion: ({w}, {x}, {y}, {z}) has the length {length}"
             )));
         }
-        let contacts = (1..=geometry.feet.len()).map(|foot| format!("foot_{foot}").into()).collect();
+        let feet = (1..=geometry.feet.len()).map(|foot| format!("foot_{foot}").into());
+        let contacts = feet.chain(geometry.ball.iter().flat_map(|_| names(&["ball_ledge", "ball_floor"]))).collect();
         let rotation = matrix(geometry.orientation);
         Ok(SpatialBody { geometry, rotation, contacts })
+    }
+
+    /// Returns its geometry.
+    pub fn geometry(&self) -> &SpatialBodyGeometry {
+        &self.geometry
     }
 
     /// Returns the length of an actuator at the start, m.
@@ -121,8 +162,30 @@ impl SpatialBody {
     /// Writes the row of the velocity of a point along a direction.
     fn set_row(&self, rows: &mut Rows, index: usize, arm: Vector3<f64>, direction: Vector3<f64>) {
         let turning = self.rotation.transpose() * (self.rotation * arm).cross(&direction);
-        rows.jacobian[6 * index..6 * index + 3].copy_from_slice(direction.as_slice());
-        rows.jacobian[6 * index + 3..6 * index + 6].copy_from_slice(turning.as_slice());
+        self.set(rows, index, 0, [direction, turning]);
+    }
+
+    /// Writes the entries of one body.
+    fn set(&self, rows: &mut Rows, index: usize, body: usize, [along, turning]: [Vector3<f64>; 2]) {
+        let first = 6 * (self.bodies() * index + body);
+        rows.jacobian[first..first + 3].copy_from_slice(along.as_slice());
+        rows.jacobian[first + 3..first + 6].copy_from_slice(turning.as_slice());
+    }
+
+    fn bodies(&self) -> usize {
+        1 + usize::from(self.geometry.ball.is_some())
+    }
+
+    /// Gaps of the ball to ledge and floor with their directions `[n, t₁, t₂]` and curvatures.
+    fn ball_contacts(ball: &LedgeBall, q: &[f64]) -> [(SurfaceContact, [Vector3<f64>; 3]); 2] {
+        let ledge = ball.ledge.contact(Vector2::new(q[7], q[9]), ball.radius);
+        let floor = SurfaceContact { gap: q[9] - ball.radius, normal: Vector2::new(0.0, 1.0), curvature: 0.0 };
+        [ledge, floor].map(|contact| {
+            let normal = contact.normal;
+            let directions =
+                [Vector3::new(normal.x, 0.0, normal.y), Vector3::new(normal.y, 0.0, -normal.x), Vector3::y()];
+            (contact, directions)
+        })
     }
 
     /// Returns the acceleration of a point that the turning alone gives, m/s².
@@ -131,13 +194,24 @@ impl SpatialBody {
         self.rotation * omega.cross(&omega.cross(&arm))
     }
 
-    fn set_tangents(&self, v: &[f64], rows: &mut Rows, axes: std::ops::Range<usize>) {
-        let n = self.geometry.feet.len();
+    fn set_directions(&self, q: &[f64], v: &[f64], rows: &mut Rows, axes: std::ops::Range<usize>) {
+        let n = self.contacts.len();
         for (at, axis) in axes.enumerate() {
             for (contact, foot) in self.geometry.feet.iter().enumerate() {
                 let direction = foot.directions[axis];
                 self.set_row(rows, at * n + contact, foot.arm, direction);
                 rows.convective[at * n + contact] = self.centripetal(v, foot.arm).dot(&direction);
+            }
+            let Some(ball) = &self.geometry.ball else { continue };
+            let (velocity, omega) = (Vector3::from_column_slice(&v[6..9]), Vector3::from_column_slice(&v[9..]));
+            for (slot, (contact, directions)) in Self::ball_contacts(ball, q).into_iter().enumerate() {
+                let ([normal, first, _], row) = (directions, at * n + self.geometry.feet.len() + slot);
+                let along = velocity.dot(&first);
+                let turning = -ball.radius * normal.cross(&directions[axis]);
+                self.set(rows, row, 1, [directions[axis], turning]);
+                rows.convective[row] = contact.curvature
+                    * along
+                    * [along, -velocity.dot(&normal), -ball.radius * omega.dot(&normal)][axis];
             }
         }
     }
@@ -180,25 +254,37 @@ fn turned([w, x, y, z]: [f64; 4], turn: Vector3<f64>) -> [f64; 4] {
 
 impl MechanicalModel for SpatialBody {
     fn size(&self) -> ModelSize {
-        let SpatialBodyGeometry { feet, pins, .. } = &self.geometry;
+        let (bodies, contacts) = (self.bodies(), self.contacts.len());
         ModelSize {
-            velocities: 6,
-            unilateral: feet.len(),
-            tangential: 2 * feet.len(),
-            interface: pins.len(),
+            velocities: 6 * bodies,
+            bilateral: 3 * (bodies - 1),
+            unilateral: contacts,
+            tangential: 2 * contacts,
+            interface: self.geometry.pins.len(),
             ..ModelSize::default()
         }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
-        let SpatialBodyGeometry { position, orientation, velocity, .. } = &self.geometry;
-        ([&position[..], orientation].concat(), velocity.to_vec())
+        let SpatialBodyGeometry { position, orientation, velocity, ball, .. } = &self.geometry;
+        let (mut q, mut v) = ([&position[..], orientation].concat(), velocity.to_vec());
+        if let Some(ball) = ball {
+            let arm = self.rotation * ball.pin;
+            q.extend((Vector3::from(*position) + arm).iter());
+            v.extend(
+                (Vector3::from_column_slice(velocity) + self.rotation * turning(velocity).cross(&ball.pin)).iter(),
+            );
+            v.extend([0.0; 3]);
+        }
+        (q, v)
     }
 
     fn advance_positions(&self, q: &mut [f64], v: &[f64], h: f64) {
-        assert_eq!((q.len(), v.len()), (7, 6), "a body in space has a quaternion");
-        let (position, orientation) = q.split_at_mut(3);
-        for (x, v) in position.iter_mut().zip(v) {
+        let ball = self.bodies() - 1;
+        assert_eq!((q.len(), v.len()), (7 + 3 * ball, 6 + 6 * ball), "a body in space has a quaternion");
+        let (body, centre) = q.split_at_mut(7);
+        let (position, orientation) = body.split_at_mut(3);
+        for (x, v) in position.iter_mut().zip(v).chain(centre.iter_mut().zip(v.iter().skip(6))) {
             *x += h * v;
         }
         let now = [orientation[0], orientation[1], orientation[2], orientation[3]];
@@ -211,26 +297,48 @@ impl MechanicalModel for SpatialBody {
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
         mass[..3].fill(self.geometry.mass);
-        mass[3..].copy_from_slice(&self.geometry.inertia);
+        mass[3..6].copy_from_slice(&self.geometry.inertia);
+        if let Some(ball) = &self.geometry.ball {
+            mass[6..9].fill(ball.mass);
+            mass[9..].fill(0.4 * ball.mass * ball.radius * ball.radius);
+        }
     }
 
     fn forces(&self, _q: &[f64], v: &[f64], force: &mut [f64]) {
         force[..3].copy_from_slice(&[0.0, 0.0, -self.geometry.mass * self.geometry.gravity]);
         let omega = turning(v);
         let momentum = Vector3::from(self.geometry.inertia).component_mul(&omega);
-        force[3..].copy_from_slice((-omega.cross(&momentum)).as_slice());
+        force[3..6].copy_from_slice((-omega.cross(&momentum)).as_slice());
+        if let Some(ball) = &self.geometry.ball {
+            force[6..].copy_from_slice(&[0.0, 0.0, -ball.mass * self.geometry.gravity, 0.0, 0.0, 0.0]);
+        }
+    }
+
+    fn bilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let Some(ball) = &self.geometry.ball else { return };
+        let (arm, turned) = (self.rotation * ball.pin, self.centripetal(v, ball.pin));
+        for (axis, direction) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
+            self.set_row(rows, axis, ball.pin, -direction);
+            self.set(rows, axis, 1, [direction, Vector3::zeros()]);
+            rows.position[axis] = q[7 + axis] - q[axis] - arm[axis];
+            rows.convective[axis] = -turned[axis];
+        }
     }
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        self.set_tangents(v, rows, 0..1);
+        self.set_directions(q, v, rows, 0..1);
         for (contact, foot) in self.geometry.feet.iter().enumerate() {
             let point = Vector3::new(q[0], q[1], q[2]) + self.rotation * foot.arm;
             rows.position[contact] = point.dot(&foot.directions[0]);
         }
+        if let Some(ball) = &self.geometry.ball {
+            let gaps = Self::ball_contacts(ball, q).map(|(contact, _)| contact.gap);
+            rows.position[self.geometry.feet.len()..].copy_from_slice(&gaps);
+        }
     }
 
-    fn tangential(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
-        self.set_tangents(v, rows, 1..3);
+    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        self.set_directions(q, v, rows, 1..3);
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
@@ -248,11 +356,23 @@ impl MechanicalModel for SpatialBody {
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {
-        self.geometry.mass * self.geometry.gravity * q[2]
+        let ball = self.geometry.ball.map_or(0.0, |ball| ball.mass * q[9]);
+        self.geometry.gravity * (self.geometry.mass * q[2] + ball)
     }
 
     fn observables(&self) -> Vec<Name> {
-        names(&["body_x_m", "body_y_m", "body_z_m", "yaw_rad", "pitch_rad", "roll_rad"])
+        let all = [
+            "body_x_m",
+            "body_y_m",
+            "body_z_m",
+            "yaw_rad",
+            "pitch_rad",
+            "roll_rad",
+            "ball_x_m",
+            "ball_y_m",
+            "ball_z_m",
+        ];
+        names(&all[..3 + 3 * self.bodies()])
     }
 
     fn contact_names(&self) -> Vec<Name> {
@@ -266,6 +386,7 @@ impl MechanicalModel for SpatialBody {
         row[3] = libm::atan2(r[(1, 0)], r[(0, 0)]);
         row[4] = libm::asin((-r[(2, 0)]).clamp(-1.0, 1.0));
         row[5] = libm::atan2(r[(2, 1)], r[(2, 2)]);
+        row[6..].copy_from_slice(&q[7..]);
     }
 }
 
@@ -283,29 +404,39 @@ mod tests {
             gravity: 0.0,
             feet: vec![Foot::over_floor([0.3, -0.2, -0.4])],
             pins: vec![Pin { fixed: Vector3::new(-2.0, 0.3, 0.1), arm: Vector3::new(-0.3, 0.1, 0.2) }],
+            ball: Some(LedgeBall {
+                mass: 0.5,
+                radius: 0.2,
+                pin: Vector3::new(-0.4, 0.2, -0.1),
+                ledge: Ledge::new(-0.2, 0.05, 0.25),
+            }),
         }
     }
 
-    /// Rows and convective terms against differences of gaps and lengths along the motion of a body that turns freely.
+    /// Rows and convective terms against differences of gaps and lengths along the motion of a body that turns freely, its ball about the
+    /// corner of the ledge.
     #[test]
     fn rows_are_the_rates_of_gaps_and_lengths_and_convective_terms_those_of_rows() {
         let mut model = SpatialBody::new(body()).unwrap();
-        let (mut q, v) = model.initial_state();
+        let (mut q, mut v) = model.initial_state();
+        v[6..].copy_from_slice(&[0.3, -0.4, -0.2, 0.6, 0.9, -0.8]);
         model.advance_positions(&mut q, &v, 0.4);
+        assert!(SpatialBody::ball_contacts(&model.geometry.ball.unwrap(), &q)[0].0.curvature > 0.0, "{q:?}");
         let mut at = |time: f64| {
             let mut q = q.clone();
             model.advance_positions(&mut q, &v, time);
             model.prepare(&q, &v);
-            let mut rows = [Rows::zeros(1, 6), Rows::zeros(2, 6), Rows::zeros(1, 6)];
-            let [normal, tangential, interface] = &mut rows;
+            let mut rows = [3, 6, 1, 3].map(|count| Rows::zeros(count, 12));
+            let [normal, tangential, interface, joint] = &mut rows;
             model.unilateral(&q, &v, normal);
             model.tangential(&q, &v, tangential);
             model.interface(&q, &v, interface);
+            model.bilateral(&q, &v, joint);
             rows
         };
         let step = 1e-5;
         let [before, now, after] = [-step, 0.0, step].map(&mut at);
-        for block in 0..3 {
+        for block in 0..4 {
             for row in 0..now[block].len() {
                 let rate = |of: &dyn Fn(&Rows) -> f64| (of(&after[block]) - of(&before[block])) / (2.0 * step);
                 if block != 1 {
@@ -320,7 +451,8 @@ mod tests {
 
     #[test]
     fn a_free_body_keeps_its_angular_momentum_and_its_quaternion_its_length() {
-        let mut model = SpatialBody::new(body()).unwrap();
+        let alone = SpatialBodyGeometry { ball: None, ..body() };
+        let mut model = SpatialBody::new(alone.clone()).unwrap();
         let (mut q, mut v) = model.initial_state();
         let mut momentum = |q: &[f64], v: &[f64]| {
             model.prepare(q, v);
@@ -328,7 +460,7 @@ mod tests {
         };
         let start = momentum(&q, &v);
         let step = 1e-4;
-        let mut model = SpatialBody::new(body()).unwrap();
+        let mut model = SpatialBody::new(alone).unwrap();
         for _ in 0..10_000 {
             let mut force = [0.0; 6];
             model.prepare(&q, &v);

@@ -269,7 +269,7 @@ fn turned_height(point: [f64; 2], angle: f64) -> f64 {
 }
 
 /// The angle, of the two closest to level, at which `to` is `rise` (m) above `from`.
-fn level_angle(from: [f64; 2], to: [f64; 2], rise: f64) -> Result<f64> {
+pub(crate) fn level_angle(from: [f64; 2], to: [f64; 2], rise: f64) -> Result<f64> {
     let across = Vector2::from(to) - Vector2::from(from);
     let reach = across.norm();
     if rise.abs() > reach {

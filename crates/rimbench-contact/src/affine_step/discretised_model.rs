@@ -180,10 +180,10 @@ impl DiscretisedModel {
         }
     }
 
-    /// Adds the compliance of contacts to the diagonal of `H_uu` (1/kg).
-    pub fn regularise(&mut self, addition: f64) {
+    /// Adds the compliance of contacts to the diagonal of `H_uu` (1/kg), in their normal rows, the first ones.
+    pub fn regularise(&mut self, normal_rows: usize, addition: f64) {
         let n = self.contacts;
-        for contact in 0..n {
+        for contact in 0..normal_rows {
             self.h_uu[contact * n + contact] += addition;
         }
     }

@@ -96,8 +96,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     ///
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
-    /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
-    /// dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a mechanics that steps at
+    /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts kept by the dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a mechanics that steps at
     /// the second order.
     pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
         if self.model.relists() {

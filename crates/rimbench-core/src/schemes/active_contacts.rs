@@ -60,7 +60,7 @@ impl Problem {
         self.discretised.free_velocity(&self.w[..rows], lambda, &mut self.free[..rows]);
         if by_law {
             if let Some(spring) = model.spring {
-                self.discretised.regularise(spring.diagonal(model.mechanics_step, model.mechanics_step));
+                self.discretised.regularise(closed.len(), spring.diagonal(model.mechanics_step, model.mechanics_step));
             }
             for (b, &contact) in self.free.iter_mut().zip(closed) {
                 *b += model.step_gap_velocity(contact);

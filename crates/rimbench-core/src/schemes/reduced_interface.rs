@@ -107,7 +107,7 @@ impl ReducedInterface {
         }
         if let (false, Some(spring)) = (bilateral, self.model.received.spring) {
             let opening_time = self.gap_term.opening_time(&self.model.received, self.micro_step);
-            self.discretised.regularise(spring.diagonal(self.micro_step, opening_time));
+            self.discretised.regularise(self.set.contacts().len(), spring.diagonal(self.micro_step, opening_time));
         }
         Ok(())
     }

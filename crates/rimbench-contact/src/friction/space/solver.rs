@@ -4,7 +4,9 @@ use super::{SemismoothNewton, SpaceAdmm, SpaceProblem, SpaceSweeps};
 use crate::complementarity::{Checked, Fallback, SolveStats, Unsolved};
 
 /// Turns of the fallbacks; each gives its method twice the iterations of the one before.
-const MOST_TURNS: u32 = 6;
+const MOST_TURNS: u32 = 8;
+/// The turn that starts from zero, after which turns go on from where they are: what was best so far may be a bad start.
+const ANEW: u32 = 4;
 /// Sweeps and iterations of the first turn.
 const FIRST_SWEEPS: u32 = 10;
 const FIRST_ITERATIONS: u32 = 100;
@@ -37,12 +39,11 @@ impl Fallback<SemismoothNewton> for SpaceFallbacks {
         let start = &mut self.start[..impulses.len()];
         if turn == 0 {
             self.best = problem.natural_residual(impulses);
-        } else if problem.natural_residual(impulses) > self.best {
+        } else if turn <= ANEW + 1 && problem.natural_residual(impulses) > self.best {
             impulses.copy_from_slice(start);
         }
         start.copy_from_slice(impulses);
-        // What was best so far may be a bad start.
-        if turn == MOST_TURNS - 2 {
+        if turn == ANEW {
             impulses.fill(0.0);
         }
         let (work, factors) = if turn.is_multiple_of(2) {
@@ -65,7 +66,7 @@ impl Fallback<SemismoothNewton> for SpaceFallbacks {
 /// Solves one problem in space after the other, each from the impulses of the last; every answer is measured by the natural residual.
 ///
 /// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`SpaceSweeps`] and [`SpaceAdmm`] by
-/// turns, six in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
+/// turns, eight in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
 pub type SpaceSolver = Checked<SemismoothNewton, SpaceFallbacks>;
 
 impl SpaceSolver {

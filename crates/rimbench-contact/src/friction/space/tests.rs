@@ -279,6 +279,31 @@ fn velocities_of_redundant_feet_that_slide_with_spin_are_not_unique() {
     assert!(differ[4..].iter().any(|d| *d > 1e-5), "{differ:?}");
 }
 
+/// The same feet on springs of 1e7 N/m and dampers of 1e5 N·s/m over 0.1 ms: whoever solves it finds one answer.
+#[test]
+fn velocities_of_redundant_feet_that_give_way_are_unique() {
+    let arms = [[0.0, 0.5, -0.4], [-0.5, 0.0, -0.4], [0.0, -0.5, -0.4], [0.5, 0.0, -0.4]];
+    let body = Body::on_floor(300.0, [31.25, 31.25, 50.0], &arms, MU);
+    let (mut h, b) = (body.h(), body.velocities(&[-0.22, -0.02, -0.065, 0.0, 0.01, 0.03]));
+    (0..4).for_each(|contact| h[13 * contact] += 1.0 / (1e-4 * (1e-4 * 1e7 + 1e5)));
+    let problem = SpaceProblem::with_friction(&h, &b, &body.friction);
+    let mut found = Vec::new();
+    for start in [[0.0; 4], [8.0, 2.0, 8.0, 2.0], [2.0, 8.0, 2.0, 8.0]] {
+        let start = [start, [0.0; 4], [0.0; 4]].concat();
+        let mut newton = SpaceSolver::new(4, 1e-12);
+        newton.solver.start_from(&start);
+        let mut p = vec![0.0; 12];
+        newton.solve(problem, &mut p).unwrap();
+        let mut swept = start.clone();
+        assert!(SpaceSweeps::new(4).sweep(problem, 1e-12, 10_000, &mut swept).1 <= 1e-12);
+        found.extend([p, swept]);
+    }
+    for other in &found[1..] {
+        let differ = other.iter().zip(&found[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(differ < 1e-8, "{differ} N·s");
+    }
+}
+
 /// One contact has a unique answer; what the scalar equation of the sweeps finds is what Newton and ADMM find.
 #[test]
 fn the_three_methods_agree_where_the_answer_is_unique() {

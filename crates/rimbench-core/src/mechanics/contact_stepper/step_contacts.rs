@@ -105,7 +105,7 @@ impl DenseProblem {
     fn add_compliance(&mut self, terms: ContactTerms<'_>) {
         let Some(spring) = terms.law.spring else { return };
         let (n, rates) = (self.b.len(), spring.gap_rates(terms.h));
-        for contact in 0..n {
+        for contact in 0..terms.eq4.contacts() {
             self.b[contact] += rates.velocity(terms.eq4.gap[contact]) - terms.normal(contact);
             self.h[contact * n + contact] += spring.diagonal(terms.h, terms.h);
         }
@@ -231,13 +231,14 @@ impl StepContacts {
 
     /// Returns `total` plus the energy dissipated by the dampers of compliant contacts in the step just solved, J.
     pub(super) fn damper_loss(&self, terms: ContactTerms<'_>, impulses: &[f64], mut total: f64) -> f64 {
-        let (Some(spring), StepContacts::Signorini { problem: DenseProblem { h, b, .. }, .. }) =
-            (terms.law.spring, self)
-        else {
-            return total;
+        let Some(spring) = terms.law.spring else { return total };
+        let DenseProblem { h, b, .. } = match self {
+            StepContacts::Signorini { problem, .. } => problem,
+            StepContacts::Coulomb(contacts) => &contacts.problem,
+            StepContacts::Sparse { .. } => return total,
         };
         let (n, rates) = (b.len(), spring.gap_rates(terms.h));
-        for contact in 0..n {
+        for contact in 0..terms.eq4.contacts() {
             let (gap, impulse) = (terms.eq4.gap[contact], impulses[contact]);
             let row = body_dot(&h[contact * n..(contact + 1) * n], &impulses[..n]);
             let w = b[contact] + row - rates.velocity(gap) - spring.diagonal(terms.h, terms.h) * impulse;

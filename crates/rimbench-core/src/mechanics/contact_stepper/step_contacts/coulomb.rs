@@ -4,7 +4,8 @@ use super::super::ContactStepper;
 use super::{ContactTerms, DenseProblem, StepContacts};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{
-    Condensation, ContactModes, Elimination, ReducedInterfaceModel, Redundancy, Rows, closed_in_space, condense,
+    Condensation, ContactModes, Elimination, ReducedInterfaceModel, Redundancy, Rows, TOUCHING, closed_in_space,
+    condense,
 };
 use crate::name::Name;
 use rimbench_contact::complementarity::SolverCounters;
@@ -145,6 +146,7 @@ impl CoulombStep {
         p_i: &[f64],
     ) -> Result<(), Failure> {
         self.problem.pose(terms, p_i);
+        self.problem.add_compliance(terms);
         let DenseProblem { h, b, w } = &mut self.problem;
         let solver = match &mut self.solver {
             ConeSolver::Plane(solver) => solver,
@@ -269,9 +271,6 @@ impl ContactStepper {
             let found = format!("a restitution of {restitution} along the surface");
             return refused(format!("{found} is none; valid: 0 to that along the normal, {}", self.law.restitution));
         }
-        if self.is_compliant() {
-            return refused("contacts that give way have none".to_owned());
-        }
         if self.dense_solver().is_some() {
             return refused("contacts by the dozen, of which few are coupled, have none".to_owned());
         }
@@ -306,8 +305,8 @@ impl ContactStepper {
     /// Refuses what contacts with friction in space do not have.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a restitution, a coefficient at rest of its own, and normal rows that depend on each other: the contacts
-    /// are then redundant, and their velocities not unique where they slide with spin.
+    /// [`Error::Incompatible`] for a restitution, a coefficient at rest of its own, and rigid contacts that touch at the start and whose
+    /// normal rows depend on each other: they are redundant, and their velocities not unique where they slide with spin.
     fn check_space(&mut self, Friction { coefficient, at_rest, .. }: Friction) -> Result<()> {
         let refused = |what: String, why: &str| {
             Err(Error::Incompatible(format!("{what} does not go with friction in space: {why}")))
@@ -320,14 +319,20 @@ impl ContactStepper {
             let why = "which coefficient holds is not remembered there; set it to 0, for that in motion";
             return refused(format!("static_friction = {at_rest}"), why);
         }
-        let all: Vec<usize> = (0..self.eq4.contacts()).collect();
+        if self.is_compliant() {
+            return Ok(());
+        }
+        let gaps = &self.eq3.unilateral.position;
+        let all: Vec<usize> = (0..gaps.len()).filter(|&contact| gaps[contact] <= TOUCHING).collect();
         // Any step will do: the rank is that of the rows.
         self.reduce(1.0).map_err(|failure| Error::Incompatible(failure.to_string()))?;
         condense(&self.eq4, &all, Redundancy::Drop, &mut self.condensation);
         let (n, rank) = (all.len(), self.condensation.rank);
         if rank < n {
             return Err(Error::Incompatible(format!(
-                "the {n} contacts are redundant: their normal rows have rank {rank}. Where rigid contacts slide with spin in space, the                  motion then depends on how they share the load and is not unique; use as many contacts as their rank, or move them apart"
+                "the {n} contacts that touch at the start are redundant: their normal rows have rank {rank}. Where rigid contacts slide with \
+                 spin in space, the motion then depends on how they share the load and is not unique; give each a spring and a damper \
+                 (contact_compliance_m_n, contact_damping_n_s_m), use as many contacts as their rank, or move them apart"
             )));
         }
         Ok(())
