@@ -30,7 +30,7 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
             }
             let run = run_within(&spec, reference.bounds(&spec).unwrap());
             assert_eq!(run.report.outcome, Outcome::Completed, "{case} {scheme}");
-            let facts = evaluate(&spec, run, &reference).unwrap().findings();
+            let facts = evaluate(&spec, run, &reference).unwrap().found.facts();
             let share = facts.iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap().cell();
             assert!(share.is_empty(), "{case} {scheme}: {share}");
         }

@@ -39,7 +39,7 @@ fn findings(spec: &RunSpec, cache: &Cache) -> Option<Vec<String>> {
     let bits = |row: &[f64]| row.iter().map(|value| format!("{:x}", value.to_bits())).collect::<String>();
     let rows: Vec<String> = run.trajectory.rows().map(bits).collect();
     let found = evaluate(spec, run, &reference).unwrap();
-    began.then(|| rows.into_iter().chain(found.findings().iter().map(|fact| fact.cell())).collect())
+    began.then(|| rows.into_iter().chain(found.found.facts().iter().map(|fact| fact.cell())).collect())
 }
 
 #[test]

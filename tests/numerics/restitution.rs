@@ -30,7 +30,7 @@ fn errors(case: &Case, scheme: &str, restitution: &str) -> Option<Vec<f64>> {
         let spec = RunSpec { phase: f64::from(phase) / 5.0, ..spec.clone() };
         let run = run(&spec);
         assert_eq!(run.report.outcome, Outcome::Completed, "{} {scheme} e = {restitution} {phase}/5", case.name);
-        let facts = evaluate(&spec, run, &reference).unwrap().findings();
+        let facts = evaluate(&spec, run, &reference).unwrap().found.facts();
         let error = facts.into_iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap();
         error.cell().parse().unwrap()
     };

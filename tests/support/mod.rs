@@ -112,7 +112,7 @@ pub fn wedge_box_reference() -> &'static Reference {
 
 /// A metric of a run against its reference.
 pub fn metric(spec: &RunSpec, run: RunResult, reference: &Reference, name: &str) -> f64 {
-    let facts = evaluate(spec, run, reference).unwrap().findings();
+    let facts = evaluate(spec, run, reference).unwrap().found.facts();
     facts.into_iter().find(|fact| fact.name == name).unwrap().cell().parse().unwrap()
 }
 

@@ -17,7 +17,7 @@ use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark, cells_of, row};
 use rimbench_cases::metrics::{Only, only_of};
-use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec, interface_oscillation};
+use rimbench_cases::runs::{Costs, EvaluatedRun, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
@@ -86,12 +86,12 @@ pub(super) fn runs_header(experiment: &Experiment, planned: &[PlannedRun]) -> Ve
 
 /// Columns of `runs.csv` that say what was found.
 pub(super) fn findings_header() -> Vec<&'static str> {
-    nothing_found().findings().iter().map(|fact| fact.name).collect()
+    names_of(|each| Findings::nothing(&Outcome::Completed).columns(each))
 }
 
 /// Columns of `cost.csv` that say what was found.
 pub(super) fn cost_findings() -> Vec<&'static str> {
-    nothing_found().costs().iter().map(|fact| fact.name).collect()
+    names_of(|each| Costs::default().columns(each))
 }
 
 /// Columns of `cost.csv` that the plan says.
@@ -107,11 +107,6 @@ pub(super) fn trace_name(run_id: &str) -> String {
     format!("{run_id}.csv")
 }
 
-/// A run of which nothing is known, for the names of what is found.
-fn nothing_found() -> EvaluatedRun {
-    EvaluatedRun::not_evaluated(Outcome::Completed)
-}
-
 /// What is kept of one run.
 pub(super) fn record(
     id: &str,
@@ -124,8 +119,8 @@ pub(super) fn record(
     let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
     Record {
         run_id: id.to_owned(),
-        findings: cells(run.findings()),
-        costs: cells(run.costs()),
+        findings: cells(run.found.facts()),
+        costs: cells(run.costs.facts()),
         provenance,
         trace,
         wall_limit_s: spec.wall_limit.filter(|_| timed_out).map(|limit| limit.as_secs_f64()),
