@@ -453,6 +453,21 @@ fn an_audited_experiment_with_runs_that_have_no_account_finishes() {
     place.run_computing(0, &slow);
 }
 
+/// A prediction fills columns of claims, so that rows without it are no answer where it is claimed, and those with it are one where it is not.
+#[test]
+fn a_prediction_that_is_claimed_later_is_made_and_kept_beside_the_rows_without_it() {
+    let place = Place::new();
+    let claimed =
+        EXPERIMENT.replace("metric = \"diverged\"", "metric = \"completed_as_predicted\"").replace("<= 0", "<= 1");
+    place.run_computing(16, EXPERIMENT);
+    place.run_computing(16, &claimed);
+    assert_eq!(place.count("completed_as_predicted", ""), 0);
+    [EXPERIMENT, &claimed].into_iter().for_each(|text| place.run_computing(0, text));
+    let place = Place::new();
+    place.run_computing(16, &claimed);
+    place.run_computing(0, EXPERIMENT);
+}
+
 #[test]
 fn one_run_under_two_labels_is_computed_once_and_has_a_row_for_each() {
     let place = Place::new();

@@ -12,7 +12,7 @@ use super::job::{Job, Summary};
 use super::provenance::Provenance;
 use super::references::{References, has_none, obtain_reference};
 use super::results;
-use super::run_row::{RunRow, TraceMark};
+use super::run_row::{Asked, RunRow, TraceMark};
 use super::store::Store;
 use rimbench_cases::runs::{EvaluatedRun, Reference};
 use rimbench_core::cosim::StopFlag;
@@ -96,10 +96,15 @@ impl<'a> Folder<'a> {
         }
     }
 
-    /// The row of a run that need not be computed: it came to its end or had as much time as it may take, and has the trace that is asked
-    /// for, as it was written with it.
+    /// The row of a run that [answers](RunRow::answers) what is asked of it.
+    fn row_of(&self, run: &PlannedRun) -> Option<&RunRow> {
+        let asked = Asked::of(&run.spec);
+        self.store.rows_of(&run.id).find(|row| row.answers(asked, run.spec.wall_limit))
+    }
+
+    /// The same, which need not be computed: it has the trace that is asked for, as it was written with it.
     pub(super) fn finished(&self, run: &PlannedRun) -> Option<&RunRow> {
-        let row = self.store.get(&run.id).filter(|row| row.had_time(run.spec.wall_limit))?;
+        let row = self.row_of(run)?;
         let Some(every_s) = self.experiment.trace_of(&run.label) else { return Some(row) };
         let path = self.path.join("traces").join(results::trace_name(&run.id));
         let found = || Some(TraceMark { every_s, sha256: sha256_of_file(&path)? });
@@ -166,7 +171,7 @@ impl<'a> Folder<'a> {
         mut held: Option<(usize, Reference)>,
         stop: StopFlag<'_>,
     ) -> Result<()> {
-        results::write_tables(self.path, self.experiment, plan, |run| self.store.get(&run.id))?;
+        results::write_tables(self.path, self.experiment, plan, |run| self.row_of(run))?;
         let mut needed = References::default();
         plan.iter().for_each(|run| needed.note(&run.spec));
         let names = needed.names();

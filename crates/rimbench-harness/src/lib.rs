@@ -48,7 +48,7 @@ pub use load::Load;
 pub use provenance::{Provenance, RunOrigin};
 pub use ranking::Ranking;
 pub use references::obtain_reference;
-pub use run_row::{RunRow, TraceMark};
+pub use run_row::{Asked, RunRow, TraceMark};
 pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};
 pub use spectral::spectral_radius;
 pub use stability::{

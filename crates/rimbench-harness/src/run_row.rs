@@ -7,7 +7,7 @@
 //! ```
 
 use super::provenance::RunOrigin;
-use rimbench_cases::runs::{Columns, Costs, EvaluatedRun, Fact, Findings, RunSpec, facts_of};
+use rimbench_cases::runs::{Cell, Columns, Costs, EvaluatedRun, Fact, FactValue, Findings, RunSpec, facts_of};
 use rimbench_core::cosim::{Outcome, OutcomeKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,6 +17,8 @@ use std::time::Duration;
 pub struct RunRow {
     /// [`RunSpec::id`].
     pub run_id: Arc<str>,
+    /// What was asked of it besides.
+    pub asked: Asked,
     /// Wall time that it was given and that was not enough, s; none of a run that came to an end.
     pub wall_limit_s: Option<f64>,
     /// The trace that was written with it.
@@ -27,6 +29,36 @@ pub struct RunRow {
     pub costs: Costs,
     /// Where it was made.
     pub origin: RunOrigin,
+}
+
+/// What can be asked of a run besides: it fills columns and is no part of the run's id.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Asked {
+    /// The growth that its linearised coupling predicts.
+    pub growth: bool,
+}
+
+impl Asked {
+    /// What is asked of a run.
+    pub(crate) fn of(spec: &RunSpec) -> Self {
+        Asked { growth: spec.predict_growth }
+    }
+
+    /// Whether it is all that is `wanted`.
+    fn covers(self, wanted: Self) -> bool {
+        self.growth || !wanted.growth
+    }
+}
+
+impl Cell for Asked {
+    fn value(&self) -> Option<FactValue> {
+        self.growth.then(|| FactValue::Text("growth".to_owned()))
+    }
+
+    fn read(&mut self, text: &str) -> bool {
+        self.growth = text == "growth";
+        self.growth || text.is_empty()
+    }
 }
 
 /// By what a trace is known again.
@@ -43,6 +75,7 @@ impl RunRow {
     pub fn blank(run_id: &str) -> Self {
         RunRow {
             run_id: run_id.into(),
+            asked: Asked::default(),
             wall_limit_s: None,
             trace: None,
             found: Findings::nothing(&Outcome::Completed),
@@ -62,6 +95,7 @@ impl RunRow {
         let limit = spec.wall_limit.filter(|_| run.outcome.kind() == OutcomeKind::Timeout);
         RunRow {
             run_id: run_id.into(),
+            asked: Asked::of(spec),
             wall_limit_s: limit.map(|limit| limit.as_secs_f64()),
             trace,
             found: run.found.clone(),
@@ -73,6 +107,7 @@ impl RunRow {
     /// Goes through all columns of a line of the store.
     pub(crate) fn columns(&mut self, each: Columns<'_>) {
         each("run_id", &mut self.run_id);
+        each("asked", &mut self.asked);
         each("wall_limit_s", &mut self.wall_limit_s);
         let mark = self.trace.take();
         let (mut every_s, mut sha256) = (mark.as_ref().map(|mark| mark.every_s), mark.map(|mark| mark.sha256));
@@ -84,12 +119,14 @@ impl RunRow {
         self.origin.columns(each);
     }
 
-    /// Tells whether it came to an end, or was given so much time.
-    pub fn had_time(&self, wall_limit: Option<Duration>) -> bool {
-        self.allowed_s() >= wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64())
+    /// Tells whether a run need not be computed again: this row came to its end or was given as much time as that may take, and holds what
+    /// is asked of it besides.
+    pub fn answers(&self, asked: Asked, wall_limit: Option<Duration>) -> bool {
+        let wanted_s = wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        self.allowed_s() >= wanted_s && self.asked.covers(asked)
     }
 
-    /// Whether it says at least as much as an earlier row of the same run.
+    /// Whether it says at least as much as an earlier row of the same run of which the same was asked.
     pub(crate) fn replaces(&self, earlier: &Self) -> bool {
         self.allowed_s() >= earlier.allowed_s()
     }

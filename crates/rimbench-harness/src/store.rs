@@ -10,18 +10,18 @@
 //! Each process appends to a table of its own, so that shards can be run at once; a row is one write and is known by its run id. The
 //! first line says whose the folder is. Tables are read by the names of their columns: a metric that came later is an empty cell.
 //! A row that is cut short or damaged fails its checksum, is named by its place and computed again, as are all below a damaged head. Of
-//! several rows of one run the one that says most stands, whatever their order: one that came to an end before one that took too long,
+//! several rows of one run and [what was asked of it](Asked) the one that says most stands, whatever their order: one that came to an end before one that took too long,
 //! of those the one that was given most time, and else the newest.
 //!
 //! All rows are held in memory, which an experiment has no more runs than there is room for
 //! ([`MOST_RUNS`](super::experiment::MOST_RUNS)).
 
-use super::run_row::{RunRow, line_of};
+use super::run_row::{Asked, RunRow, line_of};
 use rayon::prelude::*;
 use rimbench_cases::runs::names_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -47,8 +47,8 @@ pub struct Store {
     file: String,
     /// Hash of what all runs are held against.
     reference: String,
-    /// What was stored when it was opened, by run id.
-    rows: HashMap<Arc<str>, RunRow>,
+    /// What was stored when it was opened, by what was asked and by run id.
+    rows: BTreeMap<Asked, HashMap<Arc<str>, RunRow>>,
     /// The experiment file that the newest table is of.
     pub(super) last_file: Option<PathBuf>,
     /// Rows that were cut short or damaged, and are as good as never written.
@@ -101,7 +101,7 @@ impl Store {
             folder: records.clone(),
             file: file.to_string_lossy().replace(char::is_control, " "),
             reference: sha256(reference)[..12].to_owned(),
-            rows: HashMap::new(),
+            rows: BTreeMap::new(),
             last_file: None,
             damaged: Vec::new(),
             log: Mutex::new(None),
@@ -112,8 +112,9 @@ impl Store {
             store.damaged.extend(damaged);
             store.last_file = file.or(store.last_file);
             for row in rows {
-                if store.get(&row.run_id).is_none_or(|known| row.replaces(known)) {
-                    store.rows.insert(row.run_id.clone(), row);
+                let known = store.rows.entry(row.asked).or_default();
+                if known.get(&row.run_id).is_none_or(|known| row.replaces(known)) {
+                    known.insert(row.run_id.clone(), row);
                 }
             }
         }
@@ -146,7 +147,10 @@ impl Store {
 
     /// Returns the number of runs stored.
     pub fn len(&self) -> usize {
-        self.rows.len()
+        match self.rows.len() {
+            0 | 1 => self.rows.values().map(HashMap::len).sum(),
+            _ => self.rows.values().flat_map(HashMap::keys).collect::<HashSet<_>>().len(),
+        }
     }
 
     /// Tells whether no run is stored.
@@ -154,9 +158,14 @@ impl Store {
         self.rows.is_empty()
     }
 
-    /// Returns the row of a run, if it was stored when the store was opened.
+    /// Returns the rows of a run that were stored when the store was opened, one for each thing that was asked of it.
+    pub fn rows_of(&self, run_id: &str) -> impl Iterator<Item = &RunRow> {
+        self.rows.values().filter_map(move |rows| rows.get(run_id))
+    }
+
+    /// Returns a row of a run, if one was stored when the store was opened.
     pub fn get(&self, run_id: &str) -> Option<&RunRow> {
-        self.rows.get(run_id)
+        self.rows_of(run_id).next()
     }
 
     /// Appends a row to this process's table with one write; what opens the store next holds it. Safe to call from several threads.
@@ -385,7 +394,7 @@ mod tests {
         store.append(stored("bb")).unwrap();
         let store = open(folder.path());
         let holds = |id: &str, limit: Option<u64>| {
-            store.get(id).is_some_and(|row| row.had_time(limit.map(Duration::from_secs)))
+            store.get(id).is_some_and(|row| row.answers(Asked::default(), limit.map(Duration::from_secs)))
         };
         assert_eq!([Some(1), Some(2), Some(3), None].map(|limit| holds("aa", limit)), [true, true, false, false]);
         assert_eq!([Some(1), None].map(|limit| holds("bb", limit)), [true, true]);

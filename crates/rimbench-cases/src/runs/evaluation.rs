@@ -7,7 +7,7 @@ use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
-use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, OutcomeClass, StopFlag, Trajectory, division};
+use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, StopFlag, Trajectory, division};
 use rimbench_core::error::{Error, Failure, Result};
 
 /// What is kept of a run: its outcome, every metric, every counter.
@@ -100,11 +100,11 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         None => None,
     };
     // Code from outside is not built once more.
-    let predicted_growth = match if spec.case.from_outside { Ok(None) } else { predicted_growth(spec) } {
-        Ok(found) => found.map(|(growth, _)| growth),
-        // What cannot be linearised at its start cannot be run from there either, and the outcome says why.
-        Err(_) if result.report.outcome.class() != OutcomeClass::Completed => None,
-        Err(error) => return Err(error),
+    let predicted_growth = match spec.predict_growth && !spec.case.from_outside {
+        // What did not get beyond its start may be what cannot be linearised there, and the outcome says why.
+        true if result.report.ended_at_s == 0.0 => None,
+        true => predicted_growth(spec)?.map(|(growth, _)| growth),
+        false => None,
     };
     let evidence = Evidence {
         run: &result.trajectory,

@@ -113,7 +113,8 @@ impl RunSpec {
             micro_step,
             duration,
             audit,
-            // Of a run that reaches its end it says nothing.
+            // Neither says anything of how the run goes.
+            predict_growth: _,
             wall_limit: _,
         } = self;
         let of_model = |name, text: Option<String>| Fact { name, value: text.map(FactValue::Text) };

@@ -55,6 +55,8 @@ pub struct RunSpec {
     pub duration: f64,
     /// Whether there is an account of what its interface model creates (see [`audited`](Self::audited)).
     pub audit: bool,
+    /// Whether the growth of its linearised coupling is [predicted](super::predicted_growth). No part of what the run is.
+    pub predict_growth: bool,
     /// Wall time after which the run ends with outcome `timeout`. No part of what the run is.
     pub wall_limit: Option<Duration>,
 }
@@ -183,6 +185,7 @@ impl RunRequest {
             micro_step: micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             duration: duration_s.unwrap_or(case.defaults.duration_s),
             audit: false,
+            predict_growth: false,
             wall_limit: wall_limit_s.map(wall_limit).transpose()?,
         };
         spec.mechanics_steps = spec.in_one_form();
