@@ -150,10 +150,15 @@ impl<'a> Folder<'a> {
         held: Option<(usize, Reference)>,
         stop: StopFlag<'_>,
     ) -> Result<(Vec<usize>, usize)> {
-        let Folder { path, experiment, store } = self;
-        // The rows are held once.
-        drop(store);
-        let folder = Self::of(path, experiment)?;
+        let Folder { path, experiment, .. } = self;
+        let folder = match self.store.is_up_to_date() {
+            true => self,
+            false => {
+                // The rows are held once.
+                drop(self);
+                Self::of(path, experiment)?
+            }
+        };
         let missing = folder.missing(plan);
         let stored = plan.iter().filter(|run| folder.store.get(&run.id).is_some());
         let stored = stored.map(|run| run.id.as_str()).collect::<HashSet<_>>().len();

@@ -37,14 +37,18 @@ const COLUMNS: [&str; 12] = [
     "machine_load",
 ];
 
-/// Where one run was made, column by column; what many runs have in common is held once.
+/// Where one run was made, column by column; what rows have in common is held once.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct RunOrigin([Arc<str>; COLUMNS.len()]);
+pub struct RunOrigin(Arc<[Arc<str>; COLUMNS.len()]>);
 
 impl RunOrigin {
     /// Goes through its columns.
     pub(super) fn columns(&mut self, each: Columns<'_>) {
-        COLUMNS.into_iter().zip(&mut self.0).for_each(|(name, text)| each(name, text));
+        let mut texts = (*self.0).clone();
+        COLUMNS.into_iter().zip(&mut texts).for_each(|(name, text)| each(name, text));
+        if texts != *self.0 {
+            self.0 = texts.into();
+        }
     }
 }
 
@@ -82,7 +86,8 @@ impl Provenance {
                 &others,
                 verdict,
             ]
-            .map(Arc::from),
+            .map(Arc::from)
+            .into(),
         )
     }
 

@@ -49,6 +49,8 @@ pub struct Store {
     reference: String,
     /// What was stored when it was opened, by what was asked and by run id.
     rows: BTreeMap<Asked, HashMap<Arc<str>, RunRow>>,
+    /// The tables that were read, with their lengths in bytes.
+    read: Vec<(PathBuf, u64)>,
     /// The experiment file that the newest table is of.
     pub(super) last_file: Option<PathBuf>,
     /// Rows that were cut short or damaged, and are as good as never written.
@@ -102,11 +104,12 @@ impl Store {
             file: file.to_string_lossy().replace(char::is_control, " "),
             reference: sha256(reference)[..12].to_owned(),
             rows: BTreeMap::new(),
+            read: tables_in(&records),
             last_file: None,
             damaged: Vec::new(),
             log: Mutex::new(None),
         };
-        let read: Vec<Result<Contents>> = tables_in(&records).par_iter().map(|path| store.contents(path)).collect();
+        let read: Vec<Result<Contents>> = store.read.par_iter().map(|(path, _)| store.contents(path)).collect();
         for contents in read {
             let Contents { rows, damaged, file } = contents?;
             store.damaged.extend(damaged);
@@ -121,6 +124,11 @@ impl Store {
         Ok(store)
     }
 
+    /// Whether it holds all that is stored by now.
+    pub(super) fn is_up_to_date(&self) -> bool {
+        tables_in(&self.folder) == self.read
+    }
+
     /// Finds the name of the experiment whose rows a results folder holds; none if it holds no row.
     pub fn experiment_in(folder: &Path) -> Option<String> {
         let name_in = |path: PathBuf| {
@@ -128,7 +136,7 @@ impl Store {
             BufReader::new(File::open(path).ok()?).take(LONGEST_HEAD).read_line(&mut line).ok()?;
             Some(name_of(Path::new(Head::of(line.strip_suffix('\n')?)?.file)))
         };
-        tables_in(&folder.join("records")).into_iter().rev().find_map(name_in)
+        tables_in(&folder.join("records")).into_iter().rev().find_map(|(path, _)| name_in(path))
     }
 
     /// Removes all rows of a results folder.
@@ -356,11 +364,13 @@ fn checksum(text: &str) -> String {
     sha256(text)[..16].to_owned()
 }
 
-/// The tables of a store, in the order in which they were begun; those of an older layout are logs.
-fn tables_in(records: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(records).into_iter().flatten();
-    let mut tables: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    tables.retain(|path| path.extension().is_some_and(|own| own == "csv" || own == "log") && path.is_file());
+/// The tables of a store with their lengths, in the order in which they were begun; those of an older layout are logs.
+fn tables_in(records: &Path) -> Vec<(PathBuf, u64)> {
+    let entries = std::fs::read_dir(records).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+    let tables = entries.filter(|path| path.extension().is_some_and(|own| own == "csv" || own == "log"));
+    let length = |path: &PathBuf| path.metadata().ok().filter(|found| found.is_file()).map(|found| found.len());
+    let mut tables: Vec<_> =
+        tables.filter_map(|path| Some((length(&path)?, path))).map(|(n, path)| (path, n)).collect();
     tables.sort();
     tables
 }
@@ -383,7 +393,7 @@ mod tests {
     }
 
     fn table(folder: &Path) -> PathBuf {
-        tables_in(&folder.join("records")).remove(0)
+        tables_in(&folder.join("records")).remove(0).0
     }
 
     #[test]
@@ -408,7 +418,7 @@ mod tests {
     fn a_row_that_is_damaged_and_all_below_a_damaged_head_are_named() {
         let folder = tempfile::tempdir().unwrap();
         ["aa", "bb"].into_iter().try_for_each(|id| open(folder.path()).append(stored(id))).unwrap();
-        let [path, other] = <[PathBuf; 2]>::try_from(tables_in(&folder.path().join("records"))).unwrap();
+        let [(path, _), (other, _)] = <[_; 2]>::try_from(tables_in(&folder.path().join("records"))).unwrap();
         let whole = std::fs::read_to_string(&path).unwrap();
         let row = std::fs::read_to_string(other).unwrap().lines().nth(2).unwrap().to_owned();
         let whole = format!("{whole}{}\n{row}\n", row.replace("bb,", "cc,"));
