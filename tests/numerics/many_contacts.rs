@@ -5,11 +5,12 @@
 use crate::support::*;
 
 fn spec(case: &str, set: &[(&str, &str)], duration: f64, macro_step: f64) -> RunSpec {
-    RunSpec { duration, macro_step, ..spec_with(case, "rim-nonsmooth-gap", &[], set) }
+    spec_with(case, "rim-nonsmooth-gap", &[], set)
+        .changed(|own| (own.duration, own.macro_step) = (duration, macro_step))
 }
 
 fn of_everything(spec: &RunSpec) -> RunSpec {
-    RunSpec { solver: opaque_active_set(), ..with_opaque_solver(spec) }
+    with_opaque_solver(spec).changed(|own| own.solver = opaque_active_set())
 }
 
 const H: f64 = 1e-3;

@@ -266,7 +266,7 @@ proptest! {
         }
         let store = open(folder.path());
         let runs: BTreeSet<u8> = best.keys().map(|(run, _)| *run).collect();
-        prop_assert_eq!((store.len(), store.damaged.len()), (runs.len(), damaged));
+        prop_assert_eq!((store.run_ids().len(), store.damaged.len()), (runs.len(), damaged));
         for run in 0..5 {
             let id = format!("{run:016x}");
             let wanted = best.range((run, false)..=(run, true)).map(|(_, (_, row))| row);

@@ -138,7 +138,7 @@ impl<'a> Folder<'a> {
     }
 
     /// Reads the folder again, for what others have stored meanwhile, and writes the result files if no run is missing. Returns the places
-    /// of those that are, and how many runs are stored that are not of the plan. `held` is a reference that is at hand, with the place of
+    /// of those that are, and if any is how many runs are stored that are not of the plan. `held` is a reference that is at hand, with the place of
     /// a run that it belongs to.
     ///
     /// # Errors
@@ -160,12 +160,13 @@ impl<'a> Folder<'a> {
             }
         };
         let missing = folder.missing(plan);
-        let stored = plan.iter().filter(|run| folder.store.get(&run.id).is_some());
-        let stored = stored.map(|run| run.id.as_str()).collect::<HashSet<_>>().len();
         if missing.is_empty() {
             folder.export(job, plan, held, stop)?;
+            return Ok((missing, 0));
         }
-        Ok((missing, folder.store.len() - stored))
+        let planned: HashSet<&str> = plan.iter().map(|run| run.id.as_str()).collect();
+        let unplanned = folder.store.run_ids().difference(&planned).count();
+        Ok((missing, unplanned))
     }
 
     /// Writes the result files, in the order of the plan.

@@ -90,7 +90,8 @@ pub struct Summary {
     pub damaged: Vec<Damaged>,
     /// Runs of the whole experiment that are not stored yet.
     pub missing: usize,
-    /// Stored runs that are not of the experiment as it is; only [`collect_shards`](crate::collect_shards) counts them.
+    /// Stored runs that are not of the experiment as it is, where some are missing; only [`collect_shards`](crate::collect_shards) counts
+    /// them.
     pub unplanned: usize,
 }
 

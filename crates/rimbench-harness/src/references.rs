@@ -154,7 +154,7 @@ mod tests {
             let mut request = RunRequest::of(case, "zero-order-hold");
             request.set = set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
             let mut spec = request.resolve(&Catalogue::standard()).unwrap();
-            spec.wall_limit = Some(Duration::from_nanos(1));
+            spec = spec.with(|own| own.wall_limit = Some(Duration::from_nanos(1))).unwrap();
             let found = obtain_reference(&spec, &Cache::in_folder(folder.path()), StopFlag::never());
             // One that is there before the watchdog has looked is as good.
             let quick = found.is_ok() && set.is_none();
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn a_panic_inside_a_reference_with_a_limit_ends_it() {
         let mut spec = RunRequest::of("wedge-box", "zero-order-hold").resolve(&Catalogue::standard()).unwrap();
-        spec.wall_limit = Some(std::time::Duration::from_secs(60));
+        spec = spec.with(|own| own.wall_limit = Some(std::time::Duration::from_secs(60))).unwrap();
         let solve = || within_limit(&spec, StopFlag::never(), |_| -> Result<()> { panic!("a defect") });
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(solve)).is_err());
     }
@@ -202,7 +202,7 @@ mod tests {
         let experiment = crate::Experiment::parse("a.toml".as_ref(), text.to_owned()).unwrap();
         let plan = experiment.plan(&Catalogue::standard(), false).unwrap();
         let mut found = References::default();
-        let limited = RunSpec { wall_limit: Some(Duration::from_secs(1)), ..plan[0].spec.clone() };
+        let limited = plan[0].spec.with(|own| own.wall_limit = Some(Duration::from_secs(1))).unwrap();
         for spec in [&limited, &plan[1].spec, &plan[0].spec, &plan[1].spec, &limited] {
             found.note(spec);
         }

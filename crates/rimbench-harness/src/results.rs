@@ -66,6 +66,9 @@ fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'sta
     names
 }
 
+/// Columns of `cost.csv` that the plan says.
+const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "phase"];
+
 /// Name of the trace of a run.
 pub(super) fn trace_name(run_id: &str) -> String {
     format!("{run_id}.csv")
@@ -83,10 +86,11 @@ pub(super) fn write_tables<'a>(
 ) -> Result<()> {
     let (plan, kept) = (plan_header(planned), findings_header(experiment, planned));
     let costs = names_of(|each| Costs::default().columns(each));
+    let of_cost: Vec<usize> = (0..plan.len()).filter(|&at| COST_PLAN.contains(&plan[at])).collect();
     let origin = names_of(|each| RunOrigin::default().columns(each));
     let header = [
         [&plan[..], &kept, &["wall_limit_s", "trace"]].concat(),
-        [&["run_id", "label", "macro_step_s", "phase"][..], &costs].concat(),
+        [&COST_PLAN[..], &costs].concat(),
         [&["run_id"][..], &origin].concat(),
     ];
     let mut tables = header.map(|header| row(&header) + "\n");
@@ -103,9 +107,10 @@ pub(super) fn write_tables<'a>(
         let [runs, cost, provenance] = &mut tables;
         let limit = stored.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-        *runs += &[&row(&plan_cells(run, &plan)), &findings, &limit, &trace].map(String::as_str).join(",");
-        let of_plan = row(&[&run.id, &run.label, &number(run.spec.macro_step), &number(run.spec.phase)]);
-        *cost += &[of_plan, line_of(|each| stored.costs.columns(each))].join(",");
+        let cells = plan_cells(run, &plan);
+        *runs += &[&row(&cells), &findings, &limit, &trace].map(String::as_str).join(",");
+        let of_cost: Vec<&str> = of_cost.iter().map(|&at| &*cells[at]).collect();
+        *cost += &[row(&of_cost), line_of(|each| stored.costs.columns(each))].join(",");
         *provenance += &[&run.id, &*line_of(|each| stored.origin.columns(each))].join(",");
         tables.iter_mut().for_each(|table| table.push('\n'));
     }

@@ -153,17 +153,9 @@ impl Store {
         }
     }
 
-    /// Returns the number of runs stored.
-    pub fn len(&self) -> usize {
-        match self.rows.len() {
-            0 | 1 => self.rows.values().map(HashMap::len).sum(),
-            _ => self.rows.values().flat_map(HashMap::keys).collect::<HashSet<_>>().len(),
-        }
-    }
-
-    /// Tells whether no run is stored.
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+    /// Lists the runs that were stored when the store was opened.
+    pub fn run_ids(&self) -> HashSet<&str> {
+        self.rows.values().flat_map(HashMap::keys).map(|id| &**id).collect()
     }
 
     /// Returns the rows of a run that were stored when the store was opened, one for each thing that was asked of it.
@@ -482,6 +474,6 @@ mod tests {
             assert!(message("test.toml", "").contains(wanted), "{}", message("test.toml", ""));
         }
         Store::clear(folder.path()).unwrap();
-        assert!(open(folder.path()).is_empty());
+        assert!(open(folder.path()).run_ids().is_empty());
     }
 }

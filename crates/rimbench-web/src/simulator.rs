@@ -134,7 +134,7 @@ fn reference(spec: &RunSpec) -> Result<Reference> {
         case.defaults.reference_step_s *= coarser;
         case.defaults.reference_sampling_s *= coarser;
         let step = case.defaults.reference_step_s;
-        let solution = Reference::solution(&RunSpec { case: case.into(), ..spec.clone() }, 1, StopFlag::never())?;
+        let solution = Reference::solution(&spec.with(|own| own.case = case.into())?, 1, StopFlag::never())?;
         Ok::<_, Error>((solution, step))
     };
     // An impact in the heap of the crane takes the program's step.

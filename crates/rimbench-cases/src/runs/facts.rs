@@ -1,6 +1,6 @@
 //! What determines a run, as one list: run id, tables, JSON and plans all read it.
 
-use super::spec::RunSpec;
+use super::spec::{RunSettings, RunSpec};
 use crate::metrics::{METRICS, Only};
 use rimbench_core::cosim::StepControl;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
@@ -93,7 +93,7 @@ impl RunSpec {
 
     /// Lists everything that determines the run.
     pub fn facts(&self) -> Vec<Fact> {
-        let RunSpec {
+        let RunSettings {
             case,
             parameters,
             scheme,
@@ -116,7 +116,7 @@ impl RunSpec {
             // Neither says anything of how the run goes.
             predict_growth: _,
             wall_limit: _,
-        } = self;
+        } = &**self;
         let of_model = |name, text: Option<String>| Fact { name, value: text.map(FactValue::Text) };
         let rule = step_control.as_ref();
         vec![

@@ -23,4 +23,4 @@ pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscill
 pub use reference::{DIVERGENCE_FACTOR, NO_FORCE, Reference};
 pub use request::{Given, RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
-pub use spec::RunSpec;
+pub use spec::{RunSettings, RunSpec};

@@ -21,7 +21,7 @@ use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSpec, simulate};
+use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSettings, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Pool;
@@ -388,7 +388,7 @@ impl AdviceRow {
 
     /// The form in words.
     pub fn form(&self) -> String {
-        let RunSpec { sequence, force_return, mechanics_steps, .. } = &self.first;
+        let RunSettings { sequence, force_return, mechanics_steps, .. } = &*self.first;
         let steps = match mechanics_steps {
             MechanicsSteps::AsActuator => "as many mechanics steps as micro steps".to_owned(),
             MechanicsSteps::Count(count) if count.get() == 1 => "1 mechanics step".to_owned(),

@@ -115,8 +115,10 @@ impl Experiment {
                             let request = self.request(entry, request, macro_step, phase);
                             let spec = request.resolve_for(catalogue, case, parameters);
                             let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
-                            spec.audit = self.audit && spec.not_auditable().is_none();
-                            spec.predict_growth = predict_growth;
+                            let audit = self.audit && spec.not_auditable().is_none();
+                            if audit || predict_growth {
+                                spec = spec.with(|own| (own.audit, own.predict_growth) = (audit, predict_growth))?;
+                            }
                             let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
                             let rejected_draws = *rejected_draws;
                             Ok(PlannedRun { id: spec.id(), spec, label, pooled_set, rejected_draws })
