@@ -1,6 +1,6 @@
 //! `rimbench run --collect`: merges shards.
 
-use super::{claims_list, print, warn_of_cache};
+use super::{claims_list, damaged_lines, print, warn_of_cache};
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -27,16 +27,17 @@ pub(super) fn collect(
     let (summary, first_missing) = collect_shards(job, &others)?;
     warn_of_cache(&cache);
     print(&format!(
-        "{} of {} runs in {}: {} taken over, {} damaged records left out",
+        "{} of {} runs in {}: {} taken over, {} damaged rows left out",
         summary.planned - summary.missing,
         summary.planned,
         folder.display(),
         summary.computed,
-        summary.damaged,
+        summary.damaged.len(),
     ))?;
+    damaged_lines(&summary.damaged).iter().try_for_each(|line| print(line))?;
     if summary.missing > 0 && summary.unplanned > 0 {
         let count = summary.unplanned;
-        print(&format!("records of other runs: {count}; has a case file changed, or the experiment?"))?;
+        print(&format!("rows of other runs: {count}; has a case file changed, or the experiment?"))?;
     }
     for run in &first_missing {
         let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);

@@ -36,7 +36,7 @@ use rimbench::error::{Error, Result};
 use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
 use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, standard_output};
-use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
+use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell};
 use rimbench::runs::RunRequest;
 use screen::{Mood, headline, paragraph, width};
 use std::borrow::Cow;
@@ -225,6 +225,16 @@ fn print(text: &str) -> anyhow::Result<()> {
 /// Prints a value as JSON, for programs.
 fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     print(&serde_json::to_string_pretty(value)?)
+}
+
+/// Names the rows that could not be read, the first of many.
+fn damaged_lines(damaged: &[Damaged]) -> Vec<String> {
+    const TOLD: usize = 20;
+    let line =
+        |place: &Damaged| format!("{place}: the row is damaged, and its run is computed again if it belongs here");
+    let more = damaged.len().saturating_sub(TOLD);
+    let more = (more > 0).then(|| format!("… and {more} more rows that are damaged"));
+    damaged.iter().take(TOLD).map(line).chain(more).collect()
 }
 
 /// How good what FMUs were probed for is, a line for each of them.

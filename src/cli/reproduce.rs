@@ -13,7 +13,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
 use rimbench::figures::style::Styles;
-use rimbench::harness::{Cache, CheckedClaim, Job, Store, Verdict, check_claims, run_job};
+use rimbench::harness::{Cache, CheckedClaim, Job, Verdict, check_claims, run_job};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -70,8 +70,6 @@ impl Reproduce {
             not_completed += summary.not_completed;
             progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
             claims.extend(check_claims(experiment, catalogue, &folder)?);
-            // All is exported; what is to be resumed is for `run`.
-            Store::clear(&folder)?;
         }
         progress.about("drawing figures");
         write_both(&group, &claims)?;

@@ -8,7 +8,7 @@ use super::project::Project;
 use super::screen::{Mood, verdict};
 use super::submit::Submit;
 use super::summary::remarks;
-use super::{Format, INTERRUPTED, claims_list, print, probe_lines, warn_of_cache};
+use super::{Format, INTERRUPTED, claims_list, damaged_lines, print, probe_lines, warn_of_cache};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -120,12 +120,7 @@ impl Run {
         warn_of_cache(&cache);
         // Those of references are among them.
         probe_lines(&notes.probed()).iter().try_for_each(|line| print(line))?;
-        if summary.damaged > 0 {
-            print(&format!(
-                "{} damaged records were left out and computed again where they belong here",
-                summary.damaged
-            ))?;
-        }
+        damaged_lines(&summary.damaged).iter().try_for_each(|line| print(line))?;
         if interruption.is_asked() && summary.missing > 0 {
             print("Stopped. What is stored is kept; the same command goes on from there.")?;
             return Ok(ExitCode::from(INTERRUPTED));

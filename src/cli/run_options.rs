@@ -3,7 +3,7 @@
 use super::number::seconds;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use rimbench::error::{Error, Result};
-use rimbench::runs::{RunOption, RunRequest};
+use rimbench::runs::{Given, RunOption, RunRequest};
 
 /// Options that name one run among those that a command makes itself when it scans.
 const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
@@ -11,8 +11,8 @@ const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
 /// Case, scheme and everything else that determines a run; without macro step and phase where the command goes through those.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions<const SCANS: bool, const ONE_SCHEME: bool = true> {
-    /// Keys with the texts given.
-    given: Vec<(&'static str, String)>,
+    /// Keys with what was given, a time in seconds.
+    given: Vec<(&'static str, Given)>,
     /// Parameters of the case, each as `key=value`.
     set: Vec<String>,
 }
@@ -21,8 +21,8 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> RunOptions<SCANS, ONE_SCHEME> {
     /// What was asked for.
     pub(super) fn request(&self) -> Result<RunRequest> {
         let mut request = RunRequest::default();
-        for (key, text) in &self.given {
-            request.put(key, text)?;
+        for (key, value) in &self.given {
+            request.put(key, value.clone())?;
         }
         request.set = assignments(&self.set)?;
         Ok(request)
@@ -62,8 +62,8 @@ fn is_time(option: &RunOption) -> bool {
 /// The options of a request as they would be typed.
 pub(super) fn typed(request: &RunRequest) -> String {
     let mut words = String::new();
-    for (key, text) in request.texts() {
-        words += &format!(" --{} {text}", flag(key));
+    for (key, value) in request.given() {
+        words += &format!(" --{} {value}", flag(key));
     }
     for (key, value) in &request.set {
         words += &format!(" --set {key}={value}");
@@ -97,11 +97,11 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> FromArgMatches for RunOptions<SC
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {
         let given = |option: &'static RunOption| {
-            let text = match is_time(option) {
-                true => format!("{:?}", matches.get_one::<f64>(option.key)?),
-                false => matches.get_one::<String>(option.key)?.clone(),
+            let value = match is_time(option) {
+                true => Given::from(*matches.get_one::<f64>(option.key)?),
+                false => Given::from(matches.get_one::<String>(option.key)?),
             };
-            Some((option.key, text))
+            Some((option.key, value))
         };
         self.given = Self::options().filter_map(given).collect();
         self.set = matches.get_many::<String>("set").into_iter().flatten().cloned().collect();

@@ -3,10 +3,9 @@
 
 use rimbench::cases::{Case, Parameter, Range};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::Outcome;
 use rimbench::error::Error;
 use rimbench::harness::{Experiment, claim_metrics};
-use rimbench::runs::{EvaluatedRun, RunOption, RunRequest};
+use rimbench::runs::{RunOption, RunRequest, counter_names};
 use serde_json::{Map, Value, json};
 
 /// A text that no option takes, so that what refuses it says what it would take.
@@ -37,10 +36,9 @@ pub(super) fn experiment(catalogue: &Catalogue) -> Value {
     case["properties"]["name"] = one_of(names());
     case["allOf"] = catalogue.cases().iter().map(of_case).collect();
     let claim = &mut own["claims"]["items"]["properties"];
-    let counters = EvaluatedRun::not_evaluated(Outcome::Completed).counters();
     claim["case"]["enum"] = names().chain(["all"]).collect();
     claim["metric"]["enum"] = claim_metrics().collect();
-    claim["at_equal"]["enum"] = counters.iter().map(|counter| counter.name).collect();
+    claim["at_equal"]["enum"] = counter_names().into_iter().collect();
     schema
 }
 

@@ -123,10 +123,10 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
     let diverged = matches!(run.outcome, Outcome::Diverged { .. });
     object.number("diverged_at_s", run.outcome.at_s().filter(|_| diverged));
     let of_case: Vec<&str> = run.metrics_of(&spec.case).map(|(metric, _)| metric.name).collect();
-    let findings = run.findings();
+    let findings = run.found.facts();
     let is_metric = |name: &str| METRICS.iter().any(|metric| metric.name == name);
     let shown = findings.iter().filter(|fact| of_case.contains(&fact.name) || !is_metric(fact.name));
-    shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
+    shown.chain(&run.costs.facts()).for_each(|fact| object.fact(fact));
     if !probed.is_empty() {
         let of_fmu = |quality: &ProbeQuality| {
             let mut object = Object::default();
@@ -177,21 +177,18 @@ impl Said<'_> {
         if run.outcome != Outcome::Completed {
             lines.push(format!("  {}", paragraph(&self.why(), 2)));
         }
-        let metric = |name: &str| {
-            let mut all = METRICS.iter().zip(&run.metrics);
-            all.find(|(metric, _)| metric.name == name).and_then(|(_, value)| *value)
-        };
+        let metric = |name: &str| run.found.metric(name);
         if let Some(force) = metric("force_error_rms_n") {
             let peak = match metric("force_error_rms_of_peak") {
                 Some(share) => format!(", {} of the peak", percent(share)),
                 None => format!(", {NO_FORCE}"),
             };
-            let own = run.reference_uncertainty[0].map(|own| format!(" (reference ± {})", quantity(own, "N")));
+            let own = run.found.reference_uncertainty[0].map(|own| format!(" (reference ± {})", quantity(own, "N")));
             let text = format!("{} rms{}{}", quantity(force, "N"), peak, own.unwrap_or_default());
             lines.push(row("force error", &text));
         }
         if let Some(position) = metric("position_error_rms_m") {
-            let own = run.reference_uncertainty[1].map(|own| format!(" (reference ± {})", quantity(own, "m")));
+            let own = run.found.reference_uncertainty[1].map(|own| format!(" (reference ± {})", quantity(own, "m")));
             lines.push(row("position error", &format!("{} rms{}", quantity(position, "m"), own.unwrap_or_default())));
         }
         if let Some(residual) = metric("interface_residual_j") {
@@ -206,18 +203,18 @@ impl Said<'_> {
             let known = metric("heaviness_max").is_some_and(|heaviness| !heaviness.is_nan());
             lines.push(row("model", &if known { self.largest_jump(contacts) } else { NOT_AUDITED.to_owned() }));
         }
-        if let Some(latency) = run.latency {
+        if let Some(latency) = run.costs.latency {
             let most = quantity(latency.max_s, "s");
             let late = match latency.missed_deadlines {
                 0 => String::new(),
-                count => format!("; {count} of {} late", run.work.cosim.macro_steps),
+                count => format!("; {count} of {} late", run.found.work.cosim.macro_steps),
             };
             let text =
                 format!("at most {most} of {} per macro step{late}, on this machine", quantity(spec.macro_step, "s"));
             lines.push(row(if waits(spec) { "wall time" } else { "processor time" }, &text));
         }
         let metrics = run.metrics_of(&spec.case).count();
-        let counters = run.counters().len();
+        let counters = run.found.counters().len();
         let next = match (&run.outcome, &self.trace) {
             (Outcome::Completed, None) => {
                 format!("--all for {metrics} metrics and {counters} counters · --trace FILE for the motion")
@@ -308,10 +305,10 @@ fn tables(spec: &RunSpec, run: &EvaluatedRun) -> String {
         metrics.add_row([metric.name, &value, metric.unit]);
     }
     let mut counters = Table::new(&["counter", "value"]);
-    for fact in run.counters() {
+    for fact in run.found.counters() {
         counters.add_row([fact.name.to_owned(), fact.cell()]);
     }
-    for fact in run.costs() {
+    for fact in run.costs.facts() {
         let cell = match fact.value {
             Some(FactValue::Number(number)) => format!("{number:.3e}"),
             _ => fact.cell(),

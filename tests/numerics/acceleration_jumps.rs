@@ -44,12 +44,11 @@ fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvat
 /// On the wedge box the disc comes to the corner and to the ramp.
 #[test]
 fn a_model_that_knows_the_next_kink_has_less_error_on_the_wedge_box() {
-    let spec = |motion, phase: u32| RunSpec {
-        mechanics_integrator: MechanicsIntegrator::EventSplit,
-        actuator_integrator: ActuatorIntegrator::Midpoint,
-        model: moving(motion),
-        phase: f64::from(phase) / 8.0,
-        ..usual_spec("wedge-box", "rim-nonsmooth-gap", 5e-3)
+    let spec = |motion, phase: u32| {
+        usual_spec("wedge-box", "rim-nonsmooth-gap", 5e-3).changed(|own| {
+            (own.mechanics_integrator, own.actuator_integrator, own.model, own.phase) =
+                (MechanicsIntegrator::EventSplit, ActuatorIntegrator::Midpoint, moving(motion), f64::from(phase) / 8.0)
+        })
     };
     let error = |motion| {
         let errors = (1..=8).map(|phase| {
@@ -67,7 +66,8 @@ fn a_model_that_knows_the_next_kink_has_less_error_on_the_wedge_box() {
 fn where_the_geometry_has_no_kink_a_piecewise_model_is_a_frozen_one_to_the_bit() {
     for case in ["crane-set-down", "disc-row", "gripper"] {
         let digits = |motion| {
-            let spec = RunSpec { model: moving(motion), duration: 0.5, ..usual_spec(case, "rim-nonsmooth-gap", 5e-3) };
+            let spec = usual_spec(case, "rim-nonsmooth-gap", 5e-3)
+                .changed(|own| (own.model, own.duration) = (moving(motion), 0.5));
             bits(&run(&spec).trajectory)
         };
         assert_eq!(digits(ModelMotion::Piecewise), digits(ModelMotion::Frozen), "{case}");

@@ -13,7 +13,7 @@ fn none_of_six_passive_actuators_gains_energy_against_the_admissible_model_and_m
         let growth = |scheme: &str| {
             let usual = usual_spec("random-body", scheme, 0.02);
             let set: Vec<_> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
-            let run = run(&RunSpec { parameters: case_with("random-body", &set).1, ..usual });
+            let run = run(&usual.changed(|own| own.parameters = case_with("random-body", &set).1));
             let most = largest(column(&run.trajectory, "energy_growth"));
             // A run that cannot go on has grown beyond bounds.
             if run.report.outcome == Outcome::Completed { most } else { f64::INFINITY }

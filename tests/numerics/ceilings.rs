@@ -8,7 +8,7 @@ const ITERATED: &str = "iterated-aitken";
 
 fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macro_step: f64) -> RunSpec {
     let spec = in_sequence(set_spec(case, set, scheme, macro_step), sequence);
-    RunSpec { micro_step: macro_step, duration: 1.0, ..spec }
+    spec.changed(|own| (own.micro_step, own.duration) = (macro_step, 1.0))
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn trapezoidal(h: f64, steps: usize) -> Vec<Vector4<f64>> {
 fn two_masses(scheme: &str, coupling: &str, sequence: Sequence, macro_step: f64) -> RunResult {
     let set = [("variant", "1"), ("integrator", "trapezoidal"), ("coupling", coupling)];
     let spec = spec("linear-oscillator", &set, scheme, sequence, macro_step);
-    run(&RunSpec { force_return: rimbench::cosim::ForceReturn::Held, ..spec })
+    run(&spec.changed(|own| own.force_return = rimbench::cosim::ForceReturn::Held))
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn the_monolithic_scheme_must_be_the_monolithic_rule_whatever_the_macro_step() {
     let (h, duration) = (5e-5, 0.4);
     let reference = wedge_box_monolithic(h, 5e-3, duration, |_, _| {});
     for macro_step in [5e-3, 2e-2] {
-        let result = run(&RunSpec { duration, ..wedge_box_spec("monolithic", macro_step) });
+        let result = run(&wedge_box_spec("monolithic", macro_step).changed(|own| own.duration = duration));
         assert_eq!(result.report.outcome, Outcome::Completed);
         let every = (macro_step / 5e-3_f64).round() as usize;
         for name in ["actuator_length_m", "actuator_force_n"] {

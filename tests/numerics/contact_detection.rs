@@ -194,7 +194,7 @@ fn each_scheme_has_the_detection_that_is_written_down() {
         ("interface-jacobian", None),
         ("zero-order-hold", None),
     ] {
-        let usual = wedge_box_spec(scheme, 5e-3).model.and_then(|model| model.detection);
+        let usual = wedge_box_spec(scheme, 5e-3).model.as_ref().and_then(|model| model.detection);
         assert_eq!(usual.map(|detection| detection.to_string()).as_deref(), wanted, "{scheme}");
     }
 }

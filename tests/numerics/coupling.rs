@@ -12,7 +12,9 @@ const WHOLE_MODEL: [&str; 4] = ["rim-smooth", "rim-smooth-active", "rim-nonsmoot
 fn on_the_ledge(scheme: &str, macro_step: f64, force_return: ForceReturn, steps: MechanicsSteps) -> RunResult {
     let usual = wedge_box_spec(scheme, macro_step);
     let (sequence, duration) = (ACTUATOR_FIRST, 0.4);
-    completed(&RunSpec { force_return, mechanics_steps: steps, sequence, duration, ..usual })
+    completed(&usual.changed(|own| {
+        (own.force_return, own.mechanics_steps, own.sequence, own.duration) = (force_return, steps, sequence, duration)
+    }))
 }
 
 /// What rounding may do to force and length of the wedge box on the ledge.
@@ -48,7 +50,7 @@ fn schemes_must_not_differ_while_no_contact_opens_or_closes() {
 fn at_the_touch_down_the_smooth_model_must_lock_and_the_nonsmooth_ones_must_not() {
     for phase in [0.2, 0.4, 0.6, 0.8, 1.0] {
         for scheme in RIM {
-            let result = run(&RunSpec { phase, ..wedge_box_spec(scheme, 5e-3) });
+            let result = run(&wedge_box_spec(scheme, 5e-3).changed(|own| own.phase = phase));
             let all = |name: &str| column(&result.trajectory, name);
             let heaviest = largest(all("effective_mass_kg"));
             let peak = largest(all("actuator_force_n").into_iter().map(f64::abs));

@@ -107,7 +107,8 @@ fn what_the_solvers_create_must_vanish_with_all_steps_together() {
     let residuals: Vec<(f64, f64)> = [4e-4, 2e-4, 1e-4, 5e-5]
         .into_iter()
         .map(|step| {
-            let spec = RunSpec { micro_step: 0.25 * step, duration: 1.6, ..wedge_box_spec("rim-nonsmooth-gap", step) };
+            let spec = wedge_box_spec("rim-nonsmooth-gap", step)
+                .changed(|own| (own.micro_step, own.duration) = (0.25 * step, 1.6));
             let audit = run(&spec).report.audit;
             (step, audit.integration().unwrap().abs())
         })

@@ -393,7 +393,13 @@ fn the_jump_of_a_bilateral_contact_with_friction_is_that_of_the_whole_body() {
 fn on_the_wedge_box_with_friction_a_model_that_decides_once_per_macro_step_sticks_too_long() {
     let [smooth, pushes] = ["rim-smooth-active", "rim-nonsmooth"].map(|scheme| {
         let spec = spec_with("wedge-box-friction", scheme, &[("macro_step_s", "2e-2")], &[("friction", "0.3")]);
-        run(&RunSpec { audit: true, ..spec }).report.audit.model.unwrap().largest.map(|jump| (jump.energy, jump.by))
+        run(&spec.changed(|own| own.audit = true))
+            .report
+            .audit
+            .model
+            .unwrap()
+            .largest
+            .map(|jump| (jump.energy, jump.by))
     });
     assert!(smooth.is_some_and(|(energy, by)| energy >= 1.0 && by == Creation::Stick), "{smooth:?}");
     assert!(pushes.is_none_or(|(energy, _)| energy <= 0.1), "{pushes:?}");

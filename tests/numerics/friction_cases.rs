@@ -127,10 +127,10 @@ fn the_energy_of_every_case_with_friction_must_close_with_every_model_and_fricti
 #[test]
 fn what_contacts_do_must_be_held_against_the_same_contacts_of_the_reference() {
     let judged = |case: Arc<Case>| {
-        let spec =
-            RunSpec { case, ..spec_with("rocking-block-friction", "rim-nonsmooth-gap", &[("duration_s", "0.5")], &[]) };
+        let spec = spec_with("rocking-block-friction", "rim-nonsmooth-gap", &[("duration_s", "0.5")], &[])
+            .changed(|own| own.case = case);
         let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
-        let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
+        let facts = evaluate(&spec, run(&spec), &reference).unwrap().found.facts();
         let fact = |name: &str| facts.iter().find(|fact| fact.name == name).unwrap().cell().parse::<f64>().unwrap();
         (fact("wrong_friction_state_share"), fact("stick_intervals"))
     };

@@ -1,8 +1,7 @@
 //! Results that may not change silently: a digit that moves forces the numerics version up.
 
-use crate::support::{run, schemes, usual_spec};
+use crate::support::{Changed, run, schemes, usual_spec};
 use rimbench::numerics_version::NUMERICS_VERSION;
-use rimbench::runs::RunSpec;
 
 /// The version that `GOLDEN` belongs to.
 const GOLDEN_VERSION: u32 = 14;
@@ -47,7 +46,7 @@ fn end_of_run(name: &str) -> (f64, f64) {
         _ => 0.15,
     };
     let case = if name == "rim-split" { "gripper" } else { "wedge-box" };
-    let spec = RunSpec { phase: 0.3, duration, ..usual_spec(case, name, 1e-3) };
+    let spec = usual_spec(case, name, 1e-3).changed(|own| (own.phase, own.duration) = (0.3, duration));
     let (run, row) = (run(&spec).trajectory, &spec.case.interface_columns[0]);
     let last = |name| run.row(run.len() - 1)[run.index_of(name).unwrap()];
     (last(&row.position), last(&row.force))

@@ -4,13 +4,13 @@ use crate::support::*;
 
 fn spec(case: &str, macro_step: f64, sequence: Sequence) -> RunSpec {
     let spec = in_sequence(usual_spec(case, "hydraulic-line", macro_step), sequence);
-    RunSpec { mechanics_steps: ALL, phase: 0.3, ..spec }
+    spec.changed(|own| (own.mechanics_steps, own.phase) = (ALL, 0.3))
 }
 
 #[test]
 fn the_three_sequences_give_one_result() {
     for (case, duration) in [("wedge-box", 1.72), ("gripper", 0.6), ("hydraulic-crane", 0.5)] {
-        let runs = SEQUENCES.map(|sequence| run(&RunSpec { duration, ..spec(case, 1e-3, sequence) }));
+        let runs = SEQUENCES.map(|sequence| run(&spec(case, 1e-3, sequence).changed(|own| own.duration = duration)));
         for other in &runs {
             assert_eq!(other.report.outcome, Outcome::Completed, "{case}");
             assert_eq!(other.trajectory, runs[0].trajectory, "{case}");
@@ -24,7 +24,9 @@ fn against_the_chambers_the_order_is_two() {
     let (duration, micro_step) = (0.3, 1e-5);
     let at = |scheme: &str, macro_step: f64| {
         let usual = usual_spec("wedge-box", scheme, macro_step);
-        let run = completed(&RunSpec { micro_step, duration, mechanics_steps: ALL, ..usual });
+        let run = completed(
+            &usual.changed(|own| (own.micro_step, own.duration, own.mechanics_steps) = (micro_step, duration, ALL)),
+        );
         run.trajectory
     };
     let points: Vec<(f64, f64)> = [2e-3, 1e-3, 5e-4]
@@ -44,7 +46,9 @@ fn the_account_closes_with_and_without_smoothing() {
     for (case, duration) in [("wedge-box", 1.72), ("gripper", 0.6)] {
         for gain in [0.0, 0.2] {
             let name = format!("{case}, α = {gain}");
-            let result = run(&RunSpec { duration, gain: Some(gain), ..spec(case, 1e-3, Sequence::Jacobi) });
+            let result =
+                run(&spec(case, 1e-3, Sequence::Jacobi)
+                    .changed(|own| (own.duration, own.gain) = (duration, Some(gain))));
             assert_eq!(result.report.outcome, Outcome::Completed, "{name}");
             let audit = result.report.audit;
             let (closure, pump) = (audit.closure().unwrap(), audit.accounts.actuator.unwrap().pump);

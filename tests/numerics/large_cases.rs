@@ -145,7 +145,7 @@ fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link()
 fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_one() {
     let chain = Chain { links: 160, ..Chain::defaults() };
     let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 1e-3);
-    spec.parameters.set("links", "160").unwrap();
+    spec = spec.changed(|own| own.parameters.set("links", "160").unwrap());
     let run = completed(&spec);
     let (time, force) = (column(&run.trajectory, "time_s"), column(&run.trajectory, "actuator_force_n"));
     let platform = 9.81;
@@ -167,8 +167,8 @@ fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_on
 /// A whole run of a chain with beads of so many pieces.
 fn run_of_chain(links: &str, pieces: &str) -> RunResult {
     let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 2e-3);
-    spec.parameters.set("links", links).unwrap();
-    spec.parameters.set("bead_pieces", pieces).unwrap();
+    spec = spec.changed(|own| own.parameters.set("links", links).unwrap());
+    spec = spec.changed(|own| own.parameters.set("bead_pieces", pieces).unwrap());
     run(&spec)
 }
 
@@ -230,7 +230,7 @@ fn the_jerk_of_the_rope_takes_the_whole_column_along_and_keeps_the_momentum() {
 #[test]
 fn floor_and_then_rope_carry_the_column_of_the_shaft() {
     let mut spec = usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3);
-    SHAFT.into_iter().for_each(|(key, value)| spec.parameters.set(key, value).unwrap());
+    spec = spec.changed(|own| SHAFT.into_iter().for_each(|(key, value)| own.parameters.set(key, value).unwrap()));
     let run = completed(&spec);
     let of = |name: &str| column(&run.trajectory, name);
     let (time, weight) = (of("time_s"), COLUMN * 9.81);
@@ -258,14 +258,14 @@ fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
     let closures = run.report.audit.accounts.map(|account| account.unwrap().closure());
     assert!(closures.iter().all(|closure| closure.abs() < 1e-6), "{closures:?}");
     // However few are listed, and in whatever rows: it is the same motion.
-    of_few.parameters.set("list_reach_radii", "0.3").unwrap();
+    of_few = of_few.changed(|own| own.parameters.set("list_reach_radii", "0.3").unwrap());
     let few = crate::support::run(&of_few);
     for name in ["theta_1_rad", "load_y_m", "heap_height_m", "contact_force_rope_n", "closed_contacts"] {
         let (off, scale) = apart(&run.trajectory, &few.trajectory, name);
         assert!(off < 1e-9 * scale, "{name}: off by {off:e} of {scale}");
     }
     // A list that discs leave within a step misses contacts, and says so.
-    of_few.parameters.set("list_reach_radii", "0.01").unwrap();
+    of_few = of_few.changed(|own| own.parameters.set("list_reach_radii", "0.01").unwrap());
     let outcome = crate::support::run(&of_few).report.outcome;
     assert!(matches!(&outcome, Outcome::OutOfRange { quantity, .. } if quantity == "gap_not_listed_m"), "{outcome:?}");
 }

@@ -31,7 +31,7 @@ fn samples_that_are_all_in_time_must_change_no_bit() {
     for (scheme, options) in options {
         let options = [options, &[("duration_s", "0.3"), ("phase", "0.4")]].concat();
         let in_time = late("wedge-box", scheme, "1e-3", &options);
-        let delivered = RunSpec { delivery: Some(Delivery::default()), ..in_time.clone() };
+        let delivered = in_time.changed(|own| own.delivery = Some(Delivery::default()));
         assert_eq!(bits(&run(&in_time).trajectory), bits(&run(&delivered).trajectory), "{scheme}");
     }
 }
@@ -45,7 +45,7 @@ fn an_exact_model_that_catches_up_must_bridge_any_delay_without_error() {
         for delivery in ["delay:1", "delay:7", "delay:2,jitter:3,loss:0.3,seed:5"] {
             let mut spec = in_time.clone();
             let channel: Channel = delivery.parse().unwrap();
-            spec.delivery = Some(Delivery { up: channel, ..Delivery::default() });
+            spec = spec.changed(|own| own.delivery = Some(Delivery { up: channel, ..Delivery::default() }));
             let [fresh, old] = [&in_time, &spec].map(|spec| completed(spec).trajectory);
             let force = spec.case.interface_columns[0].force.clone();
             let (difference, peak) = apart(&fresh, &old, &force);

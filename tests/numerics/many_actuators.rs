@@ -37,7 +37,7 @@ fn the_joint_model_is_gap_tracking_to_the_bit_and_the_mechanics_to_round_off() {
 fn splitting_costs_an_error_of_second_order_or_less_before_anything_touches() {
     for split in ["mean:shares", "mean:rows", "mean:body", "law"] {
         let off = |h: &str| {
-            let short = |split| RunSpec { duration: 0.16, ..split_spec("lift-table", "rim-split", split, h, &[]) };
+            let short = |split| split_spec("lift-table", "rim-split", split, h, &[]).changed(|own| own.duration = 0.16);
             apart(&completed(&short(Some("joint"))).trajectory, &completed(&short(Some(split))).trajectory, "force_1_n")
                 .0
         };
@@ -98,7 +98,7 @@ fn the_correlations_of_the_lift_table_are_those_of_its_geometry() {
     let place = |i: usize| 0.3 * (0.4 * i as f64 - 1.0);
     let h = |i: usize, j: usize| 1.0 + place(i) * place(j) * 12.0 / 1.36;
     let c = DMatrix::from_fn(6, 6, |i, j| h(i, j) / (h(i, i) * h(j, j)).sqrt());
-    let spec = RunSpec { duration: 0.05, ..split_spec("lift-table", "rim-split", None, "5e-3", &SIX) };
+    let spec = split_spec("lift-table", "rim-split", None, "5e-3", &SIX).changed(|own| own.duration = 0.05);
     let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
     let of = |name| metric(&spec, completed(&spec), &reference, name);
     approx::assert_relative_eq!(of("interface_lambda"), c.clone().symmetric_eigenvalues().max(), max_relative = 1e-9);

@@ -5,11 +5,12 @@
 use crate::support::*;
 
 fn spec(case: &str, set: &[(&str, &str)], duration: f64, macro_step: f64) -> RunSpec {
-    RunSpec { duration, macro_step, ..spec_with(case, "rim-nonsmooth-gap", &[], set) }
+    spec_with(case, "rim-nonsmooth-gap", &[], set)
+        .changed(|own| (own.duration, own.macro_step) = (duration, macro_step))
 }
 
 fn of_everything(spec: &RunSpec) -> RunSpec {
-    RunSpec { solver: opaque_active_set(), ..with_opaque_solver(spec) }
+    with_opaque_solver(spec).changed(|own| own.solver = opaque_active_set())
 }
 
 const H: f64 = 1e-3;
@@ -115,16 +116,14 @@ fn contacts_of_which_few_are_coupled_keep_non_zeros_and_others_every_entry() {
 #[test]
 fn what_needs_every_entry_gets_it_and_runs_as_with_every_entry_kept() {
     let usual = spec("disc-pile", &[("columns", "7"), ("layers", "5"), ("wall_gap_m", "0")], 0.02, 5e-3);
-    let asked: [fn(&mut RunSpec); 5] = [
-        |spec| spec.mechanics_integrator = MechanicsIntegrator::Midpoint,
-        |spec| spec.mechanics_integrator = MechanicsIntegrator::EventSplit,
-        |spec| spec.actuator_integrator = ActuatorIntegrator::Midpoint,
-        |spec| spec.belief = Some("mass:1.2".parse().unwrap()),
-        |spec| *spec = spec.clone().audited().unwrap(),
+    let asked = [
+        usual.changed(|own| own.mechanics_integrator = MechanicsIntegrator::Midpoint),
+        usual.changed(|own| own.mechanics_integrator = MechanicsIntegrator::EventSplit),
+        usual.changed(|own| own.actuator_integrator = ActuatorIntegrator::Midpoint),
+        usual.changed(|own| own.belief = Some("mass:1.2".parse().unwrap())),
+        usual.clone().audited().unwrap(),
     ];
-    for (number, ask) in asked.into_iter().enumerate() {
-        let mut spec = usual.clone();
-        ask(&mut spec);
+    for (number, spec) in asked.into_iter().enumerate() {
         let (few, all) = (run(&spec), run(&of_everything(&spec)));
         assert_eq!(few.report.outcome, Outcome::Completed, "{number}");
         let [found, expected] = [&few, &all].map(|run| column(&run.trajectory, "actuator_force_n"));
@@ -132,7 +131,7 @@ fn what_needs_every_entry_gets_it_and_runs_as_with_every_entry_kept() {
         assert!(off <= 1e-9, "{number}: off by {off:e}");
         assert_eq!(few.report.audit.model.is_some(), spec.audit, "{number}");
     }
-    let mut kicked = spec("falling-chain", &[("links", "16")], 0.02, 5e-3);
-    kicked.model.as_mut().unwrap().motion = ModelMotion::HalfKick;
+    let frozen = spec("falling-chain", &[("links", "16")], 0.02, 5e-3);
+    let kicked = frozen.changed(|own| own.model.as_mut().unwrap().motion = ModelMotion::HalfKick);
     assert_eq!(run(&kicked).report.outcome, Outcome::Completed);
 }

@@ -5,12 +5,10 @@ use crate::support::*;
 /// A run with its steps placed by the model, both sides of the second order.
 fn placed(case: &str, kind: StepControl, tolerance: f64, macro_step: f64) -> RunSpec {
     let step_control = StepRule::new(kind, Some(tolerance), None, macro_step).unwrap();
-    RunSpec {
-        step_control,
-        mechanics_integrator: MechanicsIntegrator::EventSplit,
-        actuator_integrator: ActuatorIntegrator::Midpoint,
-        ..usual_spec(case, "rim-nonsmooth-gap", macro_step)
-    }
+    usual_spec(case, "rim-nonsmooth-gap", macro_step).changed(|own| {
+        (own.step_control, own.mechanics_integrator, own.actuator_integrator) =
+            (step_control, MechanicsIntegrator::EventSplit, ActuatorIntegrator::Midpoint)
+    })
 }
 
 /// The spring of the impact oscillator is all there is between the sides: e = k |s_model − s|, s_model being what the actuator was told in
@@ -18,11 +16,8 @@ fn placed(case: &str, kind: StepControl, tolerance: f64, macro_step: f64) -> Run
 #[test]
 fn the_defect_must_be_the_spring_constant_times_what_the_actuator_was_told_wrong() {
     let kind = StepControl::ModelDefectBlind;
-    let spec = RunSpec {
-        actuator_integrator: ActuatorIntegrator::Euler,
-        duration: 1.0,
-        ..placed("impact-oscillator", kind, 1e-4, 1e-2)
-    };
+    let spec = placed("impact-oscillator", kind, 1e-4, 1e-2)
+        .changed(|own| (own.actuator_integrator, own.duration) = (ActuatorIntegrator::Euler, 1.0));
     let result = simulate_inside(&spec, Bounds::default(), None, StopFlag::never()).unwrap();
     let stiffness = spec.parameters.setting::<f64>("spring_stiffness_n_m").unwrap();
     let (told, defects) = (result.report.inside.unwrap(), &result.report.model_defect);
@@ -72,7 +67,7 @@ fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
 #[test]
 fn a_communication_point_must_lie_just_after_each_impact_that_the_model_foresees() {
     let late = |kind| {
-        let spec = RunSpec { duration: 1.5, ..placed("bouncing-ball", kind, 1.0, 1e-2) };
+        let spec = placed("bouncing-ball", kind, 1.0, 1e-2).changed(|own| own.duration = 1.5);
         let shortest = spec.step_control.unwrap().shortest;
         let result = completed(&spec);
         let [time, gap, velocity] =

@@ -30,7 +30,7 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
             }
             let run = run_within(&spec, reference.bounds(&spec).unwrap());
             assert_eq!(run.report.outcome, Outcome::Completed, "{case} {scheme}");
-            let facts = evaluate(&spec, run, &reference).unwrap().findings();
+            let facts = evaluate(&spec, run, &reference).unwrap().found.facts();
             let share = facts.iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap().cell();
             assert!(share.is_empty(), "{case} {scheme}: {share}");
         }
@@ -57,7 +57,7 @@ fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
     let mut wrong = Vec::new();
     for case in cases().iter().filter(|case| !case.interface_columns.is_empty()) {
         let spec = usual_spec(&case.name, "zero-order-hold", case.defaults.macro_step_s);
-        let spec = RunSpec { duration: spec.duration.min(10.0), ..spec };
+        let spec = spec.changed(|own| own.duration = spec.duration.min(10.0));
         let solution = match Reference::exact(&spec, StopFlag::never()).unwrap() {
             Some(reference) => reference.trajectory,
             None => Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).unwrap(),
@@ -152,10 +152,14 @@ fn the_midpoint_rule_must_be_refused_where_contacts_rebound() {
     let mut machines = 0;
     for case in cases() {
         let set = |e: &str| {
-            let mut spec = usual_spec(&case.name, "zero-order-hold", case.defaults.macro_step_s);
-            spec.parameters.set("restitution", e).ok()?;
-            spec.mechanics_integrator = MechanicsIntegrator::Midpoint;
-            spec.duration = 2.0 * spec.macro_step;
+            let usual = usual_spec(&case.name, "zero-order-hold", case.defaults.macro_step_s);
+            let mut parameters = usual.parameters.clone();
+            parameters.set("restitution", e).ok()?;
+            let (rule, duration) = (MechanicsIntegrator::Midpoint, 2.0 * usual.macro_step);
+            let change = |own: &mut RunSettings| {
+                (own.parameters, own.mechanics_integrator, own.duration) = (parameters, rule, duration)
+            };
+            let spec = usual.changed(change);
             Some(run(&spec).report.outcome)
         };
         let Some(with) = set("0.8") else { continue };

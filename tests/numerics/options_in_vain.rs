@@ -1,6 +1,6 @@
 //! Sweeps: an option that changes nothing must not make another run of it, and every parameter must reach run and reference.
 
-use crate::support::{catalogue, schemes};
+use crate::support::{Changed, catalogue, schemes};
 use rimbench::cases::{Parameter, Range, Value};
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
@@ -39,7 +39,7 @@ fn findings(spec: &RunSpec, cache: &Cache) -> Option<Vec<String>> {
     let bits = |row: &[f64]| row.iter().map(|value| format!("{:x}", value.to_bits())).collect::<String>();
     let rows: Vec<String> = run.trajectory.rows().map(bits).collect();
     let found = evaluate(spec, run, &reference).unwrap();
-    began.then(|| rows.into_iter().chain(found.findings().iter().map(|fact| fact.cell())).collect())
+    began.then(|| rows.into_iter().chain(found.found.facts().iter().map(|fact| fact.cell())).collect())
 }
 
 #[test]
@@ -191,8 +191,7 @@ fn a_parameter_of_another_choice_is_refused() {
         let found = |set: &[(String, String)], longer: f64| {
             // A run that diverges early meets little of a manoeuvre: the hold only where no model applies.
             ["rim-nonsmooth-gap", "zero-order-hold"].iter().find_map(|scheme| {
-                let mut spec = resolved(scheme, set).ok()?;
-                spec.duration *= longer;
+                let spec = resolved(scheme, set).ok()?.changed(|own| own.duration *= longer);
                 let run = simulate(&spec, Default::default(), Some(monotonic_clock), StopFlag::never()).ok()?;
                 let began = !matches!(run.report.outcome, Outcome::Skipped { .. });
                 began.then(|| run.trajectory.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>())

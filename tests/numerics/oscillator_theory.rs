@@ -13,7 +13,7 @@ pub const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-ord
 /// A run with one micro step per macro step and one step of the mechanics, unless changed afterwards.
 pub fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_step: f64) -> RunSpec {
     let spec = in_sequence(set_spec(case, set, scheme, macro_step), sequence.parse().unwrap());
-    RunSpec { micro_step: macro_step, mechanics_steps: ONE, ..spec }
+    spec.changed(|own| (own.micro_step, own.mechanics_steps) = (macro_step, ONE))
 }
 
 fn exact(spec: &RunSpec, t: f64) -> Vec<f64> {
@@ -216,7 +216,7 @@ fn growth_rates_by_probing_the_loop_and_by_the_recurrence_on_paper_agree() {
                         let paper = Paper { coupling, order, sequence, micro_steps, damping, macro_step };
                         let set = [("variant", variant), ("coupling", coupling), SAMPLED];
                         let mut spec = spec("linear-oscillator", &set, hold, sequence, macro_step);
-                        spec.micro_step = macro_step / micro_steps as f64;
+                        spec = spec.changed(|own| own.micro_step = macro_step / micro_steps as f64);
                         let probed = spectral_radius(&spec).unwrap();
                         let difference = (probed - paper.spectral_radius()).abs() / probed.max(1.0);
                         if difference > worst.0 {
@@ -276,7 +276,7 @@ fn energy_grows_as_the_spectral_radius_says() {
         let mut spec = spec("linear-oscillator", &[("coupling", coupling)], hold, "jacobi", macro_step);
         let expected = 2.0 * spectral_radius(&spec).unwrap().ln() / macro_step;
         // Long enough for the fastest mode to be alone, short of overflow.
-        spec.duration = (200.0 / expected).max(20.0);
+        spec = spec.changed(|own| own.duration = (200.0 / expected).max(20.0));
         let trajectory = completed(&spec).trajectory;
         let late: Vec<(f64, f64)> =
             trajectory.rows().skip(trajectory.len() / 2).map(|row| (row[0], row[5].ln())).collect();
@@ -292,11 +292,16 @@ fn energy_grows_as_the_spectral_radius_says() {
 // Orders: what is special. That every scheme has its declared order is checked in `schemes.rs`.
 
 /// Order over H, 2 H, 4 H; `change` adapts each run.
-fn measured_order(case: &str, set: &[(&str, &str)], scheme: &str, finest: f64, change: impl Fn(&mut RunSpec)) -> f64 {
+fn measured_order(
+    case: &str,
+    set: &[(&str, &str)],
+    scheme: &str,
+    finest: f64,
+    change: impl Fn(&mut RunSettings),
+) -> f64 {
     let sequence = scheme_by_name(scheme).sequence.to_string();
     let points = [1.0, 2.0, 4.0].map(|times| {
-        let mut spec = spec(case, set, scheme, &sequence, times * finest);
-        change(&mut spec);
+        let spec = spec(case, set, scheme, &sequence, times * finest).changed(&change);
         (times * finest, error_of_positions(&spec, &completed(&spec).trajectory))
     });
     order_of_convergence(&points).unwrap()
@@ -318,7 +323,7 @@ fn an_interface_model_has_no_more_than_the_order_of_the_mechanics() {
     for (case, set, finest) in &SMOOTH[..2] {
         for coupling in ["force-displacement", "force-force"] {
             let set = [*set, &[("coupling", coupling), ("integrator", "semi-implicit-euler")]].concat();
-            let short = |spec: &mut RunSpec| (spec.micro_step, spec.duration) = (1e-6, 0.4);
+            let short = |spec: &mut RunSettings| (spec.micro_step, spec.duration) = (1e-6, 0.4);
             let order = measured_order(case, &set, "rim-smooth", 2.0 * finest, short);
             assert!((order - 1.0).abs() < 0.15, "{case} {coupling}: {order}");
         }
@@ -336,8 +341,8 @@ fn the_smooth_interface_model_is_exact_for_a_free_mass() {
     let end = |stiffness: &str, macro_step: f64| {
         let set = [("stiffness_2_n_m", stiffness), ("integrator", "semi-implicit-euler")];
         let mut spec = spec("linear-oscillator", &set, "rim-smooth", "gauss-seidel", macro_step);
-        spec.force_return = "profile".parse().unwrap();
-        (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-4, ALL, 2.0);
+        spec = spec.changed(|own| own.force_return = "profile".parse().unwrap());
+        spec = spec.changed(|own| (own.micro_step, own.mechanics_steps, own.duration) = (1e-4, ALL, 2.0));
         let trajectory = completed(&spec).trajectory;
         trajectory.row(trajectory.len() - 1).to_vec()
     };
@@ -400,9 +405,9 @@ fn returning_the_mean_force_multiplies_the_limit_of_the_interface_model() {
     let limit = |scheme: &str, force_return: &str| {
         first_unstable(|macro_step| {
             let mut spec = spec("linear-oscillator", &[("variant", "1")], scheme, "gauss-seidel", macro_step);
-            spec.force_return = force_return.parse().unwrap();
-            spec.micro_step = macro_step / 20.0;
-            spec.mechanics_steps = if force_return == "profile" { ALL } else { ONE };
+            spec = spec.changed(|own| own.force_return = force_return.parse().unwrap());
+            spec = spec.changed(|own| own.micro_step = macro_step / 20.0);
+            spec = spec.changed(|own| own.mechanics_steps = if force_return == "profile" { ALL } else { ONE });
             spectral_radius(&spec).unwrap()
         })
     };
@@ -466,7 +471,7 @@ fn the_nonlinear_quarter_car_converges() {
     for (hold, expected) in [(HOLDS[0], 1.0), (HOLDS[1], 2.0)] {
         let points = [4e-3, 2e-3, 1e-3].map(|macro_step| {
             let mut spec = spec("quarter-car", &[("damper", "nonlinear")], hold, "jacobi", macro_step);
-            (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-5, ALL, 2.0);
+            spec = spec.changed(|own| (own.micro_step, own.mechanics_steps, own.duration) = (1e-5, ALL, 2.0));
             let ReferenceMethod::Own(solve) = (spec.case.reference)(&spec.parameters).unwrap() else {
                 panic!("no reference")
             };

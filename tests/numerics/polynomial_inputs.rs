@@ -96,7 +96,7 @@ fn limit_ms(radius: impl Fn(f64) -> f64) -> f64 {
 fn spec(coupling: &str, hold: &str, sequence: &str, macro_step: f64, set: &[(&str, &str)]) -> RunSpec {
     let set = [&[("variant", "1"), ("coupling", coupling)], set].concat();
     let spec = oscillator_theory::spec("linear-oscillator", &set, hold, sequence, macro_step);
-    RunSpec { mechanics_steps: usual_spec("linear-oscillator", hold, macro_step).mechanics_steps, ..spec }
+    spec.changed(|own| own.mechanics_steps = usual_spec("linear-oscillator", hold, macro_step).mechanics_steps)
 }
 
 /// Displacement–displacement, force–force, force–displacement; order 0, 1, 2; ms.
@@ -153,7 +153,9 @@ fn means_over_micro_steps_tend_to_the_polynomial_with_the_square_of_the_micro_st
             let exact = spectral_radius(&spec(coupling, hold, "jacobi", h, &[])).unwrap();
             let off = |micro_steps: f64| {
                 let mut sampled = spec(coupling, hold, "jacobi", h, &[("integrator", "exact-sampled")]);
-                (sampled.micro_step, sampled.mechanics_steps) = (h / micro_steps, MechanicsSteps::AsActuator);
+                sampled = sampled.changed(|own| {
+                    (own.micro_step, own.mechanics_steps) = (h / micro_steps, MechanicsSteps::AsActuator)
+                });
                 (spectral_radius(&sampled).unwrap() - exact).abs()
             };
             let order = (off(4.0) / off(8.0)).log2();

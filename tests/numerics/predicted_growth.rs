@@ -257,11 +257,12 @@ fn on_the_wedge_box_no_run_fails_that_is_predicted_to_be_stable() {
     let (mut both, mut faults) = ([0; 2], Vec::new());
     for (scheme, sequence, force_return, duration) in forms {
         for macro_step in [0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3, 1e-2, 2e-2] {
-            let spec = RunSpec { sequence, force_return, duration, ..wedge_box_spec(scheme, macro_step) };
+            let spec = wedge_box_spec(scheme, macro_step)
+                .changed(|own| (own.sequence, own.force_return, own.duration) = (sequence, force_return, duration));
             let (growth, _) = predicted_growth(&spec).unwrap().unwrap();
             let bounds = wedge_box_reference().bounds(&spec).unwrap();
             let completed = [1.0, 0.618].iter().all(|&phase| {
-                run_within(&RunSpec { phase, ..spec.clone() }, bounds.clone()).report.outcome == Outcome::Completed
+                run_within(&spec.changed(|own| own.phase = phase), bounds.clone()).report.outcome == Outcome::Completed
             });
             let stable = growth <= 1.0 + 1e-9;
             both[usize::from(stable)] += usize::from(stable == completed);

@@ -8,7 +8,7 @@ use std::path::Path;
 /// Jacobi zero-order hold as published: one step of the mechanics per macro step, hydraulics min(H, 0.2 ms).
 fn jacobi_zoh(set: &[(&str, &str)], macro_step: f64, duration: f64) -> RunSpec {
     let usual = set_spec("hydraulic-crane", set, "zero-order-hold", macro_step);
-    RunSpec { micro_step: macro_step.min(2e-4), duration, ..usual }
+    usual.changed(|own| (own.micro_step, own.duration) = (macro_step.min(2e-4), duration))
 }
 
 /// Rows of a whole published series, where the data of others are at hand.
@@ -187,7 +187,10 @@ fn measured_orders_on_the_crane_are_the_declared_ones() {
             .map(|ms| {
                 let usual = usual_spec("hydraulic-crane", scheme, ms as f64 * 1e-3);
                 let (_, parameters) = case_with("hydraulic-crane", &[("manoeuvre", "m2")]);
-                let spec = RunSpec { parameters, micro_step: 2e-5, mechanics_steps, duration: 0.96, ..usual };
+                let spec = usual.changed(|own| {
+                    (own.parameters, own.micro_step, own.mechanics_steps, own.duration) =
+                        (parameters, 2e-5, mechanics_steps, 0.96)
+                });
                 run(&spec).trajectory.rows().step_by(8 / ms).map(|row| row[1]).collect()
             })
             .collect();
@@ -211,7 +214,10 @@ fn force_return_decides_how_far_the_interface_model_goes() {
         let macro_step = ms as f64 * 1e-3;
         let (sequence, force_return) =
             usual.scheme.sequence_and_return(None, Some(force_return.parse().unwrap())).unwrap();
-        let spec = RunSpec { macro_step, micro_step: macro_step.min(2e-4), sequence, force_return, ..usual.clone() };
+        let spec = usual.changed(|own| {
+            (own.macro_step, own.micro_step, own.sequence, own.force_return) =
+                (macro_step, macro_step.min(2e-4), sequence, force_return)
+        });
         run_within(&spec, bounds.clone()).report.outcome == Outcome::Completed
     };
     assert!((1..=32).all(|ms| completes("held", ms)) && !completes("held", 33));
@@ -252,8 +258,8 @@ fn the_quarter_truck_of_the_open_simulation_platform_comes_out_to_its_digits() {
         assert_eq!(rows.len(), 401);
         let off = |coupling: &str| {
             let mut spec = usual_spec("quarter-car", "zero-order-hold", macro_step);
-            spec.parameters.set("coupling", coupling).unwrap();
-            spec.mechanics_steps = ONE;
+            spec = spec.changed(|own| own.parameters.set("coupling", coupling).unwrap());
+            spec = spec.changed(|own| own.mechanics_steps = ONE);
             let trajectory = run(&spec).trajectory;
             let [x1, x2] = ["x1_m", "x2_m"].map(|name| trajectory.index_of(name).unwrap());
             rows.iter()

@@ -144,7 +144,7 @@ fn every_case_runs_with_every_scheme_or_says_why_not() {
     for case in cases() {
         for scheme in schemes() {
             let usual = usual_spec(&case.name, &scheme.name, case.defaults.macro_step_s);
-            let run = run(&RunSpec { duration: 20.0 * usual.macro_step, phase: 0.6, ..usual });
+            let run = run(&usual.changed(|own| (own.duration, own.phase) = (20.0 * usual.macro_step, 0.6)));
             let (outcome, name) = (&run.report.outcome, format!("{} with {}", case.name, scheme.name));
             if run.report.work.cosim.macro_steps == 0 {
                 assert!(!outcome.reason().is_empty(), "{name}: {outcome}");

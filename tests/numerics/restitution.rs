@@ -3,7 +3,7 @@
 use crate::support::*;
 use rimbench::cases::Case;
 use rimbench::cosim::{Outcome, StopFlag};
-use rimbench::runs::{Reference, RunSpec, evaluate};
+use rimbench::runs::{Reference, evaluate};
 use rimbench_statistics::Pool;
 
 /// Machines that are not at rest with 5 ms, of which one lasts 1.2 ms: their own macro step.
@@ -19,18 +19,19 @@ const SENSITIVE: &str = "woodpecker";
 fn errors(case: &Case, scheme: &str, restitution: &str) -> Option<Vec<f64>> {
     let own = if OWN_STEP.contains(&&*case.name) { case.defaults.macro_step_s } else { 5e-3 };
     let usual = usual_spec(&case.name, scheme, own);
-    let mut spec = usual.clone();
-    spec.parameters.set("restitution", restitution).ok()?;
-    if has_friction(&spec.parameters) {
+    let mut parameters = usual.parameters.clone();
+    parameters.set("restitution", restitution).ok()?;
+    if has_friction(&parameters) {
         // Along the surface as well, where it can be set.
-        let _ = spec.parameters.set("tangential_restitution", restitution);
+        let _ = parameters.set("tangential_restitution", restitution);
     }
+    let spec = usual.changed(|own| own.parameters = parameters);
     let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
     let error = |phase: u32| {
-        let spec = RunSpec { phase: f64::from(phase) / 5.0, ..spec.clone() };
+        let spec = spec.changed(|own| own.phase = f64::from(phase) / 5.0);
         let run = run(&spec);
         assert_eq!(run.report.outcome, Outcome::Completed, "{} {scheme} e = {restitution} {phase}/5", case.name);
-        let facts = evaluate(&spec, run, &reference).unwrap().findings();
+        let facts = evaluate(&spec, run, &reference).unwrap().found.facts();
         let error = facts.into_iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap();
         error.cell().parse().unwrap()
     };

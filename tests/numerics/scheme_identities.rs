@@ -8,11 +8,11 @@ use rimbench::harness::spectral_radius;
 fn oscillator(scheme: &str, gain: Option<f64>, macro_step: f64) -> RunSpec {
     let spec = set_spec("linear-oscillator", &[("variant", "1")], scheme, macro_step);
     let gain = spec.scheme.gain_value(gain).unwrap();
-    RunSpec { gain, micro_step: macro_step / 20.0, duration: 1.0, ..spec }
+    spec.changed(|own| (own.gain, own.micro_step, own.duration) = (gain, macro_step / 20.0, 1.0))
 }
 
 fn with_sequence(spec: RunSpec, sequence: &str, force_return: &str) -> RunSpec {
-    RunSpec { sequence: sequence.parse().unwrap(), force_return: force_return.parse().unwrap(), ..spec }
+    spec.changed(|own| (own.sequence, own.force_return) = (sequence.parse().unwrap(), force_return.parse().unwrap()))
 }
 
 fn trajectory_of(spec: &RunSpec) -> Trajectory {
@@ -52,7 +52,7 @@ fn with_their_gain_at_zero_schemes_are_what_they_are_built_on() {
 fn an_infinite_interface_mass_is_the_true_acceleration() {
     let off = |micro_steps: f64| {
         let fine = |spec: RunSpec| {
-            let spec = RunSpec { micro_step: 2e-3 / micro_steps, ..spec };
+            let spec = spec.changed(|own| own.micro_step = 2e-3 / micro_steps);
             trajectory_of(&with_sequence(spec, "gauss-seidel", "mean"))
         };
         let mass = fine(oscillator("interface-mass", Some(0.0), 2e-3));
@@ -81,7 +81,7 @@ fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_accel
         let of = |scheme: &str, gain| {
             let mut spec = with_sequence(oscillator(scheme, gain, 2e-3), "jacobi", "held");
             // The mechanics is the side of mass 2, on a spring that would move a light one as far as ever.
-            spec.parameters.set("mass_2_kg", mass).unwrap();
+            spec = spec.changed(|own| own.parameters.set("mass_2_kg", mass).unwrap());
             trajectory_of(&spec)
         };
         difference(&of("model-corrected-outputs", Some(gain)), &of("true-acceleration", None))
@@ -129,7 +129,7 @@ const STABLE: &[(&str, Option<f64>, &str)] = &[
 fn the_limits_of_the_schemes_are_those_of_the_independent_computation() {
     let radius = |scheme: &str, gain, sequence: &str, h: f64, micro_steps: f64| {
         let force_return = if sequence == "gauss-seidel" { "mean" } else { "held" };
-        let spec = RunSpec { micro_step: h / micro_steps, ..oscillator(scheme, gain, h) };
+        let spec = oscillator(scheme, gain, h).changed(|own| own.micro_step = h / micro_steps);
         spectral_radius(&with_sequence(spec, sequence, force_return))
     };
     let mut faults = Vec::new();
@@ -159,7 +159,7 @@ fn a_run_whose_model_is_exact_is_the_monolithic_stepper_and_others_are_not() {
     for case in cases().iter().filter(|case| case.linear_state.is_empty()) {
         let macro_step = case.defaults.macro_step_s;
         let usual = usual_spec(&case.name, "rim-nonsmooth-gap", macro_step);
-        let profile = RunSpec { mechanics_steps: ALL, ..with_sequence(usual, "gauss-seidel", "profile") };
+        let profile = with_sequence(usual, "gauss-seidel", "profile").changed(|own| own.mechanics_steps = ALL);
         assert_eq!(profile.model_is_exact(), case.constant_mechanics, "{}", case.name);
         if !case.constant_mechanics {
             continue;
@@ -182,7 +182,7 @@ fn the_hold_with_the_mechanics_first_has_the_errors_of_the_independent_implement
     let median_error = |sequence: &str, force_return: &str, macro_step: f64| {
         let errors = [1.0, 0.381966, 0.763932, 0.145898].map(|phase| {
             let spec = with_sequence(wedge_box_spec("zero-order-hold", macro_step), sequence, force_return);
-            let spec = RunSpec { phase, ..spec };
+            let spec = spec.changed(|own| own.phase = phase);
             metric(&spec, completed(&spec), wedge_box_reference(), "force_error_rms_n")
         });
         Pool::of(errors).median().unwrap()

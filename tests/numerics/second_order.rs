@@ -7,18 +7,16 @@ const EVENT_SPLIT: MechanicsIntegrator = MechanicsIntegrator::EventSplit;
 
 /// A run of the second order on both sides.
 fn second_order(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
-    RunSpec {
-        mechanics_integrator: EVENT_SPLIT,
-        actuator_integrator: ActuatorIntegrator::Midpoint,
-        ..usual_spec(case, scheme, macro_step)
-    }
+    usual_spec(case, scheme, macro_step).changed(|own| {
+        (own.mechanics_integrator, own.actuator_integrator) = (EVENT_SPLIT, ActuatorIntegrator::Midpoint)
+    })
 }
 
 #[test]
 fn the_wedge_box_at_5_ms_is_within_2_newtons_at_every_phase_with_one_mechanics_solve_per_macro_step() {
     let (spec, reference) = (second_order("wedge-box", "rim-nonsmooth-gap", 5e-3), wedge_box_reference());
     for phase in 1..=16 {
-        let spec = RunSpec { phase: f64::from(phase) / 16.0, ..spec.clone() };
+        let spec = spec.changed(|own| own.phase = f64::from(phase) / 16.0);
         let run = run(&spec);
         assert_eq!(run.report.outcome, Outcome::Completed, "phase {phase}/16");
         let work = run.report.work;
@@ -39,7 +37,9 @@ fn the_position_converges_at_second_order_through_the_impacts_of_the_wedge_box()
         .into_iter()
         .map(|macro_step| {
             let errors = (1..=4).map(|phase| {
-                let spec = RunSpec { macro_step, micro_step: 2.5e-5, phase: f64::from(phase) / 4.0, ..spec.clone() };
+                let spec = spec.changed(|own| {
+                    (own.macro_step, own.micro_step, own.phase) = (macro_step, 2.5e-5, f64::from(phase) / 4.0)
+                });
                 metric(&spec, run(&spec), reference, "position_error_rms_m")
             });
             (macro_step, Pool::of(errors).median().unwrap())
@@ -118,7 +118,8 @@ fn the_beam_goes_on_beyond_the_limit_of_its_highest_mode_and_is_only_as_wrong_as
     // 2/ω₄ is 5.5 ms.
     for macro_step in [7e-3, 10e-3, 20e-3] {
         let error = |scheme: &str, micro_step: f64, phase: f64| {
-            let spec = RunSpec { micro_step, phase, ..second_order("beam-on-stops", scheme, macro_step) };
+            let spec = second_order("beam-on-stops", scheme, macro_step)
+                .changed(|own| (own.micro_step, own.phase) = (micro_step, phase));
             let run = run(&spec);
             assert_eq!(run.report.outcome, Outcome::Completed, "{scheme}, H = {macro_step}, phase {phase}");
             assert_eq!(run.report.work.sides.mechanics.split_fallbacks, 0, "{scheme}, H = {macro_step}, phase {phase}");
@@ -163,7 +164,9 @@ fn the_books_close_to_round_off_whatever_the_integrators() {
         let usual = usual_spec(case, "rim-nonsmooth-gap", case_by_name(case).defaults.macro_step_s);
         for (_, mechanics_integrator) in MechanicsIntegrator::ALL {
             for (_, actuator_integrator) in ActuatorIntegrator::ALL {
-                let spec = RunSpec { mechanics_integrator, actuator_integrator, ..usual.clone() };
+                let spec = usual.changed(|own| {
+                    (own.mechanics_integrator, own.actuator_integrator) = (mechanics_integrator, actuator_integrator)
+                });
                 assert_books_close(&spec, &format!("{case}, {mechanics_integrator}, {actuator_integrator}"));
             }
         }
@@ -176,7 +179,7 @@ fn the_books_close_to_round_off_whatever_the_integrators() {
 
 /// The same with the force returned to the pieces of the mechanics' steps.
 fn in_pieces(case: &str, macro_step: f64) -> RunSpec {
-    RunSpec { force_return: ForceReturn::Pieces, ..second_order(case, "rim-nonsmooth-gap", macro_step) }
+    second_order(case, "rim-nonsmooth-gap", macro_step).changed(|own| own.force_return = ForceReturn::Pieces)
 }
 
 #[test]
@@ -187,8 +190,9 @@ fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_ow
         let of = |macro_step: f64| {
             let errors = (1..=4).map(|phase| {
                 let phase = f64::from(phase) / 4.0;
-                let of_force = RunSpec { force_return, ..in_pieces("slider-between-stops", macro_step) };
-                let spec = RunSpec { micro_step: 12.5e-6, phase, ..of_force };
+                let of_force =
+                    in_pieces("slider-between-stops", macro_step).changed(|own| own.force_return = force_return);
+                let spec = of_force.changed(|own| (own.micro_step, own.phase) = (12.5e-6, phase));
                 let run = run(&spec);
                 let work = run.report.work;
                 let solves = work.sides.mechanics.micro_steps as f64 / work.cosim.macro_steps as f64;
@@ -210,11 +214,11 @@ fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_ow
 #[test]
 fn without_events_one_step_in_pieces_is_as_many_steps_as_the_profile_has_where_the_matrices_are_constant() {
     // Until the first disc is met, after 0.17 s.
-    let run_of = |spec: RunSpec| run(&RunSpec { duration: 0.15, phase: 0.6, ..spec });
+    let run_of = |spec: RunSpec| run(&spec.changed(|own| (own.duration, own.phase) = (0.15, 0.6)));
     let pieces = in_pieces("disc-row", 5e-3);
-    let profile =
-        RunSpec { force_return: ForceReturn::Profile, mechanics_steps: MechanicsSteps::AsActuator, ..pieces.clone() };
-    let mean = RunSpec { force_return: ForceReturn::Mean, ..pieces.clone() };
+    let profile = pieces
+        .changed(|own| (own.force_return, own.mechanics_steps) = (ForceReturn::Profile, MechanicsSteps::AsActuator));
+    let mean = pieces.changed(|own| own.force_return = ForceReturn::Mean);
     let [pieces, profile, mean] = [pieces, profile, mean].map(run_of);
     let distance = |run: &RunResult| apart(&run.trajectory, &profile.trajectory, "actuator_length_m").0;
     // Positions of 1.5 m after 3000 steps of the one and 30 of the other, each rounded a few times.
@@ -229,7 +233,8 @@ fn linearly_implicit_steps_close_their_books_on_the_beam_and_on_the_elastic_bar(
         [("beam-on-stops", 7e-3), ("beam-on-stops", 20e-3), ("elastic-bar", 10e-6), ("elastic-bar", 50e-6)]
     {
         for mechanics_integrator in [MechanicsIntegrator::Midpoint, EVENT_SPLIT] {
-            let spec = RunSpec { mechanics_integrator, ..second_order(case, "rim-nonsmooth-gap", macro_step) };
+            let spec = second_order(case, "rim-nonsmooth-gap", macro_step)
+                .changed(|own| own.mechanics_integrator = mechanics_integrator);
             let residual = completed(&spec).report.energy_identity_residual_j.unwrap();
             // Energies of up to 10 J, rounded some ten times in each step.
             assert!(residual < 1e-12, "{case} at {macro_step} s, {mechanics_integrator}: identity {residual} J");

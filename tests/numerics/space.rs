@@ -129,7 +129,8 @@ fn middle_error(case: &str, options: &[(&str, &str)], scheme: &str, macro_step: 
     let mut errors: Vec<f64> = [1.0, 0.382, 0.764, 0.146]
         .into_iter()
         .filter_map(|phase| {
-            let spec = RunSpec { phase, macro_step, ..spec_with(case, scheme, options, &[]) };
+            let spec =
+                spec_with(case, scheme, options, &[]).changed(|own| (own.phase, own.macro_step) = (phase, macro_step));
             let result = run(&spec);
             (result.report.outcome == Outcome::Completed).then(|| {
                 let own = result.trajectory;

@@ -7,15 +7,10 @@ use StepControl::EnergyResidual;
 
 /// The quarter car over its step, chassis and wheel integrated exactly, so that all error is the coupling's.
 fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: Option<StepRule>) -> RunSpec {
-    RunSpec {
-        step_control: control,
-        micro_step: 1e-3,
-        mechanics_steps: MechanicsSteps::AsActuator,
-        sequence: Sequence::Jacobi,
-        force_return: ForceReturn::Held,
-        duration: 2.0,
-        ..set_spec("quarter-car", &[("coupling", coupling)], scheme, macro_step)
-    }
+    set_spec("quarter-car", &[("coupling", coupling)], scheme, macro_step).changed(|own| {
+        (own.step_control, own.micro_step, own.mechanics_steps, own.sequence, own.force_return, own.duration) =
+            (control, 1e-3, MechanicsSteps::AsActuator, Sequence::Jacobi, ForceReturn::Held, 2.0)
+    })
 }
 
 fn control(kind: StepControl, tolerance: f64, macro_step: f64) -> Option<StepRule> {
@@ -43,7 +38,7 @@ fn a_smaller_tolerance_must_buy_a_smaller_error_with_more_steps() {
         for tolerance in [1e-1, 1e-2, 1e-3] {
             let control = control(EnergyResidual, tolerance, 2e-2);
             let result =
-                completed(&RunSpec { phase: 0.02, ..quarter_car(scheme, "force-displacement", 2e-2, control) });
+                completed(&quarter_car(scheme, "force-displacement", 2e-2, control).changed(|own| own.phase = 0.02));
             let (error, steps) = (error(&result), result.report.work.cosim.macro_steps);
             assert!(error < last.0 && steps > last.1, "{scheme} {tolerance:e}: {error:e} m in {steps} steps");
             last = (error, steps);
@@ -55,7 +50,8 @@ fn a_smaller_tolerance_must_buy_a_smaller_error_with_more_steps() {
 fn times_must_add_up_and_every_step_must_be_counted() {
     for phase in [1.0, 0.3] {
         let control = control(EnergyResidual, 1e-2, 1e-2);
-        let result = run(&RunSpec { phase, ..quarter_car("zero-order-hold", "force-displacement", 1e-2, control) });
+        let result =
+            run(&quarter_car("zero-order-hold", "force-displacement", 1e-2, control).changed(|own| own.phase = phase));
         let (counters, rule) = (result.report.work.cosim, control.unwrap());
         let time = column(&result.trajectory, "time_s");
         assert_eq!((time[0], *time.last().unwrap(), result.report.ended_at_s), (0.0, 2.0, 2.0));
@@ -83,7 +79,7 @@ fn a_control_that_cannot_work_must_be_skipped_with_the_reason() {
 #[test]
 fn a_step_control_must_change_the_run_id_and_nothing_else_may() {
     let plain = quarter_car("zero-order-hold", "force-displacement", 1e-2, None);
-    let controlled = |tolerance| RunSpec { step_control: control(EnergyResidual, tolerance, 1e-2), ..plain.clone() };
+    let controlled = |tolerance| plain.changed(|own| own.step_control = control(EnergyResidual, tolerance, 1e-2));
     assert_ne!(plain.id(), controlled(1e-2).id());
     assert_ne!(controlled(1e-3).id(), controlled(1e-2).id());
     assert_eq!(controlled(1e-3).id(), controlled(1e-3).id());

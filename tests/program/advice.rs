@@ -69,12 +69,12 @@ fn nothing_in_an_exhaustive_sweep_is_cheaper_than_what_is_advised_and_that_holds
                 let reference = obtain_reference(&spec, &cache, StopFlag::never()).unwrap();
                 let result = simulate(&spec, reference.bounds(&spec).unwrap(), None, StopFlag::never()).unwrap();
                 let run = evaluate(&spec, result, &reference).unwrap();
-                if run.outcome != Outcome::Completed || run.metrics[place].is_none_or(|own| own > error) {
+                if run.outcome != Outcome::Completed || run.found.metrics[place].is_none_or(|own| own > error) {
                     return None;
                 }
-                let (sides, scheme) = (&run.work.sides, &run.work.scheme);
+                let (sides, scheme) = (&run.found.work.sides, &run.found.work.scheme);
                 let counts = [
-                    run.work.cosim.exchanges,
+                    run.found.work.cosim.exchanges,
                     sides.mechanics.micro_steps,
                     sides.actuator.micro_steps,
                     scheme.solves + scheme.parametric,

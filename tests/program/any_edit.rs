@@ -156,7 +156,7 @@ fn apply(folder: &Path, edit: &Edit) {
         Edit::RepeatRecords => {
             let logs = files(&folder.join("records")).into_iter().filter(|path| path.extension().is_some());
             for (index, log) in logs.enumerate() {
-                std::fs::copy(&log, folder.join(format!("records/0{index}.log"))).unwrap();
+                std::fs::copy(&log, folder.join(format!("records/0{index}.csv"))).unwrap();
             }
         }
     }

@@ -11,7 +11,7 @@ const MAKERS: [(&str, &[&str]); 7] = [
     ("File::create", &["src/cli/submit.rs"]),
     ("fs::rename(", &[]),
     (".persist(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/cache.rs"]),
-    ("OpenOptions::new(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/store/mod.rs"]),
+    ("OpenOptions::new(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/store.rs"]),
     ("fs::copy(", &["rimbench-dev/src/perf/revision.rs"]),
     ("csv::Writer::from_path", &[]),
 ];

@@ -13,7 +13,7 @@ use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
 use rimbench::fmi::import::{Programs, read_case};
-use rimbench::harness::{Columns, Experiment, Ranking, Store};
+use rimbench::harness::{Experiment, Ranking, Store};
 use rimbench::perf::History;
 use rimbench::results_table::read_table;
 use rimbench::runs::RunRequest;
@@ -150,7 +150,8 @@ static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
 const CHECKSUMS: &str = "3f5e0a1f2c9d4b6a8e7d0c1b2a394857663f5e0a1f2c9d4b6a8e7d0c1b2a3948  runs.csv\n\
                          0c1b2a394857663f5e0a1f2c9d4b6a8e7d3f5e0a1f2c9d4b6a8e7d0c1b2a3948  traces/0123456789abcdef.csv\n";
 
-const STORE: &str = "rimbench-store 3 e e3b0c44298fc outcome,error wall_s run_id\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
+const STORE: &str = "# rimbench-store 5 15e9dd29e4ee2c6f e3b0c44298fc e.toml\nrun_id,outcome,ended_at_s,checksum\n\
+                     0123456789abcdef,completed,0.5,wrong\n";
 
 fn seeds(kind: &str) -> Vec<&'static [u8]> {
     SEEDS.iter().filter(|seed| seed.0 == kind).map(|seed| seed.1.as_slice()).collect()
@@ -284,11 +285,10 @@ proptest! {
     }
 
     #[test]
-    fn any_log_of_a_store_is_records_or_an_error(changes in changes()) {
-        let (folder, _) = file_with("records/1-1.log", &mangled(STORE.as_bytes(), &changes));
-        // A record without its checksum is as good as never written.
-        let columns = Columns::of([["outcome"], ["wall_s"], ["run_id"]]);
-        let store = says(Store::open(folder.path(), "e", "", columns));
+    fn any_table_of_a_store_is_rows_or_an_error(changes in changes()) {
+        let (folder, _) = file_with("records/1-1.csv", &mangled(STORE.as_bytes(), &changes));
+        // A row without its checksum is as good as never written.
+        let store = says(Store::open(folder.path(), "e.toml".as_ref(), ""));
         prop_assert!(store.is_none_or(|store| store.get("0123456789abcdef").is_none()));
     }
 

@@ -10,7 +10,8 @@ fn reproduce(from: &Path, out: &Path) -> String {
 
 fn deterministic_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let of_machine = ["cost.csv", "provenance.csv", "SHA256SUMS"];
-    let kept = |path: &PathBuf| !of_machine.contains(&path.file_name().unwrap().to_str().unwrap());
+    let of_machine = |path: &PathBuf| of_machine.iter().any(|name| path.ends_with(name));
+    let kept = |path: &PathBuf| !of_machine(path) && !path.iter().any(|part| part == "records");
     let read = |path: PathBuf| (path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&path).unwrap());
     files(folder).into_iter().filter(kept).map(read).collect()
 }

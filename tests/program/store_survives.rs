@@ -1,11 +1,11 @@
-//! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
+//! A sweep that is killed, split, damaged or repeated ends with every row present once, equal to an undisturbed sweep.
 
 use crate::program::{
     assert_has, cache, call, executable, files, printed, process, read, rimbench, said, two_sets_with,
 };
 use proptest::prelude::*;
-use rimbench::harness::{Columns, Record, Store};
-use std::collections::BTreeMap;
+use rimbench::harness::{Asked, RunRow, Store};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
 use std::time::Duration;
@@ -64,23 +64,35 @@ fn assert_same(one: &Path, other: &Path) {
 }
 
 #[test]
-fn killed_again_and_again_a_rerun_finishes_as_if_undisturbed() {
+fn two_at_once_killed_again_and_again_finish_as_if_undisturbed() {
     let (folder, file) = workplace(EXPERIMENT);
     let (undisturbed, killed) = (folder.path().join("a/survival"), folder.path().join("b/survival"));
     run_says(&file, &undisturbed, &[], &["72 of 72 runs stored", "72 computed now"]);
 
-    for attempt in 0..25_u64 {
-        let mut process = process()
-            .args(["run", file.to_str().unwrap(), "--jobs", "2", "--out", killed.to_str().unwrap()])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        // Any instant will do: from before the first record to after the last.
-        std::thread::sleep(Duration::from_millis(3 + 7 * (attempt % 12)));
-        process.kill().unwrap();
+    let start = |jobs: &str| {
+        let mut command = process();
+        command.args(["run", file.to_str().unwrap(), "--jobs", jobs, "--out", killed.to_str().unwrap()]);
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    for attempt in 0..15_u64 {
+        let mut at_once = [start("1"), start("1")];
+        // Any instant will do: from before the first row to after the last.
+        std::thread::sleep(Duration::from_millis(3 + 9 * (attempt % 12)));
+        for process in &mut at_once {
+            process.kill().and_then(|()| process.wait()).unwrap();
+        }
+        // As a crash of the machine may leave it.
+        let tables = files(&killed.join("records"));
+        if let Some(table) = tables.get(attempt as usize % tables.len().max(1)) {
+            let bytes = std::fs::read(table).unwrap();
+            std::fs::write(table, &bytes[..bytes.len() - bytes.len().min(37 * attempt as usize)]).unwrap();
+        }
+    }
+    // What two that finish at once have measured is told only once both have: the one may replace the costs that the other reads.
+    for process in &mut [start("1"), start("1")] {
         process.wait().unwrap();
     }
+    assert_same(&killed, &undisturbed);
     run(&file, &killed, &[]);
     assert_same(&killed, &undisturbed);
     assert_eq!(read(killed.join("runs.csv")).lines().count(), RUNS + 1);
@@ -193,31 +205,27 @@ fn an_interrupt_stops_cleanly_and_says_how_to_go_on() {
     assert!(printed.contains("Stopped") && printed.contains("the same command goes on"), "{printed}");
 }
 
-fn columns() -> Columns {
-    Columns::of([["outcome"], ["wall_s"], ["run_id"]])
+/// A row of a run: the writer and its place tell it from others of the same run; of a limit it was ended by it.
+fn written((run, growth, limit): (u8, bool, Option<u8>), writer: usize, place: usize) -> RunRow {
+    let mut row =
+        RunRow { wall_limit_s: limit.map(f64::from), asked: Asked { growth }, ..RunRow::blank(&format!("{run:016x}")) };
+    row.found.reason = format!("{writer},{place}");
+    row
 }
 
-/// A record of a run: the writer and its place tell it from others of the same run; of a limit it was ended by it.
-fn written(run: u8, limit: Option<u8>, writer: usize, place: usize) -> Record {
-    Record {
-        run_id: format!("{run:016x}"),
-        findings: format!("{writer},{place}"),
-        costs: "0.5".to_owned(),
-        provenance: "row".to_owned(),
-        trace: None,
-        wall_limit_s: limit.map(f64::from),
-    }
+fn open(folder: &Path) -> Store {
+    Store::open(folder, Path::new("e.toml"), "").unwrap()
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Writers that store at once, each killed after any byte of its log: of every run the best of the whole records stands, whatever
+    /// Writers that store at once, each killed after any byte of its log: of every run the best of the whole rows stands, whatever
     /// the order, and what was cut is counted.
     #[test]
-    fn whatever_writers_at_once_store_and_kills_cut_off_the_best_whole_record_stands(
+    fn whatever_writers_at_once_store_and_kills_cut_off_the_best_whole_row_stands(
         writers in prop::collection::vec(
-            (prop::collection::vec((0..5_u8, prop::option::of(1..4_u8)), 0..10), prop::option::of(0.0..1.0_f64)),
+            (prop::collection::vec((0..5_u8, any::<bool>(), prop::option::of(1..4_u8)), 0..10), prop::option::of(0.0..1.0_f64)),
             1..5,
         ),
     ) {
@@ -226,40 +234,43 @@ proptest! {
             for (writer, (records, _)) in writers.iter().enumerate() {
                 let folder = folder.path();
                 scope.spawn(move || {
-                    let store = Store::open(folder, "e", "", columns()).unwrap();
-                    for (place, &(run, limit)) in records.iter().enumerate() {
-                        store.append(&written(run, limit, writer, place)).unwrap();
+                    let store = open(folder);
+                    for (place, &row) in records.iter().enumerate() {
+                        store.append(written(row, writer, place)).unwrap();
                     }
                 });
             }
         });
         let logs = files(&folder.path().join("records"));
-        let (mut best, mut damaged) = (BTreeMap::<u8, (f64, Record)>::new(), 0);
+        let (mut best, mut damaged) = (BTreeMap::<(u8, bool), (f64, RunRow)>::new(), 0);
         for log in &logs {
             let mut text = std::fs::read_to_string(log).unwrap();
-            // Whose it is stands in its first record.
-            let findings = text.lines().nth(1).unwrap().split('\t').nth(1).unwrap();
-            let writer: usize = findings.split(',').next().unwrap().parse().unwrap();
+            // Whose it is stands in the reason of its first row, the only cell in quotes.
+            let reason = text.lines().nth(2).unwrap().split('"').nth(1).unwrap();
+            let writer: usize = reason.split(',').next().unwrap().parse().unwrap();
             let (records, kill) = &writers[writer];
             if let Some(share) = kill {
                 text.truncate((share * text.len() as f64) as usize);
                 std::fs::write(log, &text).unwrap();
             }
-            let whole = text.matches('\n').count().saturating_sub(1);
-            // A header that was cut leaves nothing, a record that was cut counts.
-            damaged += usize::from(text.contains('\n') && !text.ends_with('\n'));
-            for (place, &(run, limit)) in records[..whole].iter().enumerate() {
+            let whole = text.matches('\n').count().saturating_sub(2);
+            // A head that was cut leaves nothing, a row that was cut counts.
+            damaged += usize::from(text.matches('\n').count() > 1 && !text.ends_with('\n'));
+            for (place, &row) in records[..whole].iter().enumerate() {
+                let (run, growth, limit) = row;
                 let allowed = limit.map_or(f64::INFINITY, f64::from);
-                if best.get(&run).is_none_or(|(known, _)| allowed >= *known) {
-                    best.insert(run, (allowed, written(run, limit, writer, place)));
+                if best.get(&(run, growth)).is_none_or(|(known, _)| allowed >= *known) {
+                    best.insert((run, growth), (allowed, written(row, writer, place)));
                 }
             }
         }
-        let store = Store::open(folder.path(), "e", "", columns()).unwrap();
-        prop_assert_eq!((store.len(), store.damaged), (best.len(), damaged));
+        let store = open(folder.path());
+        let runs: BTreeSet<u8> = best.keys().map(|(run, _)| *run).collect();
+        prop_assert_eq!((store.run_ids().len(), store.damaged.len()), (runs.len(), damaged));
         for run in 0..5 {
-            let found = store.get(&format!("{run:016x}"));
-            prop_assert_eq!(found, best.get(&run).map(|(_, record)| record));
+            let id = format!("{run:016x}");
+            let wanted = best.range((run, false)..=(run, true)).map(|(_, (_, row))| row);
+            prop_assert_eq!(store.rows_of(&id).collect::<Vec<_>>(), wanted.collect::<Vec<_>>());
         }
     }
 }

@@ -252,7 +252,7 @@ fn collect_says_that_there_are_records_of_other_runs_where_some_are_missing() {
     let whole = collected(&place.path("group/strict.toml"), 0);
     assert!(!whole.contains("other runs"), "{whole}");
     let other = collected(&place.write(&EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 4e-3]")), 1);
-    assert_has(&other, &["8 of 16 runs", "\nrecords of other runs: 8; has"]);
+    assert_has(&other, &["8 of 16 runs", "\nrows of other runs: 8; has"]);
 }
 
 #[test]
@@ -346,7 +346,7 @@ fn results_that_vanish_meanwhile_are_an_error() {
         .unwrap();
     let has_log = || {
         let entries = std::fs::read_dir(place.path("s/records")).into_iter().flatten();
-        entries.flatten().any(|entry| entry.path().extension().is_some_and(|extension| extension == "log"))
+        entries.flatten().any(|entry| entry.path().extension().is_some_and(|extension| extension == "csv"))
     };
     while !has_log() {
         std::thread::sleep(std::time::Duration::from_millis(2));
@@ -359,24 +359,36 @@ fn results_that_vanish_meanwhile_are_an_error() {
 }
 
 #[test]
-fn in_a_fresh_clone_only_what_is_missing_is_computed() {
+fn a_damaged_row_is_named_by_its_place_and_computed_again() {
     let place = Place::new();
-    let traced = with_key("trace_every_s = 1e-2");
-    place.run(&traced);
-    let kept = ["runs.csv", "cost.csv", "provenance.csv", "SHA256SUMS"].map(|name| place.results().join(name));
+    place.run(EXPERIMENT);
+    let kept = ["runs.csv", "digest.toml"].map(|name| place.results().join(name));
     let contents = || kept.each_ref().map(|path| std::fs::read_to_string(path).unwrap());
     let before = contents();
+    let tables = || std::fs::read_dir(place.results().join("records")).unwrap().map(|entry| entry.unwrap().path());
+    let table = tables().next().unwrap();
+    let (table_name, whole) = (table.file_name().unwrap().to_string_lossy(), std::fs::read_to_string(&table).unwrap());
+    let line = whole.lines().nth(6).unwrap();
+    for (text, again) in [
+        (whole.replace(line, &line.replacen("completed", "diverged", 1)), vec![7]),
+        (whole.replace(line, &line[1..]), vec![7]),
+        (whole.replacen("outcome", "income", 1), (3..19).collect()),
+        (whole[..whole.len() - 9].to_owned(), vec![18]),
+    ] {
+        place.vanish("records");
+        std::fs::create_dir(place.results().join("records")).unwrap();
+        std::fs::write(&table, text).unwrap();
+        let said = place.run(EXPERIMENT);
+        assert_has(&said, &[&format!("{} computed now", again.len())]);
+        again.iter().for_each(|line| assert_has(&said, &[&format!("{table_name}, line {line}: the row is damaged")]));
+        assert!(contents() == before, "what is kept has changed");
+    }
+    // Result files are made of stored rows only: what was changed by hand in them is not believed, and made again.
+    std::fs::write(&kept[0], before[0].replacen("completed", "diverged", 1)).unwrap();
+    place.run_computing(0, EXPERIMENT);
     place.vanish("records");
-    place.run_computing(0, &traced);
+    place.run_computing(16, EXPERIMENT);
     assert!(contents() == before, "what is kept has changed");
-    place.vanish("records");
-    place.run_computing(4, &traced.replace("phases = 4", "phases = 5"));
-    // What was changed by hand is not believed.
-    place.vanish("records");
-    let path = &kept[0];
-    std::fs::write(path, std::fs::read_to_string(path).unwrap().replacen("completed", "diverged", 1)).unwrap();
-    place.run_computing(16, &traced);
-    assert_eq!(std::fs::read_to_string(path).unwrap(), before[0]);
 }
 
 #[test]
@@ -441,6 +453,21 @@ fn an_audited_experiment_with_runs_that_have_no_account_finishes() {
     place.run_computing(0, &slow);
 }
 
+/// A prediction fills columns of claims, so that rows without it are no answer where it is claimed, and those with it are one where it is not.
+#[test]
+fn a_prediction_that_is_claimed_later_is_made_and_kept_beside_the_rows_without_it() {
+    let place = Place::new();
+    let claimed =
+        EXPERIMENT.replace("metric = \"diverged\"", "metric = \"completed_as_predicted\"").replace("<= 0", "<= 1");
+    place.run_computing(16, EXPERIMENT);
+    place.run_computing(16, &claimed);
+    assert_eq!(place.count("completed_as_predicted", ""), 0);
+    [EXPERIMENT, &claimed].into_iter().for_each(|text| place.run_computing(0, text));
+    let place = Place::new();
+    place.run_computing(16, &claimed);
+    place.run_computing(0, EXPERIMENT);
+}
+
 #[test]
 fn one_run_under_two_labels_is_computed_once_and_has_a_row_for_each() {
     let place = Place::new();
@@ -457,6 +484,11 @@ fn one_run_under_two_labels_is_computed_once_and_has_a_row_for_each() {
     assert_eq!((ids.len(), &ids[0], labels), (2, &ids[1], vec!["twenty".to_owned(), "every".to_owned()]));
     place.run_computing(0, &text);
     place.verify(0);
+    // The trace of the second.
+    let traced = text.replace("duration_s", "trace_every_s = 1e-2\ntraces = [\"every\"]\nduration_s");
+    place.run_computing(1, &traced);
+    assert_eq!(place.column("trace"), ["", &format!("{}.csv", ids[0])]);
+    place.run_computing(0, &traced);
 }
 
 /// As in a fresh clone: digest and summary, and no rows.

@@ -112,7 +112,7 @@ pub fn wedge_box_reference() -> &'static Reference {
 
 /// A metric of a run against its reference.
 pub fn metric(spec: &RunSpec, run: RunResult, reference: &Reference, name: &str) -> f64 {
-    let facts = evaluate(spec, run, reference).unwrap().findings();
+    let facts = evaluate(spec, run, reference).unwrap().found.facts();
     facts.into_iter().find(|fact| fact.name == name).unwrap().cell().parse().unwrap()
 }
 
@@ -137,7 +137,7 @@ pub fn opaque_active_set() -> Arc<SolverEntry> {
 pub fn with_opaque_solver(spec: &RunSpec) -> RunSpec {
     let solver = opaque_active_set();
     let model = spec.model.clone().map(|model| ModelOptions { solver: solver.clone(), ..model });
-    RunSpec { model, ..spec.clone() }
+    spec.changed(|own| own.model = model)
 }
 
 /// A case, its parameters and a macro step.
@@ -179,13 +179,24 @@ pub fn usual_spec(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
 
 /// The same with some of the parameters set.
 pub fn set_spec(case: &str, set: &[(&str, &str)], scheme: &str, macro_step: f64) -> RunSpec {
-    RunSpec { parameters: case_with(case, set).1, ..usual_spec(case, scheme, macro_step) }
+    usual_spec(case, scheme, macro_step).changed(|own| own.parameters = case_with(case, set).1)
 }
 
 /// A sequence of its own, with the force return that a scheme has with it.
 pub fn in_sequence(spec: RunSpec, sequence: Sequence) -> RunSpec {
     let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
-    RunSpec { sequence, force_return, ..spec }
+    spec.changed(|own| (own.sequence, own.force_return) = (sequence, force_return))
+}
+
+/// A run with other settings that are valid.
+pub trait Changed {
+    fn changed(&self, change: impl FnOnce(&mut RunSettings)) -> RunSpec;
+}
+
+impl Changed for RunSpec {
+    fn changed(&self, change: impl FnOnce(&mut RunSettings)) -> RunSpec {
+        self.with(change).unwrap()
+    }
 }
 
 /// The wedge box in the same way.

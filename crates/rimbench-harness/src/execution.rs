@@ -1,16 +1,11 @@
-//! Runs what is missing of an experiment on all cores, record by record, and exports the result files when all is there.
+//! Runs what is missing of an experiment on all cores, row by row, and exports the result files when all is there.
 
 use super::clock::monotonic_clock;
-use super::collection::export_if_complete;
 use super::experiment::PlannedRun;
-use super::exported::exported_records;
-use super::foreign::{note_origin, refuse_foreign};
+use super::folder::Folder;
 use super::job::{Job, Progress, Shard, Step, StopFlags, Summary};
 use super::provenance::Provenance;
 use super::references::{has_none, obtain_reference};
-use super::results;
-use super::store::{Record, Store, row};
-use super::stored_runs::StoredRuns;
 use rayon::prelude::*;
 use rimbench_cases::runs::{Clock, EvaluatedRun, Reference, RunResult, RunSpec, evaluate, simulate_inside};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
@@ -25,7 +20,7 @@ use std::time::Duration;
 /// Raising `stop` ends the job, runs and references under way included; what is stored stays.
 ///
 /// # Errors
-/// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a record.
+/// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a row.
 pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Result<Summary> {
     run_job_until(job, progress, StopFlags { soon: stop, now: stop })
 }
@@ -35,25 +30,19 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
 /// # Errors
 /// Those of [`run_job`]; [`Error::Stopped`] if it was ended when all runs were done and the result files were not.
 pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
-    let planned = job.experiment.plan(job.catalogue, job.quick)?;
+    let plan = job.experiment.plan(job.catalogue, job.quick)?;
     if let Some(Shard::Places { first, last }) = job.shard
-        && !(first <= last && last < planned.len())
+        && !(first <= last && last < plan.len())
     {
-        let expected = format!("places of the plan in order, within 0-{}", planned.len() - 1);
+        let expected = format!("places of the plan in order, within 0-{}", plan.len() - 1);
         return Err(Error::invalid("places", format!("{first}-{last}"), expected));
     }
-    if job.fresh {
-        refuse_foreign(&job)?;
-        Store::clear(job.folder)?;
-    }
-    let stored_runs = stored_with_exported(&job)?;
-    note_origin(&job)?;
-    job.experiment.copy_to(job.folder)?;
+    let folder = Folder::open(&job, &plan)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
-    let missing = stored_runs.missing(&planned);
-    let reused = planned.len() - missing.len();
+    let missing = folder.missing(&plan);
+    let reused = plan.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
-    let (mut summary, held) = compute(&job, &planned, &stored_runs, &todo, progress, stop)?;
+    let (mut summary, held) = compute(&job, &folder, &plan, &todo, progress, stop)?;
     // One task of many asks only for its own.
     if let Some(Shard::Places { first, last }) = job.shard {
         summary.planned = last - first + 1;
@@ -62,9 +51,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         return Ok(summary);
     }
     summary.reused = reused;
-    // Others may have stored their shards meanwhile.
-    drop(stored_runs);
-    let missing = export_if_complete(&job, &planned, held, stop.soon)?.missing;
+    let (missing, _) = folder.finish(&job, &plan, held, stop.soon)?;
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
         let message = format!(
@@ -80,36 +67,30 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
 /// Computes some runs of a plan and stores them; returns what was done, and the reference that was used last with the place of a run it belongs to.
 fn compute(
     job: &Job<'_>,
-    planned: &[PlannedRun],
-    stored_runs: &StoredRuns<'_>,
+    folder: &Folder<'_>,
+    plan: &[PlannedRun],
     todo: &[usize],
     progress: Progress<'_>,
     stop: StopFlags<'_>,
 ) -> Result<(Summary, Option<(usize, Reference)>)> {
     progress(Step::ToDo(todo.len()));
-    let store = &stored_runs.store;
-    let renewed = todo.iter().filter(|&&index| store.get(&planned[index].id).is_some()).count();
+    let store = &folder.store;
+    let renewed = todo.iter().filter(|&&index| store.get(&plan[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
+    let keep = |index: usize, run: &EvaluatedRun| -> Result<()> {
+        folder.keep(&plan[index], run, &provenance)?;
+        computed.fetch_add(1, Ordering::Relaxed);
+        if run.outcome != Outcome::Completed {
+            not_completed.fetch_add(1, Ordering::Relaxed);
+        }
+        progress(Step::Done(run.outcome.class()));
+        Ok(())
+    };
     let mut held = None;
-    for group in groups_of_one_reference(planned, todo) {
-        let first = most_patient(planned, &group);
-        let spec = &planned[first].spec;
-        let keep = |index: usize, run: &EvaluatedRun| -> Result<()> {
-            let planned = &planned[index];
-            let trace = job.experiment.trace_of(&planned.label);
-            let name = results::trace_name(&planned.id);
-            let mark =
-                trace.map(|every| results::write_trace(job.folder, &name, &run.trajectory, every)).transpose()?;
-            let provenance = row(&provenance.row(&planned.id));
-            store.append(&results::record(&planned.id, &planned.spec, run, provenance, mark))?;
-            computed.fetch_add(1, Ordering::Relaxed);
-            if run.outcome != Outcome::Completed {
-                not_completed.fetch_add(1, Ordering::Relaxed);
-            }
-            progress(Step::Done(run.outcome.class()));
-            Ok(())
-        };
+    for group in groups_of_one_reference(plan, todo) {
+        let first = most_patient(plan, &group);
+        let spec = &plan[first].spec;
         let found = obtain_reference(spec, job.cache, stop.soon);
         let (bounds, reference) = match found.and_then(|reference| Ok((reference.bounds(spec)?, reference))) {
             Err(Error::Stopped) => break,
@@ -130,7 +111,7 @@ fn compute(
             if stop.soon.check().is_err() {
                 return Ok(());
             }
-            let run = evaluated(&planned[index].spec, &bounds, &reference, simulate_inside, stop.now)?;
+            let run = evaluated(&plan[index].spec, &bounds, &reference, simulate_inside, stop.now)?;
             // No result: the same command goes on from there.
             if matches!(run.outcome, Outcome::Stopped { .. }) { Ok(()) } else { keep(index, &run) }
         })?;
@@ -138,34 +119,16 @@ fn compute(
     }
     store.sync()?;
     let summary = Summary {
-        planned: planned.len(),
+        planned: plan.len(),
         reused: 0,
         renewed,
         computed: computed.into_inner(),
         not_completed: not_completed.into_inner(),
-        damaged: store.damaged,
+        damaged: store.damaged.clone(),
         missing: 0,
         unplanned: 0,
     };
     Ok((summary, held))
-}
-
-/// Opens the store of a job; if it is empty, it holds the rows of sealed result files in its folder, which are returned as well.
-pub(super) fn stored<'a>(job: &Job<'a>) -> Result<(StoredRuns<'a>, Vec<Record>)> {
-    let mut stored_runs = StoredRuns::open(job.folder, job.experiment)?;
-    refuse_foreign(job)?;
-    let asks = stored_runs.store.is_empty() && !job.fresh;
-    let exported = if asks { exported_records(job.folder, job.experiment)? } else { Vec::new() };
-    stored_runs.store.hold(exported.clone());
-    Ok((stored_runs, exported))
-}
-
-/// The same, the rows having become records.
-fn stored_with_exported<'a>(job: &Job<'a>) -> Result<StoredRuns<'a>> {
-    let (stored_runs, exported) = stored(job)?;
-    exported.iter().try_for_each(|record| stored_runs.store.append(record))?;
-    stored_runs.store.sync()?;
-    Ok(stored_runs)
 }
 
 /// Makes the results folder of a job ready for processes that run parts of it at once.
@@ -173,10 +136,8 @@ fn stored_with_exported<'a>(job: &Job<'a>) -> Result<StoredRuns<'a>> {
 /// # Errors
 /// Bad input; a folder that belongs to something else; a disk that is full.
 pub fn prepare_folder(job: Job<'_>) -> Result<()> {
-    job.experiment.plan(job.catalogue, job.quick)?;
-    stored_with_exported(&job)?;
-    note_origin(&job)?;
-    job.experiment.copy_to(job.folder)
+    let plan = job.experiment.plan(job.catalogue, job.quick)?;
+    Folder::open(&job, &plan).map(drop)
 }
 
 /// The run of a group that may take longest: the reference of all of them may take as long.

@@ -286,11 +286,6 @@ impl Experiment {
         self.trace_every_s.filter(|_| wanted)
     }
 
-    /// Text of the file.
-    pub(super) fn source(&self) -> &str {
-        &self.source
-    }
-
     /// Whether there is a plan of its own for a quick look.
     pub(super) fn has_quick_plan(&self) -> bool {
         self.quick.is_some()

@@ -1,6 +1,7 @@
 //! The axes of an experiment's grid as its file gives them: macro steps, phases, values of parameters.
 
 use rimbench_cases::cases::{Case, Parameters};
+use rimbench_cases::runs::Given;
 use rimbench_core::error::{Error, Result};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
@@ -177,15 +178,20 @@ pub(super) fn parameter_grid(case: &Case, set: &BTreeMap<String, toml::Value>) -
     Ok(grid)
 }
 
-/// A TOML scalar as the text that `--set` would take.
-pub(super) fn scalar_text(key: &str, value: &toml::Value) -> Result<String> {
+/// A TOML scalar as the value of an option; what is written without a point may be a count, or a number.
+pub(super) fn scalar(key: &str, value: &toml::Value) -> Result<Given> {
     match value {
-        toml::Value::String(text) => Ok(text.clone()),
-        toml::Value::Integer(number) => Ok(number.to_string()),
-        toml::Value::Float(number) => Ok(format!("{number:?}")),
-        toml::Value::Boolean(flag) => Ok(flag.to_string()),
+        toml::Value::String(text) => Ok(Given::from(text)),
+        toml::Value::Integer(number) => Ok(Given::Text(number.to_string())),
+        toml::Value::Float(number) => Ok(Given::from(*number)),
+        toml::Value::Boolean(flag) => Ok(Given::Text(flag.to_string())),
         other => Err(Error::invalid(key, format!("<{}>", other.type_str()), "a number or a name")),
     }
+}
+
+/// The same as the text that `--set` would take.
+pub(super) fn scalar_text(key: &str, value: &toml::Value) -> Result<String> {
+    scalar(key, value).map(|value| value.to_string())
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::experiment::Experiment;
+use super::store::Damaged;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::{OutcomeClass, StopFlag};
 use std::path::Path;
@@ -72,7 +73,7 @@ impl Shard {
 }
 
 /// What a job did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Runs of the whole experiment; those of its places only, for a job of [`Shard::Places`], here and in `missing`.
     pub planned: usize,
@@ -85,11 +86,12 @@ pub struct Summary {
     pub computed: usize,
     /// Runs computed now that did not complete; they are rows like others.
     pub not_completed: usize,
-    /// Records found damaged, and computed again if they belong to this job.
-    pub damaged: usize,
+    /// Rows found damaged, and computed again if they belong to this job.
+    pub damaged: Vec<Damaged>,
     /// Runs of the whole experiment that are not stored yet.
     pub missing: usize,
-    /// Stored runs that are not of the experiment as it is; only [`collect_shards`](crate::collect_shards) counts them.
+    /// Stored runs that are not of the experiment as it is, where some are missing; only [`collect_shards`](crate::collect_shards) counts
+    /// them.
     pub unplanned: usize,
 }
 

@@ -10,14 +10,12 @@ mod cache;
 mod checked_results;
 mod claims;
 mod clock;
-mod collection;
 mod comparison;
 mod deadline_log;
 mod execution;
 mod experiment;
-mod exported;
 mod files;
-mod foreign;
+mod folder;
 mod grid;
 mod job;
 mod load;
@@ -25,11 +23,11 @@ mod provenance;
 mod ranking;
 mod references;
 mod results;
+mod run_row;
 mod slurm;
 mod spectral;
 mod stability;
 mod store;
-mod stored_runs;
 
 pub use advice::{
     Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, measured_prices,
@@ -39,21 +37,22 @@ pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, write_claims};
 pub use clock::{monotonic_clock, processor_clock};
-pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use deadline_log::replay_log;
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict, claim_metrics};
+pub use folder::collect_shards;
 pub use grid::{logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use load::Load;
-pub use provenance::Provenance;
+pub use provenance::{Provenance, RunOrigin};
 pub use ranking::Ranking;
 pub use references::obtain_reference;
+pub use run_row::{Asked, RunRow, TraceMark};
 pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};
 pub use spectral::spectral_radius;
 pub use stability::{
     Instability, LimitSearch, Scan, StabilityLimit, StabilityPoint, StepVerdict, longest_macro_step,
     predicted_stability_limit, shortest_macro_step, spectral_stability_limit, stability_limit,
 };
-pub use store::{Columns, Record, Store, TraceMark};
+pub use store::{Damaged, Store};

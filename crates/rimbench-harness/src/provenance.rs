@@ -2,8 +2,9 @@
 
 use super::build_info::BuildInfo;
 use super::load::{Load, Meter};
+use rimbench_cases::runs::Columns;
 use rimbench_results::checksums::sha256;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Where a result comes from. Machine-dependent, therefore kept apart from the results.
@@ -20,9 +21,8 @@ pub struct Provenance {
     meter: Mutex<Meter>,
 }
 
-/// Columns of `provenance.csv`.
-pub(super) const HEADER: [&str; 13] = [
-    "run_id",
+/// Columns of `provenance.csv` behind the run id.
+const COLUMNS: [&str; 12] = [
     "git_revision",
     "git_dirty",
     "lock_hash",
@@ -37,6 +37,21 @@ pub(super) const HEADER: [&str; 13] = [
     "machine_load",
 ];
 
+/// Where one run was made, column by column; what rows have in common is held once.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RunOrigin(Arc<[Arc<str>; COLUMNS.len()]>);
+
+impl RunOrigin {
+    /// Goes through its columns.
+    pub(super) fn columns(&mut self, each: Columns<'_>) {
+        let mut texts = (*self.0).clone();
+        COLUMNS.into_iter().zip(&mut texts).for_each(|(name, text)| each(name, text));
+        if texts != *self.0 {
+            self.0 = texts.into();
+        }
+    }
+}
+
 impl Provenance {
     /// Collects what is known of a program built like this, here and now.
     pub fn collect(build: &BuildInfo) -> Self {
@@ -50,24 +65,30 @@ impl Provenance {
         }
     }
 
-    /// The row of one run that has just ended.
-    pub(super) fn row(&self, run_id: &str) -> [String; 13] {
+    /// Where a run was made that has just ended.
+    pub(super) fn of_run(&self) -> RunOrigin {
         let load = self.load();
-        [
-            run_id.to_owned(),
-            self.build.git_revision.to_owned(),
-            self.build.git_dirty.to_owned(),
-            self.lock_hash.clone(),
-            self.build.version.to_owned(),
-            self.build.rustc.to_owned(),
-            self.cpu.clone(),
-            load.one_minute.clone(),
-            self.build.target.to_owned(),
-            self.build.target_cpu.to_owned(),
-            self.governor.clone(),
-            load.others.map_or_else(String::new, |others| format!("{others:.2}")),
-            load.verdict().to_owned(),
-        ]
+        let BuildInfo { git_revision, git_dirty, version, rustc, target, target_cpu, .. } = self.build;
+        let others = load.others.map_or_else(String::new, |others| format!("{others:.2}"));
+        let (lock_hash, cpu, governor, verdict) = (&*self.lock_hash, &*self.cpu, &*self.governor, load.verdict());
+        RunOrigin(
+            [
+                git_revision,
+                git_dirty,
+                lock_hash,
+                version,
+                rustc,
+                cpu,
+                &load.one_minute,
+                target,
+                target_cpu,
+                governor,
+                &others,
+                verdict,
+            ]
+            .map(Arc::from)
+            .into(),
+        )
     }
 
     /// The load of the machine by now.

@@ -102,6 +102,36 @@ pub(super) fn content_key(spec: &RunSpec) -> String {
     key
 }
 
+/// Of each reference of a plan the run that may take longest: the reference may take as long.
+#[derive(Debug, Default)]
+pub(super) struct References(pub(super) Vec<RunSpec>);
+
+impl References {
+    /// Names of the cases, numbered where a case has several; none where there is one reference.
+    pub(super) fn names(&self) -> Vec<String> {
+        let name = |index: usize, spec: &RunSpec| {
+            let before = self.0[..index].iter().filter(|other| other.case.name == spec.case.name).count();
+            if before == 0 { spec.case.name.to_string() } else { format!("{}-{}", spec.case.name, before + 1) }
+        };
+        if self.0.len() == 1 {
+            Vec::new()
+        } else {
+            self.0.iter().enumerate().map(|(index, spec)| name(index, spec)).collect()
+        }
+    }
+
+    /// Cases and parameters are the outer loops of a plan: runs of one reference are mostly neighbours, unless a case is named again
+    /// behind others.
+    pub(super) fn note(&mut self, spec: &RunSpec) {
+        let patience = |spec: &RunSpec| spec.wall_limit.unwrap_or(Duration::MAX);
+        match self.0.iter_mut().rev().find(|known| known.shares_reference_with(spec)) {
+            Some(known) if patience(spec) > patience(known) => *known = spec.clone(),
+            Some(_) => {}
+            None => self.0.push(spec.clone()),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,7 +154,7 @@ mod tests {
             let mut request = RunRequest::of(case, "zero-order-hold");
             request.set = set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
             let mut spec = request.resolve(&Catalogue::standard()).unwrap();
-            spec.wall_limit = Some(Duration::from_nanos(1));
+            spec = spec.with(|own| own.wall_limit = Some(Duration::from_nanos(1))).unwrap();
             let found = obtain_reference(&spec, &Cache::in_folder(folder.path()), StopFlag::never());
             // One that is there before the watchdog has looked is as good.
             let quick = found.is_ok() && set.is_none();
@@ -135,7 +165,7 @@ mod tests {
     #[test]
     fn a_panic_inside_a_reference_with_a_limit_ends_it() {
         let mut spec = RunRequest::of("wedge-box", "zero-order-hold").resolve(&Catalogue::standard()).unwrap();
-        spec.wall_limit = Some(std::time::Duration::from_secs(60));
+        spec = spec.with(|own| own.wall_limit = Some(std::time::Duration::from_secs(60))).unwrap();
         let solve = || within_limit(&spec, StopFlag::never(), |_| -> Result<()> { panic!("a defect") });
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(solve)).is_err());
     }
@@ -163,5 +193,22 @@ mod tests {
         let (judged, after_judged) = kept("judged", folder.path());
         assert_eq!(after_judged, 1);
         assert_eq!((&own.trajectory, &judged.trajectory), (&built_in.trajectory, &built_in.trajectory));
+    }
+
+    #[test]
+    fn a_case_that_is_named_again_behind_another_has_one_reference() {
+        let text = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"linear-oscillator\"\n[[cases]]\n\
+                    name = \"bouncing-ball\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
+        let experiment = crate::Experiment::parse("a.toml".as_ref(), text.to_owned()).unwrap();
+        let plan = experiment.plan(&Catalogue::standard(), false).unwrap();
+        let mut found = References::default();
+        let limited = plan[0].spec.with(|own| own.wall_limit = Some(Duration::from_secs(1))).unwrap();
+        for spec in [&limited, &plan[1].spec, &plan[0].spec, &plan[1].spec, &limited] {
+            found.note(spec);
+        }
+        let names: Vec<_> = found.0.iter().map(|spec| &*spec.case.name).collect();
+        assert_eq!(names, ["linear-oscillator", "bouncing-ball"]);
+        // The one that may take longest stands for them.
+        assert_eq!(found.0[0].wall_limit, None);
     }
 }

@@ -9,15 +9,15 @@
 //! reference.csv   uncertainty and observed order of the reference, per column
 //! traces/         one file per run, and the reference, where the experiment asks for them
 //! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
-//! records/        the store (see [`Store`]); not a result
+//! records/        the store (see [`Store`](super::Store)); not a result
 //! ```
 
 use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
-use super::provenance;
-use super::store::{Record, Store, TraceMark, cells_of, row};
-use rimbench_cases::metrics::{Only, only_of};
-use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec, interface_oscillation};
+use super::provenance::RunOrigin;
+use super::run_row::{RunRow, TraceMark, line_of, row};
+use rimbench_cases::metrics::Only;
+use rimbench_cases::runs::{Costs, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of, only_of};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
@@ -27,31 +27,9 @@ use rimbench_results::trace;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Tells whether the tables of a plan have a column of findings: what only claims ask for if one does.
-fn has_finding(experiment: &Experiment, planned: &[PlannedRun], name: &str) -> bool {
-    match only_of(name) {
-        Some(Only::Claimed) => experiment.claims().iter().any(|claim| claim.metric == name),
-        _ => has(planned, name),
-    }
-}
-
-/// Tells whether the tables of a plan have a column: those of a split or of an audit only if it has such a run.
+/// Tells whether the tables of a plan have a column: one of some runs only if it has such a run.
 fn has(planned: &[PlannedRun], name: &str) -> bool {
-    let only = match name {
-        "split" => Some(Only::Split),
-        "audit" => Some(Only::Audit),
-        "belief" => Some(Only::Belief),
-        "delivery_up" | "delivery_down" | "late_samples" | "late_forces" | "catch_up_steps" => Some(Only::Late),
-        name => only_of(name),
-    };
-    match only {
-        Some(Only::Split) => planned.iter().any(|run| run.spec.scheme.splits),
-        Some(Only::Audit) => planned.iter().any(|run| run.spec.audit),
-        Some(Only::Belief) => planned.iter().any(|run| run.spec.belief.is_some()),
-        Some(Only::Late) => planned.iter().any(|run| run.spec.delivery.is_some()),
-        Some(Only::Column) => planned.iter().any(|run| run.spec.case.trace_columns.iter().any(|own| own == name)),
-        Some(Only::Friction | Only::Claimed) | None => true,
-    }
+    only_of(name).is_none_or(|only| planned.iter().any(|run| run.spec.has_column(name, only)))
 }
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
@@ -77,96 +55,63 @@ pub(super) fn summary_keys(run: &PlannedRun) -> [String; SUMMARY_KEYS.len()] {
     })
 }
 
-/// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace. They are the same
-/// for every experiment, but for those of a split, of an audit and of a claim; what does not apply is empty.
-pub(super) fn runs_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'static str> {
-    let findings = findings_header().into_iter().filter(|name| has_finding(experiment, planned, name)).collect();
-    [plan_header(planned), findings, vec!["wall_limit_s", "trace"]].concat()
-}
-
-/// Columns of `runs.csv` that say what was found.
-pub(super) fn findings_header() -> Vec<&'static str> {
-    nothing_found().findings().iter().map(|fact| fact.name).collect()
-}
-
-/// Columns of `cost.csv` that say what was found.
-pub(super) fn cost_findings() -> Vec<&'static str> {
-    nothing_found().costs().iter().map(|fact| fact.name).collect()
+/// Columns of `runs.csv` that say what was found: the same for every experiment, but for those of some runs and of a claim; what does not
+/// apply is empty.
+fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'static str> {
+    let mut names = names_of(|each| Findings::nothing(&Outcome::Completed).columns(each));
+    names.retain(|name| match only_of(name) {
+        Some(Only::Claimed) => experiment.claims().iter().any(|claim| claim.metric == *name),
+        _ => has(planned, name),
+    });
+    names
 }
 
 /// Columns of `cost.csv` that the plan says.
-pub(super) const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "phase"];
-
-/// Columns of `cost.csv`.
-pub(super) fn cost_header() -> Vec<&'static str> {
-    COST_PLAN.into_iter().chain(cost_findings()).collect()
-}
+const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "phase"];
 
 /// Name of the trace of a run.
 pub(super) fn trace_name(run_id: &str) -> String {
     format!("{run_id}.csv")
 }
 
-/// A run of which nothing is known, for the names of what is found.
-fn nothing_found() -> EvaluatedRun {
-    EvaluatedRun::not_evaluated(Outcome::Completed)
-}
-
-/// What is kept of one run.
-pub(super) fn record(
-    id: &str,
-    spec: &RunSpec,
-    run: &EvaluatedRun,
-    provenance: String,
-    trace: Option<TraceMark>,
-) -> Record {
-    let cells = |facts: Vec<Fact>| row(&facts.iter().map(Fact::cell).collect::<Vec<_>>());
-    let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
-    Record {
-        run_id: id.to_owned(),
-        findings: cells(run.findings()),
-        costs: cells(run.costs()),
-        provenance,
-        trace,
-        wall_limit_s: spec.wall_limit.filter(|_| timed_out).map(|limit| limit.as_secs_f64()),
-    }
-}
-
-/// The findings of a record, those that are to be `kept`.
-fn findings(record: &Record, kept: &[bool]) -> String {
-    let cells = cells_of(&record.findings).unwrap_or_default();
-    let kept = cells.iter().zip(kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell);
-    row(&kept.collect::<Vec<_>>())
-}
-
-/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan.
+/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the rows of runs, in the order of the plan.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub(super) fn write_tables(
+pub(super) fn write_tables<'a>(
     folder: &Path,
     experiment: &Experiment,
     planned: &[PlannedRun],
-    store: &Store,
+    row_of: impl Fn(&PlannedRun) -> Option<&'a RunRow>,
 ) -> Result<()> {
-    let plan = plan_header(planned);
-    let kept: Vec<bool> = findings_header().into_iter().map(|name| has_finding(experiment, planned, name)).collect();
-    let header = [row(&runs_header(experiment, planned)), row(&cost_header()), row(&provenance::HEADER)];
-    let mut tables = header.map(|header| header + "\n");
+    let (plan, kept) = (plan_header(planned), findings_header(experiment, planned));
+    let costs = names_of(|each| Costs::default().columns(each));
+    let of_cost: Vec<usize> = (0..plan.len()).filter(|&at| COST_PLAN.contains(&plan[at])).collect();
+    let origin = names_of(|each| RunOrigin::default().columns(each));
+    let header = [
+        [&plan[..], &kept, &["wall_limit_s", "trace"]].concat(),
+        [&COST_PLAN[..], &costs].concat(),
+        [&["run_id"][..], &origin].concat(),
+    ];
+    let mut tables = header.map(|header| row(&header) + "\n");
     for run in planned {
-        let record = store.get(&run.id).ok_or_else(|| Error::file(folder, format!("record {} has gone", run.id)))?;
+        let gone = || Error::file(folder, format!("the row of run {} has gone", run.id));
+        let mut stored = row_of(run).ok_or_else(gone)?.clone();
+        let findings = line_of(|each| {
+            stored.found.columns(&mut |name, cell| {
+                if kept.contains(&name) {
+                    each(name, cell);
+                }
+            });
+        });
         let [runs, cost, provenance] = &mut tables;
-        let limit = record.wall_limit_s.map(number).unwrap_or_default();
+        let limit = stored.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-        *runs += &row(&plan_cells(run, &plan));
-        for cells in [&findings(record, &kept), &limit, &trace] {
-            runs.push(',');
-            *runs += cells;
-        }
-        *cost += &row(&[&run.id, &run.label, &number(run.spec.macro_step), &number(run.spec.phase)]);
-        cost.push(',');
-        *cost += &record.costs;
-        *provenance += &record.provenance;
+        let cells = plan_cells(run, &plan);
+        *runs += &[&row(&cells), &findings, &limit, &trace].map(String::as_str).join(",");
+        let of_cost: Vec<&str> = of_cost.iter().map(|&at| &*cells[at]).collect();
+        *cost += &[row(&of_cost), line_of(|each| stored.costs.columns(each))].join(",");
+        *provenance += &[&run.id, &*line_of(|each| stored.origin.columns(each))].join(",");
         tables.iter_mut().for_each(|table| table.push('\n'));
     }
     for (name, table) in ["runs.csv", "cost.csv", "provenance.csv"].into_iter().zip(tables).rev() {

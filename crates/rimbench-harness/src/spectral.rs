@@ -81,10 +81,12 @@ pub fn spectral_radius(spec: &RunSpec) -> Result<f64> {
 type States = Vec<Vec<f64>>;
 
 fn states(spec: &RunSpec, start: &[f64], steps: usize) -> Result<States> {
-    let mut spec = RunSpec { phase: 1.0, duration: steps as f64 * spec.macro_step, ..spec.clone() };
+    let mut parameters = spec.parameters.clone();
     for (variable, value) in spec.case.linear_state.iter().zip(start) {
-        spec.parameters.set(&variable.initial, &format!("{value:?}"))?;
+        parameters.set(&variable.initial, &format!("{value:?}"))?;
     }
+    let duration = steps as f64 * spec.macro_step;
+    let spec = spec.with(|own| (own.phase, own.duration, own.parameters) = (1.0, duration, parameters))?;
     let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
     if result.report.outcome != Outcome::Completed {
         return Err(Error::Incompatible(format!(

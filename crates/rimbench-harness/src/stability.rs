@@ -191,7 +191,7 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()
             .map(|&phase| {
-                let run = RunSpec { phase, ..run.clone() };
+                let run = run.with(|own| own.phase = phase)?;
                 match simulate(&run, bounds.clone(), Some(monotonic_clock), search.stop)?.report.outcome {
                     Outcome::Stopped { .. } => Err(Error::Stopped),
                     outcome => Ok(outcome),

@@ -174,12 +174,12 @@ pub fn simulate<'py>(
     result.set_item("outcome", run.outcome.name())?;
     result.set_item("outcome_at_s", run.outcome.at_s())?;
     result.set_item("reason", run.outcome.reason())?;
-    result.set_item("ended_at_s", run.ended_at_s)?;
+    result.set_item("ended_at_s", run.found.ended_at_s)?;
     result.set_item("metrics", metrics)?;
     result.set_item("trace", trace)?;
     result.set_item("settings", facts(py, &spec.facts())?)?;
-    result.set_item("counters", facts(py, &run.counters())?)?;
-    result.set_item("costs", facts(py, &run.costs())?)?;
+    result.set_item("counters", facts(py, &run.found.counters())?)?;
+    result.set_item("costs", facts(py, &run.costs.facts())?)?;
     result.set_item("exception", raised.map(|raised| raised.into_value(py)))?;
     Ok(result)
 }

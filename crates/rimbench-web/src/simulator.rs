@@ -134,7 +134,7 @@ fn reference(spec: &RunSpec) -> Result<Reference> {
         case.defaults.reference_step_s *= coarser;
         case.defaults.reference_sampling_s *= coarser;
         let step = case.defaults.reference_step_s;
-        let solution = Reference::solution(&RunSpec { case: case.into(), ..spec.clone() }, 1, StopFlag::never())?;
+        let solution = Reference::solution(&spec.with(|own| own.case = case.into())?, 1, StopFlag::never())?;
         Ok::<_, Error>((solution, step))
     };
     // An impact in the heap of the crane takes the program's step.
@@ -152,12 +152,12 @@ fn words(spec: &RunSpec, run: &EvaluatedRun) -> String {
     if !run.outcome.reason().is_empty() {
         let _ = writeln!(words, "reason {}", run.outcome.reason().replace(char::is_control, " "));
     }
-    for (metric, value) in METRICS.iter().zip(&run.metrics) {
+    for (metric, value) in METRICS.iter().zip(&run.found.metrics) {
         if let Some(value) = value {
             let _ = writeln!(words, "{} {value:?}", metric.name);
         }
     }
-    for counter in run.counters() {
+    for counter in run.found.counters() {
         let _ = writeln!(words, "{} {}", counter.name, counter.cell());
     }
     words + &columns(run.trajectory.columns())
@@ -204,8 +204,7 @@ mod tests {
         let unknown = vec![f64::NAN; reference.columns().len()];
         let packed = [reference.data(), &unknown, &unknown, &[2.5e-5]].concat();
         let of_program = evaluate(&spec, result, &Reference::unpack(&spec.case, packed).unwrap()).unwrap();
-        let index = METRICS.iter().position(|metric| metric.name == "force_error_rms_n").unwrap();
-        let of_program = of_program.metrics[index].unwrap();
+        let of_program = of_program.found.metric("force_error_rms_n").unwrap();
         assert!(of_program > 1.0 && (error - of_program).abs() < 0.1, "{error} {of_program}");
     }
 

@@ -123,14 +123,14 @@ mod tests {
         catalogue
     }
 
-    fn run(catalogue: &Catalogue, case: &str, scheme: &str) -> (RunResult, Vec<Option<f64>>) {
+    fn run(catalogue: &Catalogue, case: &str, scheme: &str) -> (RunResult, Box<[Option<f64>]>) {
         let mut request = RunRequest::of(case, scheme);
         request.set.push(("integrator".into(), "semi-implicit-euler".into()));
         request.put("duration_s", "0.1").unwrap();
         let spec = request.resolve(catalogue).unwrap();
         let result = simulate(&spec, Bounds::default(), None, StopFlag::never()).unwrap();
         let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
-        (result.clone(), evaluate(&spec, result, &reference).unwrap().metrics)
+        (result.clone(), evaluate(&spec, result, &reference).unwrap().found.metrics)
     }
 
     #[test]

@@ -118,8 +118,3 @@ pub fn is_signed(name: &str) -> bool {
 pub fn ideal_of(name: &str) -> f64 {
     METRICS.iter().find(|metric| metric.name == name).map_or(0.0, |metric| metric.ideal)
 }
-
-/// Finds the runs that a metric, by name, says something of; none where these are all, or it is no metric.
-pub fn only_of(name: &str) -> Option<Only> {
-    METRICS.iter().find(|metric| metric.name == name)?.only
-}

@@ -1,38 +1,26 @@
 //! A run held against its reference: metrics and counters by name.
 
-use super::facts::Fact;
-use super::latency::Latency;
+use super::findings::{Costs, Findings, Latency};
 use super::predicted_growth::predicted_growth;
 use super::reference::{GAP, Reference, friction_of};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
-use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, OutcomeClass, StopFlag, Trajectory, Work, division};
+use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, StopFlag, Trajectory, division};
 use rimbench_core::error::{Error, Failure, Result};
-use std::time::Duration;
 
 /// What is kept of a run: its outcome, every metric, every counter.
 #[derive(Debug, Clone)]
 pub struct EvaluatedRun {
     /// How it ended.
     pub outcome: Outcome,
-    /// Time of the last communication point reached, s.
-    pub ended_at_s: f64,
-    /// Whether the model was the mechanics itself, so that there was nothing to be wrong about.
-    pub model_exact: bool,
-    /// One value per entry of [`METRICS`].
-    pub metrics: Vec<Option<f64>>,
-    /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
-    pub reference_uncertainty: [Option<f64>; 2],
+    /// What was found.
+    pub found: Findings,
+    /// What it cost on this machine.
+    pub costs: Costs,
     /// The jump that created most, of those that did, in an audited run.
     pub largest_jump: Option<Jump>,
-    /// All work.
-    pub work: Work,
-    /// Wall time of the macro loop.
-    pub wall: Duration,
-    /// Latency of its macro steps; deadline H.
-    pub latency: Option<Latency>,
     /// The trajectory.
     pub trajectory: Trajectory,
 }
@@ -41,15 +29,10 @@ impl EvaluatedRun {
     /// Makes the record of a run of which nothing is known but how it ended.
     pub fn not_evaluated(outcome: Outcome) -> Self {
         EvaluatedRun {
+            found: Findings::nothing(&outcome),
             outcome,
-            ended_at_s: 0.0,
-            model_exact: false,
-            metrics: vec![None; METRICS.len()],
-            reference_uncertainty: [None; 2],
+            costs: Costs::default(),
             largest_jump: None,
-            work: Work::default(),
-            wall: Duration::ZERO,
-            latency: None,
             trajectory: Trajectory::with_capacity(Vec::new(), 0),
         }
     }
@@ -57,75 +40,12 @@ impl EvaluatedRun {
     /// Lists the metrics that the case of the run has, each with its value; nothing where it does not apply to this run.
     pub fn metrics_of(&self, case: &Case) -> impl Iterator<Item = (&'static Metric, Option<f64>)> + '_ {
         let friction = case.records_friction();
-        let all = METRICS.iter().zip(self.metrics.iter().copied());
+        let all = METRICS.iter().zip(self.found.metrics.iter().copied());
         all.filter(move |(metric, value)| match metric.only {
             Some(Only::Friction) => friction,
             Some(Only::Claimed) => false,
             only => value.is_some() || only.is_none(),
         })
-    }
-
-    /// Computes simulated time over wall time.
-    pub fn real_time_factor(&self) -> f64 {
-        self.ended_at_s / self.wall.as_secs_f64()
-    }
-
-    /// Says what was found, the same on every machine.
-    pub fn findings(&self) -> Vec<Fact> {
-        let mut findings = vec![
-            Fact::text("outcome", self.outcome.name()),
-            Fact::number("outcome_at_s", self.outcome.at_s()),
-            Fact::text("reason", self.outcome.reason()),
-            Fact::number("ended_at_s", self.ended_at_s),
-            Fact::text("model_exact", self.model_exact.to_string()),
-        ];
-        findings.extend(METRICS.iter().zip(&self.metrics).map(|(metric, value)| Fact::number(metric.name, *value)));
-        let [force, position] = self.reference_uncertainty;
-        findings.push(Fact::number("reference_force_uncertainty_n", force));
-        findings.push(Fact::number("reference_position_uncertainty_m", position));
-        findings.extend(self.counters());
-        findings
-    }
-
-    /// Lists exact counts of the work.
-    pub fn counters(&self) -> Vec<Fact> {
-        let Work { cosim, sides, scheme } = &self.work;
-        let (mechanics, actuator) = (&sides.mechanics, &sides.actuator);
-        [
-            ("macro_steps", cosim.macro_steps),
-            ("repeated_macro_steps", cosim.repeated_macro_steps),
-            ("exchanges", cosim.exchanges),
-            ("catch_up_steps", cosim.catch_up_steps),
-            ("mechanics_micro_steps", mechanics.micro_steps),
-            ("actuator_micro_steps", actuator.micro_steps),
-            ("eliminations", mechanics.eliminations),
-            ("mechanics_lcp_solves", mechanics.solver.solves),
-            ("mechanics_lcp_pivots", mechanics.solver.pivots),
-            ("mechanics_lcp_factorisations", mechanics.solver.factorisations),
-            ("mechanics_lcp_fallbacks", mechanics.solver.fallbacks),
-            ("scheme_lcp_solves", scheme.solves),
-            ("scheme_lcp_pivots", scheme.pivots),
-            ("scheme_lcp_factorisations", scheme.factorisations),
-            ("scheme_lcp_fallbacks", scheme.fallbacks),
-            ("scheme_parametric_steps", scheme.parametric),
-        ]
-        .map(|(name, count)| Fact::count(name, count))
-        .to_vec()
-    }
-
-    /// Says what it cost on this machine.
-    pub fn costs(&self) -> Vec<Fact> {
-        let latency = |of: fn(&Latency) -> f64| self.latency.as_ref().map(of);
-        let missed = self.latency.map(|latency| latency.missed_deadlines);
-        vec![
-            Fact::number("wall_s", self.wall.as_secs_f64()),
-            // A run that was not begun took no time.
-            Fact::number("real_time_factor", Some(self.real_time_factor()).filter(|factor| factor.is_finite())),
-            Fact::number("latency_p50_s", latency(|latency| latency.p50_s)),
-            Fact::number("latency_p99_s", latency(|latency| latency.p99_s)),
-            Fact::number("latency_max_s", latency(|latency| latency.max_s)),
-            missed.map_or(Fact::number("missed_deadlines", None), |count| Fact::count("missed_deadlines", count)),
-        ]
     }
 }
 
@@ -180,11 +100,11 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         None => None,
     };
     // Code from outside is not built once more.
-    let predicted_growth = match if spec.case.from_outside { Ok(None) } else { predicted_growth(spec) } {
-        Ok(found) => found.map(|(growth, _)| growth),
-        // What cannot be linearised at its start cannot be run from there either, and the outcome says why.
-        Err(_) if result.report.outcome.class() != OutcomeClass::Completed => None,
-        Err(error) => return Err(error),
+    let predicted_growth = match spec.predict_growth && !spec.case.from_outside {
+        // What did not get beyond its start may be what cannot be linearised there, and the outcome says why.
+        true if result.report.ended_at_s == 0.0 => None,
+        true => predicted_growth(spec)?.map(|(growth, _)| growth),
+        false => None,
     };
     let evidence = Evidence {
         run: &result.trajectory,
@@ -205,7 +125,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         predicted_growth,
     };
     let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
-    let metrics: Vec<Option<f64>> =
+    let metrics: Box<[Option<f64>]> =
         METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
     // A run whose account of energy cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
     let outcome = match (result.report.outcome, result.report.audit.not_finite()) {
@@ -214,19 +134,23 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         }
         (outcome, _) => outcome,
     };
+    let ended_at_s = result.report.ended_at_s;
+    let latency = Latency::of(result.report.latencies_s, spec.macro_step);
     Ok(EvaluatedRun {
-        model_exact: spec.model_is_exact(),
-        metrics,
-        reference_uncertainty: [
-            columns.iter().filter_map(|row| reference.uncertainty_of(&row.force)).reduce(f64::max),
-            columns.iter().filter_map(|row| reference.uncertainty_of(&row.position)).reduce(f64::max),
-        ],
+        found: Findings {
+            ended_at_s,
+            model_exact: spec.model_is_exact(),
+            metrics,
+            reference_uncertainty: [
+                columns.iter().filter_map(|row| reference.uncertainty_of(&row.force)).reduce(f64::max),
+                columns.iter().filter_map(|row| reference.uncertainty_of(&row.position)).reduce(f64::max),
+            ],
+            work: result.report.work,
+            ..Findings::nothing(&outcome)
+        },
+        costs: Costs::of(ended_at_s, result.wall.as_secs_f64(), latency),
         largest_jump: result.report.audit.model.and_then(|model| model.largest),
-        ended_at_s: result.report.ended_at_s,
         outcome,
-        work: result.report.work,
-        wall: result.wall,
-        latency: Latency::of(result.report.latencies_s, spec.macro_step),
         trajectory: result.trajectory,
     })
 }

@@ -1,6 +1,7 @@
 //! What determines a run, as one list: run id, tables, JSON and plans all read it.
 
-use super::spec::RunSpec;
+use super::spec::{RunSettings, RunSpec};
+use crate::metrics::{METRICS, Only};
 use rimbench_core::cosim::StepControl;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use sha2::{Digest, Sha256};
@@ -59,10 +60,40 @@ impl Fact {
     }
 }
 
+/// Settings and counters of some runs. A run that has none has the id that it had before there was such a setting.
+const OF_SOME_RUNS: [(&str, Only); 8] = [
+    ("split", Only::Split),
+    ("audit", Only::Audit),
+    ("belief", Only::Belief),
+    ("delivery_up", Only::Late),
+    ("delivery_down", Only::Late),
+    ("late_samples", Only::Late),
+    ("late_forces", Only::Late),
+    ("catch_up_steps", Only::Late),
+];
+
+/// Finds the runs that a column of tables, by name, says something of; none where these are all.
+pub fn only_of(column: &str) -> Option<Only> {
+    let metric = METRICS.iter().find(|metric| metric.name == column);
+    metric.map_or_else(|| Some(OF_SOME_RUNS.iter().find(|(name, _)| *name == column)?.1), |metric| metric.only)
+}
+
 impl RunSpec {
+    /// Tells whether a table of this run has a column that is of `only` such runs; of what is claimed the claims tell.
+    pub fn has_column(&self, column: &str, only: Only) -> bool {
+        match only {
+            Only::Split => self.scheme.splits,
+            Only::Audit => self.audit,
+            Only::Belief => self.belief.is_some(),
+            Only::Late => self.delivery.is_some(),
+            Only::Column => self.case.trace_columns.iter().any(|own| own == column),
+            Only::Friction | Only::Claimed => true,
+        }
+    }
+
     /// Lists everything that determines the run.
     pub fn facts(&self) -> Vec<Fact> {
-        let RunSpec {
+        let RunSettings {
             case,
             parameters,
             scheme,
@@ -82,9 +113,10 @@ impl RunSpec {
             micro_step,
             duration,
             audit,
-            // Of a run that reaches its end it says nothing.
+            // Neither says anything of how the run goes.
+            predict_growth: _,
             wall_limit: _,
-        } = self;
+        } = &**self;
         let of_model = |name, text: Option<String>| Fact { name, value: text.map(FactValue::Text) };
         let rule = step_control.as_ref();
         vec![
@@ -131,9 +163,7 @@ impl RunSpec {
         };
         for fact in self.facts() {
             match &fact.value {
-                // Runs without it are as old as they are.
-                None if ["split", "audit", "delivery_up", "delivery_down", "late_samples", "late_forces", "belief"]
-                    .contains(&fact.name) => {}
+                None if OF_SOME_RUNS.iter().any(|(name, _)| *name == fact.name) => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),

@@ -9,7 +9,7 @@
 
 mod evaluation;
 mod facts;
-mod latency;
+mod findings;
 mod predicted_growth;
 mod reference;
 mod request;
@@ -17,10 +17,10 @@ mod simulation;
 mod spec;
 
 pub use evaluation::{EvaluatedRun, evaluate};
-pub use facts::{Fact, FactValue};
-pub use latency::Latency;
+pub use facts::{Fact, FactValue, only_of};
+pub use findings::{Cell, Columns, Costs, Findings, Latency, counter_names, facts_of, names_of};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, NO_FORCE, Reference};
-pub use request::{RunOption, RunRequest};
+pub use request::{Given, RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
-pub use spec::RunSpec;
+pub use spec::{RunSettings, RunSpec};

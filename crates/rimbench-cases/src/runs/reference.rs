@@ -110,9 +110,9 @@ impl Reference {
         let reference = match Self::exact(spec, stop)? {
             Some(exact) => exact,
             None => {
-                let mut coarse = spec.of_the_reference().into_owned();
-                let defaults = &mut Arc::make_mut(&mut coarse.case).defaults;
-                defaults.reference_step_s = defaults.reference_sampling_s;
+                let mut case = Case::clone(&spec.of_the_reference().case);
+                case.defaults.reference_step_s = case.defaults.reference_sampling_s;
+                let coarse = spec.of_case(Arc::new(case));
                 let solution = Self::solution(&coarse, Self::REFINEMENTS[0], stop)?;
                 Self::of_one(&coarse, solution, f64::NAN)?
             }
@@ -395,7 +395,7 @@ impl RunSpec {
     pub fn of_the_reference(&self) -> Cow<'_, RunSpec> {
         match &self.case.judged_by {
             None => Cow::Borrowed(self),
-            Some(judge) => Cow::Owned(RunSpec { case: judge.clone(), ..self.clone() }),
+            Some(judge) => Cow::Owned(self.of_case(judge.clone())),
         }
     }
 

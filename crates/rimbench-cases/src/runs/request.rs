@@ -7,6 +7,38 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
 use rimbench_core::schemes::{ContactDetection, ModelMotion, Split};
+use std::fmt;
+
+/// A value as a file or the command line gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Given {
+    /// A word, or what is still to be read as one value or another.
+    Text(String),
+    /// A number; a time is in seconds.
+    Number(f64),
+}
+
+impl From<f64> for Given {
+    fn from(number: f64) -> Self {
+        Given::Number(number)
+    }
+}
+
+impl<T: AsRef<str> + ?Sized> From<&T> for Given {
+    fn from(text: &T) -> Self {
+        Given::Text(text.as_ref().to_owned())
+    }
+}
+
+impl fmt::Display for Given {
+    /// Writes a number as the shortest text that reads back to the same bits.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Given::Text(text) => f.write_str(text),
+            Given::Number(number) => write!(f, "{number:?}"),
+        }
+    }
+}
 
 /// An option of a run, for whoever offers it to a user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,22 +68,23 @@ macro_rules! run_options {
             pub const OPTIONS: &'static [RunOption] =
                 &[$(RunOption { key: stringify!($key), takes: $takes, about: concat!($($about),+).trim_ascii() }),+];
 
-            /// Reads one option from text.
+            /// Sets one option.
             ///
             /// # Errors
-            /// [`Error::UnknownName`] for a key that is none; whatever reading the text says.
-            pub fn put(&mut self, key: &str, text: &str) -> Result<()> {
+            /// [`Error::UnknownName`] for a key that is none; whatever reading a text says.
+            pub fn put(&mut self, key: &str, value: impl Into<Given>) -> Result<()> {
+                let value = value.into();
                 match key {
-                    $(stringify!($key) => self.$key = Some(<$kind as OptionText>::read(key, text)?),)+
+                    $(stringify!($key) => self.$key = Some(<$kind as OptionValue>::read(key, value)?),)+
                     _ => return Err(Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))),
                 }
                 Ok(())
             }
 
-            /// Writes the options that are given as texts from which [`put`](Self::put) reads the same.
-            pub fn texts(&self) -> Vec<(&'static str, String)> {
-                let texts = [$((stringify!($key), self.$key.as_ref().map(OptionText::write))),+];
-                texts.into_iter().filter_map(|(key, text)| Some((key, text?))).collect()
+            /// Lists the options that are given, with values of which [`put`](Self::put) makes the same.
+            pub fn given(&self) -> Vec<(&'static str, Given)> {
+                let values = [$((stringify!($key), self.$key.as_ref().map(OptionValue::write))),+];
+                values.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
             }
         }
     };
@@ -119,43 +152,46 @@ impl RunRequest {
     }
 }
 
-/// An option that can be written as text.
-trait OptionText: Sized {
-    fn read(key: &str, text: &str) -> Result<Self>;
+/// The value of an option.
+trait OptionValue: Sized {
+    fn read(key: &str, given: Given) -> Result<Self>;
 
-    fn write(&self) -> String;
+    fn write(&self) -> Given;
 }
 
-impl OptionText for String {
-    fn read(_key: &str, text: &str) -> Result<Self> {
-        Ok(text.to_owned())
+impl OptionValue for String {
+    fn read(_key: &str, given: Given) -> Result<Self> {
+        Ok(given.to_string())
     }
 
-    fn write(&self) -> String {
-        self.clone()
+    fn write(&self) -> Given {
+        Given::from(self)
     }
 }
 
-impl OptionText for f64 {
-    fn read(key: &str, text: &str) -> Result<Self> {
-        text.trim().parse().map_err(|_| Error::invalid(key, text, "a number"))
+impl OptionValue for f64 {
+    fn read(key: &str, given: Given) -> Result<Self> {
+        match given {
+            Given::Number(number) => Ok(number),
+            Given::Text(text) => text.trim().parse().map_err(|_| Error::invalid(key, text, "a number")),
+        }
     }
 
-    fn write(&self) -> String {
-        format!("{self:?}")
+    fn write(&self) -> Given {
+        Given::Number(*self)
     }
 }
 
 /// What says itself what is wrong with a text.
 macro_rules! read_by_name {
     ($($kind:ty),+) => {
-        $(impl OptionText for $kind {
-            fn read(_key: &str, text: &str) -> Result<Self> {
-                text.parse()
+        $(impl OptionValue for $kind {
+            fn read(_key: &str, given: Given) -> Result<Self> {
+                given.to_string().parse()
             }
 
-            fn write(&self) -> String {
-                self.to_string()
+            fn write(&self) -> Given {
+                Given::Text(self.to_string())
             }
         })+
     };
@@ -214,9 +250,12 @@ mod tests {
             request.put(key, text).unwrap();
         }
         let mut again = RunRequest::default();
-        request.texts().iter().for_each(|(key, text)| again.put(key, text).unwrap());
+        request.given().into_iter().for_each(|(key, value)| again.put(key, &value.to_string()).unwrap());
         assert_eq!(again, request);
-        assert_eq!(request.texts().len(), 10);
+        assert_eq!(request.given().len(), 10);
+        // A number stays the number that it is.
+        again.put("macro_step_s", f64::from_bits(0x3f21_2345_6789_abcd)).unwrap();
+        assert_eq!(again.macro_step_s.map(f64::to_bits), Some(0x3f21_2345_6789_abcd));
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! One run, from everything that determines it to what comes of it.
 
 use super::reference::Reference;
-use super::spec::RunSpec;
+use super::spec::{RunSettings, RunSpec};
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, CommunicationGrid, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides,
-    StepControl, StepRule, StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
+    Bounds, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides, StepControl, StepRule,
+    StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -26,22 +26,20 @@ pub struct RunResult {
     pub wall: Duration,
 }
 
-/// A run that is checked, on its communication points, with both sides built.
+/// A run with both sides built.
 pub struct PreparedRun<'a> {
     spec: &'a RunSpec,
-    grid: CommunicationGrid,
     system: CoupledSystem,
 }
 
 impl RunSpec {
-    /// Checks the run and builds both sides: what cannot run is found before anything is computed.
+    /// Builds both sides: what cannot run is found before anything is computed.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid, and those of building the case.
+    /// Those of building the case.
     pub fn prepare(&self) -> Result<PreparedRun<'_>> {
-        let grid = self.checked()?;
         let system = (self.case.build)(&self.parameters, &self.solver)?;
-        Ok(PreparedRun { spec: self, grid, system })
+        Ok(PreparedRun { spec: self, system })
     }
 
     /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of the trajectory.
@@ -50,14 +48,14 @@ impl RunSpec {
     /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
     pub fn audited(self) -> Result<Self> {
         match self.not_auditable() {
-            None => Ok(RunSpec { audit: true, ..self }),
+            None => self.with(|own| own.audit = true),
             Some(why) => Err(Error::Incompatible(format!("audit: {why}"))),
         }
     }
 
     /// Says why there can be no account of what the interface model creates, if there can be none.
     pub fn not_auditable(&self) -> Option<String> {
-        let RunSpec { scheme, force_return, .. } = self;
+        let RunSettings { scheme, force_return, .. } = &**self;
         let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
@@ -76,7 +74,7 @@ impl RunSpec {
 impl PreparedRun<'_> {
     /// Says what the macro loop needs to know; `bounds` say beyond what the run counts as diverged.
     pub fn setup(&self, bounds: Bounds) -> Setup {
-        self.spec.setup(self.grid, bounds)
+        self.spec.setup(bounds)
     }
 
     /// Names the contacts of the interface model, as in "right wedge"; none where they have no names.
@@ -255,7 +253,7 @@ mod tests {
             let mut spec = request.resolve(&catalogue).unwrap();
             let mut case = Case::clone(&spec.case);
             case.steps.mechanics = PossibleSteps { equal, multiple_of };
-            spec.case = Arc::new(case);
+            spec = spec.with(|own| own.case = Arc::new(case)).unwrap();
             unequal_steps(&spec, &spec.prepare().unwrap().setup(Bounds::default())).is_some()
         };
         let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];

@@ -11,12 +11,30 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
 use rimbench_core::schemes::{ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
+use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Everything that determines a run.
+/// A run: its settings, checked once, on its communication points.
+///
+/// [`with`](Self::with) makes another of it, which is checked as well.
 #[derive(Debug, Clone)]
 pub struct RunSpec {
+    settings: RunSettings,
+    grid: CommunicationGrid,
+}
+
+impl Deref for RunSpec {
+    type Target = RunSettings;
+
+    fn deref(&self) -> &RunSettings {
+        &self.settings
+    }
+}
+
+/// Everything that determines a run.
+#[derive(Debug, Clone)]
+pub struct RunSettings {
     /// The case.
     pub case: Arc<Case>,
     /// Its parameters, resolved.
@@ -55,6 +73,8 @@ pub struct RunSpec {
     pub duration: f64,
     /// Whether there is an account of what its interface model creates (see [`audited`](Self::audited)).
     pub audit: bool,
+    /// Whether the growth of its linearised coupling is [predicted](super::predicted_growth). No part of what the run is.
+    pub predict_growth: bool,
     /// Wall time after which the run ends with outcome `timeout`. No part of what the run is.
     pub wall_limit: Option<Duration>,
 }
@@ -162,7 +182,7 @@ impl RunRequest {
         let delivery = delivery(scheme, delivery_up.as_ref(), delivery_down.as_ref(), *late_samples, *late_forces)?;
         let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
         let control = step_control.unwrap_or_default();
-        let mut spec = RunSpec {
+        let mut settings = RunSettings {
             case: case.clone(),
             parameters: parameters.clone().lasting(duration_s.unwrap_or(case.defaults.duration_s)),
             model: scheme.has_model().then_some(model),
@@ -183,16 +203,40 @@ impl RunRequest {
             micro_step: micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             duration: duration_s.unwrap_or(case.defaults.duration_s),
             audit: false,
+            predict_growth: false,
             wall_limit: wall_limit_s.map(wall_limit).transpose()?,
         };
-        spec.mechanics_steps = spec.in_one_form();
-        spec.check()?;
+        settings.mechanics_steps = settings.in_one_form();
+        let spec = RunSpec::of(settings)?;
+        spec.check_model()?;
         spec.check_reference()?;
         Ok(spec)
     }
 }
 
 impl RunSpec {
+    /// Checks everything that can be checked without either side.
+    fn of(settings: RunSettings) -> Result<Self> {
+        Ok(RunSpec { grid: settings.checked()?, settings })
+    }
+
+    /// Makes the same run with some of its settings changed.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    pub fn with(&self, change: impl FnOnce(&mut RunSettings)) -> Result<Self> {
+        let mut settings = self.settings.clone();
+        change(&mut settings);
+        Self::of(settings)
+    }
+
+    /// The same run of another case, which says nothing of communication points.
+    pub(super) fn of_case(&self, case: Arc<Case>) -> Self {
+        RunSpec { settings: RunSettings { case, ..self.settings.clone() }, grid: self.grid }
+    }
+}
+
+impl RunSettings {
     /// The mechanics' steps, a count that is the actuator's in every macro step as `all` of them: one run has one id. One step is left as it
     /// is, because it is exact at that macro step only.
     fn in_one_form(&self) -> MechanicsSteps {
@@ -207,12 +251,11 @@ impl RunSpec {
         }
     }
 
-    /// Checks everything that can be checked without running. Both sides are built only for options that not all mechanics allow.
+    /// Checks what can be checked without running. Both sides are built only for options that not all mechanics allow.
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    fn check(&self) -> Result<()> {
-        self.checked()?;
+    fn check_model(&self) -> Result<()> {
         // A machine that cannot be built says so when it is built.
         if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
             && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
@@ -227,7 +270,7 @@ impl RunSpec {
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    pub(super) fn checked(&self) -> Result<CommunicationGrid> {
+    fn checked(&self) -> Result<CommunicationGrid> {
         self.parameters.check_used()?;
         let grid = self.grid()?;
         let macro_steps = grid.macro_steps();
@@ -430,11 +473,13 @@ impl RunSpec {
             self.mechanics_integrator.second_order().is_none() && self.mechanics_steps != MechanicsSteps::AsActuator;
         if coarse { 2 } else { self.scheme.order + 1 }
     }
+}
 
+impl RunSpec {
     /// Says what the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
-    pub(super) fn setup(&self, grid: CommunicationGrid, bounds: Bounds) -> Setup {
+    pub(super) fn setup(&self, bounds: Bounds) -> Setup {
         Setup {
-            grid,
+            grid: self.grid,
             step_rule: self.step_control.map(|rule| StepRule {
                 order: if rule.control.by_defect() { self.defect_order() } else { rule.order },
                 ..rule

@@ -25,7 +25,7 @@ pub fn golden_run(spec: &RunSpec, side: Side) -> Result<(Trajectory, Outcome)> {
         build: Arc::new(move |parameters, solver| Ok(CoupledSystem::of(build(parameters, solver)?.sides))),
         ..Case::clone(&spec.case)
     };
-    let spec = RunSpec { case: Arc::new(bare), ..spec.clone() };
+    let spec = spec.with(|own| own.case = Arc::new(bare))?;
     let result = simulate(&spec, Bounds::default(), None, StopFlag::never())?;
     Ok((result.trajectory, result.report.outcome))
 }

@@ -21,9 +21,8 @@ use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::METRICS;
-use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSpec, simulate};
-use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, OutcomeClass, OutcomeKind, StopFlag};
+use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSettings, RunSpec, simulate};
+use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Pool;
 use std::collections::BTreeMap;
@@ -335,7 +334,7 @@ impl Search<'_> {
             return Err(Error::Stopped);
         }
         (self.question.progress)(Step::Done(run.outcome.class()));
-        let error = METRICS.iter().position(|metric| metric.name == METRIC).and_then(|place| run.metrics[place]);
+        let error = run.found.metric(METRIC);
         let (outcome, error) = (run.outcome.kind(), error.filter(|error| error.is_finite()));
         let fault = match error {
             _ if outcome.class() != OutcomeClass::Completed => {
@@ -345,18 +344,15 @@ impl Search<'_> {
             Some(error) => Some(format!("error {:.3} % of the peak force", 100.0 * error)),
             None => Some("no error relative to a peak".to_owned()),
         };
-        let work = [
-            run.work.cosim.exchanges,
-            run.work.sides.mechanics.micro_steps,
-            run.work.sides.actuator.micro_steps,
-            run.work.scheme.solves + run.work.scheme.parametric,
-        ];
+        let Work { cosim, sides, scheme } = run.found.work;
+        let solves = scheme.solves + scheme.parametric;
+        let work = [cosim.exchanges, sides.mechanics.micro_steps, sides.actuator.micro_steps, solves];
         let probe = Probe {
             run_id: spec.id(),
             phase,
             outcome,
             error,
-            model_exact: run.model_exact,
+            model_exact: run.found.model_exact,
             time_per_step_s: time / (spec.duration / step).ceil().max(1.0),
             work: work.map(|count| count as f64),
         };
@@ -392,7 +388,7 @@ impl AdviceRow {
 
     /// The form in words.
     pub fn form(&self) -> String {
-        let RunSpec { sequence, force_return, mechanics_steps, .. } = &self.first;
+        let RunSettings { sequence, force_return, mechanics_steps, .. } = &*self.first;
         let steps = match mechanics_steps {
             MechanicsSteps::AsActuator => "as many mechanics steps as micro steps".to_owned(),
             MechanicsSteps::Count(count) if count.get() == 1 => "1 mechanics step".to_owned(),

@@ -3,8 +3,7 @@
 use super::claim::{Claim, Statistic, claim_metrics};
 use super::planned_run::PlannedRun;
 use rimbench_cases::metrics::METRICS;
-use rimbench_cases::runs::EvaluatedRun;
-use rimbench_core::cosim::Outcome;
+use rimbench_cases::runs::counter_names;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::{ALL, has_words};
 use std::collections::BTreeSet;
@@ -51,9 +50,9 @@ impl Claim {
     /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
     fn check_equal_cost(&self) -> Result<()> {
         let Some(counter) = &self.at_equal else { return Ok(()) };
-        let counters = EvaluatedRun::not_evaluated(Outcome::Completed).counters();
-        if !counters.iter().any(|known| known.name == counter) {
-            let error = Error::unknown("counter", counter, counters.iter().map(|known| known.name));
+        let counters = counter_names();
+        if !counters.contains(&counter.as_str()) {
+            let error = Error::unknown("counter", counter, counters);
             return Err(Error::Incompatible(format!("claim `{}`: at_equal: {error}", self.id)));
         }
         if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {

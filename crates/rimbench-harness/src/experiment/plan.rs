@@ -9,7 +9,8 @@ use crate::references::content_key;
 use rayon::prelude::*;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{Reference, RunRequest, RunSpec};
+use rimbench_cases::metrics::Only;
+use rimbench_cases::runs::{Reference, RunRequest, RunSpec, only_of};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
@@ -95,6 +96,7 @@ impl Experiment {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
+        let predict_growth = self.claims.iter().any(|claim| only_of(&claim.metric) == Some(Only::Claimed));
         let mut runs = Vec::new();
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
@@ -113,7 +115,10 @@ impl Experiment {
                             let request = self.request(entry, request, macro_step, phase);
                             let spec = request.resolve_for(catalogue, case, parameters);
                             let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
-                            spec.audit = self.audit && spec.not_auditable().is_none();
+                            let audit = self.audit && spec.not_auditable().is_none();
+                            if audit || predict_growth {
+                                spec = spec.with(|own| (own.audit, own.predict_growth) = (audit, predict_growth))?;
+                            }
                             let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
                             let rejected_draws = *rejected_draws;
                             Ok(PlannedRun { id: spec.id(), spec, label, pooled_set, rejected_draws })

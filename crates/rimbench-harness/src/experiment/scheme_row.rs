@@ -1,7 +1,7 @@
 //! One `[[schemes]]` of an experiment file: a label, macro steps of its own, and any option that a run has.
 
 use crate::deadline_log::replay_log;
-use crate::grid::{MacroSteps, scalar_text};
+use crate::grid::{MacroSteps, scalar, scalar_text};
 use rimbench_cases::runs::RunRequest;
 use rimbench_core::cosim::Channel;
 use rimbench_core::error::{Error, Result, shortened};
@@ -109,11 +109,11 @@ impl SchemeRow {
                             OWN_KEYS.into_iter().chain(options()),
                         ));
                     }
-                    let text = scalar_text(option, &value)?;
-                    row.request.put(option, &text)?;
+                    let value = scalar(option, &value)?;
                     if option != "scheme" {
-                        row.given.insert(option.to_owned(), text);
+                        row.given.insert(option.to_owned(), value.to_string());
                     }
+                    row.request.put(option, value)?;
                 }
             }
         }

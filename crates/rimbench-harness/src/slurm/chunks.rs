@@ -1,10 +1,8 @@
 //! What is missing of an experiment, in chunks that last about equally long.
 
-use crate::execution::stored;
 use crate::experiment::PlannedRun;
+use crate::folder::Folder;
 use crate::job::Job;
-use crate::results::{COST_PLAN, cost_header};
-use crate::store::Record;
 use rimbench_core::error::Result;
 use std::collections::BTreeMap;
 
@@ -66,8 +64,8 @@ const LOOKED_AT: usize = 4;
 /// Bad input; a folder that belongs to something else.
 pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    let (stored_runs, _) = stored(&job)?;
-    let missing = stored_runs.missing(&planned);
+    let folder = Folder::look(&job, &planned)?;
+    let missing = folder.missing(&planned);
     let mut times = Times::default();
     // Nobody asks what is done how long it took.
     if !missing.is_empty() {
@@ -75,7 +73,8 @@ pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
             if !times.wants(run) {
                 continue;
             }
-            if let Some(seconds) = stored_runs.store.get(&run.id).and_then(wall_s) {
+            let seconds = folder.store.get(&run.id).map(|row| row.costs.wall_s);
+            if let Some(seconds) = seconds.filter(|seconds| seconds.is_finite()) {
                 times.learn(run, seconds);
             }
         }
@@ -95,12 +94,6 @@ pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
         }
     }
     Ok(chunking)
-}
-
-/// The wall time of a stored run, s; none if it has none.
-fn wall_s(record: &Record) -> Option<f64> {
-    let column = cost_header().iter().position(|name| *name == "wall_s")? - COST_PLAN.len();
-    record.costs.split(',').nth(column)?.parse().ok().filter(|seconds: &f64| seconds.is_finite())
 }
 
 /// Measured times, by case and scheme row.

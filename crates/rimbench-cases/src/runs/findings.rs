@@ -1,0 +1,295 @@
+//! What is kept of a run, as one list of columns: tables, the store and JSON write it by that list, and the store reads it back.
+
+use super::facts::{Fact, FactValue};
+use crate::metrics::METRICS;
+use rimbench_core::cosim::{Outcome, OutcomeKind, Work};
+use rimbench_statistics::nearest_rank;
+use std::sync::Arc;
+
+/// What was found of a run, the same on every machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Findings {
+    /// How it ended.
+    pub outcome: OutcomeKind,
+    /// When it left the path of a completed run, s.
+    pub outcome_at_s: Option<f64>,
+    /// Why, in words; empty for a completed run.
+    pub reason: String,
+    /// Time of the last communication point reached, s.
+    pub ended_at_s: f64,
+    /// Whether the model was the mechanics itself, so that there was nothing to be wrong about.
+    pub model_exact: bool,
+    /// One value per entry of [`METRICS`].
+    pub metrics: Box<[Option<f64>]>,
+    /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
+    pub reference_uncertainty: [Option<f64>; 2],
+    /// All work; what is no column of it is 0 where it was read.
+    pub work: Work,
+}
+
+/// What a run cost on its machine.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Costs {
+    /// Wall time of the macro loop, s.
+    pub wall_s: f64,
+    /// Simulated time over wall time; none of a run that was not begun.
+    pub real_time_factor: Option<f64>,
+    /// Latency of its macro steps; deadline H.
+    pub latency: Option<Latency>,
+}
+
+/// Latency of single macro steps: the wall time from the exchange at `t_k` until both sides have covered the macro step.
+///
+/// What observers do at the communication point is not part of it. Depends on machine and load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Latency {
+    /// Median, s.
+    pub p50_s: f64,
+    /// 99th percentile, s.
+    pub p99_s: f64,
+    /// Longest, s.
+    pub max_s: f64,
+    /// Macro steps that took longer than the deadline.
+    pub missed_deadlines: u64,
+}
+
+impl Latency {
+    /// Statistics of latencies (s) against a deadline (s), percentiles by nearest rank; none of none.
+    pub fn of(mut latencies: Vec<f64>, deadline: f64) -> Option<Self> {
+        let missed_deadlines = latencies.iter().filter(|latency| **latency > deadline).count() as u64;
+        let [p50_s, p99_s, max_s] = [50, 99, 100].map(|percent| nearest_rank(&mut latencies, percent));
+        Some(Latency { p50_s: p50_s?, p99_s: p99_s?, max_s: max_s?, missed_deadlines })
+    }
+}
+
+/// What stands in a column.
+pub trait Cell {
+    /// Says what it is; nothing where it does not apply.
+    fn value(&self) -> Option<FactValue>;
+
+    /// Reads what [`value`](Self::value) was written as; tells whether it could.
+    fn read(&mut self, text: &str) -> bool;
+}
+
+/// Is called with the name of each column and its cell.
+pub type Columns<'a> = &'a mut dyn FnMut(&'static str, &mut dyn Cell);
+
+/// Lists columns as facts.
+pub fn facts_of(columns: impl FnOnce(Columns<'_>)) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    columns(&mut |name, cell| facts.push(Fact { name, value: cell.value() }));
+    facts
+}
+
+/// Lists the names of columns.
+pub fn names_of(columns: impl FnOnce(Columns<'_>)) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    columns(&mut |name, _| names.push(name));
+    names
+}
+
+impl Findings {
+    /// Makes those of a run of which nothing is known but how it ended.
+    pub fn nothing(outcome: &Outcome) -> Self {
+        Findings {
+            outcome: outcome.kind(),
+            outcome_at_s: outcome.at_s(),
+            reason: outcome.reason(),
+            ended_at_s: 0.0,
+            model_exact: false,
+            metrics: vec![None; METRICS.len()].into(),
+            reference_uncertainty: [None; 2],
+            work: Work::default(),
+        }
+    }
+
+    /// Goes through its columns.
+    pub fn columns(&mut self, each: Columns<'_>) {
+        each("outcome", &mut self.outcome);
+        each("outcome_at_s", &mut self.outcome_at_s);
+        each("reason", &mut self.reason);
+        each("ended_at_s", &mut self.ended_at_s);
+        each("model_exact", &mut self.model_exact);
+        METRICS.iter().zip(&mut self.metrics).for_each(|(metric, value)| each(metric.name, value));
+        let [force, position] = &mut self.reference_uncertainty;
+        each("reference_force_uncertainty_n", force);
+        each("reference_position_uncertainty_m", position);
+        counter_columns(&mut self.work, each);
+    }
+
+    /// Lists them as facts.
+    pub fn facts(&self) -> Vec<Fact> {
+        facts_of(|each| self.clone().columns(each))
+    }
+
+    /// Lists exact counts of the work.
+    pub fn counters(&self) -> Vec<Fact> {
+        facts_of(|each| counter_columns(&mut { self.work }, each))
+    }
+
+    /// Returns a metric by its name in data, if it has a value.
+    pub fn metric(&self, name: &str) -> Option<f64> {
+        METRICS.iter().zip(&self.metrics).find(|(metric, _)| metric.name == name).and_then(|(_, value)| *value)
+    }
+}
+
+/// Names of the counters.
+pub fn counter_names() -> Vec<&'static str> {
+    names_of(|each| counter_columns(&mut Work::default(), each))
+}
+
+fn counter_columns(Work { cosim, sides, scheme }: &mut Work, each: Columns<'_>) {
+    let (mechanics, actuator) = (&mut sides.mechanics, &mut sides.actuator);
+    each("macro_steps", &mut cosim.macro_steps);
+    each("repeated_macro_steps", &mut cosim.repeated_macro_steps);
+    each("exchanges", &mut cosim.exchanges);
+    each("catch_up_steps", &mut cosim.catch_up_steps);
+    each("mechanics_micro_steps", &mut mechanics.micro_steps);
+    each("actuator_micro_steps", &mut actuator.micro_steps);
+    each("eliminations", &mut mechanics.eliminations);
+    each("mechanics_lcp_solves", &mut mechanics.solver.solves);
+    each("mechanics_lcp_pivots", &mut mechanics.solver.pivots);
+    each("mechanics_lcp_factorisations", &mut mechanics.solver.factorisations);
+    each("mechanics_lcp_fallbacks", &mut mechanics.solver.fallbacks);
+    each("scheme_lcp_solves", &mut scheme.solves);
+    each("scheme_lcp_pivots", &mut scheme.pivots);
+    each("scheme_lcp_factorisations", &mut scheme.factorisations);
+    each("scheme_lcp_fallbacks", &mut scheme.fallbacks);
+    each("scheme_parametric_steps", &mut scheme.parametric);
+}
+
+impl Costs {
+    /// Makes those of a run that ended at a simulated time (s).
+    pub(super) fn of(ended_at_s: f64, wall_s: f64, latency: Option<Latency>) -> Self {
+        let factor = ended_at_s / wall_s;
+        Costs { wall_s, real_time_factor: Some(factor).filter(|factor| factor.is_finite()), latency }
+    }
+
+    /// Goes through its columns.
+    pub fn columns(&mut self, each: Columns<'_>) {
+        each("wall_s", &mut self.wall_s);
+        each("real_time_factor", &mut self.real_time_factor);
+        let latency = self.latency;
+        let mut times = [latency.map(|of| of.p50_s), latency.map(|of| of.p99_s), latency.map(|of| of.max_s)];
+        let mut missed = latency.map(|of| of.missed_deadlines);
+        let names = ["latency_p50_s", "latency_p99_s", "latency_max_s"];
+        names.into_iter().zip(&mut times).for_each(|(name, time)| each(name, time));
+        each("missed_deadlines", &mut missed);
+        self.latency = match (times, missed) {
+            ([Some(p50_s), Some(p99_s), Some(max_s)], Some(missed_deadlines)) => {
+                Some(Latency { p50_s, p99_s, max_s, missed_deadlines })
+            }
+            _ => None,
+        };
+    }
+
+    /// Lists them as facts.
+    pub fn facts(mut self) -> Vec<Fact> {
+        facts_of(|each| self.columns(each))
+    }
+}
+
+impl Cell for String {
+    fn value(&self) -> Option<FactValue> {
+        Some(FactValue::Text(self.clone()))
+    }
+
+    fn read(&mut self, text: &str) -> bool {
+        text.clone_into(self);
+        true
+    }
+}
+
+/// Stays the one it is where it says the same: what rows have in common is held once.
+impl Cell for Arc<str> {
+    fn value(&self) -> Option<FactValue> {
+        Some(FactValue::Text(self.to_string()))
+    }
+
+    fn read(&mut self, text: &str) -> bool {
+        if **self != *text {
+            *self = text.into();
+        }
+        true
+    }
+}
+
+/// What is written as it is displayed and read by its parser.
+macro_rules! cells {
+    ($($kind:ty, $own:ident => $value:expr;)+) => {
+        $(impl Cell for $kind {
+            fn value(&self) -> Option<FactValue> {
+                let $own = *self;
+                Some($value)
+            }
+
+            fn read(&mut self, text: &str) -> bool {
+                text.parse().map(|found| *self = found).is_ok()
+            }
+        })+
+    };
+}
+
+cells! {
+    OutcomeKind, own => FactValue::Text(own.to_string());
+    bool, own => FactValue::Text(own.to_string());
+    f64, own => FactValue::Number(own);
+    u64, own => FactValue::Count(own);
+}
+
+/// Nothing is an empty cell.
+impl<T: Cell + Default> Cell for Option<T> {
+    fn value(&self) -> Option<FactValue> {
+        self.as_ref().and_then(Cell::value)
+    }
+
+    fn read(&mut self, text: &str) -> bool {
+        *self = None;
+        text.is_empty() || self.insert(T::default()).read(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_column_by_column_is_read_as_the_same() {
+        let mut findings = Findings::nothing(&Outcome::Skipped { reason: "too, far".to_owned() });
+        (findings.outcome_at_s, findings.work.sides.mechanics.eliminations) = (Some(0.1), 12);
+        (findings.metrics[0], findings.metrics[1], findings.metrics[2]) = (Some(1e-7), Some(f64::INFINITY), Some(-0.0));
+        let mut again = Findings::nothing(&Outcome::Completed);
+        let facts = findings.facts();
+        let mut cells = facts.iter().map(|fact| (fact.name, fact.cell()));
+        again.columns(&mut |name, cell| {
+            let (own, text) = cells.next().unwrap();
+            assert!(own == name && cell.read(&text), "{name} = {text}");
+        });
+        assert_eq!((again, cells.next()), (findings, None));
+        let latency = Latency { p50_s: 1e-6, p99_s: 2e-6, max_s: 3e-6, missed_deadlines: 4 };
+        let costs = Costs { wall_s: 0.5, real_time_factor: None, latency: Some(latency) };
+        let mut other = Costs::default();
+        let mut cells = costs.facts().into_iter();
+        other.columns(&mut |_, cell| assert!(cell.read(&cells.next().unwrap().cell())));
+        assert_eq!(other, costs);
+    }
+
+    #[test]
+    fn a_cell_that_must_be_there_and_is_not_is_no_row() {
+        let mut refused = Vec::new();
+        Findings::nothing(&Outcome::Completed)
+            .columns(&mut |name, cell| refused.extend((!cell.read("")).then_some(name)));
+        let mut wanted = vec!["outcome", "ended_at_s", "model_exact"];
+        wanted.extend(counter_names());
+        assert_eq!(refused, wanted);
+    }
+
+    #[test]
+    fn percentiles_are_those_of_the_nearest_rank() {
+        let latency = Latency::of((1..=200).rev().map(f64::from).collect(), 150.0).unwrap();
+        assert_eq!((latency.p50_s, latency.p99_s, latency.max_s, latency.missed_deadlines), (100.0, 198.0, 200.0, 50));
+        let one = Latency::of(vec![3.0], 3.0).unwrap();
+        assert_eq!((one.p50_s, one.p99_s, one.max_s, one.missed_deadlines), (3.0, 3.0, 3.0, 0));
+        assert_eq!(Latency::of(Vec::new(), 1.0), None);
+    }
+}

@@ -1,0 +1,272 @@
+//! The results folder of an experiment: whose it is, the rows that are stored in it, what of a plan is missing, and the result files
+//! when nothing is.
+//!
+//! ```text
+//! open ─► not somebody else's ─► rows of the store ─► missing
+//! keep, one row per run ─► finish: read again, others may have stored theirs ─► result files
+//! ```
+
+use super::experiment::{COPY, Experiment, PlannedRun, plan_sha256};
+use super::files::make_folder;
+use super::job::{Job, Summary};
+use super::provenance::Provenance;
+use super::references::{References, has_none, obtain_reference};
+use super::results;
+use super::run_row::{Asked, RunRow, TraceMark};
+use super::store::Store;
+use rimbench_cases::runs::{EvaluatedRun, Reference};
+use rimbench_core::cosim::StopFlag;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums::sha256_of_file;
+use rimbench_results::kept::{PooledSets, keep};
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+/// Missing runs that are told one by one.
+const TOLD: usize = 20;
+
+/// A results folder with the rows that are stored in it.
+#[derive(Debug)]
+pub(super) struct Folder<'a> {
+    path: &'a Path,
+    experiment: &'a Experiment,
+    /// Its rows.
+    pub(super) store: Store,
+}
+
+impl<'a> Folder<'a> {
+    /// Opens the folder of a job to store its runs in, and copies the experiment file beside them.
+    ///
+    /// # Errors
+    /// Those of [`look`](Self::look); a disk that is full.
+    pub(super) fn open(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
+        refuse_files_of_others(job)?;
+        if job.fresh {
+            Store::clear(job.folder)?;
+        }
+        let folder = Self::look(job, plan)?;
+        make_folder(&job.folder.join("records"))?;
+        job.experiment.copy_to(job.folder)?;
+        Ok(folder)
+    }
+
+    /// Opens the folder of a job and writes nothing. What others have put there is not replaced without a word.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming what is there and what to do.
+    pub(super) fn look(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
+        refuse_files_of_others(job)?;
+        let folder = Self::of(job.folder, job.experiment)?;
+        if !job.fresh && !job.experiment.is_copied_in(job.folder) {
+            folder.refuse_rows_of_others(job, plan)?;
+        }
+        Ok(folder)
+    }
+
+    /// Opens a folder whose experiment is known to be this one.
+    ///
+    /// # Errors
+    /// Those of [`Store::open`].
+    fn of(path: &'a Path, experiment: &'a Experiment) -> Result<Self> {
+        let store = Store::open(path, experiment.path(), &experiment.reference_identity())?;
+        Ok(Folder { path, experiment, store })
+    }
+
+    /// Refuses rows of another experiment file of the same name: one that is there still, and says something else.
+    fn refuse_rows_of_others(&self, job: &Job<'_>, plan: &[PlannedRun]) -> Result<()> {
+        let refused = |what: String| {
+            let advice = "use another folder, or --fresh to replace them";
+            Err(Error::file(self.path, format!("holds the results of {what} of the same name: {advice}")))
+        };
+        let rival = |other: &&PathBuf| {
+            let own = self.experiment.path();
+            let is_other = own.canonicalize().is_ok_and(|own| own != **other);
+            is_other && other.is_file() && std::fs::read(other).ok() != std::fs::read(own).ok()
+        };
+        match &self.store.last_file {
+            Some(file) => match Some(file).filter(rival) {
+                Some(other) => refused(format!("{}, an experiment", other.display())),
+                None => Ok(()),
+            },
+            None if self.path.join("runs.csv").exists() && !shares_runs(job, plan) => {
+                refused("another experiment".to_owned())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The row of a run that [answers](RunRow::answers) what is asked of it.
+    fn row_of(&self, run: &PlannedRun) -> Option<&RunRow> {
+        let asked = Asked::of(&run.spec);
+        self.store.rows_of(&run.id).find(|row| row.answers(asked, run.spec.wall_limit))
+    }
+
+    /// The same, which need not be computed: it has the trace that is asked for, as it was written with it.
+    pub(super) fn finished(&self, run: &PlannedRun) -> Option<&RunRow> {
+        let row = self.row_of(run)?;
+        let Some(every_s) = self.experiment.trace_of(&run.label) else { return Some(row) };
+        let path = self.path.join("traces").join(results::trace_name(&run.id));
+        let found = || Some(TraceMark { every_s, sha256: sha256_of_file(&path)? });
+        row.trace.as_ref().is_some_and(|kept| found().as_ref() == Some(kept)).then_some(row)
+    }
+
+    /// Places of the runs that are still to be computed; of one that has several labels the first that asks for its trace, or the first.
+    pub(super) fn missing(&self, plan: &[PlannedRun]) -> Vec<usize> {
+        let mut places: HashMap<&str, usize> = HashMap::new();
+        let traced = |place: usize| self.experiment.trace_of(&plan[place].label).is_some();
+        for (place, run) in plan.iter().enumerate().filter(|(_, run)| self.finished(run).is_none()) {
+            let known = places.entry(&run.id).or_insert(place);
+            if traced(place) && !traced(*known) {
+                *known = place;
+            }
+        }
+        let mut missing: Vec<usize> = places.into_values().collect();
+        missing.sort_unstable();
+        missing
+    }
+
+    /// Stores a run that has just ended, with its trace where one is asked for.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the file.
+    pub(super) fn keep(&self, planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance) -> Result<()> {
+        let every = self.experiment.trace_of(&planned.label);
+        let write = |every| results::write_trace(self.path, &results::trace_name(&planned.id), &run.trajectory, every);
+        let mark = every.map(write).transpose()?;
+        self.store.append(RunRow::of(&planned.id, &planned.spec, run, provenance.of_run(), mark))
+    }
+
+    /// Reads the folder again, for what others have stored meanwhile, and writes the result files if no run is missing. Returns the places
+    /// of those that are, and if any is how many runs are stored that are not of the plan. `held` is a reference that is at hand, with the place of
+    /// a run that it belongs to.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the file; whatever makes a reference fail.
+    pub(super) fn finish(
+        self,
+        job: &Job<'_>,
+        plan: &[PlannedRun],
+        held: Option<(usize, Reference)>,
+        stop: StopFlag<'_>,
+    ) -> Result<(Vec<usize>, usize)> {
+        let Folder { path, experiment, .. } = self;
+        let folder = match self.store.is_up_to_date() {
+            true => self,
+            false => {
+                // The rows are held once.
+                drop(self);
+                Self::of(path, experiment)?
+            }
+        };
+        let missing = folder.missing(plan);
+        if missing.is_empty() {
+            folder.export(job, plan, held, stop)?;
+            return Ok((missing, 0));
+        }
+        let planned: HashSet<&str> = plan.iter().map(|run| run.id.as_str()).collect();
+        let unplanned = folder.store.run_ids().difference(&planned).count();
+        Ok((missing, unplanned))
+    }
+
+    /// Writes the result files, in the order of the plan.
+    fn export(
+        &self,
+        job: &Job<'_>,
+        plan: &[PlannedRun],
+        mut held: Option<(usize, Reference)>,
+        stop: StopFlag<'_>,
+    ) -> Result<()> {
+        results::write_tables(self.path, self.experiment, plan, |run| self.row_of(run))?;
+        let mut needed = References::default();
+        plan.iter().for_each(|run| needed.note(&run.spec));
+        let names = needed.names();
+        let references = needed.0.iter().map(|spec| {
+            if let Some((_, reference)) = held.take_if(|held| plan[held.0].spec.shares_reference_with(spec)) {
+                return Ok((spec, Some(reference)));
+            }
+            match obtain_reference(spec, job.cache, stop) {
+                Err(Error::Overdue { .. }) => Ok((spec, None)),
+                Err(error) if has_none(&error) => Ok((spec, None)),
+                found => Ok((spec, Some(found?))),
+            }
+        });
+        let problem = |run: &PlannedRun| (run.spec.case.name.to_string(), run.spec.parameters.given());
+        let rejected = plan.iter().filter_map(|run| Some((problem(run), run.rejected_draws?))).collect();
+        let every = self.experiment.trace_every_s;
+        let of_references = results::write_references(self.path, references, &names, &rejected, every)?;
+        let traced = plan.iter().filter(|run| self.experiment.trace_of(&run.label).is_some());
+        results::write_checksums(self.path, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
+        let pooled = plan.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string())));
+        keep(self.path, &PooledSets::from_iter(pooled), &plan_sha256(self.experiment, plan))
+    }
+}
+
+/// Copies the rows of other folders into that of a job, writes the result files if all runs are there, and returns what was done with
+/// the first of the runs that are missing, twenty at most.
+///
+/// # Errors
+/// Folders that belong to something else; a disk that is full.
+pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
+    let plan = job.experiment.plan(job.catalogue, job.quick)?;
+    let own = Folder::open(&job, &plan)?;
+    let mut summary = Summary { planned: plan.len(), damaged: own.store.damaged.clone(), ..Summary::default() };
+    let mut wanted = own.missing(&plan);
+    for folder in folders {
+        let other = Folder::of(folder, job.experiment)?;
+        summary.damaged.extend(other.store.damaged.iter().cloned());
+        let mut still_wanted = Vec::new();
+        for index in wanted {
+            let Some(row) = other.finished(&plan[index]) else {
+                still_wanted.push(index);
+                continue;
+            };
+            results::copy_trace(folder, job.folder, &row.run_id)?;
+            own.store.append(row.clone())?;
+            summary.computed += 1;
+        }
+        wanted = still_wanted;
+    }
+    own.store.sync()?;
+    let (missing, unplanned) = own.finish(&job, &plan, None, StopFlag::never())?;
+    (summary.missing, summary.unplanned) = (missing.len(), unplanned);
+    summary.reused = plan.len() - missing.len() - summary.computed;
+    Ok((summary, missing.iter().take(TOLD).map(|&index| plan[index].clone()).collect()))
+}
+
+/// Refuses a folder that holds somebody's own files under our names.
+fn refuse_files_of_others(job: &Job<'_>) -> Result<()> {
+    let (runs, copy) = (job.folder.join("runs.csv"), job.folder.join(COPY));
+    let refused = |path: &Path, who: &str| {
+        let advice = "would be replaced: move it away or choose another folder with --out";
+        Err(Error::file(path, format!("was not written by {who} and {advice}")))
+    };
+    if runs.exists() && (!copy.is_file() || !begins_as_ours(&runs)) {
+        return refused(&runs, "an experiment");
+    }
+    let is_ours = || runs.exists() || job.folder.join("records").is_dir() || job.experiment.is_copied_in(job.folder);
+    if copy.exists() && !is_ours() { refused(&copy, "this program") } else { Ok(()) }
+}
+
+/// Whether a table has the first column of ours.
+fn begins_as_ours(runs: &Path) -> bool {
+    let mut line = String::new();
+    let mut read = || -> std::io::Result<()> {
+        let file = std::fs::File::open(runs)?;
+        BufReader::new(file.take(64)).read_line(&mut line).map(drop)
+    };
+    let regular = runs.metadata().is_ok_and(|found| found.is_file());
+    regular && read().is_ok() && line.starts_with("run_id,")
+}
+
+/// Whether the version of the experiment that lies beside its results had a run that this one has.
+fn shares_runs(job: &Job<'_>, plan: &[PlannedRun]) -> bool {
+    let own: HashSet<&str> = plan.iter().map(|run| run.id.as_str()).collect();
+    let earlier = Experiment::read(&job.folder.join(COPY));
+    let shares = |quick| {
+        let earlier = earlier.as_ref().ok()?.plan(job.catalogue, quick).ok()?;
+        Some(earlier.iter().any(|run| own.contains(&*run.id)))
+    };
+    // What no longer has a plan was ours when it was written.
+    [false, true].into_iter().any(|quick| shares(quick).unwrap_or(true))
+}
