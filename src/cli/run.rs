@@ -12,7 +12,6 @@ use super::{Format, INTERRUPTED, claims_list, damaged_lines, print, probe_lines,
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
-use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::SideNotes;
@@ -89,14 +88,9 @@ impl Run {
             (None, Some(text)) => Some(parse_places(text)?),
             (None, None) => None,
         };
-        let total = match shard {
-            // A plan takes its time where it is long, and the task of a job array is one of many.
-            Some(Shard::Places { first, last }) => (last - first).saturating_add(1),
-            _ => experiment.plan(catalogue, false)?.len(),
-        };
-        check_writable_folder(&folder)?;
         let interruption = Interruption::listen();
-        let progress = Progress::begin("run", Some(total));
+        // How many there are is told when the plan is laid out.
+        let progress = Progress::begin("run", Some(0));
         let cache = Cache::of_user();
         let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
         let told = |step: Step| match step {

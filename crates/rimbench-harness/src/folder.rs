@@ -17,6 +17,7 @@ use super::store::Store;
 use rimbench_cases::runs::{EvaluatedRun, Reference};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::atomic_file::check_writable_folder;
 use rimbench_results::checksums::sha256_of_file;
 use rimbench_results::kept::{PooledSets, keep};
 use std::collections::{HashMap, HashSet};
@@ -46,6 +47,7 @@ impl<'a> Folder<'a> {
             Store::clear(job.folder)?;
         }
         let folder = Self::look(job, plan)?;
+        check_writable_folder(job.folder)?;
         make_folder(&job.folder.join("records"))?;
         job.experiment.copy_to(job.folder)?;
         Ok(folder)

@@ -443,7 +443,8 @@ mod tests {
         // A metric less, a column more, in another order.
         let metric = names.iter().position(|name| name == "force_error_rms_n").unwrap();
         [&mut names, &mut cells].into_iter().for_each(|line| drop(line.remove(metric)));
-        (names.push("gone".into()), cells.push("1".into()));
+        names.push("gone".into());
+        cells.push("1".into());
         [&mut names, &mut cells].into_iter().for_each(|line| line.reverse());
         let head = Head::of(lines[0]).unwrap();
         let own = format!("{}\n{}", head.own, names.join(","));
