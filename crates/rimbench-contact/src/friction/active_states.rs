@@ -2,7 +2,6 @@
 
 use super::{ContactState, FrictionProblem, StateMethod, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
-use crate::linear_algebra::largest_entry;
 
 /// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold start can cycle.
 const MOST_CHANGES: u32 = 12;
@@ -53,8 +52,7 @@ impl StateMethod for ActiveStates {
             *self = ActiveStates::new(n);
         }
         let scale = problem.scale();
-        // No less than the rounding of rows that would not close.
-        let negligible = NEGLIGIBLE * scale.max(0.01 * largest_entry(problem.b));
+        let negligible = NEGLIGIBLE * scale;
         let mut factorisations = 0;
         let seen = std::mem::replace(&mut self.seen, true);
         for changes in 0..=MOST_CHANGES {

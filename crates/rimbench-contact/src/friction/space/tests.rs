@@ -279,7 +279,7 @@ fn velocities_of_redundant_feet_that_slide_with_spin_are_not_unique() {
     assert!(differ[4..].iter().any(|d| *d > 1e-5), "{differ:?}");
 }
 
-/// The same feet on springs of 1e7 N/m and dampers of 1e5 N·s/m over 0.1 ms: whoever solves it finds one answer.
+/// The same feet on springs of 1e7 N/m and dampers of 1e5 N·s/m over 0.1 ms: every method finds one answer.
 #[test]
 fn velocities_of_redundant_feet_that_give_way_are_unique() {
     let arms = [[0.0, 0.5, -0.4], [-0.5, 0.0, -0.4], [0.0, -0.5, -0.4], [0.5, 0.0, -0.4]];
