@@ -86,7 +86,7 @@ impl Motion {
         let model = tells.then(|| finder.model(rows)).transpose()?;
         let probed = rates.is_none() && model.is_none() && description.keeps_state && description.any_step;
         let step = file.side(side).probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s);
-        let probe = probed.then(|| Probe {
+        let probe = probed.then_some(Probe {
             step,
             change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
             feedthrough: ports.direct_feedthrough,
