@@ -71,7 +71,7 @@ pub struct RunSettings {
     pub micro_step: f64,
     /// Simulated time, s.
     pub duration: f64,
-    /// Whether there is an account of what its interface model creates (see [`audited`](Self::audited)).
+    /// Whether there is an account of what its interface model creates (see [`audited`](RunSpec::audited)).
     pub audit: bool,
     /// Whether the growth of its linearised coupling is [predicted](super::predicted_growth). No part of what the run is.
     pub predict_growth: bool,
