@@ -68,7 +68,7 @@ const SHOWN: [(&str, f64); 34] = [
     ("woodpecker", 50.0),
     ("tripod", 2.0),
     ("four-legs", 2.0),
-    ("wedge-box-space", 2.0),
+    ("wedge-box-space", 1.5),
 ];
 
 /// Finds the macro step at which a page first shows a case, ms; where none is listed, its usual one.
