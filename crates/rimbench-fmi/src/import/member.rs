@@ -92,19 +92,23 @@ impl Motion {
             feedthrough: ports.direct_feedthrough,
         });
         // Velocities that jump with a force have no accelerations.
-        let known = rates.is_some() || probe.is_some();
-        let smooth = mechanics && model.is_none() && known && !ports.direct_feedthrough;
-        Ok(Motion { rates, probe, model, smooth })
+        let motion = Motion { rates, probe, model, smooth: false };
+        let smooth = mechanics && motion.model.is_none() && motion.is_known() && !ports.direct_feedthrough;
+        Ok(Motion { smooth, ..motion })
+    }
+
+    /// Whether anything says how its outputs move.
+    fn is_known(&self) -> bool {
+        self.rates.is_some() || self.probe.is_some()
     }
 
     fn offers(&self, side: Side, description: &Description, observables: &[String], work: bool) -> Offers {
-        let known = self.rates.is_some() || self.probe.is_some();
         Offers {
-            rates: side == Side::Actuator && known,
+            rates: side == Side::Actuator && self.is_known(),
             probed: self.probe.is_some(),
             smooth: self.smooth,
             without: match side {
-                Side::Actuator if !known => Some(NO_RATES.into()),
+                Side::Actuator if !self.is_known() => Some(NO_RATES.into()),
                 Side::Mechanics if !self.smooth => Some(NO_MODEL.into()),
                 _ => None,
             },
