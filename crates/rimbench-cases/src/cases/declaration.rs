@@ -140,7 +140,7 @@ macro_rules! choices {
 /// assert_eq!(names, ["support", "modes", "length_m", "density_kg_m3", "tilt_rad", "stabilisation", "restitution"]);
 /// ```
 /// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole (`carriage: Carriage;`), with
-/// changes (`Carriage { base_damping_n_s_m = 5.0 }`), in part and in this order (`only { … }`), or less some (`without { … }`), and
+/// changes (`Carriage { base_damping_n_s_m = 5.0 }`), or in part (`only { … }`), and
 /// `Carriage from "source"` gives it another source. A change is `name = default in Range, "about" from "source"`, of which all but the
 /// name may be left out.
 #[macro_export]
@@ -156,7 +156,6 @@ macro_rules! parameters {
                 $([$($choice:ident),+], $meaning:literal $(from $origin:literal)?)?
                 $({ $($changes:tt)* })?
                 $(only { $($only:tt)* })?
-                $(without { $($without:ident),+ })?
                 ;
             )*
         }
@@ -180,7 +179,6 @@ macro_rules! parameters {
                     $(choice [$($choice)+] [$meaning] [$($origin)?])?
                     $(changes { $($changes)* })?
                     $(only { $($only)* })?
-                    $(without { $($without)+ })?
                 );)*
                 list
             }
@@ -225,12 +223,6 @@ macro_rules! parameter_field {
     (declare $list:ident $source:literal $field:ident $kind:ident from $whole:tt only { $($only:tt)* }) => {
         $crate::parameter_field!(change $list $kind $whole $($only)*)
     };
-    (declare $list:ident $source:literal $field:ident $kind:ident from $whole:tt without { $($without:ident)+ }) => {{
-        let mut gone = Vec::new();
-        $crate::parameter_field!(change gone $kind $whole $($without);+);
-        let stays = |known: &$crate::cases::Parameter| !gone.contains(known);
-        $list.extend($crate::cases::with_changes::<$kind>(&[], &$whole).into_iter().filter(stays));
-    }};
     (change $list:ident $kind:ident $whole:tt
         $($name:ident $(= $default:literal)? $(in $range:ident)? $(, $about:literal)? $(from $own:literal)?);+ $(;)?) => {
         $($list.push($crate::cases::changed(

@@ -184,10 +184,14 @@ impl Parameters {
         self.declared.iter().zip(self.values.iter())
     }
 
-    /// All parameters with their values, one `name = value` per line.
+    /// All parameters with their values, one `name = value` per line, sorted: in which order a case declares them is no part of a run.
     pub(crate) fn text(&self) -> &str {
-        self.text
-            .get_or_init(|| self.iter().map(|(parameter, value)| format!("{} = {value}\n", parameter.name)).collect())
+        self.text.get_or_init(|| {
+            let line = |(parameter, value): (&Parameter, &Value)| format!("{} = {value}\n", parameter.name);
+            let mut lines: Vec<String> = self.iter().map(line).collect();
+            lines.sort_unstable();
+            lines.concat()
+        })
     }
 
     /// Those that were set, also to their defaults, as `key=value` separated by spaces.

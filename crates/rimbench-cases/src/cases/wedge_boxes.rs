@@ -55,18 +55,21 @@ parameters! {
         cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
         ramp: Ramp from "ours" only { start_pressure_pa };
         rest: Surroundings;
+        rough: Contacts only { friction = 0.3 in Positive; tangential_restitution };
         spool_centre: f64 = 0.5, Positive, "spool command κ₀ at first, and in the middle of its swing";
         spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spool's swing" study 0.1..0.45;
         spool_frequency_hz: f64 = 1.5, Positive, "frequency f of the spool's swing" study 0.5..3.0;
         spool_swings: u32 = 4, 1..=100, "number of whole swings, after which the spool rests in the middle";
         spool_swing_start_s: f64 = 0.1, NotNegative, "when the spool starts to swing, towards extension";
-        rough: Contacts only { friction = 0.3 in Positive; tangential_restitution };
     }
 }
 parameters! {
     /// The box of the paper against its ramp, held by a cylinder that pulls.
     struct AgainstRamp from "ours" {
-        body: Body without { ledge_lead_m };
+        body: Body only {
+            box_mass_kg; box_width_m; box_height_m; disc_mass_kg; disc_radius_m; disc_pin_x_m; disc_pin_y_m; wedge_tip_x_m; wedge_tip_y_m;
+            ledge_height_m; ramp_slope; attachment_x_m; attachment_y_m; ground_pin_x_m;
+        };
         cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
         ramp: Ramp from "ours" only { spool_final };
         rest: Surroundings;
@@ -320,17 +323,15 @@ parameters! {
             disc_radius_m, "radius of each disc";
             disc_pin_x_m = 0.8 in Positive, "joint of the right disc in the box frame, x (the left one is mirrored)" from "ours";
             disc_pin_y_m, "joints of the discs in the box frame, y";
-        };
-        left_ledge_height_m: f64 = 0.06, NotNegative, "height of the left disc's ledge above the floor";
-        right_ledge_height_m: f64 = 0.06, NotNegative, "height of the right disc's ledge above the floor" from "ours";
-        left_ledge_lead_m: f64 = 0.1, NotNegative, "distance of the left ledge's corner ahead of its disc";
-        right_ledge_lead_m: f64 = 0.2, NotNegative, "distance of the right ledge's corner ahead of its disc" from "ours";
-        held: Body from "as in the wedge box" only {
             ramp_slope, "fall over run of both ramps";
             attachment_x_m;
             attachment_y_m;
             ground_pin_x_m;
         };
+        left_ledge_height_m: f64 = 0.06, NotNegative, "height of the left disc's ledge above the floor";
+        right_ledge_height_m: f64 = 0.06, NotNegative, "height of the right disc's ledge above the floor" from "ours";
+        left_ledge_lead_m: f64 = 0.1, NotNegative, "distance of the left ledge's corner ahead of its disc";
+        right_ledge_lead_m: f64 = 0.2, NotNegative, "distance of the right ledge's corner ahead of its disc" from "ours";
         pushed: Pushed;
     }
 }
@@ -342,14 +343,10 @@ parameters! {
         washboard_height_m: f64 = 0.0, NotNegative, "height of the waves of the wedges' floor";
         washboard_length_m: f64 = 0.15, Positive, "length of the waves";
         washboard_lead_m: f64 = 0.05, NotNegative, "distance of the first wave ahead of the right wedge";
-        span: Body from "as in the wedge box" only {
-            box_mass_kg;
-            box_width_m;
-            box_height_m;
+        body: Body from "as in the wedge box" {
             wedge_tip_x_m, "rightmost wedge tip in the box frame, x (the leftmost is mirrored)";
             wedge_tip_y_m, "rightmost wedge tip in the box frame, y";
         };
-        body: Body from "as in the wedge box" without { box_mass_kg, box_width_m, box_height_m, wedge_tip_x_m, wedge_tip_y_m };
         pushed: Pushed;
     }
 }
