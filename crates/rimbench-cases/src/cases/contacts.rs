@@ -8,7 +8,7 @@ use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{
-    ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_memory,
+    ContactLaw, Friction, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_memory,
 };
 use std::sync::Arc;
 
@@ -51,6 +51,9 @@ impl Contacts {
     }
 }
 
+/// Contacts from which on a reference does not step from event to event: so many close that its steps would be all events.
+const BY_THE_DOZEN: usize = 48;
+
 /// Event-driven where contacts are rigid and without friction, else refined.
 pub(super) fn reference() -> ChooseReference {
     reference_of(|(): &()| 0)
@@ -62,7 +65,7 @@ pub(super) fn reference_of<P: ParameterSet>(count: fn(&P) -> usize) -> ChooseRef
         let contacts = Contacts::read(parameters);
         let refined = contacts.contact_compliance_m_n > 0.0
             || contacts.friction > 0.0
-            || count(&P::read(parameters)) >= MANY_CONTACTS;
+            || count(&P::read(parameters)) >= BY_THE_DOZEN;
         Ok(if refined { ReferenceMethod::Refined } else { ReferenceMethod::EventDriven })
     })
 }

@@ -120,6 +120,9 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
+    if spec.needs_every_entry() {
+        sides.mechanics.capabilities().keep_every_entry();
+    }
     let mut columns = spec.case.recorded_columns();
     if spec.audit {
         columns.extend(AUDIT_COLUMNS.map(str::to_owned));

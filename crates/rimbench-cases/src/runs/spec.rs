@@ -400,6 +400,15 @@ impl RunSettings {
             && self.mechanics_steps == MechanicsSteps::AsActuator
     }
 
+    /// Tells whether it does with the mechanics' interface model what needs every entry of its matrices.
+    pub(super) fn needs_every_entry(&self) -> bool {
+        let Some(model) = &self.model else { return false };
+        self.audit
+            || self.belief.is_some()
+            || model.motion == ModelMotion::HalfKick
+            || self.actuator_integrator == ActuatorIntegrator::Midpoint
+    }
+
     /// Lets both sides step as the run asks, by its integrators; says why they cannot, if they cannot.
     pub(super) fn use_integrators(&self, mut sides: Sides<'_>) -> Option<String> {
         let midpoint = self.actuator_integrator == ActuatorIntegrator::Midpoint;

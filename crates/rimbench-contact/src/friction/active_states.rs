@@ -2,6 +2,7 @@
 
 use super::{ContactState, FrictionProblem, StateMethod, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
+use crate::linear_algebra::largest_entry;
 
 /// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold start can cycle.
 const MOST_CHANGES: u32 = 12;
@@ -52,7 +53,8 @@ impl StateMethod for ActiveStates {
             *self = ActiveStates::new(n);
         }
         let scale = problem.scale();
-        let negligible = NEGLIGIBLE * scale;
+        // No less than the rounding of rows that would not close.
+        let negligible = NEGLIGIBLE * scale.max(0.01 * largest_entry(problem.b));
         let mut factorisations = 0;
         let seen = std::mem::replace(&mut self.seen, true);
         for changes in 0..=MOST_CHANGES {

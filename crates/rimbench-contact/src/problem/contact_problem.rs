@@ -22,7 +22,7 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
         self.b.len() / K::ROWS
     }
 
-    /// Returns the velocity that residuals are relative to, m/s: `‖b‖_∞`, in space of the contacts that could close ([`Cone::scale`]).
+    /// Returns the velocity S that residuals are relative to, m/s: that of the contacts that would close ([`Cone::scale`]).
     #[inline(always)]
     pub fn scale(&self) -> f64 {
         K::scale(self.b)
@@ -43,10 +43,10 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
         if finite { Ok(nonnegative) } else { Err(Unsolved::NonFinite) }
     }
 
-    /// Measures how far `P` is from solving the problem, in velocities relative to the largest entry of `b`.
+    /// Measures how far `P` is from solving the problem, in velocities relative to those of the contacts that would close.
     ///
     /// ```text
-    /// w = H P + b        r = max_c |natural map of contact c| / max(‖b‖_∞, tiny)
+    /// w = H P + b        r = max_c |natural map of contact c| / max(S, tiny)        S: Cone::scale
     /// ```
     /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`; [`Coulomb`] adds
     /// the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would cause, so every term is one: a change
@@ -206,6 +206,21 @@ mod tests {
         let lcp = ContactProblem::new(&[0.0], &[1.0]);
         assert_eq!(lcp.natural_residual(&[0.0]), 0.0);
         assert_eq!(lcp.natural_residual(&[-0.5]), 0.5);
+    }
+
+    #[test]
+    fn a_far_gap_counts_to_a_thousandth_where_contacts_close() {
+        // A weight that rests, another beside it, and a gap of 60 mm over 50 µs.
+        let (h, far) = ([2.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 2.0], 60e-3 / 50e-6);
+        let b = [-0.01, 1.0, far];
+        assert_eq!(ContactProblem::new(&h, &b).natural_residual(&[0.005, 0.0, 0.0]), 0.0);
+        // It sinks by 1e-6 m/s, which is 8e-10 of the far one, and was accepted.
+        let sinks = ContactProblem::new(&h, &b).natural_residual(&[0.005 - 5e-7, 0.0, 0.0]);
+        approx::assert_relative_eq!(sinks, 1e-6 / 1.2, max_relative = 1e-9);
+        let diagonal: [f64; 16] = std::array::from_fn(|at| if at % 5 == 0 { 2.0 } else { 0.0 });
+        let b = [-0.01, far, 0.0, 0.0];
+        let rubs = FrictionProblem::<1>::with_friction(&diagonal, &b, &[0.5; 2]);
+        approx::assert_relative_eq!(rubs.natural_residual(&[0.005 - 5e-7, 0.0, 0.0, 0.0]), sinks, max_relative = 1e-9);
     }
 
     #[test]

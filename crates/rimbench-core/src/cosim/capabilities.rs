@@ -46,6 +46,10 @@ pub trait Capabilities {
         None
     }
 
+    /// Keeps every entry of the matrices of its contacts from now on, before the first step: asked for by what cannot use sparse ones. Where
+    /// memory does not hold them they stay as they are.
+    fn keep_every_entry(&mut self) {}
+
     /// Lets the subsystem step by a rule of the second order from now on.
     ///
     /// # Errors

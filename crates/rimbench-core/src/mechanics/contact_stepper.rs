@@ -34,9 +34,6 @@ use crate::interface_model::{Condensation, Elimination, Linearisation, ReducedIn
 use rimbench_contact::complementarity::Checked;
 use rimbench_contact::contact_law::Solved;
 
-/// Contacts from which on only the non-zeros of the Delassus matrix are kept, where there are few (`benches/scaling.rs`).
-pub const MANY_CONTACTS: usize = 48;
-
 /// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact problem.
 #[derive(Clone)]
 pub(super) struct ContactStepper {
@@ -253,6 +250,11 @@ impl ContactStepper {
         }
     }
 
+    /// Returns the law of the contacts.
+    pub(super) fn law(&self) -> ContactLaw {
+        self.law
+    }
+
     /// Returns the fraction γ of a penetration or joint error removed per step.
     pub(super) fn stabilisation(&self) -> f64 {
         self.law.stabilisation
@@ -263,8 +265,8 @@ impl ContactStepper {
         self.law.spring.is_some()
     }
 
-    /// Tells whether only the non-zeros of `H_uu` are kept.
-    pub(super) fn is_sparse(&self) -> bool {
-        self.contacts.is_sparse()
+    /// Returns the solver of `H_uu` with every entry, where only its non-zeros are kept.
+    pub(super) fn dense_solver(&self) -> Option<&Checked> {
+        self.contacts.dense_solver()
     }
 }

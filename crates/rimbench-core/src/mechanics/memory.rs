@@ -1,6 +1,6 @@
 //! How much memory a mechanical system takes, before its matrices are made.
 
-use super::contact_stepper::{ContactLaw, MANY_CONTACTS};
+use super::contact_stepper::ContactLaw;
 use super::mechanical_model::MechanicalModel;
 use crate::interface_model::{Elimination, Linearisation, MassMatrix, Rows};
 
@@ -19,26 +19,32 @@ const PER_JOINT: u64 = 2 << 10;
 /// Joints from which on only what is not zero is kept of them, where each involves few velocities (`benches/scaling.rs`).
 pub const MANY_JOINTS: usize = 12;
 
+/// Products fewer than n² from which on a sparse `H_uu` is worth its overhead.
+const LEAST_SAVED: u64 = 16;
+
 /// Columns of the rows of which only what is not zero is kept.
+#[derive(Default)]
 struct Kept {
     contacts: Option<Vec<Vec<usize>>>,
     joints: Option<Vec<Vec<usize>>>,
 }
 
 impl Kept {
-    /// Tells what is kept of a model's rows: of contacts, if they are many, without springs and without a solver that is given whole
-    /// matrices; of joints, if they or the contacts are many. With joints that keep everything contacts do so, too.
+    /// Tells what is kept of a model's rows: of contacts where few are coupled, without springs and without a solver that is given whole
+    /// matrices; of joints, if they are many or the contacts so kept. With joints that keep everything contacts do so, too.
     fn of(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Self {
         let size = model.size();
-        let diagonal = model.has_diagonal_mass();
-        let many = size.unilateral >= MANY_CONTACTS;
-        let joints = (size.bilateral > 0 && diagonal && (many || size.bilateral >= MANY_JOINTS))
-            .then(|| model.bilateral_columns())
-            .flatten();
-        let apart = diagonal && (size.bilateral == 0 || joints.is_some());
-        let contacts =
-            (many && apart && law.spring.is_none() && by_active_sets).then(|| model.unilateral_columns()).flatten();
-        Kept { contacts, joints }
+        if !model.has_diagonal_mass() {
+            return Kept::default();
+        }
+        let joints = if size.bilateral > 0 { model.bilateral_columns() } else { None };
+        let apart = size.bilateral == 0 || joints.is_some();
+        let contacts = if apart && law.spring.is_none() && by_active_sets { model.unilateral_columns() } else { None };
+        let all = Kept { contacts, joints };
+        if all.few_are_coupled(size.velocities) {
+            return all;
+        }
+        Kept { contacts: None, joints: all.joints.filter(|_| size.bilateral >= MANY_JOINTS) }
     }
 
     /// Rows with these columns, or with all.
@@ -49,10 +55,15 @@ impl Kept {
         }
     }
 
-    /// Whether `H_uu` keeps only what is coupled; nothing is taken for rows that keep everything.
-    fn few_meet(&self, velocities: usize) -> bool {
+    /// Tells whether few contacts are coupled, so that `H_uu` is sparse: Σ k² ≤ ¾ n² products, and [`LEAST_SAVED`] fewer at least, of n contacts
+    /// of which k share a velocity; with joints as [`Elimination::delassus_pattern`] says.
+    ///
+    /// Bounds from rows and heaps (`benches/scaling.rs`): with fewer contacts the mechanics' step loses what the reduction saves.
+    fn few_are_coupled(&self, velocities: usize) -> bool {
+        let Some(contacts) = &self.contacts else { return false };
         if self.joints.is_none() {
-            return self.contacts.is_some();
+            let (products, all) = (products_at_most(contacts, velocities), (contacts.len() as u64).pow(2));
+            return products + LEAST_SAVED <= all && 4 * products <= 3 * all;
         }
         let known = |columns: &Option<Vec<Vec<usize>>>| Self::rows(columns.as_ref(), 0, velocities);
         let eq3 = Linearisation {
@@ -63,11 +74,11 @@ impl Kept {
             tangential: Rows::default(),
             interface: Rows::default(),
         };
-        self.contacts.is_some() && Elimination::delassus_pattern(&eq3).is_some()
+        Elimination::delassus_pattern(&eq3).is_some()
     }
 }
 
-/// Returns how many couplings contacts with these columns have at most: the sum of k² over velocities that k contacts share.
+/// Returns how many products `A M⁻¹ Aᵀ` of contacts with these columns has at most: the sum of k² over velocities that k contacts share.
 fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
     let mut knowing = vec![0_u64; velocities];
     columns.iter().flatten().for_each(|&column| knowing[column] += 1);
@@ -91,7 +102,7 @@ pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_
 /// solver of its own.
 pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
     let size = model.size();
-    if Kept::of(model, law, by_active_sets).few_meet(size.velocities) { 0 } else { size.unilateral }
+    if Kept::of(model, law, by_active_sets).contacts.is_some() { 0 } else { size.unilateral }
 }
 
 /// Returns how many bytes a model and a scheme that uses its interface model take at most.
@@ -111,8 +122,8 @@ pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_set
         Some(_) => ((joints + velocities) * PER_JOINT, contacts),
         None => (0, contacts + joints),
     };
-    if kept.few_meet(size.velocities) {
-        let products = kept.contacts.as_ref().map_or(0, |columns| products_at_most(columns, size.velocities));
+    if let Some(columns) = &kept.contacts {
+        let products = products_at_most(columns, size.velocities);
         return of_joints + (size.unilateral as u64 * PER_CONTACT).max(products * PER_PRODUCT);
     }
     of_joints + 8 * rows * (SQUARES * rows + WIDE * velocities)

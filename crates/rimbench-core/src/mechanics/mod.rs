@@ -13,7 +13,7 @@ mod monolithic;
 mod non_smooth_mechanics;
 mod stiff_forces;
 
-pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction, MANY_CONTACTS};
+pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction};
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
 pub use memory::{MANY_JOINTS, bytes_needed, solver_memory};

@@ -8,12 +8,12 @@ use super::contact_stepper::{
 use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
 use super::mechanical_model::MechanicalModel;
-use super::memory::empty_equations;
+use super::memory::{bytes_needed, empty_equations};
 use crate::cosim::{
     Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
 };
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
+use crate::interface_model::{AccelerationJumps, Linearisation, MEMORY_LIMIT, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
 use rimbench_contact::solver_entry::SolverEntry;
@@ -64,14 +64,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         observables.extend(contacts.iter().map(|contact| format!("gap_{contact}_m").into()));
         observables.extend(contacts.iter().map(|contact| format!("contact_force_{contact}_n").into()));
         observables.extend(CONTACT_OBSERVABLES.map(Name::from));
+        let eq3 = empty_equations(&model, law, solver.solver.goes_by_active_sets());
         let mut mechanics = NonSmoothMechanics {
-            stepper: ContactStepper::new(
-                size,
-                empty_equations(&model, law, solver.solver.goes_by_active_sets()),
-                start,
-                law,
-                solver,
-            ),
+            stepper: ContactStepper::new(size, eq3, start, law, solver),
             second_order: None,
             acceleration_jumps: JumpFinder::of(&model),
             state_forces,
@@ -82,17 +77,19 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             start_energy: [0.0; 3],
             model,
         };
-        for contact in (0..size.unilateral).filter(|&contact| mechanics.model.is_plastic(contact)) {
-            mechanics.stepper.make_plastic(contact);
-        }
-        if !mechanics.stepper.knows_accelerations() {
-            mechanics.state_forces.clear();
-        }
-        mechanics.linearise();
+        mechanics.start();
         let potential = mechanics.model.potential_energy(mechanics.position());
         let springs = mechanics.stepper.spring_energy();
         mechanics.start_energy = [mechanics.stepper.kinetic_energy(), potential, springs];
         mechanics
+    }
+
+    /// Makes Eq. 3 that of the start state.
+    fn start(&mut self) {
+        for contact in (0..self.model.size().unilateral).filter(|&contact| self.model.is_plastic(contact)) {
+            self.stepper.make_plastic(contact);
+        }
+        self.linearise();
     }
 
     /// Gives the contacts friction, solved by `solver`; the model must have tangential rows.
@@ -112,6 +109,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 "friction does not go with a rule of the second order, which was asked for before".into(),
             ));
         }
+        self.keep_every_entry();
         self.stepper.add_friction(friction, self.model.size().tangential, solver)?;
         self.observables.extend(friction_observables(&self.contacts, self.stepper.is_in_space()));
         self.linearise();
@@ -246,7 +244,7 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         let mut model = self.stepper.empty_model();
         model.acceleration_jumps =
             AccelerationJumps::with_room(self.model.size().switches, model.interface_start() + model.interface());
-        if !self.state_forces.is_empty() {
+        if !self.state_forces.is_empty() && self.stepper.knows_accelerations() {
             model.state_bias = vec![0.0; model.a.len()];
         }
         Some(model)
@@ -267,6 +265,18 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
             finder.find(&mut self.model, (q, v), &mut model.acceleration_jumps);
         }
         Ok(true)
+    }
+
+    fn keep_every_entry(&mut self) {
+        let law = self.stepper.law();
+        let Some(solver) = self.stepper.dense_solver().cloned() else { return };
+        if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
+            return;
+        }
+        let eq3 = empty_equations(&self.model, law, false);
+        let start = (self.stepper.q.clone(), self.stepper.v.clone());
+        self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
+        self.start();
     }
 
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
@@ -290,7 +300,8 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.model.relists() {
             return Err("contacts that are listed again as bodies travel are stepped by the semi-implicit rule");
         }
-        if self.stepper.is_sparse() {
+        self.keep_every_entry();
+        if self.stepper.dense_solver().is_some() {
             return Err("contacts by the dozen, of which few are coupled, are stepped by the semi-implicit rule");
         }
         if self.stepper.eq3.bilateral.columns_by_row().is_some() {

@@ -15,7 +15,7 @@ impl ContactStepper {
         // The closed contacts follow from the contact problem of the old rows.
         self.find_closed();
         let (rows, velocities) = (self.eq3.unilateral.len(), self.eq3.velocities());
-        match columns.filter(|_| self.contacts.is_sparse()) {
+        match columns.filter(|_| self.contacts.dense_solver().is_some()) {
             Some(columns) => self.eq3.unilateral = Rows::in_columns(velocities, columns),
             // Entries of the old rows must not remain.
             None => self.eq3.unilateral = Rows::zeros(rows, velocities),

@@ -124,6 +124,8 @@ pub(super) enum StepContacts {
     Sparse {
         b: Vec<f64>,
         solver: Box<SparseSolver>,
+        /// That of `H` with every entry.
+        dense: Box<Checked>,
     },
     Coulomb(Box<CoulombStep>),
 }
@@ -135,6 +137,7 @@ impl StepContacts {
             Some(pattern) => StepContacts::Sparse {
                 b: vec![0.0; contacts],
                 solver: Box::new(SparseSolver::new(pattern, solver.tolerance())),
+                dense: Box::new(solver),
             },
             None => StepContacts::Signorini { problem: DenseProblem::new(contacts), solver: Box::new(solver) },
         }
@@ -153,7 +156,7 @@ impl StepContacts {
                 problem.add_compliance(terms);
                 solver.solve(Lcp::new(&problem.h, &problem.b), impulses)?;
             }
-            StepContacts::Sparse { b, solver } => {
+            StepContacts::Sparse { b, solver, .. } => {
                 for (contact, b) in b.iter_mut().enumerate() {
                     *b = terms.eq4.w[contact] + terms.h * terms.eq4.a[contact] + terms.normal(contact);
                 }
@@ -221,7 +224,7 @@ impl StepContacts {
                 }
                 (w, solver.tolerance() * scale(b))
             }
-            StepContacts::Sparse { b, solver } => (solver.solver.velocities(), solver.tolerance() * scale(b)),
+            StepContacts::Sparse { b, solver, .. } => (solver.solver.velocities(), solver.tolerance() * scale(b)),
             StepContacts::Coulomb(contacts) => (&contacts.problem.w, contacts.rounding_velocity()),
         }
     }
@@ -262,8 +265,8 @@ impl StepContacts {
         if let StepContacts::Coulomb(contacts) = self { Some(contacts) } else { None }
     }
 
-    /// Tells whether only the non-zeros of `H` are kept.
-    pub(super) fn is_sparse(&self) -> bool {
-        matches!(self, StepContacts::Sparse { .. })
+    /// Returns the solver of `H` with every entry, where only its non-zeros are kept.
+    pub(super) fn dense_solver(&self) -> Option<&Checked> {
+        if let StepContacts::Sparse { dense, .. } = self { Some(dense) } else { None }
     }
 }

@@ -271,7 +271,7 @@ impl ContactStepper {
             let found = format!("a restitution of {restitution} along the surface");
             return refused(format!("{found} is none; valid: 0 to that along the normal, {}", self.law.restitution));
         }
-        if self.contacts.is_sparse() {
+        if self.dense_solver().is_some() {
             return refused("contacts by the dozen, of which few are coupled, have none".to_owned());
         }
         if in_space {
