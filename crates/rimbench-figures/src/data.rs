@@ -204,7 +204,7 @@ fn draw_inside(
     }
     let runs = frame.runs(&series.points);
     for run in &runs {
-        let path = thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() });
+        let path = straightened(thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() }));
         let points: Vec<Point> = path.iter().map(|vertex| vertex.at).collect();
         let clip_to = |k: usize| if path[k].beyond || path[k + 1].beyond { frame.whole() } else { frame.area };
         for piece in clip::polyline(&points, clip_to) {
@@ -305,6 +305,33 @@ fn thinned(run: Vec<Vertex>) -> Vec<Vertex> {
         chosen.sort_unstable();
         kept.extend(chosen.chunk_by(|a, b| a == b).map(|same| group[same[0]]));
     }
+    kept
+}
+
+/// Leaves out points that lie on the line between those that stay, to a twentieth of a pixel: numbers have one decimal.
+fn straightened(run: Vec<Vertex>) -> Vec<Vertex> {
+    const OFF: f64 = 0.05;
+    let on_line = |from: Vertex, to: Vertex, between: &Vertex| {
+        let (along, off) =
+            ((to.at.0 - from.at.0, to.at.1 - from.at.1), (between.at.0 - from.at.0, between.at.1 - from.at.1));
+        let (length, dot) = (along.0.hypot(along.1), along.0 * off.0 + along.1 * off.1);
+        let inside = (0.0..=length * length).contains(&dot);
+        inside && (along.0 * off.1 - along.1 * off.0).abs() <= OFF * length && between.beyond == from.beyond
+    };
+    let mut kept: Vec<Vertex> = Vec::new();
+    let mut anchor = 0;
+    for at in 0..run.len() {
+        // The point before stays where this one would make the line leave one that is left out.
+        let leaves = |to: usize| run[anchor + 1..to].iter().any(|between| !on_line(run[anchor], run[to], between));
+        if at > anchor + 1 && (run[at].beyond != run[anchor].beyond || leaves(at)) {
+            anchor = at - 1;
+            kept.push(run[anchor]);
+        }
+        if at == 0 {
+            kept.push(run[0]);
+        }
+    }
+    kept.extend(run.last().filter(|_| run.len() > 1));
     kept
 }
 
@@ -427,6 +454,25 @@ mod tests {
         assert!(drawn.len() < 1000, "{} points", drawn.len());
         let peak = frame().y.position(90.0).expect("inside");
         assert!(drawn.iter().any(|point| point.1 == peak));
+    }
+
+    #[test]
+    fn a_straight_piece_has_two_points_and_a_corner_stays() {
+        let vertex = |x: f64, y: f64| Vertex { at: (x, y), beyond: false };
+        let run: Vec<Vertex> = (0..50).map(|k| vertex(f64::from(k), (f64::from(k) - 20.0).max(0.0))).collect();
+        let kept = straightened(run.clone());
+        assert_eq!(kept, [run[0], run[20], run[49]]);
+        // A curve stays within a twentieth of a pixel of what is drawn.
+        let run: Vec<Vertex> = (0..500).map(|k| vertex(0.1 * f64::from(k), 20.0 * (0.01 * f64::from(k)).sin())).collect();
+        let kept = straightened(run.clone());
+        assert!(kept.len() < 60, "{}", kept.len());
+        for pair in kept.windows(2) {
+            for point in run.iter().filter(|point| (pair[0].at.0..=pair[1].at.0).contains(&point.at.0)) {
+                let part = (point.at.0 - pair[0].at.0) / (pair[1].at.0 - pair[0].at.0);
+                let drawn = pair[0].at.1 + part * (pair[1].at.1 - pair[0].at.1);
+                assert!((drawn - point.at.1).abs() < 0.1, "{point:?}");
+            }
+        }
     }
 
     #[test]
