@@ -140,11 +140,14 @@ pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
         Some(runs.table().text(row, runs.table().column("scheme").ok()?))
     };
     let begins = |label: &str| label.split('/').next().unwrap_or_default().to_owned();
-    match (label.split_once('/'), scheme(label)) {
-        (Some((first, variant)), Some(own)) if first != own => {
+    let labels = runs.labels(&[]);
+    let first = begins(label);
+    let stands_for_it = labels.iter().any(|other| begins(other) == first && *other != first);
+    match scheme(label) {
+        Some(own) if first != own && stands_for_it => {
             let same = |other: &&str| begins(other) != first && scheme(other) == Some(own);
-            let is_shared = runs.labels(&[]).iter().any(same);
-            styles.shown_name(&format!("{own}/{}", if is_shared { label } else { variant }))
+            let variant = if labels.iter().any(same) { label } else { label[first.len()..].trim_start_matches('/') };
+            styles.shown_name(&if variant.is_empty() { own.to_owned() } else { format!("{own}/{variant}") })
         }
         _ => styles.shown_name(label),
     }

@@ -184,7 +184,7 @@ impl XyPanel {
     fn y_axis(&self) -> Axis {
         match (self.symlog, self.within) {
             (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
-            (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.0),
+            (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.05),
             _ if self.metric == FRACTION_STABLE => Axis::linear(&self.label).range(-0.05, 1.05),
             _ => Axis::log10(&self.label).within(self.range),
         }
@@ -201,6 +201,8 @@ impl XyPanel {
         let curve = |label: &'t str| {
             let points = self.points(runs, label)?;
             let has_order = is_alone && self.symlog.is_none() && self.within.is_none();
+            // Two points are a line whatever they are.
+            let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
             let order = if has_order { self.order(&runs.of_label(label))? } else { None };
             let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
             let shown = name(runs, label, styles);
