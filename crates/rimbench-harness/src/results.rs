@@ -146,7 +146,7 @@ pub(super) fn write_references<'a>(
             parameters.push(row(&[case, &set, &parameter.name, &value, &parameter.unit, &parameter.source]));
         }
         let Some(reference) = reference else { continue };
-        let [frequency, damping, ratio] = dimensionless(spec, &reference);
+        let [frequency, damping, ratio] = dimensionless(spec, &reference)?;
         let rejected = rejected_draws.get(&(case.to_owned(), set.clone())).map(usize::to_string).unwrap_or_default();
         settings.push(row(&[case, &set, &frequency, &damping, &ratio, &rejected]));
         for (column, name) in reference.trajectory.columns().iter().enumerate().skip(1) {
@@ -169,13 +169,13 @@ pub(super) fn write_references<'a>(
 }
 
 /// What scales the coupling of a setting: frequency and damping ratio of its interface, by how much contacts change its mass.
-fn dimensionless(spec: &RunSpec, reference: &Reference) -> [String; 3] {
-    let oscillation = interface_oscillation(spec).filter(|_| !spec.case.from_outside);
+fn dimensionless(spec: &RunSpec, reference: &Reference) -> Result<[String; 3]> {
+    let oscillation = if spec.case.from_outside { None } else { interface_oscillation(spec)? };
     let [frequency, damping] = oscillation.map_or([String::new(), String::new()], |both| both.map(number));
     let masses = reference.trajectory.index_of("effective_mass_kg");
     let masses = masses.into_iter().flat_map(|column| reference.trajectory.column(column));
     let (least, most) = masses.fold((f64::INFINITY, 0.0_f64), |(least, most), mass| (least.min(mass), most.max(mass)));
-    [frequency, damping, if most > 0.0 { number(most / least) } else { String::new() }]
+    Ok([frequency, damping, if most > 0.0 { number(most / least) } else { String::new() }])
 }
 
 /// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed.
