@@ -178,22 +178,25 @@ fn dimensionless(spec: &RunSpec, reference: &Reference) -> Result<[String; 3]> {
     Ok([frequency, damping, if most > 0.0 { number(most / least) } else { String::new() }])
 }
 
-/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed.
+/// What two processes that finish one job at once do not write alike.
+const MEASURED: [&str; 2] = ["cost.csv", "provenance.csv"];
+
+/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed. What another process has
+/// replaced meanwhile is sealed again, so that the last of them leaves all as it was written.
 ///
 /// # Errors
 /// [`Error::File`] naming a file that has gone meanwhile.
 pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String>) -> Result<()> {
-    let tables = [
-        "runs.csv",
-        "cost.csv",
-        "provenance.csv",
-        "parameters.csv",
-        "settings.csv",
-        "reference.csv",
-        "experiment.toml",
-    ];
-    let files = tables.into_iter().map(str::to_owned).chain(traces.map(|name| format!("traces/{name}")));
-    checksums::write(folder, files)
+    let others = ["parameters.csv", "settings.csv", "reference.csv", "experiment.toml"];
+    let tables = ["runs.csv"].into_iter().chain(MEASURED).chain(others).map(str::to_owned);
+    let files: Vec<String> = tables.chain(traces.map(|name| format!("traces/{name}"))).collect();
+    loop {
+        checksums::write(folder, files.clone())?;
+        let sums = checksums::read(folder)?.unwrap_or_default();
+        if MEASURED.iter().all(|name| sha256_of_file(&folder.join(name)).as_ref() == sums.get(*name)) {
+            return Ok(());
+        }
+    }
 }
 
 /// Writes a trajectory to the folder's traces, thinned to one row per `every` seconds; first and last rows always stand.

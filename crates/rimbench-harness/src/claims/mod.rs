@@ -15,6 +15,7 @@ use super::checked_results::checked_runs;
 use super::experiment::Experiment;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::Result;
+use rimbench_statistics::ResultsTable;
 use std::path::Path;
 
 /// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
@@ -23,6 +24,17 @@ use std::path::Path;
 /// # Errors
 /// [`Error::File`](rimbench_core::error::Error::File) for results that are not there, not whole, or not as they were written.
 pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
-    let (runs, _) = checked_runs(experiment, catalogue, folder)?;
-    experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), &runs)).collect()
+    measured_in(experiment, &checked_runs(experiment, catalogue, folder, false)?)
+}
+
+/// Does the same for a job that this process has just finished, while others may be finishing it.
+///
+/// # Errors
+/// [`Error::File`](rimbench_core::error::Error::File) for results that have gone, or are not whole.
+pub fn check_fresh_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
+    measured_in(experiment, &checked_runs(experiment, catalogue, folder, true)?)
+}
+
+fn measured_in(experiment: &Experiment, runs: &ResultsTable) -> Result<Vec<CheckedClaim>> {
+    experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), runs)).collect()
 }
