@@ -202,8 +202,7 @@ pub(super) fn pages() -> Result<Vec<PathBuf>> {
 
 /// Writes claims as CSV and as Markdown.
 pub(super) fn write_both(folder: &Path, claims: &[CheckedClaim]) -> Result<()> {
-    let path = folder.join("claims.csv");
-    write_claims(&path, claims)?;
-    let markdown = claims_markdown(&path)?;
+    write_claims(&folder.join("claims.csv"), claims)?;
+    let markdown = claims_markdown(claims);
     write_atomically(&folder.join("claims.md"), |file| file.write_all(markdown.as_bytes()))
 }

@@ -4,6 +4,7 @@ use crate::drawing::{Drawing, PanelData};
 use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::CHECKSUMS;
+use rimbench_results::claims::CheckedClaim;
 use rimbench_results::kept::{DIGEST, Digest, SUMMARY};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,46 +82,6 @@ fn without_text(tag: &str) -> &str {
     tag
 }
 
-/// A claim with what was measured; numbers that are not there are NaN.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Claim {
-    /// Its short name.
-    pub id: String,
-    /// Whether the paper makes it; else it is ours.
-    pub of_paper: bool,
-    /// The claim in words.
-    pub text: String,
-    /// What is measured.
-    pub quantity: String,
-    /// What was measured.
-    pub measured: f64,
-    /// From where to where the measured value can be trusted.
-    pub interval: [f64; 2],
-    /// The same without cases in which a model is exact.
-    pub without_exact: f64,
-    /// What was expected, `≥ 2` or `≤ 2`.
-    pub expected: String,
-    /// What came of it.
-    pub verdict: Verdict,
-    /// Why it has been replaced; empty if it has not.
-    pub superseded: String,
-    /// The claim of which it is a variant; empty if it is none.
-    pub variant_of: String,
-    /// The runs that it rests on.
-    pub run_ids: Vec<String>,
-}
-
-/// What came of a claim, failures first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The expectation does not hold.
-    NotReproduced,
-    /// Its runs are not there.
-    NotMeasured,
-    /// The expectation holds.
-    Reproduced,
-}
-
 /// One study: an experiment with its results.
 #[derive(Debug, Clone)]
 pub struct Study {
@@ -141,7 +102,7 @@ pub struct Study {
     /// Where the simulator of the page shows runs of a figure, by its identifier.
     pub addresses: BTreeMap<String, String>,
     /// Its claims.
-    pub claims: Vec<Claim>,
+    pub claims: Vec<CheckedClaim>,
     /// How many claims its experiment file has that could not be checked, none if not even that is known, and why.
     pub unchecked: Option<(Option<usize>, String)>,
     /// Whether its experiment is, to the letter, the one that the project has at `experiments/<name>.toml`.

@@ -1,10 +1,10 @@
 //! What was measured of a claim.
 
-use super::table::CheckedClaim;
 use crate::experiment::{COMPLETED, Claim, DIVERGED, DIVERGED_AT, Statistic, Verdict};
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
+use rimbench_results::claims::CheckedClaim;
 use rimbench_statistics::{
     ALL, Costed, PairedRun, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians,
     ratios_at_equal_cost, share_told_by_threshold,

@@ -1,15 +1,14 @@
 //! Claims: what an experiment file says should come out, held against what did.
 //!
 //! ```text
-//! a claim of an experiment → what was measured of it (measured) → claims.csv (table) → held against the summary (kept)
+//! a claim of an experiment → what was measured of it (measured) → claims.csv → held against the summary (kept)
 //! ```
 
 mod kept;
 mod measured;
-mod table;
 
 pub use kept::{KeptClaims, check_kept_claims};
-pub use table::{CheckedClaim, write_claims};
+pub use rimbench_results::claims::{CheckedClaim, write_claims};
 
 use super::checked_results::checked_runs;
 use super::experiment::Experiment;
