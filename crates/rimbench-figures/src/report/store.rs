@@ -7,6 +7,7 @@ use rimbench_results::checksums::CHECKSUMS;
 use rimbench_results::claims::CheckedClaim;
 use rimbench_results::kept::{DIGEST, Digest, SUMMARY};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::Runs;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -184,17 +185,14 @@ impl Study {
     }
 
     /// How many runs ended in each way, in the order of the file.
-    pub fn outcomes(&self) -> Vec<(String, usize)> {
-        let mut counts: Vec<(String, usize)> = Vec::new();
-        let Some((runs, outcome)) = self.runs.as_ref().and_then(|runs| Some((runs, runs.column("outcome").ok()?)))
-        else {
-            return counts;
-        };
-        for row in 0..runs.len() {
-            let text = runs.text(row, outcome);
-            match counts.iter_mut().find(|(known, _)| known == text) {
+    pub fn outcomes(&self) -> Vec<(&'static str, usize)> {
+        let mut counts: Vec<(&'static str, usize)> = Vec::new();
+        let Some(Ok(runs)) = self.runs.as_ref().map(Runs::of) else { return counts };
+        for run in runs.iter() {
+            let name = run.outcome.name();
+            match counts.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, count)) => *count += 1,
-                None => counts.push((text.to_owned(), 1)),
+                None => counts.push((name, 1)),
             }
         }
         counts
