@@ -129,7 +129,7 @@ impl XyFigure {
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
-            let abscissa = spec.x.read(folder, &table)?;
+            let abscissa = spec.x.read(folder, &all)?;
             // Each value of a parameter is a problem of its own.
             let runs = match abscissa {
                 Abscissa::Parameter(_) if spec.lines.is_empty() => spec.only.of(&all)?,
@@ -262,8 +262,7 @@ impl XyPanel {
     /// Lines over the cost: a point is the median of one macro step and one tolerance.
     fn over_cost<'t>(&self, runs: &Runs<'t>, all: &Runs<'_>, work: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
         let (unit, factor) = unit_of(runs);
-        let column = runs.table().column("step_tolerance").ok();
-        let of_row = |row: usize| column.map(|column| runs.table().number(row, column));
+        let of_row = |row: usize| Some(runs.run(row).step_tolerance);
         let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
         let curve = |label: &'t str| {
             // What did not complete has no cost at which to mark it.
