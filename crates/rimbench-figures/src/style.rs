@@ -162,7 +162,7 @@ fn variant_in_words(variant: &str) -> String {
         "mean-shares" => "last means, equal shares".to_owned(),
         "mean-rows" => "last means, row sums".to_owned(),
         "mean-body" => "last means, whole body".to_owned(),
-        "blind-shares" => "no others, equal shares".to_owned(),
+        "blind-shares" => "blind, equal shares".to_owned(),
         "force-hold-late-1" => "late force held".to_owned(),
         "force-linear-late-1" => "late force extrapolated".to_owned(),
         "force-rates-late-1" => "late force from the rates".to_owned(),
