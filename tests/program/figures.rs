@@ -313,15 +313,6 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
             assert!(message.contains(wanted) && message.lines().count() == 1, "{message}");
         }
     }
-    for former in ["sweep", "work-precision", "parameter-sweep"] {
-        let message =
-            refused(&format!("{}height = 0\n{LEAST_PANEL}", LEAST_XY.replace("\"xy\"", &format!("\"{former}\""))));
-        assert!(
-            message.ends_with(&format!("(`mine`): kind \"{former}\" is now \"xy\""))
-                || message.contains("\"xy\", with `x = {"),
-            "{message}"
-        );
-    }
     // All at once, and those of the second figure with its line.
     let twice = format!("{LEAST_XY}width = 0\nheight = 0\n[[figure.panels]]\n{LEAST_XY}{LEAST_PANEL}");
     let message = refused(&twice);

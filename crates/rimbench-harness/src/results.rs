@@ -22,7 +22,6 @@ use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
-use rimbench_results::kept::SUMMARY_KEYS;
 use rimbench_results::trace;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -44,15 +43,6 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
     let facts = run.spec.facts();
     let kept = facts.iter().filter(|fact| header.contains(&fact.name)).map(Fact::cell);
     [run.id.clone(), run.label.clone()].into_iter().chain(kept).collect()
-}
-
-/// What a run's row of `runs.csv` says in the columns that a row of the summary has in common.
-pub(super) fn summary_keys(run: &PlannedRun) -> [String; SUMMARY_KEYS.len()] {
-    let facts = run.spec.facts();
-    SUMMARY_KEYS.map(|key| match key {
-        "label" => run.label.clone(),
-        key => facts.iter().find(|fact| fact.name == key).map(Fact::cell).unwrap_or_default(),
-    })
 }
 
 /// Columns of `runs.csv` that say what was found: the same for every experiment, but for those of some runs and of a claim; what does not

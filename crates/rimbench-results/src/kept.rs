@@ -77,8 +77,8 @@ pub struct Digest {
     pub numerics_version: u32,
     /// Number of runs.
     pub rows: usize,
-    /// SHA-256 of what was planned, hexadecimal; none of a digest from before it was kept.
-    pub plan_sha256: Option<String>,
+    /// SHA-256 of what was planned, hexadecimal.
+    pub plan_sha256: String,
     /// SHA-256 of `runs.csv`, hexadecimal.
     pub runs_sha256: String,
     /// SHA-256 of `summary.csv`, hexadecimal.
@@ -191,12 +191,7 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
         return Err(Error::file(folder.join(DIGEST), message));
     }
     let table = read_table(&path)?;
-    // Before there were classes, what did not complete had failed.
-    let (old, names) = (table.column(COUNTS[2]).is_err(), table.names());
-    let is = |pooled: bool| {
-        let counts = if old { &COUNTS[2..] } else { &[] };
-        names.iter().eq(header(pooled).iter().filter(|name| !counts.contains(&name.as_str())))
-    };
+    let is = |pooled: bool| table.names() == header(pooled);
     let pooled = is(true);
     if !pooled && !is(false) {
         return Err(Error::file(&path, "has other columns than this program writes: run the experiment again"));
@@ -212,8 +207,8 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
             keys: std::array::from_fn(|column| table.text(row, column).to_owned()),
             runs: count(runs),
             completed: count(completed),
-            failed: if old { count(runs) - count(completed) } else { count(failed) },
-            no_answer: if old { 0 } else { count(no_answer) },
+            failed: count(failed),
+            no_answer: count(no_answer),
             quartiles: quartiles.map(|metric| metric.map(|column| number(row, column))),
             worst: worst.map(|column| table.number(row, column)),
         }
@@ -233,7 +228,7 @@ impl Digest {
         let digest: Digest =
             toml::from_str(&text).map_err(|error| wrong(said_at(&text, error.span(), error.message())))?;
         let is_sum = |sum: &String| sum.len() == 64 && sum.bytes().all(|byte| byte.is_ascii_hexdigit());
-        let sums = [&digest.runs_sha256, &digest.summary_sha256].into_iter().chain(&digest.plan_sha256);
+        let sums = [&digest.runs_sha256, &digest.summary_sha256, &digest.plan_sha256].into_iter();
         if let Some(sum) = sums.into_iter().find(|sum| !is_sum(sum)) {
             return Err(wrong(format!("`{sum}` is no SHA-256")));
         }
@@ -285,29 +280,6 @@ mod tests {
         let digest = Digest::read(folder.path()).unwrap();
         assert_eq!(digest.rows, 4);
         digest.check_rows(folder.path()).unwrap();
-    }
-
-    #[test]
-    fn a_summary_from_before_there_were_classes_is_read() {
-        let folder = results();
-        let path = |name: &str| folder.path().join(name);
-        let [summary, digest] = [SUMMARY, DIGEST].map(|name| std::fs::read_to_string(path(name)).unwrap());
-        let cut = |line: &str| {
-            line.split(',')
-                .enumerate()
-                .filter(|(at, _)| ![7, 8].contains(at))
-                .map(|(_, cell)| cell.to_owned())
-                .collect::<Vec<_>>()
-                .join(",")
-        };
-        let old = summary.lines().map(|line| cut(line) + "\n").collect::<String>();
-        std::fs::write(path(SUMMARY), &old).unwrap();
-        let sums = [&path(SUMMARY)].map(|path| sha256_of_file(path).unwrap());
-        let own = Digest::read(folder.path()).unwrap().summary_sha256;
-        std::fs::write(path(DIGEST), digest.replace(&own, &sums[0])).unwrap();
-        let rows = read_summary(folder.path()).unwrap();
-        assert_eq!([&rows[0], &rows[1]].map(|row| [row.runs, row.completed, row.failed]), [[3, 2, 1], [1, 0, 1]]);
-        assert_eq!(rows[0].quartiles[0], [1.5, 2.0, 2.5]);
     }
 
     #[test]

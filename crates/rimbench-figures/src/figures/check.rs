@@ -5,20 +5,10 @@ use super::xy_figure::{OF_PARAMETERS, OF_STEPS};
 use rimbench_core::error::Error;
 use toml::{Table, Value};
 
-/// Kinds that are one now, and what is across in them.
-const FORMER_KINDS: [(&str, &str); 3] = [
-    ("sweep", ""),
-    ("work-precision", ", with `x = { cost = … }` and `metric`, `label`, `range` and `labels` in each panel"),
-    ("parameter-sweep", ", with `x = { parameter = …, label = … }` in each panel"),
-];
-
 /// Returns all that is wrong with a figure; what may be left out stands in it afterwards.
 pub fn check(figure: &mut Table) -> Vec<String> {
     let mut faults = Vec::new();
     let kind = figure.get("kind").and_then(Value::as_str).unwrap_or_default().to_owned();
-    if let Some((former, how)) = FORMER_KINDS.iter().find(|(former, _)| *former == kind) {
-        return vec![format!("kind \"{former}\" is now \"xy\"{how}")];
-    }
     // Of a figure whose kind nobody knows only the keys that all have can be judged.
     let own = keys_of(&kind);
     let is_known = own.is_some();

@@ -262,8 +262,8 @@ impl XyPanel {
     /// Lines over the cost: a point is the median of one macro step and one tolerance.
     fn over_cost<'t>(&self, runs: &Runs<'t>, all: &Runs<'_>, work: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
         let (unit, factor) = unit_of(runs);
-        let of_row = |row: usize| Some(runs.run(row).step_tolerance);
-        let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
+        let of_row = |row: usize| runs.run(row).step_tolerance;
+        let tolerance = |row: usize| if of_row(row).is_finite() { of_row(row) } else { 0.0 };
         let curve = |label: &'t str| {
             // What did not complete has no cost at which to mark it.
             let lost = match all.of_label(label).share_completed() {

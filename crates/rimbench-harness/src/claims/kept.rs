@@ -1,13 +1,11 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
-use crate::experiment::{Claim, Experiment, PlannedRun, Statistic, plan_sha256};
-use crate::results::summary_keys;
+use crate::experiment::{Claim, Experiment, Statistic, plan_sha256};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
-use rimbench_results::kept::{DIGEST, Digest, SUMMARY, SUMMARY_KEYS, SUMMARY_METRICS, SummaryRow, read_summary};
+use rimbench_results::kept::{DIGEST, Digest, SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_statistics::ALL;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Relative difference that six written digits explain, of a ratio of two of them as well.
@@ -23,7 +21,7 @@ pub struct KeptClaims {
 }
 
 /// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which must be that of
-/// its digest. Claims about other statistics than a median, or about runs that did not complete, need the rows.
+/// its digest, and the digest of the experiment's plan. Claims about other statistics than a median, or about runs that did not complete, need the rows.
 ///
 /// # Errors
 /// [`Error::File`] for a file that is missing, damaged, or of another numerics version; for runs or claims that are not those of the
@@ -34,7 +32,15 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
     if folder.join("runs.csv").exists() {
         digest.check_rows(folder)?;
     }
-    check_kept_runs(experiment, &experiment.plan(catalogue, false)?, (&digest, &summary), folder)?;
+    let (planned, of) = (experiment.plan(catalogue, false)?, experiment.path().display());
+    let other = match digest.rows == planned.len() {
+        true if digest.plan_sha256 == plan_sha256(experiment, &planned) => None,
+        true => Some(format!("is not of the runs that {of} has: a setting or a label is another")),
+        false => Some(format!("is of {} runs, and {of} has {}", digest.rows, planned.len())),
+    };
+    if let Some(other) = other {
+        return Err(Error::file(folder.join(DIGEST), format!("{other}: run the experiment again")));
+    }
     let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
     if experiment.claims().is_empty() {
         return Ok(kept);
@@ -67,50 +73,6 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
         kept.claims.push(checked);
     }
     Ok(kept)
-}
-
-/// Checks that digest and summary are of the runs of a plan: as many, by the same cases, sets, rows, steps and tolerances.
-fn check_kept_runs(
-    experiment: &Experiment,
-    planned: &[PlannedRun],
-    (digest, summary): (&Digest, &[SummaryRow]),
-    folder: &Path,
-) -> Result<()> {
-    let of = experiment.path().display();
-    let wrong = |name: &str, message: String| {
-        Err(Error::file(folder.join(name), format!("{message}: run the experiment again")))
-    };
-    if digest.rows != planned.len() {
-        return wrong(DIGEST, format!("is of {} runs, and {of} has {}", digest.rows, planned.len()));
-    }
-    // Of an older digest only what the summary says can be compared.
-    if digest.plan_sha256.as_ref().is_some_and(|kept| *kept != plan_sha256(experiment, planned)) {
-        return wrong(DIGEST, format!("is not of the runs that {of} has: a setting or a label is another"));
-    }
-    let mut wanted: BTreeMap<[String; SUMMARY_KEYS.len()], usize> = BTreeMap::new();
-    for run in planned {
-        let mut keys = summary_keys(run);
-        if let Some(pooled) = &run.pooled_set {
-            keys[1] = pooled.to_string();
-        }
-        *wanted.entry(keys).or_default() += 1;
-    }
-    let named = |keys: &[String]| keys.iter().filter(|key| !key.is_empty()).cloned().collect::<Vec<_>>().join(", ");
-    for row in summary {
-        match wanted.remove(&row.keys) {
-            None => return wrong(SUMMARY, format!("has runs that {of} has not: {}", named(&row.keys))),
-            // Of drawn settings those without a reference are not counted.
-            Some(count) if row.runs > count || (row.worst.is_none() && row.runs < count) => {
-                let keys = named(&row.keys);
-                return wrong(SUMMARY, format!("has {} runs of {keys}, and {of} has {count}", row.runs));
-            }
-            Some(_) => {}
-        }
-    }
-    match wanted.keys().next() {
-        Some(keys) => wrong(SUMMARY, format!("lacks runs that {of} has: {}", named(keys))),
-        None => Ok(()),
-    }
 }
 
 impl Claim {
