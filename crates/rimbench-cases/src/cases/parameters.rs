@@ -243,7 +243,7 @@ mod tests {
             assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);
         }
         assert_eq!(parameters.changed(), "mass_kg=2.5 coupling=pressure");
-        assert_eq!(parameters.text(), "mass_kg = 2.5\ncoupling = pressure\nwheels = 4.0\n");
+        assert_eq!(parameters.text(), "coupling = pressure\nmass_kg = 2.5\nwheels = 4.0\n");
         let before = parameters.clone();
         parameters.set("wheels", "3").unwrap();
         assert!(before.text().ends_with("wheels = 4.0\n") && parameters.text().ends_with("wheels = 3.0\n"));
