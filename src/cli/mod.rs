@@ -12,8 +12,6 @@ mod list;
 mod number;
 mod paper;
 mod perf;
-mod perf_compare;
-mod perf_measuring;
 mod plan;
 mod progress;
 mod project;
