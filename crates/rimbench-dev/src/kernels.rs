@@ -1,6 +1,6 @@
 //! The kernels of the suite: what every exchange is made of, repeated often enough to be measured.
 
-use super::suite::{Repetition, Work};
+use super::benchmark::{Repetition, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;

@@ -1,7 +1,7 @@
 //! One measurement, by a program in a process of its own: this program, or the same suite of another revision.
 
+use super::benchmark::Benchmark;
 use super::history::{COUNTERS, Row};
-use super::suite::Benchmark;
 use rimbench_core::error::{Error, Result};
 use rimbench_harness::{BuildInfo, Provenance, monotonic_clock};
 use rimbench_results::checksums::sha256;
