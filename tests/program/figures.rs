@@ -692,6 +692,12 @@ fn a_kept_figure_has_at_most_six_panels_and_seven_lines_or_rows_in_each() {
             assert!((1..=7).contains(&lines), "{} has {lines} lines or rows", figure.id);
             bounded += 1;
         }
+        let alike = ["smooth active model", "smooth model, active contacts"];
+        assert!(
+            !alike.iter().all(|name| svg.contains(&format!(">{name}<"))),
+            "two schemes of {} are named alike",
+            figure.id
+        );
     }
     assert!(bounded > 50, "{bounded}");
 }

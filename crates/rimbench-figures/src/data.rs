@@ -469,9 +469,9 @@ mod tests {
         assert!(kept.len() < 60, "{}", kept.len());
         for pair in kept.windows(2) {
             for point in run.iter().filter(|point| (pair[0].at.0..=pair[1].at.0).contains(&point.at.0)) {
-                let part = (point.at.0 - pair[0].at.0) / (pair[1].at.0 - pair[0].at.0);
-                let drawn = pair[0].at.1 + part * (pair[1].at.1 - pair[0].at.1);
-                assert!((drawn - point.at.1).abs() < 0.1, "{point:?}");
+                let (along, up) = (pair[1].at.0 - pair[0].at.0, pair[1].at.1 - pair[0].at.1);
+                let off = along * (point.at.1 - pair[0].at.1) - up * (point.at.0 - pair[0].at.0);
+                assert!(off.abs() <= 0.0501 * along.hypot(up), "{point:?}");
             }
         }
     }

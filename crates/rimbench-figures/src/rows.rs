@@ -210,10 +210,24 @@ impl RowsPlot {
         self.columns.clamp(1, self.panels.len().max(1))
     }
 
-    /// Room for lost runs right of each panel, px.
+    /// Room for lost runs, px.
     fn lost_width(&self) -> f64 {
         let lost = self.dots().any(|dot| dot.lost.is_some_and(|lost| lost.is_any()));
         if lost { self.lost_column() * self.signs.len() as f64 + 12.0 } else { 0.0 }
+    }
+
+    /// Whether all panels lose the same runs: the last one of a line says it for all.
+    fn lost_once(&self) -> bool {
+        let lost = |panel: &RowsPanel| match &panel.content {
+            Content::Dots(dots) => dots.dots.iter().flatten().map(|dot| dot.lost).collect(),
+            Content::Grid(_) => Vec::new(),
+        };
+        self.panels.windows(2).all(|pair| lost(&pair[0]) == lost(&pair[1]))
+    }
+
+    /// Room for lost runs right of a panel in this column, px.
+    fn lost_width_in(&self, column: usize) -> f64 {
+        if column + 1 < self.columns() && self.lost_once() { 0.0 } else { self.lost_width() }
     }
 
     /// Width of the part of one kind of sign in it, px.
@@ -246,7 +260,7 @@ impl RowsPlot {
         let columns = self.columns();
         let taken = 2.0 * MARGIN
             + labels_width(&self.rows)
-            + columns as f64 * self.lost_width()
+            + (0..columns).map(|column| self.lost_width_in(column)).sum::<f64>()
             + (columns - 1) as f64 * BETWEEN_COLUMNS;
         let room = self.width - taken;
         let counts: Option<Vec<usize>> = self.panels.iter().map(RowsPanel::grid_columns).collect();
@@ -266,7 +280,7 @@ impl RowsPlot {
         let (above, inside) = (TITLE_SIZE + 10.0, ROW * self.rows.len().max(1) as f64 + 6.0);
         let line = above + inside + BELOW;
         let key = key_lines(self.key(), self.width);
-        let key_height = KEY + KEY_LINE * (key.len().max(1) - 1) as f64;
+        let key_height = if key.is_empty() { 0.0 } else { KEY + KEY_LINE * (key.len() - 1) as f64 };
         let height = 2.0 * MARGIN + lines as f64 * line + (lines.max(1) - 1) as f64 * BETWEEN_ROWS + key_height;
         let mut drawing = Drawing::new(self.width, height);
         drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
@@ -276,7 +290,8 @@ impl RowsPlot {
         }
         for (index, panel) in self.panels.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
-            let before = widths[..column].iter().map(|width| width + self.lost_width() + BETWEEN_COLUMNS).sum::<f64>();
+            let before =
+                (0..column).map(|before| widths[before] + self.lost_width_in(before) + BETWEEN_COLUMNS).sum::<f64>();
             let left = MARGIN + labels_width(&self.rows) + before;
             let top = MARGIN + above + row as f64 * (line + BETWEEN_ROWS);
             let [left, top] = [left, top].map(crisp);
@@ -284,7 +299,7 @@ impl RowsPlot {
                 &mut drawing,
                 Rect { left, top, right: left + widths[column], bottom: top + inside },
                 panel,
-                column == 0,
+                column,
             );
         }
         for (index, entries) in key.iter().enumerate() {
@@ -298,14 +313,14 @@ impl RowsPlot {
         drawing
     }
 
-    fn draw_panel(&self, drawing: &mut Drawing, area: Rect, panel: &RowsPanel, labelled: bool) {
-        let lost_left = area.right + 12.0;
+    fn draw_panel(&self, drawing: &mut Drawing, area: Rect, panel: &RowsPanel, column: usize) {
+        let lost_left = (self.lost_width_in(column) > 0.0).then_some(area.right + 12.0);
         let (map, x, y) = match &panel.content {
             Content::Dots(dots) => {
                 let map = dots.draw_axis(drawing, &area);
                 labels(drawing, &area, &panel.title, &dots.axis.label);
-                if self.lost_width() > 0.0 {
-                    self.draw_lost_axis(drawing, &area, lost_left);
+                if let Some(left) = lost_left {
+                    self.draw_lost_axis(drawing, &area, left);
                 }
                 (Some(map), self.quantity.clone(), dots.axis.label.clone())
             }
@@ -320,7 +335,7 @@ impl RowsPlot {
             let y = area.top + 3.0 + (index as f64 + 0.5) * ROW;
             drawing.line(vec![(area.left, y), (area.right, y)], Stroke { dash: &[1.0, 3.0], ..GRID });
             drawing.group(&row.name, |drawing| {
-                if labelled {
+                if column == 0 {
                     draw_row_label(drawing, row, (area.left, y));
                 }
                 match (&panel.content, &map) {
@@ -341,7 +356,7 @@ impl RowsPlot {
         &self,
         drawing: &mut Drawing,
         map: &AxisMap,
-        (lost_left, y): (f64, f64),
+        (lost_left, y): (Option<f64>, f64),
         row: &Row,
         dots: &[Dot],
     ) -> SeriesData {
@@ -364,15 +379,15 @@ impl RowsPlot {
             if let Some(at) = at {
                 marker::draw(drawing, SIGNS[index % SIGNS.len()], at, MARKER, row.color);
             }
-            let column = lost_left + (index as f64 + 0.5) * self.lost_column();
-            let lost = dot.lost.filter(Loss::is_any);
-            if let Some(loss) = lost {
+            let column = lost_left.map(|left| left + (index as f64 + 0.5) * self.lost_column());
+            let lost = column.zip(dot.lost.filter(Loss::is_any));
+            if let Some((column, loss)) = lost {
                 let failed = format!("{:.0}", (100.0 * loss.failed).max(1.0));
                 let share = Text::new(if loss.failed > 0.0 { &failed } else { SILENT }, (column, y), TICK_SIZE);
                 drawing.text(share.anchored(Anchor::Middle).centred());
             }
             let note = dot.lost.map_or_else(|| "not run".to_owned(), |loss| loss.in_words());
-            let at = at.or(lost.map(|_| (column, y)));
+            let at = at.or(lost.map(|(column, _)| (column, y)));
             points.push(Datum { x: sign.value, y: dot.value, range: dot.range, note, at });
         }
         SeriesData { name: row.name.clone(), points }
@@ -387,7 +402,7 @@ impl RowsPlot {
         for (index, sign) in self.signs.iter().enumerate() {
             let at = (left + (index as f64 + 0.5) * column, area.bottom + TICK + 7.5);
             let text = Text::new(&sign.short, at, TICK_SIZE).anchored(Anchor::Middle).centred();
-            // Of one kind of sign the key says enough, and a number above "%" would be read as a share.
+            // Of one kind of sign the subtitle says enough, and a number above "%" would be read as a share.
             if text.width() <= column && self.signs.len() > 1 {
                 drawing.text(text.colored(Color::SOFT_INK));
             }
@@ -400,7 +415,8 @@ impl RowsPlot {
     /// What the signs stand for.
     fn key(&self) -> Vec<(Sample, String)> {
         let sign = |(index, sign): (usize, &Sign)| (Sample::Sign(SIGNS[index % SIGNS.len()]), sign.label.clone());
-        let mut entries: Vec<(Sample, String)> = self.signs.iter().enumerate().map(sign).collect();
+        let several = self.signs.iter().enumerate().filter(|_| self.signs.len() > 1);
+        let mut entries: Vec<(Sample, String)> = several.map(sign).collect();
         let has_floor = |panel: &RowsPanel| matches!(&panel.content, Content::Dots(dots) if dots.floor.is_some());
         if self.panels.iter().any(has_floor) {
             entries.push((Sample::Shade, "below the reference's uncertainty".to_owned()));
