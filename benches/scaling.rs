@@ -170,7 +170,7 @@ impl Stopped {
         };
         let spec = request.resolve(&Catalogue::standard()).unwrap();
         let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
-        let setup = spec.prepare().unwrap().setup(Bounds::default());
+        let setup = spec.setup(Bounds::default());
         let coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), spec.gain).unwrap();
         let scheme = coupling.scheme.try_clone().unwrap();
         let start = system.sides.mechanics.try_clone().unwrap();

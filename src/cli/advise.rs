@@ -1,10 +1,10 @@
 //! `rimbench advise`: which step, which scheme?
 
 use super::interruption::Interruption;
-use super::number::{percent, quantity, seconds as time, with_digits};
+use super::number::{percent, quantity, with_digits};
 use super::progress::Progress;
 use super::run::use_threads;
-use super::run_options::{RunOptions, typed};
+use super::run_options::{RunOptions, seconds as time, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use super::{Format, INTERRUPTED, file_option, print, print_json, warn_of_cache, with_files};
 use clap::Args;

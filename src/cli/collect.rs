@@ -4,7 +4,7 @@ use super::{claims_list, damaged_lines, print, warn_of_cache};
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
-use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards};
+use rimbench::harness::{Cache, Experiment, Job, check_fresh_claims, collect_shards};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -47,7 +47,7 @@ pub(super) fn collect(
         print(&format!("… and {} more", summary.missing - first_missing.len()))?;
     }
     if summary.missing == 0 && !experiment.claims().is_empty() {
-        print(&claims_list(&check_claims(experiment, catalogue, folder)?))?;
+        print(&claims_list(&check_fresh_claims(experiment, catalogue, folder)?))?;
     }
     Ok(if summary.missing == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

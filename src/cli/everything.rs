@@ -13,7 +13,9 @@ use rimbench::checksums::sha256_of_file;
 use rimbench::error::{Error, Result};
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
-use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Ranking, check_claims, run_job_until, write_claims};
+use rimbench::harness::{
+    Cache, CheckedClaim, Experiment, Job, Ranking, check_fresh_claims, run_job_until, write_claims,
+};
 use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
 use std::collections::BTreeMap;
@@ -80,7 +82,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
             summary.computed,
             summary.reused
         ));
-        let claims = check_claims(experiment, catalogue, &folder)?;
+        let claims = check_fresh_claims(experiment, catalogue, &folder)?;
         changed += claims.iter().filter(|claim| claim.differs()).count();
         if experiment.group() == PAPER {
             of_paper.extend(claims);
@@ -200,8 +202,7 @@ pub(super) fn pages() -> Result<Vec<PathBuf>> {
 
 /// Writes claims as CSV and as Markdown.
 pub(super) fn write_both(folder: &Path, claims: &[CheckedClaim]) -> Result<()> {
-    let path = folder.join("claims.csv");
-    write_claims(&path, claims)?;
-    let markdown = claims_markdown(&path)?;
+    write_claims(&folder.join("claims.csv"), claims)?;
+    let markdown = claims_markdown(claims);
     write_atomically(&folder.join("claims.md"), |file| file.write_all(markdown.as_bytes()))
 }

@@ -1,8 +1,7 @@
 //! `rimbench fmu`: one side of a case for other masters.
 
-use super::number::seconds;
 use super::print;
-use super::run_options::assignments;
+use super::run_options::{assignments, seconds};
 use clap::{Args, ValueEnum};
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;

@@ -1,9 +1,9 @@
 //! `rimbench limit`: the largest stable macro step.
 
 use super::json::Object;
-use super::number::{percent, seconds, with_digits};
+use super::number::{percent, with_digits};
 use super::progress::{Heartbeat, plain_time};
-use super::run_options::RunOptions;
+use super::run_options::{RunOptions, seconds};
 use super::screen::{Mood, Table, headline, row};
 use super::simulate::in_words;
 use super::{Format, answered, print, print_json, warn_of_cache, with_files};

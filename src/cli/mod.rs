@@ -265,9 +265,8 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
             _ => String::new(),
         };
         let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{}{interval}", two(value)));
-        let expected = match claim.expected.split_once(' ').and_then(|(sign, bound)| Some((sign, bound.parse().ok()?)))
-        {
-            Some((sign, bound)) => format!("{sign} {}", two(bound)),
+        let expected = match claim.bound() {
+            Some((at_least, bound)) => format!("{} {}", if at_least { "≥" } else { "≤" }, two(bound)),
             None => claim.expected.clone(),
         };
         let changed = match claim.finding {
@@ -281,10 +280,9 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
             Verdict::Reproduced => Mood::Good,
             _ => Mood::Open,
         };
-        let by = format!("{:?}", claim.by).to_lowercase();
         lines.push(headline(&claim.id, &format!("{}{changed}", claim.verdict), mood));
         let text = &claim.text;
-        let said = format!("{text} ({by}{superseded}): {quantity} is {measured}, expected {expected}");
+        let said = format!("{text} ({}{superseded}): {quantity} is {measured}, expected {expected}", claim.by);
         lines.push(format!("  {}", paragraph(&said, 2)));
     }
     lines.join("\n")

@@ -12,10 +12,10 @@ use rimbench::catalogue::Catalogue;
 use rimbench::checksums::CHECKSUMS;
 use rimbench::error::Result;
 use rimbench::figures::render::write_png;
-use rimbench::figures::report::{Claim, Picture, Report, Study, Verdict, Written, address, find_studies};
+use rimbench::figures::report::{Picture, Report, Study, Written, address, find_studies};
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, FigureList, preview};
-use rimbench::harness::{CheckedClaim, Claimant, Experiment, Verdict as Checked, check_claims, check_kept_claims};
+use rimbench::harness::{Experiment, check_claims, check_kept_claims};
 use rimbench::kept::DIGEST;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -160,7 +160,7 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
                     false => check_claims(&experiment, catalogue, folder),
                 };
                 match checked {
-                    Ok(claims) => study.claims = claims.into_iter().map(claim).collect(),
+                    Ok(claims) => study.claims = claims,
                     Err(error) => {
                         let reason = study.said(&error);
                         study.remarks.push(format!("its claims are not checked: {reason}"));
@@ -218,28 +218,6 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
         }
     }
     study
-}
-
-fn claim(claim: CheckedClaim) -> Claim {
-    let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    Claim {
-        of_paper: claim.by == Claimant::Paper,
-        measured: number(claim.measured),
-        interval: [number(claim.low), number(claim.high)],
-        without_exact: number(claim.without_exact),
-        verdict: match claim.verdict {
-            Checked::Reproduced => Verdict::Reproduced,
-            Checked::NotReproduced => Verdict::NotReproduced,
-            Checked::NotMeasured => Verdict::NotMeasured,
-        },
-        run_ids: claim.run_ids.clone(),
-        id: claim.id,
-        text: claim.text,
-        quantity: claim.quantity,
-        expected: claim.expected,
-        superseded: claim.superseded,
-        variant_of: claim.variant_of,
-    }
 }
 
 /// Hands the page to what shows pages here; the page is there whether or not that works.

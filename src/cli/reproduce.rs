@@ -13,7 +13,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
 use rimbench::figures::style::Styles;
-use rimbench::harness::{Cache, CheckedClaim, Job, Verdict, check_claims, run_job};
+use rimbench::harness::{Cache, CheckedClaim, Job, Verdict, check_fresh_claims, run_job};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -69,7 +69,7 @@ impl Reproduce {
             let summary = run_job(job, &|step| progress.after(step), StopFlag::never())?;
             not_completed += summary.not_completed;
             progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
-            claims.extend(check_claims(experiment, catalogue, &folder)?);
+            claims.extend(check_fresh_claims(experiment, catalogue, &folder)?);
         }
         progress.about("drawing figures");
         write_both(&group, &claims)?;

@@ -15,7 +15,7 @@ use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::SideNotes;
-use rimbench::harness::{Cache, Job, Shard, Step, check_claims, run_job_until};
+use rimbench::harness::{Cache, Job, Shard, Step, check_fresh_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -129,7 +129,7 @@ impl Run {
             }
             print(&super::summary::summary(&folder)?)?;
             if !experiment.claims().is_empty() {
-                print(&claims_list(&check_claims(&experiment, catalogue, &folder)?))?;
+                print(&claims_list(&check_fresh_claims(&experiment, catalogue, &folder)?))?;
             }
         }
         let (done, mood) = match summary.missing {

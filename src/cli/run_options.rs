@@ -1,6 +1,5 @@
 //! The options that determine a run as flags, shared by the commands that make runs: one flag per option of a request.
 
-use super::number::seconds;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use rimbench::error::{Error, Result};
 use rimbench::runs::{Given, RunOption, RunRequest};
@@ -106,5 +105,44 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> FromArgMatches for RunOptions<SC
         self.given = Self::options().filter_map(given).collect();
         self.set = matches.get_many::<String>("set").into_iter().flatten().cloned().collect();
         Ok(())
+    }
+}
+
+/// Units of time that may be typed, with how many make a second.
+const TIMES: [(&str, f64); 6] = [("ns", 1e9), ("us", 1e6), ("µs", 1e6), ("ms", 1e3), ("min", 1.0 / 60.0), ("s", 1.0)];
+
+/// Reads a time as it is typed, `5ms`, `200us`, `0.005` or `5e-3`; without a unit it is in seconds.
+///
+/// # Errors
+/// A sentence that says what would be valid.
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let unit = TIMES.iter().find_map(|(unit, per_second)| Some((text.strip_suffix(unit)?, per_second)));
+    let (number, per_second) = unit.unwrap_or((text, &1.0));
+    // Divided, so that 5ms is the number that 0.005 is.
+    let value = number.trim_end().parse::<f64>().ok().map(|value| value / per_second);
+    value.ok_or_else(|| "a time such as 5ms, 200us or 0.005, which is in seconds".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_with_and_without_a_unit() {
+        for (text, wanted) in [
+            ("5ms", 0.005),
+            ("200us", 2e-4),
+            ("200 µs", 2e-4),
+            ("0.005", 0.005),
+            ("5e-3", 0.005),
+            ("2s", 2.0),
+            ("2min", 120.0),
+        ] {
+            assert_eq!(seconds(text), Ok(wanted), "{text}");
+        }
+        for text in ["fast", "5mm", "ms", "", "5 m s"] {
+            assert!(seconds(text).unwrap_err().contains("5ms"), "{text}");
+        }
     }
 }

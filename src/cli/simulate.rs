@@ -1,9 +1,9 @@
 //! `rimbench simulate`: one run.
 
 use super::json::Object;
-use super::number::{percent, quantity, seconds};
+use super::number::{percent, quantity};
 use super::progress::Heartbeat;
-use super::run_options::{RunOptions, typed};
+use super::run_options::{RunOptions, seconds, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_files};
 use clap::Args;

@@ -1,8 +1,8 @@
 //! `rimbench run --slurm`: what is missing of an experiment, as a job array of Slurm.
 
-use super::number::seconds;
 use super::print;
 use super::progress::plain_time;
+use super::run_options::seconds;
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;

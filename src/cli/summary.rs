@@ -37,7 +37,7 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
             let completed = runs.completed();
             let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
             let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
-            failed.for_each(|&row| *failures.entry(runs.kind(row).name()).or_default() += 1);
+            failed.for_each(|&row| *failures.entry(runs.run(row).outcome.name()).or_default() += 1);
             let failures: String = failures.iter().map(|(name, count)| format!(", {count} {name}")).collect();
             let step = macro_step.parse().map_or_else(|_| (*macro_step).to_owned(), |step| with_digits(step, "s", 6));
             let done = format!("{}/{}{failures}", completed.rows().len(), runs.rows().len());

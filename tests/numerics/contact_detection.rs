@@ -116,7 +116,7 @@ fn on_six_wedges(detection: ContactDetection, solver: &str) -> [Vec<f64>; 3] {
     let (mut seen, mut row) = ([const { Vec::new() }; 3], vec![0.0; names.len()]);
     let mut sides = system.sides.lend();
     let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), None).unwrap();
-    let report = observed(&spec.prepare().unwrap().setup(Bounds::default()), sides, coupling, &mut |point| {
+    let report = observed(&spec.setup(Bounds::default()), sides, coupling, &mut |point| {
         point.sides.mechanics.capabilities().observe(point.mechanics_step, &mut row);
         for (seen, value) in seen.iter_mut().zip([point.y.actuator[0], row[load], row[closed]]) {
             seen.push(value);

@@ -5,6 +5,9 @@ use crate::support::*;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use rimbench::cases::CoupledSystem;
+use rimbench::error::Error;
+use std::sync::Arc;
 
 /// A mass on a spring and a damper of its own, with one interface row.
 #[derive(Clone)]
@@ -63,6 +66,19 @@ impl Subsystem for Leaky {
             false => self.force - h * stiffness * u[1],
         };
         Ok(())
+    }
+}
+
+/// A mechanics that has gone astray.
+struct Lost {
+    inner: Box<dyn Subsystem>,
+}
+
+impl Subsystem for Lost {
+    subsystem_methods!(ports_of_inner step_of_inner capabilities_of_inner counters_of_inner no_clone);
+
+    fn outputs(&mut self, _u: &[f64], _y: &mut [f64]) -> Result<(), Failure> {
+        Err(Failure::non_finite("mechanical state"))
     }
 }
 
@@ -238,6 +254,30 @@ fn a_half_kick_of_what_the_mechanics_does_not_tell_apart_is_refused() {
         let refused = request.resolve(catalogue()).unwrap_err().to_string();
         assert!(refused.starts_with("model_motion = half-kick") && refused.contains(why), "{refused}");
     }
+}
+
+#[test]
+fn the_oscillation_of_an_interface_is_known_or_not_told_and_what_fails_is_an_error() {
+    for case in catalogue().cases() {
+        let spec = spec_with(&case.name, "zero-order-hold", &[], &[]);
+        let told = interface_oscillation(&spec).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        assert!(told.iter().flatten().all(|value| value.is_finite()), "{}: {told:?}", case.name);
+    }
+    let spec = wedge_box_spec("rim-nonsmooth", H);
+    assert!(interface_oscillation(&spec).unwrap().is_some());
+    let failing = |fail: fn(CoupledSystem) -> Result<CoupledSystem, Error>| {
+        let build = spec.case.build.clone();
+        let case = Case { build: Arc::new(move |p, solver| fail(build(p, solver)?)), ..Case::clone(&spec.case) };
+        let spec = spec.changed(|own| own.case = Arc::new(case));
+        [interface_oscillation(&spec).unwrap_err(), predicted_growth(&spec).unwrap_err()].map(|error| error.to_string())
+    };
+    let unbuilt = failing(|_| Err(Error::Incompatible("no room for both sides".to_owned())));
+    assert_eq!(unbuilt, ["no room for both sides"; 2]);
+    let lost = failing(|mut system| {
+        system.sides = PerSide { mechanics: Box::new(Lost { inner: system.sides.mechanics }), ..system.sides };
+        Ok(system)
+    });
+    assert_eq!(lost, ["mechanical state is not finite"; 2]);
 }
 
 /// Two phases; a run counts as stable if its force stays within three times the peak of the reference. Until 0.5 s the box is on its ledge and

@@ -5,7 +5,8 @@ pub use crate::prose::{documents, files, prose, read, root};
 use crate::support::{cases, schemes};
 use rimbench::cases::ReferenceMethod;
 use rimbench::catalogue::Catalogue;
-use rimbench::figures::{fill_page, without_filled};
+use rimbench::claims::{CheckedClaim, Claimant, Verdict, read_claims};
+use rimbench::figures::{claims_markdown, fill_page, without_filled};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -198,22 +199,18 @@ fn rust_code_of_the_documents_is_compiled_or_quoted_from_what_is() {
 
 #[test]
 fn the_readme_counts_the_committed_claims() {
-    let mut claims = csv::Reader::from_path(root().join("results/paper/claims.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = claims.deserialize().map(Result::unwrap).collect();
+    let claims = read_claims(&root().join("results/paper/claims.csv")).unwrap();
     // Claims that others have replaced are kept, and counted nowhere; variants of one statement count once.
-    let counts = |row: &BTreeMap<String, String>, by: &str| {
-        row["superseded"].is_empty() && row["variant_of"].is_empty() && (by.is_empty() || row["by"] == by)
-    };
-    for row in rows.iter().filter(|row| !row["variant_of"].is_empty()) {
-        let id = row["variant_of"].rsplit('/').next().unwrap();
-        assert!(rows.iter().any(|other| other["id"] == id && counts(other, &row["by"])), "{} of {id}", row["id"]);
+    for claim in claims.iter().filter(|claim| !claim.variant_of.is_empty()) {
+        let id = claim.variant_of.rsplit('/').next().unwrap();
+        let is_of = |other: &CheckedClaim| other.id == id && other.counts() && other.by == claim.by;
+        assert!(claims.iter().any(is_of), "{} of {id}", claim.id);
     }
-    let count = |by: &str| {
-        let own: Vec<_> = rows.iter().filter(|row| counts(row, by)).collect();
-        let reproduced = own.iter().filter(|row| row["verdict"] == "reproduced").count();
-        (reproduced, own.len())
+    let count = |by: &[Claimant]| {
+        let own = claims.iter().filter(|claim| claim.counts() && by.contains(&claim.by));
+        (own.clone().filter(|claim| claim.verdict == Verdict::Reproduced).count(), own.count())
     };
-    let [all, paper, ours] = ["", "paper", "ours"].map(count);
+    let [all, paper, ours] = [&[Claimant::Paper, Claimant::Ours][..], &[Claimant::Paper], &[Claimant::Ours]].map(count);
     let sentence = format!(
         "**{} of {} statements reproduce**: {} of {} from the paper, {} of {} from this project.",
         all.0, all.1, paper.0, paper.1, ours.0, ours.1
@@ -221,7 +218,8 @@ fn the_readme_counts_the_committed_claims() {
     let readme = read(&root().join("README.md"));
     assert!(readme.contains(&sentence), "README.md does not say: {sentence}");
     assert!(readme.contains("](results/paper/claims.md)"), "README.md does not link to the table of claims");
-    let replaced = rows.iter().filter(|row| !row["superseded"].is_empty()).count();
+    assert_eq!(claims_markdown(&claims), read(&root().join("results/paper/claims.md")));
+    let replaced = claims.iter().filter(|claim| !claim.superseded.is_empty()).count();
     let page = read(&root().join("results/paper/report.html"));
     let sentence = format!("<strong>{} of {} claims reproduce</strong>", all.0, all.1);
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");

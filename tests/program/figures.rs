@@ -61,7 +61,7 @@ fn made_up_results(folder: &Path) {
     let mut id = 0;
     for (label, scale, limit) in [("rim-smooth", 9.0, 2e-3), ("rim-nonsmooth-gap/profile", 1.0, 1.0)] {
         for set in ["", "margin_m=0.1"] {
-            for step in [1e-3, 5e-3] {
+            for step in [0.5e-3, 1e-3, 5e-3] {
                 for phase in [1.0, 0.4] {
                     let outcome = if step > limit && phase < 0.9 { "diverged" } else { "completed" };
                     let (error, residual) = (scale * step * phase, if label.contains('/') { -step } else { step });

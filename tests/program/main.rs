@@ -32,3 +32,4 @@ mod screens;
 mod slurm;
 mod store_survives;
 mod strict;
+mod walks;

@@ -1,51 +1,32 @@
-//! The table of claims as Markdown, from `claims.csv`.
+//! The table of claims as Markdown.
 
-use rimbench_core::error::Result;
-use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_results::claims::CheckedClaim;
 use std::fmt::Write;
-use std::path::Path;
 
-/// Makes the Markdown table of the claims in a `claims.csv`.
-///
-/// # Errors
-/// [`Error::File`](rimbench_core::error::Error::File) for a file or column that is not there.
-pub fn claims_markdown(path: &Path) -> Result<String> {
-    let claims = read_table(path)?;
-    let names = ["text", "by", "quantity", "measured", "expected", "verdict", "experiment"];
-    let columns: Vec<usize> = names.iter().map(|name| claims.column(name)).collect::<Result<_>>()?;
-    // Results of earlier versions do not have it.
-    let superseded = claims.column("superseded").ok();
-    let variant_of = claims.column("variant_of").ok();
-    let said = |row: usize, column: Option<usize>, of: &str| {
-        let text = column.map(|column| claims.text(row, column)).filter(|text| !text.is_empty());
-        text.map(|text| format!(" *({of} {text})*")).unwrap_or_default()
-    };
+/// Makes the Markdown table of claims.
+pub fn claims_markdown(claims: &[CheckedClaim]) -> String {
     let mut text = String::from("| claim | by | quantity | measured | expected | verdict | experiment |\n");
     text.push_str("|---|---|---|---|---|---|---|\n");
-    for row in 0..claims.len() {
-        let cells = columns.iter().zip(names).map(|(&column, name)| match name {
-            "measured" => significant(claims.number(row, column), 3) + &trust(&claims, row),
-            "text" => {
-                let more = said(row, superseded, "superseded:") + &said(row, variant_of, "variant of");
-                format!("{}{more}", claims.text(row, column)).replace('|', "\\|")
-            }
-            "verdict" => claims.text(row, column).replace('-', " "),
-            _ => claims.text(row, column).replace('|', "\\|"),
-        });
-        let _ = writeln!(text, "| {} |", cells.collect::<Vec<_>>().join(" | "));
+    let said = |of: &str, text: &str| if text.is_empty() { String::new() } else { format!(" *({of} {text})*") };
+    for claim in claims {
+        let more = said("superseded:", &claim.superseded) + &said("variant of", &claim.variant_of);
+        let measured = significant(claim.measured.unwrap_or(f64::NAN), 3) + &trust(claim);
+        let [by, verdict] = [claim.by.to_string(), claim.verdict.to_string()];
+        let cells = [&(claim.text.clone() + &more), &by, &claim.quantity, &measured, &claim.expected, &verdict];
+        let cells = cells.map(|cell| cell.replace('|', "\\|")).join(" | ");
+        let _ = writeln!(text, "| {cells} | {} |", claim.experiment);
     }
-    Ok(text)
+    text
 }
 
-/// How far a value can be trusted, where that is known: results of earlier versions do not have it.
-fn trust(claims: &ResultsTable, row: usize) -> String {
-    let number = |name: &str| claims.column(name).ok().map(|column| claims.number(row, column)).filter(|x| !x.is_nan());
-    let interval = number("low").zip(number("high"));
-    let interval = interval
+/// How far a value can be trusted, where that is known.
+fn trust(claim: &CheckedClaim) -> String {
+    let known = |value: Option<f64>| value.filter(|value| !value.is_nan());
+    let interval = known(claim.low)
+        .zip(known(claim.high))
         .map_or_else(String::new, |(low, high)| format!(" [{}, {}]", significant(low, 3), significant(high, 3)));
-    let without = number("without_exact")
-        .map_or_else(String::new, |value| format!("; {} without exact models", significant(value, 3)));
-    interval + &without
+    let without = known(claim.without_exact).map(|value| format!("; {} without exact models", significant(value, 3)));
+    interval + &without.unwrap_or_default()
 }
 
 /// So many significant digits, for reading; the CSV holds all of them.

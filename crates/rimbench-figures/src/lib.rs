@@ -8,15 +8,15 @@
 //! |---|---|
 //! | [`style`] | one colour, dash and marker per scheme, everywhere |
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
-//! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
+//! | `figure`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
 //! | `rows` | ranked rows, one per scheme: signs along an axis, or what became of the runs by column |
 //! | [`case_picture`] | a case as it says that it looks: every picture of one is drawn from that |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
-//! | `vector` | the display list as SVG: true dashes, a named group per series |
+//! | `vector` | the display list as SVG: true dashes, a named group per series; its file |
 //! | `paint`, `dash`, `font` | the display list drawn by plotters as smooth pixels; the embedded typeface |
-//! | [`render`] | files: a temporary name first, then the final one |
+//! | [`render`] | files: SVG, and PNG for a preview |
 //!
 //! plotters draws the pixels: every shape becomes one of its elements on a drawing area over its bitmap backend, letters
 //! are its text in a registered font. What is left to us is layout, because plotters'
@@ -55,7 +55,6 @@ mod live_part;
 mod marker;
 mod pages;
 mod paint;
-mod panel;
 mod rows;
 mod scale;
 mod seven_bits;

@@ -155,6 +155,17 @@ fn variant_in_words(variant: &str) -> String {
         "held" => "held force".to_owned(),
         "mean-all" => "mean of all".to_owned(),
         "fine" => "fine mechanics".to_owned(),
+        "equal" => "equal steps".to_owned(),
+        "closings" => "short after closings".to_owned(),
+        "defect" => "steps by its defect".to_owned(),
+        "libcosim" => "energy controller".to_owned(),
+        "mean-shares" => "last means, equal shares".to_owned(),
+        "mean-rows" => "last means, row sums".to_owned(),
+        "mean-body" => "last means, whole body".to_owned(),
+        "blind-shares" => "blind, equal shares".to_owned(),
+        "force-hold-late-1" => "late force held".to_owned(),
+        "force-linear-late-1" => "late force extrapolated".to_owned(),
+        "force-rates-late-1" => "late force from the rates".to_owned(),
         other => other.to_owned(),
     }
 }

@@ -9,8 +9,9 @@ use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan; says whether they
-/// are those of the quick one.
+/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan. Its files must be as
+/// they were written, unless they are `fresh`: this process has just written them, and another that finishes the same job at once may be
+/// replacing what it has measured.
 ///
 /// # Errors
 /// [`Error::File`] with the counts of what is missing, unplanned, there twice or different; with the files that are not as they
@@ -19,7 +20,8 @@ pub(super) fn checked_runs(
     experiment: &Experiment,
     catalogue: &Catalogue,
     folder: &Path,
-) -> Result<(ResultsTable, bool)> {
+    fresh: bool,
+) -> Result<ResultsTable> {
     let rows = folder.join("runs.csv");
     if !rows.exists() {
         let message = format!("is not there: `rimbench run {}` makes it", experiment.path().display());
@@ -27,21 +29,21 @@ pub(super) fn checked_runs(
     }
     let runs = read_table(&rows)?;
     let planned = experiment.plan(catalogue, false)?;
-    let mut quick = false;
     if let Err(incomplete) = check_rows(experiment, &planned, &runs) {
         let quick_plan = || check_rows(experiment, &experiment.plan(catalogue, true)?, &runs);
         if !experiment.has_quick_plan() || quick_plan().is_err() {
             return Err(incomplete);
         }
-        quick = true;
     }
-    checksums::verify(folder)?;
+    if !fresh {
+        checksums::verify(folder)?;
+    }
     let copy = Experiment::read_from_results(folder)?;
     if copy.reference_identity() != experiment.reference_identity() {
         let message = format!("was computed with another reference_step_s than {} has", experiment.path().display());
         return Err(Error::file(folder, format!("{message}: run the experiment again")));
     }
-    Ok((runs, quick))
+    Ok(runs)
 }
 
 /// Ids that several runs of a plan have, under different labels.

@@ -8,7 +8,7 @@ mod planned_run;
 mod scheme_row;
 
 pub(crate) use claim::{COMPLETED, DIVERGED, DIVERGED_AT, Statistic};
-pub use claim::{Claim, Claimant, Verdict, claim_metrics};
+pub use claim::{Claim, claim_metrics};
 pub use plan::MOST_RUNS;
 pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;
@@ -20,6 +20,7 @@ use draw::Draw;
 use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
+pub use rimbench_results::claims::{Claimant, Verdict};
 use rimbench_results::input::read_text;
 use rimbench_results::schema::schema_of;
 use rimbench_results::text_place::{line_of, said_at};

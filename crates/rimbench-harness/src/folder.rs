@@ -46,7 +46,7 @@ impl<'a> Folder<'a> {
         if job.fresh {
             Store::clear(job.folder)?;
         }
-        let folder = Self::look(job, plan)?;
+        let folder = Self::read(job, plan)?;
         check_writable_folder(job.folder)?;
         make_folder(&job.folder.join("records"))?;
         job.experiment.copy_to(job.folder)?;
@@ -59,6 +59,11 @@ impl<'a> Folder<'a> {
     /// [`Error::File`] naming what is there and what to do.
     pub(super) fn look(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
         refuse_files_of_others(job)?;
+        Self::read(job, plan)
+    }
+
+    /// Reads the rows of a folder without files of others.
+    fn read(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
         let folder = Self::of(job.folder, job.experiment)?;
         if !job.fresh && !job.experiment.is_copied_in(job.folder) {
             folder.refuse_rows_of_others(job, plan)?;

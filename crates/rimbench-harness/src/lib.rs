@@ -35,7 +35,7 @@ pub use advice::{
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, write_claims};
+pub use claims::{CheckedClaim, KeptClaims, check_claims, check_fresh_claims, check_kept_claims, write_claims};
 pub use clock::{monotonic_clock, processor_clock};
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use deadline_log::replay_log;

@@ -146,7 +146,7 @@ pub(super) fn write_references<'a>(
             parameters.push(row(&[case, &set, &parameter.name, &value, &parameter.unit, &parameter.source]));
         }
         let Some(reference) = reference else { continue };
-        let [frequency, damping, ratio] = dimensionless(spec, &reference);
+        let [frequency, damping, ratio] = dimensionless(spec, &reference)?;
         let rejected = rejected_draws.get(&(case.to_owned(), set.clone())).map(usize::to_string).unwrap_or_default();
         settings.push(row(&[case, &set, &frequency, &damping, &ratio, &rejected]));
         for (column, name) in reference.trajectory.columns().iter().enumerate().skip(1) {
@@ -169,31 +169,34 @@ pub(super) fn write_references<'a>(
 }
 
 /// What scales the coupling of a setting: frequency and damping ratio of its interface, by how much contacts change its mass.
-fn dimensionless(spec: &RunSpec, reference: &Reference) -> [String; 3] {
-    let oscillation = interface_oscillation(spec).filter(|_| !spec.case.from_outside);
+fn dimensionless(spec: &RunSpec, reference: &Reference) -> Result<[String; 3]> {
+    let oscillation = if spec.case.from_outside { None } else { interface_oscillation(spec)? };
     let [frequency, damping] = oscillation.map_or([String::new(), String::new()], |both| both.map(number));
     let masses = reference.trajectory.index_of("effective_mass_kg");
     let masses = masses.into_iter().flat_map(|column| reference.trajectory.column(column));
     let (least, most) = masses.fold((f64::INFINITY, 0.0_f64), |(least, most), mass| (least.min(mass), most.max(mass)));
-    [frequency, damping, if most > 0.0 { number(most / least) } else { String::new() }]
+    Ok([frequency, damping, if most > 0.0 { number(most / least) } else { String::new() }])
 }
 
-/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed.
+/// What two processes that finish one job at once do not write alike.
+const MEASURED: [&str; 2] = ["cost.csv", "provenance.csv"];
+
+/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed. What another process has
+/// replaced meanwhile is sealed again, so that the last of them leaves all as it was written.
 ///
 /// # Errors
 /// [`Error::File`] naming a file that has gone meanwhile.
 pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String>) -> Result<()> {
-    let tables = [
-        "runs.csv",
-        "cost.csv",
-        "provenance.csv",
-        "parameters.csv",
-        "settings.csv",
-        "reference.csv",
-        "experiment.toml",
-    ];
-    let files = tables.into_iter().map(str::to_owned).chain(traces.map(|name| format!("traces/{name}")));
-    checksums::write(folder, files)
+    let others = ["parameters.csv", "settings.csv", "reference.csv", "experiment.toml"];
+    let tables = ["runs.csv"].into_iter().chain(MEASURED).chain(others).map(str::to_owned);
+    let files: Vec<String> = tables.chain(traces.map(|name| format!("traces/{name}"))).collect();
+    loop {
+        checksums::write(folder, files.clone())?;
+        let sums = checksums::read(folder)?.unwrap_or_default();
+        if MEASURED.iter().all(|name| sha256_of_file(&folder.join(name)).as_ref() == sums.get(*name)) {
+            return Ok(());
+        }
+    }
 }
 
 /// Writes a trajectory to the folder's traces, thinned to one row per `every` seconds; first and last rows always stand.

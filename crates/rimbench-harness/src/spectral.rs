@@ -141,7 +141,7 @@ fn companion(runs: &[States], n: usize, memory: usize) -> Option<DMatrix<f64>> {
         run[k + 1][column] / size(run, k)
     });
     let svd = inputs.svd(true, true);
-    let coefficients = svd.solve(&outputs, ROUND_OFF * svd.singular_values.max()).ok()?;
+    let coefficients = svd.solve(&outputs, ROUND_OFF * svd.singular_values.max()).expect("both factors are there");
     for run in runs {
         for k in fitted..last {
             let known = stacked(run, k);

@@ -2,6 +2,7 @@
 
 pub mod atomic_file;
 pub mod checksums;
+pub mod claims;
 pub mod input;
 pub mod kept;
 pub mod results_table;

@@ -26,7 +26,7 @@ pub use performance_profile::{data_profile, performance_profile, performance_rat
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
 pub use ranking::{Rank, ranks};
-pub use runs::{ALL, Floor, Pooled, Runs, has_words};
+pub use runs::{ALL, Floor, Pooled, Run, Runs, has_words};
 pub use share_better::{PairedRun, Share};
 pub use table::ResultsTable;
 

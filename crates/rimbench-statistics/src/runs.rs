@@ -19,18 +19,80 @@ pub const ALL: &str = "all";
 pub struct Runs<'t> {
     table: &'t ResultsTable,
     rows: Vec<usize>,
-    columns: Columns,
     /// Of every row of the table.
-    outcomes: Arc<[OutcomeKind]>,
+    runs: Arc<[Run<'t>]>,
 }
 
+/// What a row of `runs.csv` says of its run. Metrics, counters and options are asked for by name, because whoever asks names them; what
+/// the table does not say is empty, or NaN.
 #[derive(Debug, Clone, Copy)]
-struct Columns {
-    case: usize,
-    set: usize,
-    label: usize,
-    macro_step: usize,
-    outcome: usize,
+pub struct Run<'t> {
+    /// Hash of what determines it.
+    pub id: &'t str,
+    /// Label of the scheme row.
+    pub label: &'t str,
+    /// Case and set of parameters.
+    pub problem: [&'t str; 2],
+    /// The scheme.
+    pub scheme: &'t str,
+    /// Macro step, s.
+    pub macro_step_s: f64,
+    /// Communication phase, as it is written.
+    pub phase: &'t str,
+    /// Error allowed per macro step where the step is controlled.
+    pub step_tolerance: f64,
+    /// Simulated time asked for, s.
+    pub duration_s: f64,
+    /// How it ended.
+    pub outcome: OutcomeKind,
+    /// When it left the path of a completed run, s.
+    pub outcome_at_s: f64,
+    /// Time of the last communication point reached, s.
+    pub ended_at_s: f64,
+    /// Whether its model was the mechanics itself.
+    pub model_exact: bool,
+    /// File of its trace, if one was written.
+    pub trace: &'t str,
+}
+
+impl<'t> Run<'t> {
+    /// Reads all rows of a table.
+    fn read(table: &'t ResultsTable) -> Result<Arc<[Self]>> {
+        let [case, set, label, step, outcome] = ["case", "set", "label", "macro_step_s", "outcome"];
+        [case, set, label, step, outcome].iter().try_for_each(|name| table.column(name).map(drop))?;
+        let text = |name| {
+            let column = table.column(name).ok();
+            move |row: usize| column.map_or("", |column| table.text(row, column))
+        };
+        let number = |name| {
+            let column = table.column(name).ok();
+            move |row: usize| column.map_or(f64::NAN, |column| table.number(row, column))
+        };
+        let [id, label, case, set, scheme] = ["run_id", label, case, set, "scheme"].map(text);
+        let [phase, outcome, model_exact, trace] = ["phase", outcome, "model_exact", "trace"].map(text);
+        let [step, tolerance, duration] = [step, "step_tolerance", "duration_s"].map(number);
+        let [outcome_at, ended_at] = ["outcome_at_s", "ended_at_s"].map(number);
+        let run = |row: usize| {
+            Ok(Run {
+                id: id(row),
+                label: label(row),
+                problem: [case(row), set(row)],
+                scheme: scheme(row),
+                macro_step_s: step(row),
+                phase: phase(row),
+                step_tolerance: tolerance(row),
+                duration_s: duration(row),
+                outcome: outcome(row)
+                    .parse()
+                    .map_err(|error| Error::file(table.path(), format!("row {}: {error}", row + 1)))?,
+                outcome_at_s: outcome_at(row),
+                ended_at_s: ended_at(row),
+                model_exact: model_exact(row) == "true",
+                trace: trace(row),
+            })
+        };
+        (0..table.len()).map(run).collect()
+    }
 }
 
 /// What runs at one abscissa come to.
@@ -96,19 +158,7 @@ impl<'t> Runs<'t> {
     /// # Errors
     /// [`Error::File`] for a column that is not there, or a word that is no outcome.
     pub fn of(table: &'t ResultsTable) -> Result<Self> {
-        let columns = Columns {
-            case: table.column("case")?,
-            set: table.column("set")?,
-            label: table.column("label")?,
-            macro_step: table.column("macro_step_s")?,
-            outcome: table.column("outcome")?,
-        };
-        let outcome = |row: usize| {
-            let place = |error| Error::file(table.path(), format!("row {}: {error}", row + 1));
-            table.text(row, columns.outcome).parse().map_err(place)
-        };
-        let outcomes = (0..table.len()).map(outcome).collect::<Result<_>>()?;
-        Ok(Runs { table, rows: (0..table.len()).collect(), columns, outcomes })
+        Ok(Runs { table, rows: (0..table.len()).collect(), runs: Run::read(table)? })
     }
 
     /// Returns the table.
@@ -123,7 +173,7 @@ impl<'t> Runs<'t> {
 
     /// Takes other rows of the same table, in the order asked for.
     pub fn with_rows(&self, rows: Vec<usize>) -> Self {
-        Runs { rows, outcomes: Arc::clone(&self.outcomes), ..*self }
+        Runs { rows, runs: Arc::clone(&self.runs), ..*self }
     }
 
     /// Selects rows.
@@ -162,8 +212,7 @@ impl<'t> Runs<'t> {
 
     /// Returns the cases with parameters on which the model of some run is the mechanics itself.
     pub fn exact_problems(&self) -> BTreeSet<[&'t str; 2]> {
-        let Ok(exact) = self.table.column("model_exact") else { return BTreeSet::new() };
-        let rows = self.rows.iter().filter(|&&row| self.table.text(row, exact) == "true");
+        let rows = self.rows.iter().filter(|&&row| self.runs[row].model_exact);
         rows.map(|&row| self.problem(row)).collect()
     }
 
@@ -184,24 +233,29 @@ impl<'t> Runs<'t> {
         labels
     }
 
+    /// Returns a run.
+    pub fn run(&self, row: usize) -> &Run<'t> {
+        &self.runs[row]
+    }
+
+    /// Returns the selected runs.
+    pub fn iter(&self) -> impl Iterator<Item = &Run<'t>> {
+        self.rows.iter().map(|&row| &self.runs[row])
+    }
+
     /// Returns the label of a run.
     pub fn label(&self, row: usize) -> &'t str {
-        self.table.text(row, self.columns.label)
+        self.runs[row].label
     }
 
     /// Returns case and set of a run.
     pub fn problem(&self, row: usize) -> [&'t str; 2] {
-        [self.columns.case, self.columns.set].map(|column| self.table.text(row, column))
-    }
-
-    /// Returns how a run ended.
-    pub fn kind(&self, row: usize) -> OutcomeKind {
-        self.outcomes[row]
+        self.runs[row].problem
     }
 
     /// Says what a run counts as.
     pub fn class(&self, row: usize) -> OutcomeClass {
-        self.outcomes[row].class()
+        self.runs[row].outcome.class()
     }
 
     /// Tells whether a run reached its end within bounds.
@@ -211,7 +265,7 @@ impl<'t> Runs<'t> {
 
     /// Tells whether a run was left out for a reason.
     pub fn is_skipped(&self, row: usize) -> bool {
-        !self.outcomes[row].was_run()
+        !self.runs[row].outcome.was_run()
     }
 
     /// Counts the runs by what they say.
@@ -230,7 +284,7 @@ impl<'t> Runs<'t> {
 
     /// Returns the macro step of a run, s.
     pub fn macro_step(&self, row: usize) -> f64 {
-        self.table.number(row, self.columns.macro_step)
+        self.runs[row].macro_step_s
     }
 
     /// Returns the macro step of a run, ms, without the round-off of the factor.
@@ -273,10 +327,10 @@ impl<'t> Runs<'t> {
 
     /// Groups runs by what may be drawn independently: cases with their parameters, or phases where there is one case.
     pub fn witnesses(&self) -> Vec<Vec<usize>> {
-        let phase = self.table.column("phase").ok().filter(|_| self.problems().len() == 1);
+        let by_phase = self.problems().len() == 1;
         let mut witnesses: BTreeMap<_, Vec<usize>> = BTreeMap::new();
         for &row in &self.rows {
-            let phase = phase.map_or("", |phase| self.table.text(row, phase));
+            let phase = if by_phase { self.runs[row].phase } else { "" };
             witnesses.entry((self.problem(row), phase)).or_default().push(row);
         }
         witnesses.into_values().collect()

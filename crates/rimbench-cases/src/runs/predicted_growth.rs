@@ -2,7 +2,7 @@
 
 use super::RunSpec;
 use nalgebra::DMatrix;
-use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, OutputRates, Sequence, Side, division};
+use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, OutputRates, Sequence, Side, Sides, division};
 use rimbench_core::error::{Cause, Error, Failure, Result};
 use rimbench_core::interface_model::{Condensation, Redundancy, condense};
 use rimbench_core::schemes::ModelMotion;
@@ -113,21 +113,30 @@ impl LinearCoupling {
 /// or the case is linear, and its spectral radius is probed instead.
 ///
 /// # Errors
-/// What fails in the numerics of a side at its start; one that does not offer what is asked, or says that it cannot, has no such map.
+/// What fails in building a side, or in its numerics at its start; one that does not offer what is asked, or says that it cannot, has no such map.
 pub fn predicted_growth(spec: &RunSpec) -> Result<Option<(f64, LinearCoupling)>> {
     let Some(recurrence) = recurrence(spec).filter(|_| spec.case.linear_state.is_empty()) else { return Ok(None) };
-    let found = match linearise(spec).map_err(Failure::into_cause) {
-        Err(Cause::NotOffered { .. } | Cause::NotCopied | Cause::Reported { .. }) => None,
-        found => found.map_err(|cause| Error::Incompatible(cause.to_string()))?,
-    };
     let micro_steps = division(spec.macro_step, spec.micro_step);
-    Ok(found.map(|coupling| (coupling.growth(recurrence, spec.macro_step, micro_steps), coupling)))
+    let growth = |coupling: LinearCoupling| (coupling.growth(recurrence, spec.macro_step, micro_steps), coupling);
+    Ok(linear_coupling(spec)?.map(growth))
 }
 
 /// Returns the [oscillation](LinearCoupling::oscillation) of a run at its start, with the contacts that are closed there; none where the sides do
 /// not tell.
-pub fn interface_oscillation(spec: &RunSpec) -> Option<[f64; 2]> {
-    linearise(spec).ok()??.oscillation()
+///
+/// # Errors
+/// Those of [`predicted_growth`].
+pub fn interface_oscillation(spec: &RunSpec) -> Result<Option<[f64; 2]>> {
+    Ok(linear_coupling(spec)?.and_then(|coupling| coupling.oscillation()))
+}
+
+/// The linear coupling at the start of a run; none where a side does not offer what is asked, or says that it cannot.
+fn linear_coupling(spec: &RunSpec) -> Result<Option<LinearCoupling>> {
+    let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
+    match linearise(system.sides.lend(), spec.macro_step).map_err(Failure::into_cause) {
+        Err(Cause::NotOffered { .. } | Cause::NotCopied | Cause::Reported { .. }) => Ok(None),
+        found => found.map_err(|cause| Error::Incompatible(cause.to_string())),
+    }
 }
 
 fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
@@ -148,16 +157,15 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
     }
 }
 
-/// Linearises both sides at the start of a run, where they have one interface row and the actuator remembers its own deflection.
-fn linearise(spec: &RunSpec) -> std::result::Result<Option<LinearCoupling>, Failure> {
-    let Ok(mut system) = (spec.case.build)(&spec.parameters, &spec.solver) else { return Ok(None) };
-    let sides = system.sides.lend();
+/// Linearises both sides at the start of a run of this macro step (s), where they have one interface row and the actuator remembers its own
+/// deflection.
+fn linearise(sides: Sides<'_>, macro_step: f64) -> std::result::Result<Option<LinearCoupling>, Failure> {
     let ports = sides.ports();
     if (ports.actuator.outputs.len(), ports.actuator.inputs.len()) != (1, 2) {
         return Ok(None);
     }
     let Some(mut model) = sides.mechanics.capabilities().empty_interface_model() else { return Ok(None) };
-    if !sides.mechanics.capabilities().interface_model(spec.macro_step, &mut model)? {
+    if !sides.mechanics.capabilities().interface_model(macro_step, &mut model)? {
         return Ok(None);
     }
     let (mut closed, mut condensed) = (Vec::new(), Condensation::of(&model));

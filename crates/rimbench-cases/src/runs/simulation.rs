@@ -72,11 +72,6 @@ impl RunSpec {
 }
 
 impl PreparedRun<'_> {
-    /// Says what the macro loop needs to know; `bounds` say beyond what the run counts as diverged.
-    pub fn setup(&self, bounds: Bounds) -> Setup {
-        self.spec.setup(bounds)
-    }
-
     /// Names the contacts of the interface model, as in "right wedge"; none where they have no names.
     pub fn contact_names(&mut self) -> Vec<String> {
         let names = self.system.sides.mechanics.capabilities().contact_names().iter();
@@ -111,8 +106,8 @@ pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, sto
 }
 
 fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control: RunControl<'_>) -> Result<RunResult> {
-    let setup = prepared.setup(bounds);
-    let PreparedRun { spec, mut system, .. } = prepared;
+    let PreparedRun { spec, mut system } = prepared;
+    let setup = spec.setup(bounds);
     let control = RunControl { audit: spec.audit, ..control };
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
@@ -254,7 +249,7 @@ mod tests {
             let mut case = Case::clone(&spec.case);
             case.steps.mechanics = PossibleSteps { equal, multiple_of };
             spec = spec.with(|own| own.case = Arc::new(case)).unwrap();
-            unequal_steps(&spec, &spec.prepare().unwrap().setup(Bounds::default())).is_some()
+            unequal_steps(&spec, &spec.setup(Bounds::default())).is_some()
         };
         let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
         let with = |more: (&'static str, &'static str)| [even[0], even[1], more];

@@ -477,7 +477,7 @@ impl RunSettings {
 
 impl RunSpec {
     /// Says what the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
-    pub(super) fn setup(&self, bounds: Bounds) -> Setup {
+    pub fn setup(&self, bounds: Bounds) -> Setup {
         Setup {
             grid: self.grid,
             step_rule: self.step_control.map(|rule| StepRule {

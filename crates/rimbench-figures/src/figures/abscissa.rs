@@ -3,8 +3,8 @@
 use super::cost::Cost;
 use super::keys::*;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::Runs;
+use rimbench_results::results_table::read_table;
+use rimbench_statistics::{Run, Runs};
 use std::path::Path;
 
 keys! {
@@ -49,10 +49,10 @@ impl Across {
     ///
     /// # Errors
     /// [`Error::File`] for a parameter, column or row of cost that is not there.
-    pub(super) fn read(&self, folder: &Path, runs: &ResultsTable) -> Result<Abscissa> {
+    pub(super) fn read(&self, folder: &Path, runs: &Runs<'_>) -> Result<Abscissa> {
         match (&self.parameter, &self.cost) {
             (Some(name), _) => parameter_values(name, runs, folder).map(Abscissa::Parameter),
-            (None, Some(cost)) => Cost::read(folder, runs)?.of_runs(cost, runs).map(Abscissa::Cost),
+            (None, Some(cost)) => Cost::read(folder, runs)?.of_runs(cost, runs.table()).map(Abscissa::Cost),
             (None, None) => Ok(Abscissa::MacroStep),
         }
     }
@@ -86,10 +86,10 @@ impl Across {
 }
 
 /// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.
-fn parameter_values(parameter: &str, runs: &ResultsTable, folder: &Path) -> Result<Vec<f64>> {
+fn parameter_values(parameter: &str, runs: &Runs<'_>, folder: &Path) -> Result<Vec<f64>> {
     let option = if parameter == MARGIN { "contact_detection:margin" } else { parameter };
     if let Some((column, part)) = option.split_once(':') {
-        let column = runs.column(column)?;
+        let (column, runs) = (runs.table().column(column)?, runs.table());
         // What is not said of a run: no margin, the true mass, no delay.
         let absent = match part {
             "margin" => f64::NAN,
@@ -107,14 +107,10 @@ fn parameter_values(parameter: &str, runs: &ResultsTable, folder: &Path) -> Resu
         return Err(Error::file(path, format!("has no parameter `{parameter}`")));
     }
     let (case, set) = (parameters.column("case")?, parameters.column("set")?);
-    let (of_case, of_set) = (runs.column("case")?, runs.column("set")?);
     let value = parameters.column("value")?;
-    let value_of = |run: usize| {
-        let same = |row: &&usize| {
-            parameters.text(**row, case) == runs.text(run, of_case)
-                && parameters.text(**row, set) == runs.text(run, of_set)
-        };
+    let value_of = |run: &Run<'_>| {
+        let same = |row: &&usize| [case, set].map(|column| parameters.text(**row, column)) == run.problem;
         rows.iter().find(same).map_or(f64::NAN, |&row| parameters.number(row, value))
     };
-    Ok((0..runs.len()).map(value_of).collect())
+    Ok(runs.iter().map(value_of).collect())
 }

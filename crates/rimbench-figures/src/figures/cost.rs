@@ -2,6 +2,7 @@
 
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::{Run, Runs};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -17,16 +18,14 @@ impl Cost {
     ///
     /// # Errors
     /// [`Error::File`] if it is not there or lacks a run.
-    pub fn read(folder: &Path, runs: &ResultsTable) -> Result<Self> {
+    pub fn read(folder: &Path, runs: &Runs<'_>) -> Result<Self> {
         let path = folder.join("cost.csv");
         let table = read_table(&path)?;
-        let (id, own) = (runs.column("run_id")?, table.column("run_id")?);
+        let own = table.column("run_id")?;
         let of_id: HashMap<&str, usize> = (0..table.len()).map(|row| (table.text(row, own), row)).collect();
-        let row_of = |run: usize| {
-            let id = runs.text(run, id);
-            of_id.get(id).copied().ok_or_else(|| Error::file(&path, format!("has no row for run {id}")))
-        };
-        let rows = (0..runs.len()).map(row_of).collect::<Result<_>>()?;
+        let lacks = |id: &str| Error::file(&path, format!("has no row for run {id}"));
+        let row_of = |run: &Run<'_>| of_id.get(run.id).copied().ok_or_else(|| lacks(run.id));
+        let rows = runs.iter().map(row_of).collect::<Result<_>>()?;
         Ok(Cost { table, rows })
     }
 

@@ -20,8 +20,8 @@ mod xy_figure;
 pub use preview::preview;
 
 use super::drawing::Drawing;
-use super::render;
 use super::style::Styles;
+use super::vector;
 use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::checksums;
@@ -309,7 +309,7 @@ impl FigureEntry {
         let drawing = self.drawn(results, styles)?;
         let figures = results.join(&self.experiment).join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        render::write(&drawing, &figures, &self.id)
+        vector::write(&drawing, &figures, &self.id)
     }
 
     /// Draws the figure from the results below `results`.

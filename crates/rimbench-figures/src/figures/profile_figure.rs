@@ -11,7 +11,7 @@ use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
 use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::{Runs, data_profile, performance_profile, performance_ratios};
+use rimbench_statistics::{Run, Runs, data_profile, performance_profile, performance_ratios};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -159,16 +159,16 @@ impl ProfilePanel {
     fn collect(&self, folder: &Path, all: &Runs<'_>, labels: &[&str], into: &mut Costs) -> Result<()> {
         let runs = if self.without_exact { all.without_exact()? } else { all.clone() };
         let table = all.table();
-        let facts = ["case", "set", "duration_s", "phase"].map(|name| table.column(name));
-        let [case, set, duration, phase] = facts;
-        let facts = [case?, set?, duration?, phase?];
-        let problem = |row: usize| facts.map(|column| table.text(row, column).to_owned());
+        let problem = |row: usize| {
+            let Run { problem: [case, set], duration_s, phase, .. } = all.run(row);
+            [case, set, &*duration_s.to_string(), phase].map(str::to_owned)
+        };
         let cost = match &self.cost {
-            Some(cost) => Some(Cost::read(folder, table)?.of_runs(cost, table)?),
+            Some(cost) => Some(Cost::read(folder, all)?.of_runs(cost, table)?),
             None => None,
         };
         // A budget is per simulated second: problems last from milliseconds to ten seconds.
-        let per = |row: usize| if self.budget { table.number(row, facts[2]) } else { 1.0 };
+        let per = |row: usize| if self.budget { all.run(row).duration_s } else { 1.0 };
         let metric = self.metric.as_deref().map(|name| table.column(name)).transpose()?;
         let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
         let good =

@@ -127,24 +127,27 @@ pub fn floor(runs: &Runs<'_>, metric: &str) -> Option<f64> {
 
 /// How a label is drawn: in the colour of its scheme, whatever it begins with.
 pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> LineStyle {
-    let row = runs.of_label(label).rows().first().copied();
-    let scheme = row.zip(runs.table().column("scheme").ok()).map(|(row, column)| runs.table().text(row, column));
-    scheme.map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
+    scheme(runs, label).map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
+}
+
+/// The scheme of a label, where the results tell it.
+fn scheme<'t>(runs: &Runs<'t>, label: &str) -> Option<&'t str> {
+    runs.iter().find(|run| run.label == label).map(|run| run.scheme).filter(|scheme| !scheme.is_empty())
 }
 
 /// What a figure calls a label: its scheme and its variants in words. What a label begins with stands for its scheme where no label that
 /// begins otherwise has the same one, as in `gap/profile`; else it is a variant too.
 pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
-    let scheme = |label: &str| {
-        let row = runs.of_label(label).rows().first().copied()?;
-        Some(runs.table().text(row, runs.table().column("scheme").ok()?))
-    };
+    let scheme = |label: &str| scheme(runs, label);
     let begins = |label: &str| label.split('/').next().unwrap_or_default().to_owned();
-    match (label.split_once('/'), scheme(label)) {
-        (Some((first, variant)), Some(own)) if first != own => {
+    let labels = runs.labels(&[]);
+    let first = begins(label);
+    let stands_for_it = labels.iter().any(|other| begins(other) == first && *other != first);
+    match scheme(label) {
+        Some(own) if first != own && stands_for_it => {
             let same = |other: &&str| begins(other) != first && scheme(other) == Some(own);
-            let is_shared = runs.labels(&[]).iter().any(same);
-            styles.shown_name(&format!("{own}/{}", if is_shared { label } else { variant }))
+            let variant = if labels.iter().any(same) { label } else { label[first.len()..].trim_start_matches('/') };
+            styles.shown_name(&if variant.is_empty() { own.to_owned() } else { format!("{own}/{variant}") })
         }
         _ => styles.shown_name(label),
     }

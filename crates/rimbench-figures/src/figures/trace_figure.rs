@@ -120,9 +120,8 @@ fn ending(folder: &Path, label: &str) -> Result<String> {
     let runs = Runs::of(&table)?;
     let Some(row) = lost_run(&runs, label).filter(|_| label != "reference") else { return Ok(String::new()) };
     // Where the state left its bounds, which a run may outlive.
-    let at = |name: &str| table.column(name).map(|column| table.number(row, column)).ok();
-    let when = at("outcome_at_s").filter(|end| end.is_finite()).or(at("ended_at_s"));
-    let when = when.filter(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
+    let ends = [runs.run(row).outcome_at_s, runs.run(row).ended_at_s];
+    let when = ends.into_iter().find(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
     Ok(format!(": {}{when}", without_end(runs.class(row))))
 }
 
@@ -145,7 +144,7 @@ pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     }
     let trace = match *runs.of_label(label).rows() {
         [] => return Err(Error::file(&path, format!("has no run labelled `{label}`"))),
-        [row] => table.text(row, table.column("trace")?),
+        [row] => runs.run(row).trace,
         ref rows => return Err(several(rows.len(), &format!("runs labelled `{label}`"))),
     };
     if trace.is_empty() {

@@ -129,7 +129,7 @@ impl XyFigure {
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
-            let abscissa = spec.x.read(folder, &table)?;
+            let abscissa = spec.x.read(folder, &all)?;
             // Each value of a parameter is a problem of its own.
             let runs = match abscissa {
                 Abscissa::Parameter(_) if spec.lines.is_empty() => spec.only.of(&all)?,
@@ -184,7 +184,7 @@ impl XyPanel {
     fn y_axis(&self) -> Axis {
         match (self.symlog, self.within) {
             (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
-            (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.0),
+            (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.05),
             _ if self.metric == FRACTION_STABLE => Axis::linear(&self.label).range(-0.05, 1.05),
             _ => Axis::log10(&self.label).within(self.range),
         }
@@ -201,6 +201,8 @@ impl XyPanel {
         let curve = |label: &'t str| {
             let points = self.points(runs, label)?;
             let has_order = is_alone && self.symlog.is_none() && self.within.is_none();
+            // Two points are a line whatever they are.
+            let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
             let order = if has_order { self.order(&runs.of_label(label))? } else { None };
             let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
             let shown = name(runs, label, styles);
@@ -260,8 +262,7 @@ impl XyPanel {
     /// Lines over the cost: a point is the median of one macro step and one tolerance.
     fn over_cost<'t>(&self, runs: &Runs<'t>, all: &Runs<'_>, work: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
         let (unit, factor) = unit_of(runs);
-        let column = runs.table().column("step_tolerance").ok();
-        let of_row = |row: usize| column.map(|column| runs.table().number(row, column));
+        let of_row = |row: usize| Some(runs.run(row).step_tolerance);
         let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
         let curve = |label: &'t str| {
             // What did not complete has no cost at which to mark it.

@@ -4,28 +4,21 @@ use rimbench_cases::cases::offered_steps_ms;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunRequest;
 use rimbench_results::results_table::ResultsTable;
+use rimbench_statistics::Runs;
 
 /// Finds the address at which the page's simulator shows runs of the first two of these labels that it can show, at the middle of their
 /// macro steps; all labels if none are given. What it shows there are these runs to the bit: their identifiers are the same.
 pub fn address(catalogue: &Catalogue, runs: &ResultsTable, labels: &[String]) -> Option<String> {
-    let column = runs.column("label").ok()?;
-    let mut all: Vec<&str> = labels.iter().map(String::as_str).collect();
-    if all.is_empty() {
-        (0..runs.len()).map(|row| runs.text(row, column)).for_each(|label| {
-            if !all.contains(&label) {
-                all.push(label);
-            }
-        });
-    }
-    let step = runs.column("macro_step_s").ok()?;
+    let all = Runs::of(runs).ok()?;
     let shown = |label: &str, beside: Option<&Shown>| {
-        let mut rows = runs.rows_where(column, label);
-        rows.sort_by(|&one, &other| runs.number(one, step).total_cmp(&runs.number(other, step)));
+        let mut rows = all.of_label(label).rows().to_vec();
+        rows.sort_by(|&one, &other| all.macro_step(one).total_cmp(&all.macro_step(other)));
         let later = rows.split_off(rows.len() / 2);
         let shown = later.into_iter().chain(rows.into_iter().rev()).filter_map(|row| Shown::of(catalogue, runs, row));
         shown.into_iter().find(|own| beside.is_none_or(|beside| own.place == beside.place))
     };
-    let mut labels = all.into_iter();
+    let named = if labels.is_empty() { all.labels(&[]) } else { labels.iter().map(String::as_str).collect() };
+    let mut labels = named.into_iter();
     let first = labels.find_map(|label| shown(label, None))?;
     let second = labels.find_map(|label| shown(label, Some(&first)).filter(|own| own.side != first.side));
     let sides = [("a", Some(first.side)), ("b", second.map(|second| second.side))];

@@ -1,136 +1,119 @@
 //! The claims in the page: a mark each in the head, and in prose with what was measured against its bound.
 
-use super::store::{Claim, Study, Verdict};
+use super::store::Study;
 use super::{Report, folded};
 use crate::claims_table::significant;
 use crate::vector::escaped;
 use rimbench_cases::cases::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_results::claims::{CheckedClaim, Claimant, Verdict};
 use std::fmt::Write;
 
-impl Verdict {
-    /// Its class, its sign, and what it is called.
-    fn shown(self) -> [&'static str; 3] {
-        match self {
-            Verdict::NotReproduced => ["no", "✗", "not reproduced"],
-            Verdict::NotMeasured => ["open", "–", "not measured"],
-            Verdict::Reproduced => ["yes", "✓", "reproduced"],
-        }
+/// The class of a verdict, its sign, and what it is called.
+fn shown(verdict: Verdict) -> [&'static str; 3] {
+    match verdict {
+        Verdict::NotReproduced => ["no", "✗", "not reproduced"],
+        Verdict::NotMeasured => ["open", "–", "not measured"],
+        Verdict::Reproduced => ["yes", "✓", "reproduced"],
     }
 }
 
-impl Claim {
-    /// Whether it counts in the head: it has not been replaced, and is no variant.
-    pub(super) fn counts(&self) -> bool {
-        self.superseded.is_empty() && self.variant_of.is_empty()
-    }
-
-    pub(super) fn anchor(&self, study: &Study) -> String {
-        let id = self.id.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
-        format!("claim-{}-{id}", study.anchor().trim_start_matches("study-"))
-    }
-
-    fn bound(&self) -> Option<(bool, f64)> {
-        let (sign, bound) = self.expected.split_once(' ')?;
-        Some((sign == "≥", bound.parse().ok()?))
-    }
-
-    /// The measured value against its bound, drawn: shaded where the claim holds.
-    fn drawn(&self) -> String {
-        const WIDTH: f64 = 180.0;
-        let Some((at_least, bound)) = self.bound() else { return String::new() };
-        let values = [bound, self.measured, self.interval[0], self.interval[1]];
-        let values = || values.into_iter().filter(|value| value.is_finite());
-        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        // Ratios on a logarithmic line, everything else on a linear one with its zero.
-        let logarithmic = low > 0.0 && high / low > 20.0;
-        let (low, high) = match (logarithmic, low < high) {
-            (true, _) => (low / 2.0, high * 2.0),
-            (false, true) => (low.min(0.0) - 0.08 * (high - low), high.max(0.0) + 0.08 * (high - low)),
-            (false, false) => (low.min(0.0) - 0.5 * low.abs() - 0.1, low.max(0.0) + 0.5 * low.abs() + 0.1),
-        };
-        let place = |value: f64| {
-            let share = match logarithmic {
-                true => (value / low).ln() / (high / low).ln(),
-                false => (value - low) / (high - low),
-            };
-            WIDTH * share.clamp(0.0, 1.0)
-        };
-        let at = place(bound);
-        let (from, to) = if at_least { (at, WIDTH) } else { (0.0, at) };
-        let mut svg = format!(
-            "<svg class=\"bound\" viewBox=\"0 0 180 18\" width=\"180\" height=\"18\" aria-hidden=\"true\">\
-             <path class=\"ok\" d=\"M{from:.1} 3H{to:.1}V15H{from:.1}z\"/><path class=\"axis\" d=\"M0 9H180\"/>\
-             <path class=\"limit\" d=\"M{at:.1} 1V17\"/>"
-        );
-        if self.interval.iter().all(|end| end.is_finite()) {
-            let [from, to] = self.interval.map(place);
-            let _ = write!(svg, "<path class=\"interval\" d=\"M{from:.1} 9H{to:.1}\"/>");
-        }
-        if self.measured.is_finite() {
-            let _ = write!(svg, "<circle class=\"dot\" cx=\"{:.1}\" cy=\"9\" r=\"4\"/>", place(self.measured));
-        } else if self.measured.is_infinite() {
-            svg.push_str("<path class=\"dot\" d=\"M170 5L178 9L170 13z\"/>");
-        }
-        svg + "</svg>"
-    }
-
-    /// One row.
-    fn row(&self, study: &Study, place: [usize; 2]) -> String {
-        let anchor = self.anchor(study);
-        let (quantity, unit) = words(&self.quantity);
-        let unit = |value: &str| if unit.is_empty() { value.to_owned() } else { format!("{value} {unit}") };
-        let mut measured = unit(&significant(self.measured, 3));
-        if self.interval.iter().all(|end| end.is_finite()) {
-            let [low, high] = self.interval.map(|end| significant(end, 3));
-            let _ = write!(measured, " <span class=\"soft\">[{low}, {high}]</span>");
-        }
-        if self.without_exact.is_finite() {
-            let _ = write!(
-                measured,
-                "<br><span class=\"soft\">{} without exact models</span>",
-                significant(self.without_exact, 3)
-            );
-        }
-        let replaced = match self.superseded.as_str() {
-            "" => String::new(),
-            reason => format!("<br><span class=\"soft\">Replaced by another claim: {}</span>", escaped(reason)),
-        };
-        let figures = study.figures.iter().filter(|(_, _, made)| made.is_ok());
-        let mut links: Vec<String> = figures.map(|(id, _, _)| link_to(id)).collect();
-        links.insert(0, format!("<a href=\"#{}\">study</a>", study.anchor()));
-        // Without a script the study is what there is of its runs.
-        let runs = format!(
-            "<button type=\"button\" class=\"show-runs\" data-claim=\"{},{}\" hidden>{}</button>",
-            place[0],
-            place[1],
-            if self.run_ids.len() == 1 { "1 run".to_owned() } else { format!("{} runs", self.run_ids.len()) }
-        );
-        let command = study.command("verify");
-        let crosses = match (self.bound(), self.interval) {
-            (Some((_, bound)), [low, high]) if low < bound && bound < high => {
-                "<br><span class=\"soft\">its interval crosses the bound</span>"
-            }
-            _ => "",
-        };
-        let [class, sign, word] = self.verdict.shown();
-        format!(
-            "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span>{crosses}</td>\
-             <td>{text}{replaced}<details><summary>Check it</summary>{command}</details></td>\
-             <td>{drawn}<span class=\"soft\">{quantity}</span><br>measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
-             <td class=\"links\">{runs} {links}</td></tr>\n",
-            text = escaped(&self.text),
-            quantity = escaped(&quantity),
-            drawn = self.drawn(),
-            expected = escaped(&unit(&self.bound().map_or_else(
-                || self.expected.clone(),
-                |(at_least, bound)| format!("{} {}", if at_least { "≥" } else { "≤" }, exact(bound))
-            ))),
-            links = links.join(" "),
-        )
-    }
+fn anchor(claim: &CheckedClaim, study: &Study) -> String {
+    let id = claim.id.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+    format!("claim-{}-{id}", study.anchor().trim_start_matches("study-"))
 }
 
+/// The measured value against its bound, drawn: shaded where the claim holds.
+fn drawn(claim: &CheckedClaim) -> String {
+    const WIDTH: f64 = 180.0;
+    let Some((at_least, bound)) = claim.bound() else { return String::new() };
+    let values = [Some(bound), claim.measured, claim.low, claim.high];
+    let values = || values.into_iter().flatten().filter(|value| value.is_finite());
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    // Ratios on a logarithmic line, everything else on a linear one with its zero.
+    let logarithmic = low > 0.0 && high / low > 20.0;
+    let (low, high) = match (logarithmic, low < high) {
+        (true, _) => (low / 2.0, high * 2.0),
+        (false, true) => (low.min(0.0) - 0.08 * (high - low), high.max(0.0) + 0.08 * (high - low)),
+        (false, false) => (low.min(0.0) - 0.5 * low.abs() - 0.1, low.max(0.0) + 0.5 * low.abs() + 0.1),
+    };
+    let place = |value: f64| {
+        let share = match logarithmic {
+            true => (value / low).ln() / (high / low).ln(),
+            false => (value - low) / (high - low),
+        };
+        WIDTH * share.clamp(0.0, 1.0)
+    };
+    let at = place(bound);
+    let (from, to) = if at_least { (at, WIDTH) } else { (0.0, at) };
+    let mut svg = format!(
+        "<svg class=\"bound\" viewBox=\"0 0 180 18\" width=\"180\" height=\"18\" aria-hidden=\"true\">\
+         <path class=\"ok\" d=\"M{from:.1} 3H{to:.1}V15H{from:.1}z\"/><path class=\"axis\" d=\"M0 9H180\"/>\
+         <path class=\"limit\" d=\"M{at:.1} 1V17\"/>"
+    );
+    if let Some([from, to]) = claim.interval().map(|ends| ends.map(place)) {
+        let _ = write!(svg, "<path class=\"interval\" d=\"M{from:.1} 9H{to:.1}\"/>");
+    }
+    match claim.measured {
+        Some(measured) if measured.is_finite() => {
+            let _ = write!(svg, "<circle class=\"dot\" cx=\"{:.1}\" cy=\"9\" r=\"4\"/>", place(measured));
+        }
+        Some(measured) if measured.is_infinite() => svg.push_str("<path class=\"dot\" d=\"M170 5L178 9L170 13z\"/>"),
+        _ => {}
+    }
+    svg + "</svg>"
+}
+
+/// One row.
+fn row(claim: &CheckedClaim, study: &Study, place: [usize; 2]) -> String {
+    let anchor = anchor(claim, study);
+    let (quantity, unit) = words(&claim.quantity);
+    let unit = |value: &str| if unit.is_empty() { value.to_owned() } else { format!("{value} {unit}") };
+    let mut measured = unit(&significant(claim.measured.unwrap_or(f64::NAN), 3));
+    if let Some(ends) = claim.interval() {
+        let [low, high] = ends.map(|end| significant(end, 3));
+        let _ = write!(measured, " <span class=\"soft\">[{low}, {high}]</span>");
+    }
+    if let Some(value) = claim.without_exact.filter(|value| value.is_finite()) {
+        let _ = write!(measured, "<br><span class=\"soft\">{} without exact models</span>", significant(value, 3));
+    }
+    let replaced = match claim.superseded.as_str() {
+        "" => String::new(),
+        reason => format!("<br><span class=\"soft\">Replaced by another claim: {}</span>", escaped(reason)),
+    };
+    let figures = study.figures.iter().filter(|(_, _, made)| made.is_ok());
+    let mut links: Vec<String> = figures.map(|(id, _, _)| link_to(id)).collect();
+    links.insert(0, format!("<a href=\"#{}\">study</a>", study.anchor()));
+    // Without a script the study is what there is of its runs.
+    let runs = format!(
+        "<button type=\"button\" class=\"show-runs\" data-claim=\"{},{}\" hidden>{}</button>",
+        place[0],
+        place[1],
+        if claim.run_ids.len() == 1 { "1 run".to_owned() } else { format!("{} runs", claim.run_ids.len()) }
+    );
+    let command = study.command("verify");
+    let crosses = match (claim.bound(), claim.low, claim.high) {
+        (Some((_, bound)), Some(low), Some(high)) if low < bound && bound < high => {
+            "<br><span class=\"soft\">its interval crosses the bound</span>"
+        }
+        _ => "",
+    };
+    let [class, sign, word] = shown(claim.verdict);
+    format!(
+        "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span>{crosses}</td>\
+         <td>{text}{replaced}<details><summary>Check it</summary>{command}</details></td>\
+         <td>{drawn}<span class=\"soft\">{quantity}</span><br>measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
+         <td class=\"links\">{runs} {links}</td></tr>\n",
+        text = escaped(&claim.text),
+        quantity = escaped(&quantity),
+        drawn = drawn(claim),
+        expected = escaped(&unit(&claim.bound().map_or_else(
+            || claim.expected.clone(),
+            |(at_least, bound)| format!("{} {}", if at_least { "≥" } else { "≤" }, exact(bound))
+        ))),
+        links = links.join(" "),
+    )
+}
 /// A link to a figure.
 pub(super) fn link_to(id: &str) -> String {
     format!("<a href=\"#figure-{id}\">figure {}</a>", escaped(&id.replace('_', " ")))
@@ -138,20 +121,20 @@ pub(super) fn link_to(id: &str) -> String {
 
 /// The claims of a study that count, folded under its figure, a line each, failures first.
 pub(super) fn under(study: &Study) -> String {
-    let mut own: Vec<&Claim> = study.claims.iter().filter(|claim| claim.counts()).collect();
+    let mut own: Vec<&CheckedClaim> = study.claims.iter().filter(|claim| claim.counts()).collect();
     if own.is_empty() {
         return String::new();
     }
     own.sort_by_key(|claim| claim.verdict);
     let good = own.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
-    let line = |claim: &&Claim| {
-        let [class, sign, word] = claim.verdict.shown();
+    let line = |claim: &&CheckedClaim| {
+        let [class, sign, word] = shown(claim.verdict);
         let unit = words(&claim.quantity).1;
-        let measured = format!("{} {unit}", significant(claim.measured, 2));
+        let measured = format!("{} {unit}", significant(claim.measured.unwrap_or(f64::NAN), 2));
         format!(
             "<li><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span> <a href=\"#{}\">{}</a> \
              <span class=\"soft\">measured {}, expected {} {unit}</span></li>\n",
-            claim.anchor(study),
+            anchor(claim, study),
             escaped(&claim.text),
             measured.trim_end(),
             escaped(&claim.expected),
@@ -194,7 +177,7 @@ pub(super) fn column_in_words(name: &str) -> Option<(String, &'static str)> {
 
 /// The marks of the head, failures first; each leads to its claim.
 pub(super) fn marks(report: &Report<'_>) -> String {
-    let mut claims: Vec<(&Study, &Claim)> = claims(report).filter(|(_, claim)| claim.counts()).collect();
+    let mut claims: Vec<(&Study, &CheckedClaim)> = claims(report).filter(|(_, claim)| claim.counts()).collect();
     let unchecked = unchecked(report);
     if claims.is_empty() && unchecked.is_empty() {
         return String::from("<p class=\"score\">No claims are recorded for these results.</p>\n");
@@ -203,12 +186,13 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         return unchecked;
     }
     claims.sort_by_key(|(_, claim)| claim.verdict);
-    let parts = [("the paper’s", true), ("ours", false)].map(|(name, of_paper)| match tally(report, Some(of_paper)) {
-        [_, 0] => String::new(),
-        [good, all] => format!("{name} {good} of {all}"),
-    });
+    let parts =
+        [("the paper’s", Claimant::Paper), ("ours", Claimant::Ours)].map(|(name, by)| match tally(report, Some(by)) {
+            [_, 0] => String::new(),
+            [good, all] => format!("{name} {good} of {all}"),
+        });
     // They are in the table, and elsewhere they count.
-    let count = |is: fn(&Claim) -> bool| self::claims(report).filter(|(_, claim)| is(claim)).count();
+    let count = |is: fn(&CheckedClaim) -> bool| self::claims(report).filter(|(_, claim)| is(claim)).count();
     let superseded = count(|claim| !claim.superseded.is_empty());
     let variants = count(|claim| claim.superseded.is_empty() && !claim.variant_of.is_empty());
     let more = [(variants, "variants"), (superseded, "superseded")]
@@ -221,8 +205,8 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     );
     // Of many the table says which.
     for (study, claim) in claims.into_iter().filter(|_| !report.is_long()) {
-        let [class, sign, word] = claim.verdict.shown();
-        let (anchor, said) = (claim.anchor(study), escaped(&claim.text));
+        let [class, sign, word] = shown(claim.verdict);
+        let (anchor, said) = (anchor(claim, study), escaped(&claim.text));
         let _ = write!(
             text,
             "<li><a class=\"mark {class}\" href=\"#{anchor}\" title=\"{said}\" aria-label=\"{word}: {said}\">{sign}</a></li>"
@@ -240,8 +224,8 @@ pub(super) fn score(report: &Report<'_>) -> String {
 }
 
 /// How many of the claims that count reproduce, and how many there are: the paper's, ours, or all.
-fn tally(report: &Report<'_>, of_paper: Option<bool>) -> [usize; 2] {
-    let wanted = |claim: &&Claim| claim.counts() && of_paper.is_none_or(|of_paper| claim.of_paper == of_paper);
+fn tally(report: &Report<'_>, by: Option<Claimant>) -> [usize; 2] {
+    let wanted = |claim: &&CheckedClaim| claim.counts() && by.is_none_or(|by| claim.by == by);
     let counted = claims(report).map(|(_, claim)| claim).filter(wanted);
     counted.fold([0, 0], |[good, all], claim| [good + usize::from(claim.verdict == Verdict::Reproduced), all + 1])
 }
@@ -264,7 +248,7 @@ fn unchecked(report: &Report<'_>) -> String {
     studies.map(line).collect()
 }
 
-fn claims<'a>(report: &'a Report<'_>) -> impl Iterator<Item = (&'a Study, &'a Claim)> {
+fn claims<'a>(report: &'a Report<'_>) -> impl Iterator<Item = (&'a Study, &'a CheckedClaim)> {
     report.studies.iter().flat_map(|study| study.claims.iter().map(move |claim| (study, claim)))
 }
 
@@ -278,12 +262,12 @@ pub(super) fn section(report: &Report<'_>) -> String {
          file gives. Claims added after the first run are marked in the experiment’s file. In each drawing the claim holds in the shaded part, \
          the upright line is its bound, the dot what was measured, the thin bar its 95 % interval where it has one.</p>\n",
     );
-    for (of_paper, title) in [(true, "What the paper says"), (false, "What we say")] {
+    for (by, title) in [(Claimant::Paper, "What the paper says"), (Claimant::Ours, "What we say")] {
         let mut rows = Vec::new();
         for (index, study) in report.studies.iter().enumerate() {
-            for (number, claim) in study.claims.iter().enumerate().filter(|(_, claim)| claim.of_paper == of_paper) {
+            for (number, claim) in study.claims.iter().enumerate().filter(|(_, claim)| claim.by == by) {
                 let verdict = claim.counts().then_some(claim.verdict);
-                rows.push((verdict.is_none(), verdict, claim.row(study, [index, number])));
+                rows.push((verdict.is_none(), verdict, row(claim, study, [index, number])));
             }
         }
         if rows.is_empty() {
@@ -318,22 +302,26 @@ mod tests {
 
     #[test]
     fn the_bound_is_drawn_where_the_claim_holds() {
-        let mut claim = Claim {
+        let mut claim = CheckedClaim {
+            experiment: "mine".to_owned(),
             id: "a".to_owned(),
-            of_paper: true,
+            by: Claimant::Paper,
             text: String::new(),
             quantity: String::new(),
-            measured: 1.0,
-            interval: [f64::NAN; 2],
-            without_exact: f64::NAN,
+            measured: Some(1.0),
+            low: None,
+            high: None,
+            without_exact: None,
             expected: "≥ 2".to_owned(),
             verdict: Verdict::NotReproduced,
+            finding: Verdict::NotReproduced,
             superseded: String::new(),
             variant_of: String::new(),
+            runs: 0,
             run_ids: Vec::new(),
         };
-        let shaded = |claim: &Claim| {
-            let drawn = claim.drawn();
+        let shaded = |claim: &CheckedClaim| {
+            let drawn = drawn(claim);
             let path = drawn
                 .split("class=\"ok\" d=\"M")
                 .nth(1)
@@ -345,15 +333,17 @@ mod tests {
             (path[0]..path[2]).contains(&dot)
         };
         assert!(!shaded(&claim));
-        claim.measured = 3000.0;
+        claim.measured = Some(3000.0);
         assert!(shaded(&claim));
         claim.expected = "≤ 2".to_owned();
         assert!(!shaded(&claim));
         // A verdict that the interval does not bear out says so; one of either side of the bound does not.
         let study = Study::read(std::path::Path::new("nowhere/mine/<b>"));
-        for (interval, crosses) in [([1.0, 3000.0], true), ([2.5, 3000.0], false), ([f64::NAN; 2], false)] {
-            claim.interval = interval;
-            let row = claim.row(&study, [0, 0]);
+        for (interval, crosses) in
+            [([Some(1.0), Some(3000.0)], true), ([Some(2.5), Some(3000.0)], false), ([None; 2], false)]
+        {
+            [claim.low, claim.high] = interval;
+            let row = row(&claim, &study, [0, 0]);
             assert_eq!(row.contains("crosses the bound"), crosses, "{row}");
             assert!(row.contains("experiment mine/&lt;b&gt;") && !row.contains("<b>"), "{row}");
         }

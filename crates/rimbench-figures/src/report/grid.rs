@@ -101,24 +101,18 @@ pub(super) fn section(studies: &[Study]) -> String {
 /// Options that are no part of what a scheme is tried at.
 const TRIED: [&str; 6] = ["macro_step_s", "phase", "step_control", "step_tolerance", "min_macro_step_s", "set"];
 
-fn collect(runs: &ResultsTable, all: &mut BTreeMap<Pair, BTreeMap<Vec<String>, Tried>>) {
-    let names = ["run_id", "label", "case", "set", "scheme", "macro_step_s", "outcome", "force_error_rms_of_peak"];
-    let found: Vec<usize> = names.iter().filter_map(|name| runs.column(name).ok()).collect();
-    let [id, label, case, set, scheme, step, outcome, error] = found[..] else { return };
-    let Ok(of) = Runs::of(runs) else { return };
-    let options: Vec<usize> = (scheme + 1..outcome).filter(|column| !runs.is_named(*column, &TRIED)).collect();
-    for row in 0..runs.len() {
-        let text = |column: usize| runs.text(row, column);
-        if text(label) != text(scheme) || of.is_skipped(row) {
-            continue;
-        }
-        let problem =
-            if text(set).is_empty() { text(case).to_owned() } else { format!("{}, {}", text(case), text(set)) };
-        let choice: Vec<String> = options.iter().map(|&column| text(column).to_owned()).collect();
-        let value = if of.is_completed(row) { Ok(runs.number(row, error)) } else { Err(of.class(row)) };
-        let tried = all.entry((problem, text(scheme).to_owned())).or_default().entry(choice).or_default();
+fn collect(table: &ResultsTable, all: &mut BTreeMap<Pair, BTreeMap<Vec<String>, Tried>>) {
+    let places = ["scheme", "outcome", "force_error_rms_of_peak"].map(|name| table.column(name));
+    let ([Ok(scheme), Ok(outcome), Ok(error)], Ok(runs)) = (places, Runs::of(table)) else { return };
+    let options: Vec<usize> = (scheme + 1..outcome).filter(|column| !table.is_named(*column, &TRIED)).collect();
+    for (row, run) in runs.iter().enumerate().filter(|(_, run)| run.label == run.scheme && run.outcome.was_run()) {
+        let [case, set] = run.problem;
+        let problem = if set.is_empty() { case.to_owned() } else { format!("{case}, {set}") };
+        let choice: Vec<String> = options.iter().map(|&column| table.text(row, column).to_owned()).collect();
+        let value = if runs.is_completed(row) { Ok(table.number(row, error)) } else { Err(runs.class(row)) };
+        let tried = all.entry((problem, run.scheme.to_owned())).or_default().entry(choice).or_default();
         // Steps are above zero, so that their bits are in order.
-        tried.entry(runs.number(row, step).to_bits()).or_default().insert(text(id).to_owned(), value);
+        tried.entry(run.macro_step_s.to_bits()).or_default().insert(run.id.to_owned(), value);
     }
 }
 

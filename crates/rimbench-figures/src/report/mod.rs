@@ -20,7 +20,7 @@ mod store;
 
 pub use address::address;
 pub use claims::words as quantity_in_words;
-pub use store::{Claim, Made, Picture, Study, Verdict, find_studies};
+pub use store::{Made, Picture, Study, find_studies};
 
 use crate::live_part;
 use packed::Detail;

@@ -11,6 +11,7 @@ use flate2::write::GzEncoder;
 use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::{Run, Runs};
 use std::collections::HashMap;
 use std::io::Write as _;
 
@@ -126,16 +127,15 @@ fn parts_of(study: &Study, detail: Detail) -> Vec<(&'static str, String)> {
     let mut parts = vec![("name", text(&study.name)), ("anchor", text(&study.anchor()))];
     let runs = study.runs.as_ref().filter(|_| detail == Detail::Runs);
     // A study without these has no runs, and a remark that says so.
-    let columns = runs.and_then(|runs| Some((runs, runs.column("run_id").ok()?, runs.column("outcome").ok()?)));
-    if let Some((runs, id, outcome)) = columns {
-        let ids: String = (0..runs.len()).map(|row| format!("{} ", runs.text(row, id))).collect();
+    let runs = runs.and_then(|table| Some((table, Runs::of(table).ok()?, table.column("outcome").ok()?)));
+    if let Some((table, runs, outcome)) = runs {
         parts.extend([
-            ("count", runs.len().to_string()),
-            ("ids", text(&ids)),
-            ("settings", settings(runs, outcome)),
-            ("metrics", metrics(runs, outcome)),
-            ("claims", claims(study, runs, id)),
-            ("traces", traces(study, runs)),
+            ("count", table.len().to_string()),
+            ("ids", text(&runs.iter().map(|run| format!("{} ", run.id)).collect::<String>())),
+            ("settings", settings(table, outcome)),
+            ("metrics", metrics(table, outcome)),
+            ("claims", claims(study, &runs)),
+            ("traces", traces(study, &runs)),
         ]);
     }
     parts
@@ -180,8 +180,8 @@ fn metrics(runs: &ResultsTable, outcome: usize) -> String {
 }
 
 /// Each claim with its runs: first and last of each stretch.
-fn claims(study: &Study, runs: &ResultsTable, id: usize) -> String {
-    let rows: HashMap<&str, usize> = (0..runs.len()).map(|row| (runs.text(row, id), row)).collect();
+fn claims(study: &Study, runs: &Runs<'_>) -> String {
+    let rows: HashMap<&str, usize> = runs.iter().enumerate().map(|(row, run)| (run.id, row)).collect();
     list(study.claims.iter().map(|claim| {
         let mut rows: Vec<usize> = claim.run_ids.iter().filter_map(|id| rows.get(id.as_str()).copied()).collect();
         rows.sort_unstable();
@@ -193,10 +193,9 @@ fn claims(study: &Study, runs: &ResultsTable, id: usize) -> String {
 /// Columns of a trace that are packed where it has them; of another, the first few.
 const SHOWN: [&str; 4] = ["actuator_force_n", "effective_mass_kg", "actuator_length_m", "actuator_velocity_m_s"];
 
-fn traces(study: &Study, runs: &ResultsTable) -> String {
-    let column = runs.column("trace").ok();
-    let of_row = |row: usize| {
-        let name = Some(runs.text(row, column?)).filter(|name| !name.is_empty())?;
+fn traces(study: &Study, runs: &Runs<'_>) -> String {
+    let of_row = |(row, run): (usize, &Run<'_>)| {
+        let name = Some(run.trace).filter(|name| !name.is_empty())?;
         let trace = read_table(&study.folder.join("traces").join(name)).ok()?;
         let time = trace.column("time_s").ok()?;
         let mut columns: Vec<usize> = SHOWN.iter().filter_map(|name| trace.column(name).ok()).collect();
@@ -209,8 +208,7 @@ fn traces(study: &Study, runs: &ResultsTable) -> String {
         let entries = columns.iter().map(|&column| (trace.names()[column].as_str(), values(column)));
         Some((row.to_string(), object(entries)))
     };
-    let all: Vec<(String, String)> = (0..runs.len()).filter_map(of_row).collect();
-    object(all.iter().map(|(row, trace)| (row.as_str(), trace.clone())))
+    object(runs.iter().enumerate().filter_map(of_row))
 }
 
 /// Most points of a series; a trace has more.

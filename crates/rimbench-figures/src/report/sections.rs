@@ -221,7 +221,7 @@ impl Report<'_> {
         for study in &self.studies {
             let count = study.count();
             let outcomes: Vec<String> =
-                study.outcomes().into_iter().map(|(outcome, count)| format!("{count} {}", escaped(&outcome))).collect();
+                study.outcomes().into_iter().map(|(outcome, count)| format!("{count} {outcome}")).collect();
             let planned = match study.planned {
                 Some(planned) if planned > count => format!(" of {planned} planned"),
                 _ => String::new(),
@@ -329,7 +329,7 @@ pub(super) fn missing(report: &Report<'_>, left_out: &[String]) -> String {
         {
             own.push(format!("{} of {planned} planned runs are there", runs.len()));
         }
-        let failed = study.outcomes().iter().all(|(outcome, _)| outcome != OutcomeKind::Completed.name());
+        let failed = study.outcomes().iter().all(|(outcome, _)| *outcome != OutcomeKind::Completed.name());
         if failed && study.runs.as_ref().is_some_and(|runs| !runs.is_empty()) {
             own.push("no run completed, so there are no errors to show".to_owned());
         }

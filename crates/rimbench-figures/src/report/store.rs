@@ -4,8 +4,10 @@ use crate::drawing::{Drawing, PanelData};
 use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::CHECKSUMS;
+use rimbench_results::claims::CheckedClaim;
 use rimbench_results::kept::{DIGEST, Digest, SUMMARY};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::Runs;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -81,46 +83,6 @@ fn without_text(tag: &str) -> &str {
     tag
 }
 
-/// A claim with what was measured; numbers that are not there are NaN.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Claim {
-    /// Its short name.
-    pub id: String,
-    /// Whether the paper makes it; else it is ours.
-    pub of_paper: bool,
-    /// The claim in words.
-    pub text: String,
-    /// What is measured.
-    pub quantity: String,
-    /// What was measured.
-    pub measured: f64,
-    /// From where to where the measured value can be trusted.
-    pub interval: [f64; 2],
-    /// The same without cases in which a model is exact.
-    pub without_exact: f64,
-    /// What was expected, `≥ 2` or `≤ 2`.
-    pub expected: String,
-    /// What came of it.
-    pub verdict: Verdict,
-    /// Why it has been replaced; empty if it has not.
-    pub superseded: String,
-    /// The claim of which it is a variant; empty if it is none.
-    pub variant_of: String,
-    /// The runs that it rests on.
-    pub run_ids: Vec<String>,
-}
-
-/// What came of a claim, failures first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The expectation does not hold.
-    NotReproduced,
-    /// Its runs are not there.
-    NotMeasured,
-    /// The expectation holds.
-    Reproduced,
-}
-
 /// One study: an experiment with its results.
 #[derive(Debug, Clone)]
 pub struct Study {
@@ -141,7 +103,7 @@ pub struct Study {
     /// Where the simulator of the page shows runs of a figure, by its identifier.
     pub addresses: BTreeMap<String, String>,
     /// Its claims.
-    pub claims: Vec<Claim>,
+    pub claims: Vec<CheckedClaim>,
     /// How many claims its experiment file has that could not be checked, none if not even that is known, and why.
     pub unchecked: Option<(Option<usize>, String)>,
     /// Whether its experiment is, to the letter, the one that the project has at `experiments/<name>.toml`.
@@ -223,17 +185,14 @@ impl Study {
     }
 
     /// How many runs ended in each way, in the order of the file.
-    pub fn outcomes(&self) -> Vec<(String, usize)> {
-        let mut counts: Vec<(String, usize)> = Vec::new();
-        let Some((runs, outcome)) = self.runs.as_ref().and_then(|runs| Some((runs, runs.column("outcome").ok()?)))
-        else {
-            return counts;
-        };
-        for row in 0..runs.len() {
-            let text = runs.text(row, outcome);
-            match counts.iter_mut().find(|(known, _)| known == text) {
+    pub fn outcomes(&self) -> Vec<(&'static str, usize)> {
+        let mut counts: Vec<(&'static str, usize)> = Vec::new();
+        let Some(Ok(runs)) = self.runs.as_ref().map(Runs::of) else { return counts };
+        for run in runs.iter() {
+            let name = run.outcome.name();
+            match counts.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, count)) => *count += 1,
-                None => counts.push((text.to_owned(), 1)),
+                None => counts.push((name, 1)),
             }
         }
         counts

@@ -1,10 +1,10 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
-use super::table::{CheckedClaim, read_claims};
 use crate::experiment::{Claim, Experiment, PlannedRun, Statistic, plan_sha256};
 use crate::results::summary_keys;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{DIGEST, Digest, SUMMARY, SUMMARY_KEYS, SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_statistics::ALL;
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
 //! What was measured of a claim.
 
-use super::table::CheckedClaim;
 use crate::experiment::{COMPLETED, Claim, DIVERGED, DIVERGED_AT, Statistic, Verdict};
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
+use rimbench_results::claims::CheckedClaim;
 use rimbench_statistics::{
     ALL, Costed, PairedRun, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians,
     ratios_at_equal_cost, share_told_by_threshold,
@@ -48,7 +48,6 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         0 => String::new(),
         count => format!(" ({count} of {} runs left out: {})", all.rows().len(), claim.why_left_out()),
     };
-    let id = table.column("run_id")?;
     Ok(CheckedClaim {
         experiment: experiment.to_owned(),
         id: claim.id.clone(),
@@ -65,7 +64,7 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         superseded: claim.superseded.clone(),
         variant_of: claim.variant_of.clone(),
         runs: known.rows().len(),
-        run_ids: known.rows().iter().map(|&row| table.text(row, id).to_owned()).collect(),
+        run_ids: known.iter().map(|run| run.id.to_owned()).collect(),
     })
 }
 
@@ -86,12 +85,8 @@ struct Values<'a> {
 impl<'a> Values<'a> {
     fn of(claim: &'a Claim, runs: &'a Runs<'a>) -> Result<Self> {
         let table = runs.table();
-        let metric = match claim.metric.as_str() {
-            COMPLETED | DIVERGED => table.column("outcome")?,
-            DIVERGED_AT => table.column("outcome_at_s")?,
-            metric => table.column(metric)?,
-        };
-        let tolerance = table.column("step_tolerance").ok();
+        // How runs end is no metric.
+        let metric = if claim.is_about_ends() { None } else { Some(table.column(&claim.metric)?) };
         // The counters stand behind the settings, of which one has the same name as a counter.
         let cost = claim.at_equal.as_ref().map(|counter| table.last_column(counter)).transpose()?;
         let known = matches!(claim.statistic, Statistic::Order | Statistic::ShareBetter);
@@ -105,7 +100,7 @@ impl<'a> Values<'a> {
             floor: vec![f64::NAN; table.len()],
         };
         for &row in runs.rows() {
-            let number = table.number(row, metric);
+            let number = metric.map_or(runs.run(row).outcome_at_s, |metric| table.number(row, metric));
             let number = if claim.is_by_magnitude() { number.abs() } else { number };
             let has_order = claim.statistic == Statistic::Order && runs.has_order(row, &claim.metric, floor)?;
             let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
@@ -125,8 +120,8 @@ impl<'a> Values<'a> {
                 _ if claim.statistic == Statistic::Order && !has_order => f64::NAN,
                 _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
-            let tolerance = tolerance.map(|column| table.number(row, column));
-            values.tolerance[row] = tolerance.filter(|value| value.is_finite()).unwrap_or(0.0);
+            let tolerance = runs.run(row).step_tolerance;
+            values.tolerance[row] = if tolerance.is_finite() { tolerance } else { 0.0 };
             values.floor[row] = floor.unwrap_or(f64::NAN);
             values.cost[row] = cost.map_or(0.0, |column| table.number(row, column));
         }

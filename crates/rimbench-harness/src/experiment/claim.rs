@@ -2,8 +2,9 @@
 
 use rimbench_cases::metrics::{METRICS, is_signed};
 use rimbench_core::cosim::OutcomeKind;
+use rimbench_results::claims::{Claimant, Verdict};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use std::fmt;
 
 /// Relative slack when a macro step of a claim is looked up among those of the runs.
@@ -56,16 +57,6 @@ pub struct Claim {
     pub(crate) variant_of: String,
 }
 
-/// Who makes a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Claimant {
-    /// The source paper.
-    Paper,
-    /// This project.
-    Ours,
-}
-
 /// What to make of several runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -90,28 +81,6 @@ impl Statistic {
     /// Whether it is about completion, of the runs that have the metric.
     pub(crate) fn is_threshold(self) -> bool {
         matches!(self, Statistic::OneThreshold | Statistic::ThresholdPerCase)
-    }
-}
-
-/// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// The expectation holds.
-    Reproduced,
-    /// It does not.
-    NotReproduced,
-    /// The runs it is about are not part of this plan (a quick one), or the metric does not apply to them.
-    NotMeasured,
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Verdict::Reproduced => "reproduced",
-            Verdict::NotReproduced => "not reproduced",
-            Verdict::NotMeasured => "not measured",
-        })
     }
 }
 

@@ -1,9 +1,53 @@
 //! A claim with what was measured, and the table of them.
 
-use crate::experiment::{Claimant, Verdict};
+use crate::atomic_file::write_atomically;
+use crate::input::check_regular;
 use rimbench_core::error::{Error, Result};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::path::Path;
+
+/// Who makes a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Claimant {
+    /// The source paper.
+    Paper,
+    /// This project.
+    Ours,
+}
+
+impl fmt::Display for Claimant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Claimant::Paper => "paper",
+            Claimant::Ours => "ours",
+        })
+    }
+}
+
+/// What came of a claim, failures first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The expectation does not hold.
+    NotReproduced,
+    /// The runs it is about are not part of this plan (a quick one), or the metric does not apply to them.
+    NotMeasured,
+    /// The expectation holds.
+    Reproduced,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Verdict::Reproduced => "reproduced",
+            Verdict::NotReproduced => "not reproduced",
+            Verdict::NotMeasured => "not measured",
+        })
+    }
+}
 
 /// A claim with what was measured.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -33,6 +77,7 @@ pub struct CheckedClaim {
     /// What was found when the experiment was last looked at.
     pub finding: Verdict,
     /// Why it has been replaced by another; empty if it has not.
+    #[serde(default)]
     pub superseded: String,
     /// The claim of which this one is a variant; empty where it says something of its own.
     #[serde(default)]
@@ -45,12 +90,24 @@ pub struct CheckedClaim {
 }
 
 impl CheckedClaim {
-    /// Whether it counts as a statement: no other claim has replaced it, and it is no variant of one.
+    /// Returns from where to where the measured value can be trusted, if both ends are known.
+    pub fn interval(&self) -> Option<[f64; 2]> {
+        let [low, high] = [self.low?, self.high?];
+        (low.is_finite() && high.is_finite()).then_some([low, high])
+    }
+
+    /// Returns whether at least the bound is expected, and the bound.
+    pub fn bound(&self) -> Option<(bool, f64)> {
+        let (sign, bound) = self.expected.split_once(' ')?;
+        Some((sign == "≥", bound.parse().ok()?))
+    }
+
+    /// Tells whether it counts as a statement: no other claim has replaced it, and it is no variant of one.
     pub fn counts(&self) -> bool {
         self.superseded.is_empty() && self.variant_of.is_empty()
     }
 
-    /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
+    /// Tells whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
     pub fn differs(&self) -> bool {
         self.finding != Verdict::NotMeasured && self.verdict != self.finding
     }
@@ -59,9 +116,9 @@ impl CheckedClaim {
 /// Writes checked claims to `claims.csv`.
 ///
 /// # Errors
-/// [`Error::File`](rimbench_core::error::Error::File).
+/// [`Error::File`].
 pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
-    rimbench_results::atomic_file::write_atomically(path, |file| {
+    write_atomically(path, |file| {
         let mut writer = csv::Writer::from_writer(file);
         for claim in claims {
             writer.serialize(claim)?;
@@ -74,7 +131,8 @@ pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::File`] if it is missing, or no table of claims.
-pub(super) fn read_claims(path: &Path) -> Result<Vec<CheckedClaim>> {
+pub fn read_claims(path: &Path) -> Result<Vec<CheckedClaim>> {
+    check_regular(path)?;
     let wrong = |error: csv::Error| Error::file(path, error);
     csv::Reader::from_path(path).map_err(wrong)?.deserialize().collect::<csv::Result<_>>().map_err(wrong)
 }
