@@ -16,7 +16,7 @@ use std::hint::black_box;
 
 fn suite(c: &mut Criterion) {
     for benchmark in BENCHMARKS {
-        let mut repetition = (benchmark.prepare)().unwrap();
+        let mut repetition = benchmark.prepare().unwrap();
         let fault = benchmark.fault(repetition().unwrap().answer);
         assert!(fault.is_none(), "{}: {fault:?}", benchmark.name);
         c.bench_function(benchmark.name, |bencher| bencher.iter(|| repetition().unwrap()));

@@ -42,7 +42,7 @@ pub use rimbench_core::{
     affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, known_problems,
     linear_algebra, mechanics, name, numerics_version, schemes, solver_entry,
 };
-pub use rimbench_dev::perf;
+pub use rimbench_dev as perf;
 pub use rimbench_figures as figures;
 pub use rimbench_fmi as fmi;
 pub use rimbench_harness as harness;

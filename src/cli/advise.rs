@@ -204,7 +204,7 @@ impl Asked<'_> {
             )),
             _ => said.push(format!("None: no form of a scheme meets an error of {error} at every phase between H = {from} and {to}.")),
         }
-        match advice.rows.iter().filter(|row| row.no_answer && row.met.is_none()).count() {
+        match advice.rows.iter().filter(|row| row.no_answer(true) && row.met.is_none()).count() {
             0 => {}
             forms => said
                 .push(format!("{forms} forms took longer than the wall limit, which says nothing about their error.")),
@@ -236,13 +236,6 @@ impl Asked<'_> {
             let error = percent(met.worst().and_then(|run| run.error).unwrap_or(f64::NAN));
             let cost = with_digits(met.cost, "-", 3);
             lines.push(row("", &format!("error {error} at the worst of {} phases; cost {cost}", met.runs.len())));
-            let unstable = met.unstable.as_ref().map(|(step, _)| format!(", unstable at {}", milliseconds(*step)));
-            if label == "advised" {
-                lines.push(row(
-                    "",
-                    &format!("stable up to {}{}", milliseconds(met.last_stable), unstable.unwrap_or_default()),
-                ));
-            }
         }
         let mut times = self.chosen().filter_map(|(_, met)| Some(quantity(met.time_per_step_s()?, "s")));
         if let Some(time) = times.next() {
@@ -295,9 +288,6 @@ impl Asked<'_> {
                 "cost": met.cost,
                 "time_per_macro_step_s": met.time_per_step_s(),
                 "time_is_of": if row.first.case.waits { "wall" } else { "processor" },
-                "last_stable_s": met.last_stable,
-                "first_unstable_s": met.unstable.as_ref().map(|(step, _)| *step),
-                "failure_there": met.unstable.as_ref().map(|(_, reason)| reason),
                 "runs": met.runs.iter().map(|of| run(row, met.macro_step, of)).collect::<Vec<_>>(),
             });
             WORK.iter().zip(met.work).for_each(|(key, count)| choice[*key] = count.into());

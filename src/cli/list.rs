@@ -1,8 +1,7 @@
-//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files, what shells and `man` know.
+//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files.
 
 use super::json::Object;
 use super::screen::{cut_width, paragraph, wrap};
-use super::shell::{print_completions, print_manual};
 use super::{Format, print, print_json, schema};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
@@ -18,8 +17,6 @@ use serde_json::Value;
 pub struct List {
     /// What to list
     what: What,
-    /// For `completions` the shell, for `manual` the command [default: the program]
-    name: Option<String>,
     /// Only this case (for cases and parameters)
     #[arg(long, value_name = "CASE")]
     case: Option<String>,
@@ -44,10 +41,6 @@ enum What {
     ExperimentSchema,
     /// JSON Schema of a case file, for editors
     CaseSchema,
-    /// What a shell (NAME) needs to complete commands and options
-    Completions,
-    /// The manual page of the program, or of a command (NAME)
-    Manual,
 }
 
 /// One entry: key and value pairs, in the order of the columns.
@@ -55,9 +48,6 @@ type Entry = Vec<(&'static str, String)>;
 
 impl List {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        if let Some(name) = self.name.as_ref().filter(|_| !matches!(self.what, What::Completions | What::Manual)) {
-            return Err(Error::Incompatible(format!("`{name}` goes with `completions` and `manual` only")).into());
-        }
         let case = self.case.as_deref().map(|name| catalogue.case(name)).transpose()?;
         let entries: Vec<Entry> = match self.what {
             What::Cases => catalogue
@@ -68,8 +58,6 @@ impl List {
                 .collect(),
             What::ExperimentSchema => return print_json(&schema::experiment(catalogue)),
             What::CaseSchema => return print_json(&case_file_schema()),
-            What::Completions => return print_completions(self.name.as_deref()),
-            What::Manual => return print_manual(self.name.as_deref()),
             What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
                 let message = "--case goes with `list cases` and `list parameters` only";
                 return Err(Error::Incompatible(message.to_owned()).into());

@@ -12,8 +12,6 @@ mod list;
 mod number;
 mod paper;
 mod perf;
-mod perf_compare;
-mod perf_measuring;
 mod plan;
 mod progress;
 mod project;
@@ -23,7 +21,6 @@ mod run;
 mod run_options;
 mod schema;
 mod screen;
-mod shell;
 mod simulate;
 mod submit;
 mod summary;
@@ -71,7 +68,7 @@ enum Command {
     Report(report::ReportCommand),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
-    /// List what there is, by name; schemas of files, completions, manual pages
+    /// List what there is, by name; schemas of files
     List(list::List),
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),

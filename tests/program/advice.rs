@@ -60,7 +60,7 @@ fn nothing_in_an_exhaustive_sweep_is_cheaper_than_what_is_advised_and_that_holds
         let [best, other] = [0, 1].map(|rank| &advice.rows[advice.chosen[rank]]);
         let met = best.met.as_ref().unwrap();
         assert!(met.cost <= other.met.as_ref().unwrap().cost && best.request.scheme != other.request.scheme);
-        assert!(met.last_stable >= met.macro_step && met.time_per_step_s().unwrap() > 0.0);
+        assert!(met.time_per_step_s().unwrap() > 0.0);
         let cost_within = |request: &RunRequest, phases: &[f64]| {
             let mut cost = 0.0_f64;
             for &phase in phases {
@@ -127,7 +127,7 @@ fn where_nothing_can_be_advised_the_reason_is_said() {
     );
     let limited =
         none(advice("wedge-box", |request| (short(request), request.wall_limit_s = Some(1e-7)).0, 0.02, [1e-2, 2e-2]));
-    assert!(limited.rows.iter().filter(|row| row.no_answer).count() > 50);
+    assert!(limited.rows.iter().filter(|row| row.no_answer(true)).count() > 50);
 }
 
 fn advised(options: &str) -> Value {

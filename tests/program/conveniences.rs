@@ -1,6 +1,6 @@
-//! What other programs read: completions, manual pages, the schema of experiment files, plans and records as JSON.
+//! What other programs read: the schema of experiment files, plans and records as JSON.
 
-use crate::program::{assert_has, call, refused, rimbench};
+use crate::program::{refused, rimbench};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -20,26 +20,6 @@ pub fn commands() -> Vec<String> {
         .take_while(|line| !line.starts_with("Options:"))
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     lines.filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
-}
-
-#[test]
-fn completions_and_manual_pages_know_every_command() {
-    let commands = commands();
-    assert!(commands.len() <= 10, "{commands:?}");
-    for shell in ["bash", "zsh", "fish"] {
-        let script = said(&["list", "completions", shell]);
-        let missing: Vec<&String> = commands.iter().filter(|command| !script.contains(command.as_str())).collect();
-        assert!(missing.is_empty() && script.contains("per-decade"), "{shell}: {missing:?}");
-    }
-    let page = said(&["list", "manual"]);
-    for command in &commands {
-        assert!(page.contains(&format!("rimbench\\-{}(1)", command.replace('-', "\\-"))), "{command}: {page}");
-        let own = said(&["list", "manual", command]);
-        assert!(own.contains(".SH SYNOPSIS") && own.contains(".SH OPTIONS"), "{command}");
-    }
-    assert_has(&refused(&mut call("list manual advize")), &["did you mean `advise`"]);
-    assert_has(&refused(&mut call("list completions bsh")), &["did you mean `bash`"]);
-    assert_has(&refused(&mut call("list cases bash")), &["`completions` and `manual` only"]);
 }
 
 const PLAIN: &str = r#"

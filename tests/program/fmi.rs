@@ -224,7 +224,6 @@ fn advised(file: &Path) -> Value {
 fn assert_advice_holds(advice: &Value) {
     let best = &advice["advised"];
     assert!(best["worst_error"].as_f64().unwrap() <= 0.05, "{best}");
-    assert!(best["last_stable_s"].as_f64() >= best["macro_step_s"].as_f64(), "{best}");
     let run = &best["runs"][3];
     let typed: Vec<&str> = run["command"].as_str().unwrap().split(' ').skip(1).collect();
     let facts = json(rimbench().args(typed).args(["--format", "json"]));

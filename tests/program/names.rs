@@ -23,6 +23,7 @@ struct Known {
 impl Known {
     fn find() -> Self {
         let commands = commands();
+        assert!(commands.len() <= 10, "{commands:?}");
         let parts = ["record", "compare"].map(|part| said(&["perf", part, "--help"]));
         let help: String = commands.iter().map(|command| said(&[command, "--help"])).chain(parts).collect();
         let words =

@@ -12,7 +12,7 @@ const MAKERS: [(&str, &[&str]); 7] = [
     ("fs::rename(", &[]),
     (".persist(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/cache.rs"]),
     ("OpenOptions::new(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/store.rs"]),
-    ("fs::copy(", &["rimbench-dev/src/perf/revision.rs"]),
+    ("fs::copy(", &["rimbench-dev/src/revision.rs"]),
     ("csv::Writer::from_path", &[]),
 ];
 

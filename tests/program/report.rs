@@ -231,24 +231,6 @@ fn a_page_of_a_fresh_checkout_shows_every_kept_claim_figure_and_summary() {
     assert!(studies > 25 && figures > 25 && claims > 200, "{studies} studies, {figures} figures, {claims} claims");
 }
 
-#[test]
-fn of_performance_only_what_changed_is_shown_and_no_time() {
-    let folder = tempfile::tempdir().unwrap();
-    let results = results(folder.path()).ancestors().nth(2).unwrap().to_owned();
-    std::fs::create_dir_all(results.join("perf")).unwrap();
-    let history = "record,recorded_at_unix_s,git_revision,benchmark,instructions,time_ratio\n\
-                   a,1,aa,kernel/steady,1000,1\na,1,aa,kernel/faster,1000,1\nb,2,bb,kernel/steady,1004,5\nb,2,bb,kernel/faster,900,5\n";
-    std::fs::write(results.join("perf/history.csv"), history).unwrap();
-    let page = page(&results);
-    let section = page.split("<section id=\"performance\">").nth(1).and_then(|rest| rest.split("</section>").next());
-    let section = section.expect("a section");
-    assert_has(section, &["kernel faster", "−10 %", "1 benchmarks that changed by less than 1 %"]);
-    assert!(
-        !section.contains("kernel steady") && !section.contains("fixed work") && !section.contains("400"),
-        "{section}"
-    );
-}
-
 /// One bound for "stays down" in metrics, claims and page.
 #[test]
 fn what_stays_down_is_the_same_for_claims_and_page() {

@@ -34,19 +34,6 @@ impl TimeSummary {
     }
 }
 
-/// Returns the 95 % interval of `new / base`, two geometric means of separate sessions (Welch's t on the logarithms).
-pub fn ratio_interval(base: &TimeSummary, new: &TimeSummary) -> [f64; 2] {
-    let part = |summary: &TimeSummary| summary.log_sd.powi(2) / f64::from(summary.samples);
-    let (a, b) = (part(base), part(new));
-    let ratio = new.ratio / base.ratio;
-    if a + b == 0.0 {
-        return [ratio, ratio];
-    }
-    let freedom = (a + b).powi(2) / (a * a / f64::from(base.samples - 1) + b * b / f64::from(new.samples - 1));
-    let reach = student(freedom) * (a + b).sqrt();
-    [ratio * (-reach).exp(), ratio * reach.exp()]
-}
-
 /// Returns Wilson's 95 % interval of a share, `found` of `all`; none of nothing.
 ///
 /// ```text
@@ -113,10 +100,5 @@ mod tests {
         // Two logarithms ln 2 and ln 8: standard error ln 2, t(0.975, 1) = 12.706.
         approx::assert_relative_eq!(summary.interval()[1], 4.0 * 2.0_f64.powf(12.706), max_relative = 1e-3);
         assert_eq!(TimeSummary::of(&[(1.0, 1.0)]), None);
-        // Equal spreads and sizes: Welch's freedom is 2 (n − 1).
-        let base = TimeSummary { ratio: 1.0, log_sd: 0.1, samples: 6 };
-        let [low, high] = ratio_interval(&base, &base);
-        approx::assert_relative_eq!(high.ln(), 2.228 * 0.1 * (2.0_f64 / 6.0).sqrt(), max_relative = 1e-3);
-        approx::assert_relative_eq!(low * high, 1.0, max_relative = 1e-12);
     }
 }

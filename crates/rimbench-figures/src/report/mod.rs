@@ -7,7 +7,6 @@
 //! | `claims` | the claims, the paper's and ours apart, each with its bound drawn |
 //! | `sections` | head, text of the paper, studies, what is missing |
 //! | `grid` | the largest usable macro step: case × scheme |
-//! | `history` | the program's own performance |
 //! | `packed` | runs, traces and exact values for the script, as small as they must be |
 //!
 //! Figures are SVG in the page: they print, and need no script. A script (`page/report.js`) makes them alive, and shows the runs.
@@ -15,7 +14,6 @@
 mod address;
 mod claims;
 mod grid;
-mod history;
 mod packed;
 mod sections;
 mod store;

@@ -1,7 +1,7 @@
 //! Head, text, studies, and what is missing.
 
 use super::store::{Made, Study};
-use super::{Report, claims, folded, grid, history};
+use super::{Report, claims, folded, grid};
 use crate::days::day_of;
 use crate::live_part;
 use crate::vector::escaped;
@@ -27,7 +27,6 @@ impl Report<'_> {
         let shown = self.in_text();
         let claims = claims::section(self);
         let grid = grid::section(&self.studies);
-        let history = history::sections(self.folder);
         let studies = self.studies_section(&shown, packed);
         // What simulates is an example; on a page that is not about the example, what was found comes first.
         let is_paper = !text.is_empty();
@@ -44,7 +43,6 @@ impl Report<'_> {
             ("grid", "Largest usable step", !grid.is_empty()),
             if is_paper { ("studies", "Studies", true) } else { live },
             ("runs", "Runs", true),
-            ("performance", "Performance", history.contains("id=\"performance\"")),
             ("missing", "What is missing", true),
         ];
         // Of much, only what is far down.
@@ -84,7 +82,7 @@ impl Report<'_> {
         // Figures first, each with its claims folded under it; the table of all claims is behind them.
         let found =
             if is_paper { format!("{paper}{claims}{grid}{studies}") } else { format!("{studies}{claims}{grid}{live}") };
-        Ok(format!("{skip}{beginning}{found}{runs}{history}"))
+        Ok(format!("{skip}{beginning}{found}{runs}"))
     }
 
     /// Whether there is so much that a reader first sees what there is: parts are folded.

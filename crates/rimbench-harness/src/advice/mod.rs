@@ -25,7 +25,6 @@ use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSettings, RunSpec,
 use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Pool;
-use std::collections::BTreeMap;
 
 /// The metric by which a run is judged.
 pub const METRIC: &str = "force_error_rms_of_peak";
@@ -35,7 +34,7 @@ pub const METRIC: &str = "force_error_rms_of_peak";
 pub const WORK: [&str; 4] = ["exchanges", "mechanics_solves", "micro_steps", "model_solves"];
 
 /// Cells that are looked at together; a number of its own, so that what is found does not depend on how many threads there are.
-const BATCH: usize = 32;
+const BATCH: usize = 16;
 
 /// Below this share two costs are one.
 const SAME_COST: f64 = 1e-9;
@@ -94,14 +93,8 @@ pub struct AdviceRow {
     pub met: Option<Met>,
     /// Where and why it missed the error at the smallest macro step that was tried, and with which run.
     pub missed: Option<(f64, String, Option<Probe>)>,
-    /// Whether a run gave no answer, having taken longer than it may.
-    pub no_answer: bool,
-    /// By place of the macro steps that were tried: whether it was stable there, and why not.
-    stable: BTreeMap<usize, std::result::Result<(), String>>,
     /// Work of a run that completed, with its macro step.
     seen: Option<(f64, [f64; 4])>,
-    /// It cannot be run at all.
-    out: bool,
 }
 
 /// A macro step at which a form meets the error.
@@ -117,10 +110,6 @@ pub struct Met {
     pub work: [f64; 4],
     /// Its cost.
     pub cost: f64,
-    /// Largest macro step up to which, from this one, it was stable wherever it was tried, s.
-    pub last_stable: f64,
-    /// The next one, which was not, s, and what happened there.
-    pub unstable: Option<(f64, String)>,
 }
 
 /// A run of the search.
@@ -226,8 +215,8 @@ struct Search<'a> {
     runs: usize,
 }
 
-/// A run, if there is one, and what is wrong with it, if anything is.
-type Judged = (Option<Probe>, Option<String>);
+/// Runs of a cell, phase by phase, and what is wrong with the last, if anything is.
+type Judged = (Vec<Probe>, Option<String>);
 
 impl Search<'_> {
     /// Tries cells, cheapest first, until none is left that could be cheaper than the cheapest of two schemes; returns these.
@@ -238,59 +227,15 @@ impl Search<'_> {
         loop {
             let leaders = self.leaders();
             let cost = |&(row, step): &(usize, usize)| self.question.cost(self.rows[row].expected(steps[step]));
-            open.retain(|cell| !self.rows[cell.0].out && self.is_cheaper(cell.0, cost(cell), &leaders));
+            open.retain(|cell| !self.rows[cell.0].no_answer(false) && self.is_cheaper(cell.0, cost(cell), &leaders));
             open.sort_by(|a, b| cost(a).total_cmp(&cost(b)).then(a.cmp(b)));
             let batch: Vec<(usize, usize)> = open.drain(..BATCH.min(open.len())).collect();
             if batch.is_empty() {
                 return Ok(leaders);
             }
-            let first: Vec<Judged> =
-                batch.par_iter().map(|&cell| self.judge(cell, self.phases[0], true)).collect::<Result<_>>()?;
-            self.runs += first.iter().filter(|(run, _)| run.is_some()).count();
-            for (&cell, judged) in batch.iter().zip(first) {
-                if self.learn(cell, &judged)
-                    && self.is_cheaper(
-                        cell.0,
-                        self.question.cost(self.rows[cell.0].expected(steps[cell.1])),
-                        &self.leaders(),
-                    )
-                {
-                    self.complete_all_phases(cell, judged.0)?;
-                }
-            }
+            let judged: Vec<Judged> = batch.par_iter().map(|&cell| self.judge(cell)).collect::<Result<_>>()?;
+            batch.into_iter().zip(judged).for_each(|(cell, judged)| self.learn(cell, judged));
         }
-    }
-
-    /// Holds a cell that meets the error at the first phase against the other phases, a few at a time: what fails mostly fails soon.
-    fn complete_all_phases(&mut self, cell: (usize, usize), first: Option<Probe>) -> Result<()> {
-        let mut runs: Vec<Probe> = first.into_iter().collect();
-        let phases = self.phases[1..].to_vec();
-        for phases in phases.chunks(8) {
-            let judged: Vec<Judged> =
-                phases.par_iter().map(|&phase| self.judge(cell, phase, false)).collect::<Result<_>>()?;
-            self.runs += judged.len();
-            for judged in judged {
-                if !self.learn(cell, &judged) {
-                    return Ok(());
-                }
-                runs.extend(judged.0);
-            }
-        }
-        let most = |most: [f64; 4], run: &Probe| std::array::from_fn(|kind| most[kind].max(run.work[kind]));
-        let work = runs.iter().fold([0.0; 4], most);
-        let (row, steps) = (&mut self.rows[cell.0], self.question.macro_steps);
-        let (macro_step, is_largest) = (steps[cell.1], cell.1 + 1 == steps.len());
-        // Cells above this one cost less, so that they have been tried.
-        let stable =
-            row.stable.range(cell.1 + 1..).take_while(|(_, stable)| stable.is_ok()).map(|(step, _)| steps[*step]);
-        let last_stable = stable.last().unwrap_or(macro_step);
-        let unstable =
-            row.stable.range(cell.1 + 1..).find_map(|(step, stable)| Some((steps[*step], stable.clone().err()?)));
-        let met = Met { macro_step, is_largest, runs, work, cost: self.question.cost(work), last_stable, unstable };
-        if row.met.as_ref().is_none_or(|known| met.cost < known.cost) {
-            row.met = Some(met);
-        }
-        Ok(())
     }
 
     /// The cheapest row that meets the error, and the cheapest of another scheme; of equals the first in the catalogue.
@@ -310,80 +255,92 @@ impl Search<'_> {
         rival.is_none_or(|rival| cost < rival.cost * (1.0 - SAME_COST))
     }
 
-    /// Runs a cell at a phase; with `growth` a linear case that grows without end is not run.
-    fn judge(&self, (row, step): (usize, usize), phase: f64, growth: bool) -> Result<Judged> {
-        let (row, step) = (&self.rows[row], self.question.macro_steps[step]);
-        let request = RunRequest { macro_step_s: Some(step), phase: Some(phase), ..row.request.clone() };
-        let spec = match request.resolve_for(self.question.catalogue, &row.first.case, &row.first.parameters) {
-            Ok(spec) => spec,
-            Err(Error::Stopped) => return Err(Error::Stopped),
-            Err(error) => return Ok((None, Some(error.to_string()))),
-        };
-        if growth
-            && !spec.case.linear_state.is_empty()
-            && let Some(radius) = spectral_radius(&spec).ok().filter(|radius| *radius > 1.0 + NEUTRAL)
-        {
-            return Ok((None, Some(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0))));
-        }
-        // Waiting for another program takes no processor time of this one.
-        let clock = if spec.case.waits { monotonic_clock } else { processor_clock };
-        let begun = clock();
-        let run = evaluated(&spec, &self.bounds, self.reference, simulate, self.question.stop)?;
-        let time = (clock() - begun).as_secs_f64();
-        if matches!(run.outcome, Outcome::Stopped { .. }) {
-            return Err(Error::Stopped);
-        }
-        (self.question.progress)(Step::Done(run.outcome.class()));
-        let error = run.found.metric(METRIC);
-        let (outcome, error) = (run.outcome.kind(), error.filter(|error| error.is_finite()));
-        let fault = match error {
-            _ if outcome.class() != OutcomeClass::Completed => {
-                Some(format!("{outcome}: {}", run.outcome.reason()).trim_end_matches(": ").to_owned())
+    /// Runs a cell at one phase after another until it misses the error. A linear case that grows without end is not run.
+    fn judge(&self, (row, step): (usize, usize)) -> Result<Judged> {
+        let (row, step, mut runs) = (&self.rows[row], self.question.macro_steps[step], Vec::new());
+        for &phase in &self.phases {
+            let request = RunRequest { macro_step_s: Some(step), phase: Some(phase), ..row.request.clone() };
+            let spec = match request.resolve_for(self.question.catalogue, &row.first.case, &row.first.parameters) {
+                Ok(spec) => spec,
+                Err(Error::Stopped) => return Err(Error::Stopped),
+                Err(error) => return Ok((runs, Some(error.to_string()))),
+            };
+            if runs.is_empty()
+                && !spec.case.linear_state.is_empty()
+                && let Some(radius) = spectral_radius(&spec).ok().filter(|radius| *radius > 1.0 + NEUTRAL)
+            {
+                return Ok((runs, Some(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0))));
             }
-            Some(error) if error <= self.question.error => None,
-            Some(error) => Some(format!("error {:.3} % of the peak force", 100.0 * error)),
-            None => Some("no error relative to a peak".to_owned()),
-        };
-        let Work { cosim, sides, scheme } = run.found.work;
-        let solves = scheme.solves + scheme.parametric;
-        let work = [cosim.exchanges, sides.mechanics.micro_steps, sides.actuator.micro_steps, solves];
-        let probe = Probe {
-            run_id: spec.id(),
-            phase,
-            outcome,
-            error,
-            model_exact: run.found.model_exact,
-            time_per_step_s: time / (spec.duration / step).ceil().max(1.0),
-            work: work.map(|count| count as f64),
-        };
-        Ok((Some(probe), fault))
+            // Waiting for another program takes no processor time of this one.
+            let clock = if spec.case.waits { monotonic_clock } else { processor_clock };
+            let begun = clock();
+            let run = evaluated(&spec, &self.bounds, self.reference, simulate, self.question.stop)?;
+            let time = (clock() - begun).as_secs_f64();
+            if matches!(run.outcome, Outcome::Stopped { .. }) {
+                return Err(Error::Stopped);
+            }
+            (self.question.progress)(Step::Done(run.outcome.class()));
+            let error = run.found.metric(METRIC).filter(|error| error.is_finite());
+            let outcome = run.outcome.kind();
+            let fault = match error {
+                _ if outcome.class() != OutcomeClass::Completed => {
+                    Some(format!("{outcome}: {}", run.outcome.reason()).trim_end_matches(": ").to_owned())
+                }
+                Some(error) if error <= self.question.error => None,
+                Some(error) => Some(format!("error {:.3} % of the peak force", 100.0 * error)),
+                None => Some("no error relative to a peak".to_owned()),
+            };
+            let Work { cosim, sides, scheme } = run.found.work;
+            let solves = scheme.solves + scheme.parametric;
+            let work = [cosim.exchanges, sides.mechanics.micro_steps, sides.actuator.micro_steps, solves];
+            runs.push(Probe {
+                run_id: spec.id(),
+                phase,
+                outcome,
+                error,
+                model_exact: run.found.model_exact,
+                time_per_step_s: time / (spec.duration / step).ceil().max(1.0),
+                work: work.map(|count| count as f64),
+            });
+            if fault.is_some() {
+                return Ok((runs, fault));
+            }
+        }
+        Ok((runs, None))
     }
 
-    /// Takes note of a run; tells whether it meets the error.
-    fn learn(&mut self, (row, step): (usize, usize), (run, fault): &Judged) -> bool {
-        let (row, macro_step) = (&mut self.rows[row], self.question.macro_steps[step]);
-        match run.as_ref().map(|run| (run.outcome.class(), run)) {
-            Some((OutcomeClass::Completed, run)) => {
-                row.seen = Some((macro_step, run.work));
-                row.stable.entry(step).or_insert(Ok(()));
+    /// Takes note of the runs of a cell.
+    fn learn(&mut self, (row, step): (usize, usize), (mut runs, fault): Judged) {
+        let (question, row) = (self.question, &mut self.rows[row]);
+        let macro_step = question.macro_steps[step];
+        self.runs += runs.len();
+        if let Some(run) = runs.iter().rfind(|run| run.outcome.class() == OutcomeClass::Completed) {
+            row.seen = Some((macro_step, run.work));
+        }
+        if let Some(fault) = fault {
+            if row.missed.as_ref().is_none_or(|(known, ..)| macro_step <= *known) {
+                row.missed = Some((macro_step, fault, runs.pop()));
             }
-            Some((OutcomeClass::NoAnswer, run)) if run.outcome.was_run() => row.no_answer = true,
-            Some((OutcomeClass::NoAnswer, _)) => row.out = true,
-            _ => _ = row.stable.insert(step, Err(fault.clone().unwrap_or_default())),
+            return;
         }
-        if let Some(fault) = fault
-            && row.missed.as_ref().is_none_or(|(known, ..)| macro_step <= *known)
-        {
-            row.missed = Some((macro_step, fault.clone(), run.clone()));
+        let most = |most: [f64; 4], run: &Probe| std::array::from_fn(|kind| most[kind].max(run.work[kind]));
+        let work = runs.iter().fold([0.0; 4], most);
+        let (cost, is_largest) = (question.cost(work), step + 1 == question.macro_steps.len());
+        if row.met.as_ref().is_none_or(|known| cost < known.cost) {
+            row.met = Some(Met { macro_step, is_largest, runs, work, cost });
         }
-        fault.is_none()
     }
 }
 
 impl AdviceRow {
     fn new(request: RunRequest, first: RunSpec) -> Self {
-        let (met, missed, stable, seen) = (None, None, BTreeMap::new(), None);
-        AdviceRow { request, first, met, missed, no_answer: false, stable, seen, out: false }
+        AdviceRow { request, first, met: None, missed: None, seen: None }
+    }
+
+    /// Whether it gave no answer: having taken longer than it may if it `was_run`, else because it cannot be run at all.
+    pub fn no_answer(&self, was_run: bool) -> bool {
+        let run = self.missed.as_ref().and_then(|(.., run)| run.as_ref());
+        run.is_some_and(|run| run.outcome.class() == OutcomeClass::NoAnswer && run.outcome.was_run() == was_run)
     }
 
     /// The form in words.
@@ -401,7 +358,7 @@ impl AdviceRow {
     pub fn reason(&self) -> String {
         match (&self.met, &self.missed) {
             (Some(met), _) => format!("meets it at {}, for a cost of {:.0}", milliseconds(met.macro_step), met.cost),
-            (None, Some((_, reason, _))) if self.out => reason.clone(),
+            (None, Some((_, reason, _))) if self.no_answer(false) => reason.clone(),
             (None, Some((step, reason, run))) => {
                 let phase = run.as_ref().map_or(String::new(), |run| format!(", phase {:.4}", run.phase));
                 format!("at {}{phase}: {reason}", milliseconds(*step))

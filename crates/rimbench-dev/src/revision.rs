@@ -1,6 +1,6 @@
-//! Two git revisions, built side by side in a folder of their own.
+//! A git revision, built in a folder of its own.
 
-use super::sample::Program;
+use super::measuring::Program;
 use rimbench_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -40,22 +40,19 @@ impl Repository {
         })
     }
 
-    /// Checks a commit out below `parent`.
+    /// Checks a commit out below `parent`, a folder for each of them.
     ///
     /// # Errors
     /// [`Error::File`] if git refuses.
     pub fn check_out(&self, commit: &str, parent: &Path) -> Result<Checkout> {
-        let folder = parent.join(&commit[..commit.len().min(REVISION_DIGITS)]);
-        let path = folder.to_string_lossy();
-        git(&self.root, &["worktree", "add", "--quiet", "--detach", &path, commit])
+        // As many digits as data have.
+        let revision: String = commit.chars().take(12).collect();
+        let folder = tempfile::tempdir_in(parent).map_err(|error| Error::file(parent, error))?.keep();
+        git(&self.root, &["worktree", "add", "--quiet", "--detach", &folder.to_string_lossy(), commit])
             .map_err(|error| Error::file(&folder, error))?;
-        let revision = commit.chars().take(REVISION_DIGITS).collect();
         Ok(Checkout { repository: self.root.clone(), folder, revision })
     }
 }
-
-/// Digits of a revision in data.
-const REVISION_DIGITS: usize = 12;
 
 impl Checkout {
     /// Builds the program in release mode into `target`, which may be shared, and copies it beside the sources.
@@ -66,14 +63,10 @@ impl Checkout {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let wrong =
             |what: &dyn std::fmt::Display| Error::file(&self.folder, format!("revision {}: {what}", self.revision));
-        let status = Command::new(cargo)
-            .args(["build", "--release", "--locked", "--bin", "rimbench", "--target-dir"])
-            .arg(target)
-            .current_dir(&self.folder)
-            .stdout(Stdio::null())
-            .status()
-            .map_err(|error| wrong(&format!("cargo cannot be started: {error}")))?;
-        if !status.success() {
+        let mut build = Command::new(cargo);
+        build.args(["build", "--release", "--locked", "--bin", "rimbench", "--target-dir"]).arg(target);
+        let status = build.current_dir(&self.folder).stdout(Stdio::null()).status();
+        if !status.map_err(|error| wrong(&format!("cargo cannot be started: {error}")))?.success() {
             return Err(wrong(&"cargo build --release fails"));
         }
         let name = format!("rimbench{}", std::env::consts::EXE_SUFFIX);

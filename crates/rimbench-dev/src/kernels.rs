@@ -1,6 +1,6 @@
 //! The kernels of the suite: what every exchange is made of, repeated often enough to be measured.
 
-use super::benchmark::{Benchmark, Repetition, Size, WEDGE_BOX, Work};
+use super::benchmark::{Repetition, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
@@ -13,79 +13,6 @@ use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench_core::solver_entry::SolverEntry;
 use std::hint::black_box;
 use std::sync::Arc;
-
-/// Eq. 3 → Eq. 4 at the start of the wedge box.
-pub const ELIMINATION: Benchmark = Benchmark {
-    name: "kernel/elimination",
-    about: "eliminate the wedge box 5000 times; answer: effective mass at free contacts, kg",
-    answer: [154.0497, 1e-4],
-    prepare: elimination,
-};
-
-/// Mechanics steps of the wedge box.
-pub const MECHANICS_STEP: Benchmark = Benchmark {
-    name: "kernel/mechanics-step",
-    about: "2000 steps of 0.1 ms of the wedge box under 250 N; answer: velocity, m/s (250 N / 250 kg · 0.2 s)",
-    answer: [0.2, 1e-9],
-    prepare: mechanics_step,
-};
-
-/// Micro steps of the hydraulics.
-pub const HYDRAULICS_STEP: Benchmark = Benchmark {
-    name: "kernel/hydraulics-step",
-    about: "20000 steps of 0.05 ms at rest; answer: force, N (an equilibrium)",
-    answer: [0.0, 1e-6],
-    prepare: hydraulics_step,
-};
-
-/// The four-contact problem with the active set of the last solution.
-pub const LCP_WARM: Benchmark = Benchmark {
-    name: "kernel/lcp-warm",
-    about: "50000 problems of four contacts by active-set, warm; answer: sum of contact velocities, m/s",
-    answer: [ANSWER_LCP, 1e-8],
-    prepare: || lcp(&SolverEntry::active_set(), 50_000, true),
-};
-
-/// The four-contact problem from nothing.
-pub const LCP_COLD: Benchmark = Benchmark {
-    name: "kernel/lcp-cold",
-    about: "20000 problems of four contacts by active-set, reset before each; answer as warm",
-    answer: [ANSWER_LCP, 1e-8],
-    prepare: || lcp(&SolverEntry::active_set(), 20_000, false),
-};
-
-/// The same by Lemke.
-pub const LEMKE: Benchmark = Benchmark {
-    name: "kernel/lcp-lemke",
-    about: "10000 problems of four contacts by lemke; answer as warm",
-    answer: [ANSWER_LCP, 1e-8],
-    prepare: || lcp(&SolverEntry::lemke(), 10_000, false),
-};
-
-/// Lemke and the active set agree on it; `w` is unique where `P` is not.
-const ANSWER_LCP: f64 = 0.056_893_34;
-
-/// Four contacts with friction from the states of the last solution.
-pub const FRICTION_WARM: Benchmark = Benchmark {
-    name: "kernel/friction-warm",
-    about: "20000 problems of four contacts with friction, warm; answer: sum of contact velocities, m/s",
-    answer: [ANSWER_FRICTION, 1e-7],
-    prepare: || friction(20_000, |problem, solver, _, impulses| solver.solve(problem, impulses)),
-};
-
-/// The same by Lemke's method.
-pub const FRICTION_LEMKE: Benchmark = Benchmark {
-    name: "kernel/friction-lemke",
-    about: "2000 problems of four contacts with friction by lemke; answer as warm",
-    answer: [ANSWER_FRICTION, 1e-7],
-    prepare: || {
-        let mut states = [ContactState::Open; 4];
-        friction(2_000, move |problem, _, lemke, impulses| lemke.attempt(problem, &mut states, impulses))
-    },
-};
-
-/// Both agree on it.
-const ANSWER_FRICTION: f64 = 0.122_257_4;
 
 /// N.
 const FORCE: f64 = 250.0;
@@ -123,7 +50,8 @@ fn start_linearisation() -> Result<NonSmoothMechanics<WedgeBox>> {
     Ok(NonSmoothMechanics::new(model, law, ports, SolverEntry::active_set().checked(4)))
 }
 
-fn elimination() -> Result<Repetition> {
+/// Eliminates Eq. 3 → Eq. 4 at the start of the wedge box 5000 times.
+pub(super) fn elimination() -> Result<Repetition> {
     const ELIMINATIONS: u32 = 5_000;
     let mechanics = start_linearisation()?;
     let mut elimination = Elimination::new(mechanics.linearisation());
@@ -135,13 +63,13 @@ fn elimination() -> Result<Repetition> {
             black_box(&model);
         }
         let eliminations = u64::from(ELIMINATIONS);
-        let flops_estimate = WEDGE_BOX.flops(eliminations, &SolverCounters::default());
         let answer = 1.0 / model.entry(model.contacts(), model.contacts());
-        Ok(Work { eliminations, flops_estimate, answer, ..Work::default() })
+        Ok(Work { eliminations, answer, ..Work::default() })
     }))
 }
 
-fn mechanics_step() -> Result<Repetition> {
+/// Takes 2000 steps of 0.1 ms of the wedge box under 250 N.
+pub(super) fn mechanics_step() -> Result<Repetition> {
     const STEPS: usize = 2_000;
     const H: f64 = 1e-4;
     let case = wedge_box()?;
@@ -157,14 +85,14 @@ fn mechanics_step() -> Result<Repetition> {
             mechanics_micro_steps: counters.micro_steps,
             eliminations: counters.eliminations,
             lcp: counters.solver,
-            flops_estimate: WEDGE_BOX.flops(counters.eliminations, &counters.solver),
             answer: y[1],
             ..Work::default()
         })
     }))
 }
 
-fn hydraulics_step() -> Result<Repetition> {
+/// Takes 20000 micro steps of 0.05 ms of the hydraulics at rest.
+pub(super) fn hydraulics_step() -> Result<Repetition> {
     let PerSide { mut mechanics, mut actuator } = system()?.sides;
     let mut y = [0.0; 2];
     mechanics.outputs(&[0.0], &mut y).map_err(broken)?;
@@ -181,9 +109,9 @@ fn hydraulics_step() -> Result<Repetition> {
     }))
 }
 
-/// `H_uu` of the wedge box with velocities of which the two closed contacts, and one more, want an impulse; slightly
-/// different each time, so that nothing can be remembered but the active set.
-fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
+/// Solves problems of four contacts, `H_uu` of the wedge box with velocities of which the two closed contacts, and one more, want an
+/// impulse; slightly different each time, so that nothing can be remembered but the active set.
+pub(super) fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
     let model = start_model(&mut system()?)?;
     let n = model.contacts();
     let h: Vec<f64> = (0..n * n).map(|index| model.entry(index / n, index % n)).collect();
@@ -209,7 +137,7 @@ fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
             fallbacks: after.fallbacks - before.fallbacks,
             ..SolverCounters::default()
         };
-        Ok(Work { flops_estimate: WEDGE_BOX.flops(0, &lcp), lcp, answer: (0..n).map(w).sum(), ..Work::default() })
+        Ok(Work { lcp, answer: (0..n).map(w).sum(), ..Work::default() })
     }))
 }
 
@@ -218,6 +146,17 @@ const VELOCITIES: [f64; 4] = [-0.02, 0.03, -0.01, -0.002];
 
 /// m/s along the surface: the wedges slide one way, one disc sticks, the other slides the other way.
 const SLIPS: [f64; 4] = [0.05, 0.04, 0.001, -0.03];
+
+/// Solves 20000 problems with friction from the states of the last solution.
+pub(super) fn friction_warm() -> Result<Repetition> {
+    friction(20_000, |problem, solver, _, impulses| solver.solve(problem, impulses))
+}
+
+/// Solves 2000 of them by Lemke's method.
+pub(super) fn friction_lemke() -> Result<Repetition> {
+    let mut states = [ContactState::Open; 4];
+    friction(2_000, move |problem, _, lemke, impulses| lemke.attempt(problem, &mut states, impulses))
+}
 
 /// The problem of [`lcp`] with friction of 0.3 and velocities along the surface, each solved by `solve`.
 fn friction(
@@ -244,8 +183,7 @@ fn friction(
             lcp.pivots += u64::from(stats.pivots);
             lcp.factorisations += u64::from(stats.factorisations);
         }
-        let size = Size { contacts: 2 * n as u64, ..WEDGE_BOX };
-        Ok(Work { flops_estimate: size.flops(0, &lcp), lcp, answer: w.iter().sum(), ..Work::default() })
+        Ok(Work { lcp, answer: w.iter().sum(), ..Work::default() })
     }))
 }
 

@@ -1,0 +1,110 @@
+//! The fixed suite: whole runs, the reference, kernels. Each benchmark knows the answer it must give.
+
+use super::benchmark::{Benchmark, Repetition, Work};
+use super::kernels;
+use rimbench_cases::cases::Recorder;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::{RunRequest, simulate};
+use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, StopFlag, Trajectory};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::mechanics::{ReferenceSteps, monolithic};
+use rimbench_core::name::find_by_name;
+use rimbench_core::solver_entry::SolverEntry;
+use rimbench_harness::monotonic_clock;
+
+/// Every benchmark, in the order of the rows. Answers of runs are means of the interface force, N; of the reference its peak.
+pub const BENCHMARKS: &[Benchmark] = &[
+    Benchmark::new("wedge-box/zero-order-hold", [-53.83786, 1e-3], |name| run(name, 2e-4)),
+    Benchmark::new("wedge-box/rim-nonsmooth", [-53.19089, 1e-3], |name| run(name, 5e-3)),
+    Benchmark::new("wedge-box/rim-nonsmooth-gap", [-53.25332, 1e-3], |name| run(name, 5e-3)),
+    Benchmark::new("wedge-box/rim-smooth-active", [-53.17038, 1e-3], |name| run(name, 5e-3)),
+    Benchmark::new("wedge-box/interface-jacobian", [-40.02672, 1e-3], |name| run(name, 5e-3)),
+    Benchmark::new("hydraulic-crane/zero-order-hold", [7869.867, 1e-2], |name| run(name, 1e-3)),
+    Benchmark::new("linear-oscillator/zero-order-hold", [1.046544, 1e-5], |name| run(name, 1e-3)),
+    Benchmark::new("wedge-box/reference", [1008.79, 0.06], |_| reference()),
+    // Effective mass at free contacts, kg.
+    Benchmark::new("kernel/elimination", [154.0497, 1e-4], |_| kernels::elimination()),
+    // 250 N / 250 kg · 0.2 s, m/s.
+    Benchmark::new("kernel/mechanics-step", [0.2, 1e-9], |_| kernels::mechanics_step()),
+    // Force at an equilibrium, N.
+    Benchmark::new("kernel/hydraulics-step", [0.0, 1e-6], |_| kernels::hydraulics_step()),
+    // Sums of contact velocities, m/s: `w` is unique where `P` is not, and the methods agree on it.
+    Benchmark::new("kernel/lcp-warm", LCP, |_| kernels::lcp(&SolverEntry::active_set(), 50_000, true)),
+    Benchmark::new("kernel/lcp-cold", LCP, |_| kernels::lcp(&SolverEntry::active_set(), 20_000, false)),
+    Benchmark::new("kernel/lcp-lemke", LCP, |_| kernels::lcp(&SolverEntry::lemke(), 10_000, false)),
+    Benchmark::new("kernel/friction-warm", FRICTION, |_| kernels::friction_warm()),
+    Benchmark::new("kernel/friction-lemke", FRICTION, |_| kernels::friction_lemke()),
+];
+
+const LCP: [f64; 2] = [0.056_893_34, 1e-8];
+const FRICTION: [f64; 2] = [0.122_257_4, 1e-7];
+
+/// Looks a benchmark up in [`BENCHMARKS`].
+///
+/// # Errors
+/// [`Error::UnknownName`] with the valid names.
+pub fn benchmark_by_name(name: &str) -> Result<&'static Benchmark> {
+    find_by_name("benchmark", BENCHMARKS, |entry| entry.name, name)
+}
+
+/// A whole run with the defaults of its case and scheme, recorded at every communication point.
+fn run(name: &str, macro_step: f64) -> Result<Repetition> {
+    let (case, scheme) = name.split_once('/').unwrap_or_default();
+    // One step of the mechanics per macro step, also on linear cases, so that a record compares with older ones.
+    let request = RunRequest {
+        macro_step_s: Some(macro_step),
+        mechanics_steps: Some(MechanicsSteps::ONE),
+        ..RunRequest::of(case, scheme)
+    };
+    let spec = request.resolve(&Catalogue::standard())?;
+    Ok(Box::new(move || {
+        let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
+        let work = &result.report.work;
+        let mut lcp = work.sides.mechanics.solver;
+        lcp.add(&work.scheme);
+        let completed = result.report.outcome == Outcome::Completed;
+        // Schemes that agree on the peak to all digits still differ in the mean: the answer tells them apart.
+        let forces = forces(&result.trajectory, &spec.case.interface_columns[0].force)?;
+        Ok(Work {
+            macro_steps: work.cosim.macro_steps,
+            mechanics_micro_steps: work.sides.mechanics.micro_steps,
+            actuator_micro_steps: work.sides.actuator.micro_steps,
+            eliminations: work.sides.mechanics.eliminations,
+            lcp,
+            answer: if completed { forces.sum::<f64>() / result.trajectory.len() as f64 } else { f64::NAN },
+        })
+    }))
+}
+
+/// The first half second of the wedge box, by the loop that makes references, with the coarsest step.
+fn reference() -> Result<Repetition> {
+    const DURATION: f64 = 0.5;
+    let case = Catalogue::standard().case("wedge-box")?.clone();
+    let h = case.defaults.reference_step_s;
+    let every = (case.defaults.reference_sampling_s / h).round().max(1.0) as usize;
+    let steps = ReferenceSteps { h, steps: (DURATION / h).round() as usize, every };
+    Ok(Box::new(move || {
+        let mut system = (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
+        let mut recorder = Recorder::new(&case, &mut system)?;
+        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps.steps / every + 2);
+        let ended = monolithic(system.sides.lend(), steps, StopFlag::never(), &mut |point| {
+            recorder.record(point, &mut trajectory);
+        });
+        let (mechanics, actuator) = (system.sides.mechanics.counters(), system.sides.actuator.counters());
+        let greatest = forces(&trajectory, "actuator_force_n")?.fold(f64::NEG_INFINITY, f64::max);
+        Ok(Work {
+            macro_steps: 0,
+            mechanics_micro_steps: mechanics.micro_steps,
+            actuator_micro_steps: actuator.micro_steps,
+            eliminations: mechanics.eliminations,
+            lcp: mechanics.solver,
+            answer: if ended.is_ok() { greatest } else { f64::NAN },
+        })
+    }))
+}
+
+fn forces(trajectory: &Trajectory, column: &str) -> Result<impl Iterator<Item = f64>> {
+    let names = || trajectory.columns().iter().map(String::as_str);
+    let index = trajectory.index_of(column).ok_or_else(|| Error::unknown("column", column, names()))?;
+    Ok(trajectory.column(index))
+}
