@@ -463,7 +463,8 @@ mod tests {
         let kept = straightened(run.clone());
         assert_eq!(kept, [run[0], run[20], run[49]]);
         // A curve stays within a twentieth of a pixel of what is drawn.
-        let run: Vec<Vertex> = (0..500).map(|k| vertex(0.1 * f64::from(k), 20.0 * (0.01 * f64::from(k)).sin())).collect();
+        let run: Vec<Vertex> =
+            (0..500).map(|k| vertex(0.1 * f64::from(k), 20.0 * (0.01 * f64::from(k)).sin())).collect();
         let kept = straightened(run.clone());
         assert!(kept.len() < 60, "{}", kept.len());
         for pair in kept.windows(2) {
