@@ -18,6 +18,7 @@ RADIUS = 0.1
 BLADE_KG = 100.0
 ROW_DISC_KG = 20.0
 BOX_KG, PENDULUM_KG = 200.0, 50.0
+BOXES = ["n-wedge-box", "wedge-box-space"]
 # Steps from one look at whether a system has settled to the next, looks, and the speed below which it has, m/s or rad/s; then steps that
 # are timed one by one, of which the shortest counts.
 SETTLE, LOOKS, STILL = 50, 100, 1e-3
@@ -85,6 +86,14 @@ def mujoco_text(row):
           <joint type="hinge" axis="0 1 0"/><inertial pos="0 0 0" mass="{BOX_KG}" diaginertia="{inertia} {inertia} {inertia}"/>{geoms}
           <body pos="-0.3 0 0.2"><joint type="hinge" axis="0 1 0"/><inertial pos="0 0 0" mass="{PENDULUM_KG}"
           diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
+    if row["case"] == "wedge-box-space":
+        tips = [(0.4, -0.3, -0.39), (0.4, 0.3, -0.39), (-0.4, -0.3, -0.39), (-0.4, 0.3, -0.386)]
+        geoms = "".join(f'<geom type="sphere" size="0.01" pos="{x} {y} {z}" mass="0"/>' for x, y, z in tips)
+        inertia = " ".join(str(BOX_KG * square / 12) for square in (0.8**2 + 0.6**2, 1.0**2 + 0.6**2, 1.0**2 + 0.8**2))
+        head = head.replace('<geom condim="1"/>', '<geom condim="3" friction="0.3"/>')
+        return f"""{head}<body pos="0 0 0.4"><freejoint/><inertial pos="0 0 0" mass="{BOX_KG}" diaginertia="{inertia}"/>{geoms}
+          <body pos="-0.8 0.15 -0.19"><joint type="ball"/><geom type="sphere" size="0.2" mass="{PENDULUM_KG}"/></body></body>
+          </worldbody></mujoco>"""
     centres, mass = system(row)
     last = max(x for x, _ in centres) + RADIUS
     height = max(y for _, y in centres) + RADIUS
@@ -106,8 +115,10 @@ class Mujoco:
     def __init__(self, row, mujoco, numpy):
         self.mujoco, self.numpy = mujoco, numpy
         self.model = mujoco.MjModel.from_xml_string(mujoco_text(row))
-        self.is_box = row["case"] == "n-wedge-box"
-        self.push = 0.0 if self.is_box else float(row["push_n"])
+        self.is_box = row["case"] in BOXES
+        # Along x, of the box in space beside its middle and above it: a force and its moments.
+        arms = [1.0, 0.0, 0.0, 0.0, 0.3, 0.1] if row["case"] == "wedge-box-space" else [0.0 if self.is_box else 1.0]
+        self.push = [float(row["push_n"]) * arm for arm in arms]
         self.data = self.start()
         for _ in range(LOOKS):
             mujoco.mj_step(self.model, self.data, nstep=SETTLE)
@@ -121,7 +132,7 @@ class Mujoco:
 
     def start(self):
         data = self.mujoco.MjData(self.model)
-        data.qfrc_applied[0] = self.push
+        data.qfrc_applied[: len(self.push)] = self.push
         return data
 
     def speed(self):
@@ -225,7 +236,7 @@ class Siconos:
     deepest = None
 
     def __init__(self, row, kernel, numpy):
-        if row["case"] == "disc-pile" or int(row["contacts"]) > SICONOS_CONTACTS:
+        if row["case"] in ("disc-pile", "wedge-box-space") or int(row["contacts"]) > SICONOS_CONTACTS:
             raise NotAsked
         self.steps, self.contacts = siconos_steps(row, kernel, numpy)
 

@@ -269,6 +269,14 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
                     && options.redundancy == Redundancy::Drop
                     && (variant.scheme.family == Family::Model || variant.macro_step <= longest_of_holds)
             });
+            if case != "wedge-box-friction" {
+                let slide = |v: &&Variant| v.scheme.slides && v.options.motion == ModelMotion::Frozen;
+                let on_one_row: Vec<Variant> = variants.iter().filter(slide).cloned().collect();
+                variants.extend(on_one_row.into_iter().map(|mut variant| {
+                    variant.options.friction_rows = FrictionRows::SlipDirection;
+                    variant
+                }));
+            }
             variants
         };
         nothing_is_allocated_in(case_by_name(case), |solver| solver.name == DEFAULT, that_know_it);

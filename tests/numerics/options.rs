@@ -31,6 +31,10 @@ fn options_are_read_as_they_are_written_and_nonsense_is_refused() {
             ("mechanics-lw", "did you mean `mechanics-law`"),
         ],
     );
+    assert_read(
+        [FrictionRows::Cone, FrictionRows::SlipDirection],
+        &[("slip-directions", "did you mean `slip-direction`"), ("facets", "unknown friction rows")],
+    );
     let regularised = |epsilon| Redundancy::Regularised { epsilon };
     assert_read(
         [Redundancy::Drop, Redundancy::PseudoInverse, regularised(0.1)],

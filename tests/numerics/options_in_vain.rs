@@ -9,16 +9,17 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 /// Cases on which every option has something to do: contacts that open and close, redundant ones, friction, none but feedthrough.
-const CASES: [(&str, &str); 5] = [
+const CASES: [(&str, &str); 6] = [
     ("wedge-box", "0.9"),
     ("wedge-box-friction", "0.3"),
     ("crane-set-down", "0.6"),
     ("linear-oscillator", "0.3"),
     ("cradle", "0.6"),
+    ("tripod", "0.3"),
 ];
 
 /// A value or more of each option beside the usual one.
-const OPTIONS: [(&str, &[&str]); 10] = [
+const OPTIONS: [(&str, &[&str]); 11] = [
     ("sequence", &["jacobi", "gauss-seidel", "gauss-seidel-mechanics-first"]),
     ("force_return", &["held", "end", "mean", "profile"]),
     ("mechanics_steps", &["2", "all"]),
@@ -27,6 +28,7 @@ const OPTIONS: [(&str, &[&str]); 10] = [
     ("redundancy", &["pseudo-inverse", "regularised:1e-3"]),
     ("model_motion", &["extrapolated", "piecewise"]),
     ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
+    ("friction_rows", &["slip-direction"]),
     ("gain", &["0.25"]),
     ("step_control", &["energy-residual", "model-defect"]),
 ];

@@ -61,8 +61,9 @@ impl Fact {
 }
 
 /// Settings and counters of some runs. A run that has none has the id that it had before there was such a setting.
-const OF_SOME_RUNS: [(&str, Only); 8] = [
+const OF_SOME_RUNS: [(&str, Only); 9] = [
     ("split", Only::Split),
+    ("friction_rows", Only::SlipRow),
     ("audit", Only::Audit),
     ("belief", Only::Belief),
     ("delivery_up", Only::Late),
@@ -83,6 +84,7 @@ impl RunSpec {
     pub fn has_column(&self, column: &str, only: Only) -> bool {
         match only {
             Only::Split => self.scheme.splits,
+            Only::SlipRow => self.has_slip_rows(),
             Only::Audit => self.audit,
             Only::Belief => self.belief.is_some(),
             Only::Late => self.delivery.is_some(),
@@ -135,6 +137,10 @@ impl RunSpec {
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
             of_model("split", model.as_ref().filter(|_| scheme.splits).map(|model| model.split.to_string())),
+            of_model(
+                "friction_rows",
+                model.as_ref().filter(|_| self.has_slip_rows()).map(|model| model.friction_rows.to_string()),
+            ),
             of_model("delivery_up", delivery.as_ref().map(|delivery| delivery.up.to_string())),
             of_model("delivery_down", delivery.as_ref().map(|delivery| delivery.down.to_string())),
             of_model("late_samples", delivery.as_ref().map(|delivery| delivery.late.to_string())),
@@ -195,6 +201,7 @@ mod tests {
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
         ("split", "joint", "rim-split"),
+        ("friction_rows", "slip-direction", "rim-nonsmooth"),
         ("delivery_up", "delay:1", "rim-smooth"),
         ("delivery_down", "loss:0.1", "rim-smooth"),
         ("late_samples", "raw", "rim-smooth"),
@@ -219,7 +226,7 @@ mod tests {
             resolved(request).facts().into_iter().map(|fact| (fact.name, fact.cell())).collect()
         };
         for &(key, text, scheme) in CHANGES {
-            let mut usual = RunRequest::of("wedge-box", scheme);
+            let mut usual = RunRequest::of(if key == "friction_rows" { "tripod" } else { "wedge-box" }, scheme);
             if ["step_tolerance", "min_macro_step_s"].contains(&key) {
                 usual.put("step_control", "energy-residual").unwrap();
                 usual.put("step_tolerance", "0.1").unwrap();

@@ -6,7 +6,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
-use rimbench_core::schemes::{ContactDetection, ModelMotion, Split};
+use rimbench_core::schemes::{ContactDetection, FrictionRows, ModelMotion, Split};
 use std::fmt;
 
 /// A value as a file or the command line gives it.
@@ -113,6 +113,8 @@ run_options! {
     contact_detection: ContactDetection, "DETECTION";
     /// Where each of several actuators has a model of its own, what it contains of the others, and how heavy it is: mean, blind, each with :rows, :shares, :body; law; joint
     split: Split, "SPLIT";
+    /// Friction of contacts in space within an interface model: cone (two rows each), slip-direction (one row along the slip at t_k)
+    friction_rows: FrictionRows, "ROWS";
     /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
     delivery_up: Channel, "HOW";
     /// How forces reach the mechanics, likewise
@@ -207,6 +209,7 @@ read_by_name!(
     ModelMotion,
     ContactDetection,
     Split,
+    FrictionRows,
     Channel,
     LateRule,
     ForceBridge,

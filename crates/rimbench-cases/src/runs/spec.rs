@@ -9,7 +9,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
-use rimbench_core::schemes::{ModelMotion, ModelOptions, Requirement, SchemeEntry};
+use rimbench_core::schemes::{FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
 use std::ops::Deref;
 use std::sync::Arc;
@@ -114,6 +114,7 @@ impl RunRequest {
             model_motion,
             contact_detection,
             split,
+            friction_rows,
             delivery_up,
             delivery_down,
             late_samples,
@@ -140,6 +141,7 @@ impl RunRequest {
             ("model_motion", model_motion.map(|motion| motion.to_string())),
             ("split", split.map(|split| split.to_string())),
             ("belief", belief.as_ref().map(|belief| belief.to_string())),
+            ("friction_rows", friction_rows.map(|rows| rows.to_string())),
         ];
         let (exchange, of_model) = texts.split_at(3);
         let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..3]);
@@ -170,6 +172,7 @@ impl RunRequest {
             motion: model_motion.unwrap_or_default(),
             detection: scheme.detection(*contact_detection)?,
             split: split.unwrap_or_default(),
+            friction_rows: friction_rows.unwrap_or_default(),
             solver: solver.clone(),
         };
         if let (None, Some(value)) = (&scheme.gain, gain) {
@@ -396,8 +399,14 @@ impl RunSettings {
         self.case.constant_mechanics
             && self.scheme.has_mechanics_law
             && self.model.as_ref().is_some_and(|model| model.motion == ModelMotion::Frozen)
+            && !self.has_slip_rows()
             && self.force_return == ForceReturn::Profile
             && self.mechanics_steps == MechanicsSteps::AsActuator
+    }
+
+    /// Tells whether contacts in space have one tangential row in the model.
+    pub(super) fn has_slip_rows(&self) -> bool {
+        self.model.as_ref().is_some_and(|model| model.friction_rows == FrictionRows::SlipDirection)
     }
 
     /// Tells whether it does with the mechanics' interface model what needs every entry of its matrices.

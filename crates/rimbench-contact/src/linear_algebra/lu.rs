@@ -120,6 +120,40 @@ pub(crate) fn eliminate_by_rows(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -
     true
 }
 
+/// Does what [`eliminate_by_rows`] does, to the same bits, for a size that the compiler knows: whole rows are subtracted, also where they
+/// are not read any more.
+pub(crate) fn eliminate_few<const N: usize>(a: &mut [f64], b: &mut [f64]) -> bool {
+    let (a, b) = (&mut a.as_chunks_mut::<N>().0[..N], &mut b[..N]);
+    let mut most = [0.0_f64; N];
+    for line in &*a {
+        for (most, entry) in most.iter_mut().zip(line) {
+            *most = if entry.abs() > *most { entry.abs() } else { *most };
+        }
+    }
+    let largest = largest_entry(&most);
+    for k in 0..N {
+        let pivot = (k..N).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
+        if !is_pivot(a[pivot][k], largest) {
+            return false;
+        }
+        a.swap(k, pivot);
+        b.swap(k, pivot);
+        let (row, right) = (a[k], b[k]);
+        for (line, b) in a.iter_mut().zip(&mut *b).skip(k + 1) {
+            let factor = line[k] / row[k];
+            for (entry, above) in line.iter_mut().zip(&row) {
+                *entry -= factor * above;
+            }
+            *b -= factor * right;
+        }
+    }
+    for k in (0..N).rev() {
+        let known: f64 = (k + 1..N).map(|j| a[k][j] * b[j]).sum();
+        b[k] = (b[k] - known) / a[k][k];
+    }
+    true
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,6 +170,22 @@ mod tests {
             let (mut rows, mut x) = (a.transpose().as_slice().to_vec(), b.as_slice().to_vec());
             assert!(lu.solve(&mut rows, &mut x));
             assert!((DVector::from_vec(x) - a.lu().solve(&b).unwrap()).amax() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn a_size_that_the_compiler_knows_gives_the_same_bits() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(9);
+        for turn in 0..100 {
+            let a: Vec<f64> = (0..81).map(|_| rng.random_range(-1.0..1.0)).collect();
+            let b: Vec<f64> = (0..9).map(|_| rng.random_range(-1.0..1.0)).collect();
+            let ([mut a, mut few], [mut b, mut x]) = ([a.clone(), a], [b.clone(), b]);
+            if turn == 0 {
+                [&mut a, &mut few].map(|a| a.copy_within(0..9, 9));
+            }
+            let solved = eliminate_by_rows(&mut a, &mut b, &mut [0.0; 9]);
+            assert_eq!((solved, eliminate_few::<9>(&mut few, &mut x)), (turn > 0, turn > 0));
+            assert!(turn == 0 || b.iter().zip(&x).all(|(b, x)| b.to_bits() == x.to_bits()));
         }
     }
 

@@ -3,7 +3,7 @@
 use super::construction::{Construction, ModelConstruction};
 use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
-use super::model_options::{ModelMotion, ModelOptions};
+use super::model_options::{FrictionRows, ModelMotion, ModelOptions};
 use super::requirement::Requirement;
 use super::split::Split;
 use crate::cosim::{CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
@@ -62,6 +62,8 @@ pub struct SchemeEntry {
     pub has_mechanics_law: bool,
     /// The scheme moves a reduced interface model within the macro step, which may be frozen or not.
     pub moves_model: bool,
+    /// Contacts of its model stick and slide within the macro step, which leaves a choice of their tangential rows.
+    pub slides: bool,
     /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
     pub condenses: bool,
     /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
@@ -98,6 +100,7 @@ impl SchemeEntry {
             gain: None,
             has_mechanics_law: false,
             moves_model: false,
+            slides: false,
             condenses: true,
             splits: false,
             driver: IterativeDriver::NonIterative,
@@ -144,13 +147,21 @@ impl SchemeEntry {
     /// Checks that options of a reduced interface model go together with the scheme.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only.
+    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, and for rows of contacts that are
+    /// bilateral, or not in it.
     pub fn check_options(&self, options: &ModelOptions) -> Result<()> {
         if options.motion != ModelMotion::Frozen && !self.moves_model {
             return Err(Error::Incompatible(format!(
                 "model_motion = {} does not go with scheme {}, which looks at the model at communication points only: use model_motion \
                  `frozen`, or a scheme that moves a model within the macro step",
                 options.motion, self.name
+            )));
+        }
+        if options.friction_rows != FrictionRows::Cone && !self.slides {
+            return Err(Error::Incompatible(format!(
+                "friction_rows = {}: no contact of scheme `{}` sticks and slides within a macro step; use rim-nonsmooth or \
+                 rim-nonsmooth-gap",
+                options.friction_rows, self.name
             )));
         }
         Ok(())

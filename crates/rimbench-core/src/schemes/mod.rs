@@ -41,6 +41,7 @@ mod rim_smooth;
 mod rim_smooth_active;
 mod rim_split;
 mod second_order_hold;
+mod slip_rows;
 mod space_contacts;
 mod split;
 mod taylor_force;
@@ -54,7 +55,7 @@ pub use coupling::Coupling;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use information::InformationClass;
 pub use input_polynomial::InputPolynomial;
-pub use model_options::{ModelMotion, ModelOptions};
+pub use model_options::{FrictionRows, ModelMotion, ModelOptions};
 pub use requirement::Requirement;
 pub use split::Split;
 

@@ -34,6 +34,28 @@ impl ModelMotion {
 
 by_name!(ModelMotion, NAMES, "model motion");
 
+/// The tangential rows of contacts in space within a reduced interface model.
+///
+/// ```text
+/// cone              w_t1⁺, w_t2⁺ under |P_t| ≤ μ P_n
+/// slip-direction    w_d⁺ = d · w_t⁺,  |P_d| ≤ μ P_n,  P_t = P_d d        d as at t_k
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FrictionRows {
+    /// Two, under Coulomb's cone.
+    #[default]
+    Cone,
+    /// One along the slip at `t_k`, so that contact problems are planar.
+    SlipDirection,
+}
+
+impl FrictionRows {
+    const NAMES: [(&'static str, FrictionRows); 2] =
+        [("cone", FrictionRows::Cone), ("slip-direction", FrictionRows::SlipDirection)];
+}
+
+by_name!(FrictionRows, NAMES, "friction rows");
+
 /// Options of a reduced interface model.
 #[derive(Debug, Clone)]
 pub struct ModelOptions {
@@ -45,6 +67,8 @@ pub struct ModelOptions {
     pub detection: Option<ContactDetection>,
     /// The part of the others in the model of one of several actuators.
     pub split: Split,
+    /// Tangential rows of contacts in space.
+    pub friction_rows: FrictionRows,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
 }
@@ -56,6 +80,7 @@ impl Default for ModelOptions {
             motion: ModelMotion::default(),
             detection: None,
             split: Split::default(),
+            friction_rows: FrictionRows::default(),
             solver: Arc::new(SolverEntry::active_set()),
         }
     }
@@ -64,14 +89,16 @@ impl Default for ModelOptions {
 impl ModelOptions {
     /// Tells whether there is one among them that not all mechanics go together with.
     pub fn depends_on_mechanics(&self) -> bool {
-        self.redundancy != Redundancy::Drop || self.motion == ModelMotion::HalfKick
+        self.redundancy != Redundancy::Drop
+            || self.motion == ModelMotion::HalfKick
+            || self.friction_rows == FrictionRows::SlipDirection
     }
 
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known, and for a
-    /// pseudo-inverse of more contacts than it has room for.
+    /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known, for a
+    /// pseudo-inverse of more contacts than it has room for, and for one row of friction where there are not two, or rows that turn.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
         if self.motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
             return Err(Error::Incompatible(format!(
@@ -86,6 +113,15 @@ impl ModelOptions {
                 self.redundancy,
                 model.contacts()
             )));
+        }
+        if self.friction_rows == FrictionRows::SlipDirection {
+            let why = match (model.has_friction(), model.is_in_space()) {
+                (false, _) => "the contacts have no friction",
+                (true, false) => "contacts in the plane have one tangential row anyway",
+                (true, true) if self.motion == ModelMotion::Frozen => return self.check_friction(),
+                (true, true) => "rows turn from one communication point to the next; use model_motion `frozen`",
+            };
+            return Err(Error::Incompatible(format!("friction_rows = {}: {why}", self.friction_rows)));
         }
         if model.has_friction() { self.check_friction() } else { Ok(()) }
     }

@@ -30,6 +30,7 @@ use super::implicit_feedthrough::ImplicitFeedthrough;
 use super::model_contacts::{FrozenModel, ModelContacts, ModelState};
 use super::moving_model::MovingModel;
 use super::recorded_modes::RecordedModes;
+use super::slip_rows::SlipRows;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, ModelEnd, Sample, SchemeReport, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
@@ -40,6 +41,8 @@ use rimbench_contact::affine_step::{DiscretisedModel, StepContactLaw};
 pub(super) struct ReducedInterface {
     /// The contacts of the model, detected at the communication point.
     set: ContactSet,
+    /// Where contacts in space have one tangential row: the model with it.
+    slip_rows: Option<Box<SlipRows>>,
     /// Eq. 4 as received, and as it stands in this micro step.
     model: MovingModel,
     /// Eq. 4 over one micro step, for the contacts of the set.
@@ -139,7 +142,11 @@ impl ReducedInterface {
 impl CouplingScheme for ReducedInterface {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         if from == Side::Mechanics {
-            let model = sent(sample.model)?;
+            let mut model = sent(sample.model)?;
+            if let Some(rows) = &mut self.slip_rows {
+                rows.write(model);
+                model = rows.plane();
+            }
             // Impulses are still those of the last micro step of the macro step that ends here.
             self.mass.record(self.set.contacts(), &self.state.impulses[..self.discretised.contacts()]);
             self.set.detect(model);

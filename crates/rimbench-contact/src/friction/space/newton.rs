@@ -2,7 +2,7 @@
 
 use super::{SpaceProblem, measure, of, rows, weights};
 use crate::complementarity::{ProposeImpulses, SolveStats, Unsolved};
-use crate::linear_algebra::eliminate_by_rows;
+use crate::linear_algebra::{eliminate_by_rows, eliminate_few};
 use crate::problem::{Coulomb, DenseDelassus, norm};
 
 /// Iterations of one call.
@@ -86,7 +86,15 @@ impl SemismoothNewton {
             iterations += 1;
             let rows = self.linearise(problem, impulses);
             let (jacobian, step) = (&mut self.jacobian[..rows * rows], &mut self.step[..rows]);
-            if !eliminate_by_rows(jacobian, step, &mut self.row) {
+            let solved = match rows {
+                3 => eliminate_few::<3>(jacobian, step),
+                6 => eliminate_few::<6>(jacobian, step),
+                9 => eliminate_few::<9>(jacobian, step),
+                12 => eliminate_few::<12>(jacobian, step),
+                18 => eliminate_few::<18>(jacobian, step),
+                _ => eliminate_by_rows(jacobian, step, &mut self.row),
+            };
+            if !solved {
                 break;
             }
             let Some(after) = self.search(problem, residual, iterations <= FREE_ITERATIONS, impulses) else { break };

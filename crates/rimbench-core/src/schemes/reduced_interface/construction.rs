@@ -11,6 +11,7 @@ use super::super::model_options::{ModelMotion, ModelOptions};
 use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
 use super::super::requirement::Requirement;
+use super::super::slip_rows::SlipRows;
 use super::super::space_contacts::SpaceContacts;
 use super::ReducedInterface;
 use super::contact_set::{ContactSet, Contacts};
@@ -132,12 +133,15 @@ impl ReducedInterface {
                 ],
             },
             moves_model: true,
+            slides: !contacts.are_bilateral(),
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
         }
     }
 
     pub(in super::super) fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
         let ModelConstruction { empty, options, detection } = construction.model()?;
+        let slip_rows = SlipRows::of(empty, options);
+        let empty = slip_rows.as_ref().map_or(empty, |rows| rows.plane());
         let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
         let (solved, discretised) = model_contacts(contacts, detection, empty, options)?;
         let active = match contacts {
@@ -159,6 +163,7 @@ impl ReducedInterface {
             feedthrough: ImplicitFeedthrough::new(n_i),
             micro_step: f64::NAN,
             mass: EffectiveMass::new(empty),
+            slip_rows,
         })
     }
 }
