@@ -155,6 +155,8 @@ fn variant_in_words(variant: &str) -> String {
         "held" => "held force".to_owned(),
         "mean-all" => "mean of all".to_owned(),
         "fine" => "fine mechanics".to_owned(),
+        "one-row" => "one row".to_owned(),
+        "one-row-profile" => "one row, profile".to_owned(),
         "equal" => "equal steps".to_owned(),
         "closings" => "short after closings".to_owned(),
         "defect" => "steps by its defect".to_owned(),
