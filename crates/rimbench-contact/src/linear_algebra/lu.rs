@@ -181,7 +181,9 @@ mod tests {
             let b: Vec<f64> = (0..9).map(|_| rng.random_range(-1.0..1.0)).collect();
             let ([mut a, mut few], [mut b, mut x]) = ([a.clone(), a], [b.clone(), b]);
             if turn == 0 {
-                [&mut a, &mut few].map(|a| a.copy_within(0..9, 9));
+                for matrix in [&mut a, &mut few] {
+                    matrix.copy_within(0..9, 9);
+                }
             }
             let solved = eliminate_by_rows(&mut a, &mut b, &mut [0.0; 9]);
             assert_eq!((solved, eliminate_few::<9>(&mut few, &mut x)), (turn > 0, turn > 0));
