@@ -72,6 +72,11 @@ fn named() -> Named {
                 if labels.contains(label) || drawn.iter().any(in_figure) {
                     let keys = row.keys().flat_map(|key| texts(row, key).into_iter().map(move |text| (key, text)));
                     named.extend(keys.map(|(key, text)| (key.clone(), without_number(text).to_owned())));
+                    // What contacts in space have beside a row that asks for another.
+                    let is_asked = |row: &Table| row.contains_key("friction_rows");
+                    if !is_asked(row) && tables(&experiment, "schemes").into_iter().any(is_asked) {
+                        named.insert(("friction_rows".to_owned(), "cone".to_owned()));
+                    }
                     if let Some(delivery) = row.get("delivery").and_then(Value::as_table) {
                         let texts =
                             delivery.iter().filter_map(|(key, value)| Some((key.clone(), value.as_str()?.to_owned())));

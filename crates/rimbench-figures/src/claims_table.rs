@@ -7,9 +7,12 @@ use std::fmt::Write;
 pub fn claims_markdown(claims: &[CheckedClaim]) -> String {
     let mut text = String::from("| claim | by | quantity | measured | expected | verdict | experiment |\n");
     text.push_str("|---|---|---|---|---|---|---|\n");
-    let said = |of: &str, text: &str| if text.is_empty() { String::new() } else { format!(" *({of} {text})*") };
     for claim in claims {
-        let more = said("superseded:", &claim.superseded) + &said("variant of", &claim.variant_of);
+        // The reason is in claims.csv.
+        let mut more = if claim.superseded.is_empty() { String::new() } else { " *(superseded)*".to_owned() };
+        if !claim.variant_of.is_empty() {
+            let _ = write!(more, " *(variant of {})*", claim.variant_of);
+        }
         let measured = significant(claim.measured.unwrap_or(f64::NAN), 3) + &trust(claim);
         let [by, verdict] = [claim.by.to_string(), claim.verdict.to_string()];
         let cells = [&(claim.text.clone() + &more), &by, &claim.quantity, &measured, &claim.expected, &verdict];
