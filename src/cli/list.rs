@@ -1,13 +1,12 @@
-//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files.
+//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures.
 
 use super::json::Object;
 use super::screen::{cut_width, paragraph, wrap};
-use super::{Format, print, print_json, schema};
+use super::{Format, print, print_json};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::figure_keys;
-use rimbench::fmi::import::case_file_schema;
 use rimbench::metrics::{METRICS, Only};
 use serde_json::Value;
 
@@ -37,10 +36,6 @@ enum What {
     Parameters,
     /// Keys of a list of figures, for `report --figures --file`
     FigureKeys,
-    /// JSON Schema of an experiment file, for editors
-    ExperimentSchema,
-    /// JSON Schema of a case file, for editors
-    CaseSchema,
 }
 
 /// One entry: key and value pairs, in the order of the columns.
@@ -56,8 +51,6 @@ impl List {
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
                 .map(|case| entry(&case.name, &case.about, [("for", case.purpose.to_string())]))
                 .collect(),
-            What::ExperimentSchema => return print_json(&schema::experiment(catalogue)),
-            What::CaseSchema => return print_json(&case_file_schema()),
             What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
                 let message = "--case goes with `list cases` and `list parameters` only";
                 return Err(Error::Incompatible(message.to_owned()).into());

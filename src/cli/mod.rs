@@ -19,7 +19,6 @@ mod report;
 mod reproduce;
 mod run;
 mod run_options;
-mod schema;
 mod screen;
 mod simulate;
 mod submit;
@@ -68,7 +67,7 @@ enum Command {
     Report(report::ReportCommand),
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
-    /// List what there is, by name; schemas of files
+    /// List what there is, by name
     List(list::List),
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),

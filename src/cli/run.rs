@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::project::Project;
 use super::screen::{Mood, verdict};
 use super::submit::Submit;
-use super::summary::remarks;
+use super::summary::not_completed;
 use super::{Format, INTERRUPTED, claims_list, damaged_lines, print, probe_lines, warn_of_cache};
 use anyhow::Context;
 use clap::Args;
@@ -124,7 +124,7 @@ impl Run {
         } else if summary.missing > 0 {
             print(&format!("{} runs are missing: run the other shards, then --collect them", summary.missing))?;
         } else {
-            for remark in remarks(&experiment, &folder)? {
+            if let Some(remark) = not_completed(&experiment, &folder)? {
                 print(&remark)?;
             }
             print(&super::summary::summary(&folder)?)?;

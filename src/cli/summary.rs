@@ -60,27 +60,18 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// Says how many runs did not complete, of all that are stored, and how many were timed while the machine had other things to do.
+/// Says how many runs did not complete, of all that are stored; none if all did.
 ///
 /// # Errors
 /// Those of [`summary`].
-pub(super) fn remarks(experiment: &Experiment, folder: &Path) -> Result<Vec<String>> {
-    let mut remarks = Vec::new();
+pub(super) fn not_completed(experiment: &Experiment, folder: &Path) -> Result<Option<String>> {
     let runs = read_table(&folder.join("runs.csv"))?;
     let tally = Runs::of(&runs)?.tally();
     let silent = tally.no_answer + tally.skipped;
-    if tally.failed + silent > 0 {
-        let silent = if silent > 0 { format!(", {silent} of them without an answer") } else { String::new() };
-        let count = runs.len() - tally.completed;
-        remarks.push(format!("Of all {} runs of {}, {count} did not complete{silent}.", runs.len(), experiment.name()));
-    }
-    let provenance = read_table(&folder.join("provenance.csv"))?;
-    let loaded = provenance.rows_where(provenance.column("machine_load")?, "loaded").len();
-    if loaded > 0 {
-        let count = provenance.len();
-        remarks.push(format!("{loaded} of {count} runs were timed on a busy machine (machine_load in provenance.csv)"));
-    }
-    Ok(remarks)
+    let said = if silent > 0 { format!(", {silent} of them without an answer") } else { String::new() };
+    let (count, all) = (runs.len() - tally.completed, runs.len());
+    Ok((tally.failed + silent > 0)
+        .then(|| format!("Of all {all} runs of {}, {count} did not complete{said}.", experiment.name())))
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
-//! What other programs read: the schema of experiment files, plans and records as JSON.
+//! What other programs read: plans and records as JSON.
 
-use crate::program::{refused, rimbench};
+use crate::program::rimbench;
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
 
 pub fn said(arguments: &[&str]) -> String {
     crate::program::printed(rimbench().args(arguments))
@@ -33,33 +32,6 @@ scheme = "rim-nonsmooth"
 mechanics_steps = "all"
 contact_detection = "margin:1e-3"
 "#;
-
-/// Names between backquotes behind `expected one of` in the error about a key that is none.
-fn known_keys(text: &str) -> BTreeSet<String> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("one.toml");
-    std::fs::write(&path, text).unwrap();
-    let message = refused(rimbench().args(["run", "--dry-run"]).arg(&path));
-    let list = message.split("expected").nth(1).unwrap_or_else(|| panic!("{message}"));
-    list.split('`').skip(1).step_by(2).map(str::to_owned).collect()
-}
-
-#[test]
-fn the_schema_has_the_keys_that_the_reader_has() {
-    let schema = said_json(&["list", "experiment-schema"]);
-    let keys =
-        |object: &Value| -> BTreeSet<String> { object["properties"].as_object().unwrap().keys().cloned().collect() };
-    let own = &schema["properties"];
-    let begin = "question = \"?\"\nmacro_steps_s = [1e-3]\n";
-    for (text, object) in [
-        ("no_such_key = 1\n".to_owned() + begin, &schema),
-        (format!("{begin}[quick]\nno_such_key = 1\n"), &own["quick"]),
-        (format!("{begin}[[cases]]\nname = \"wedge-box\"\nno_such_key = 1\n"), &own["cases"]["items"]),
-        (format!("{begin}[[claims]]\nno_such_key = 1\n"), &own["claims"]["items"]),
-    ] {
-        assert_eq!(known_keys(&text), keys(object), "{text}");
-    }
-}
 
 #[test]
 fn a_plan_as_json_has_every_run_with_its_id_and_its_place() {

@@ -77,9 +77,9 @@ fn compute(
     let store = &folder.store;
     let renewed = todo.iter().filter(|&&index| store.get(&plan[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let provenance = Provenance::collect(job.build);
+    let origin = Provenance::collect(job.build).origin();
     let keep = |index: usize, run: &EvaluatedRun| -> Result<()> {
-        folder.keep(&plan[index], run, &provenance)?;
+        folder.keep(&plan[index], run, origin.clone())?;
         computed.fetch_add(1, Ordering::Relaxed);
         if run.outcome != Outcome::Completed {
             not_completed.fetch_add(1, Ordering::Relaxed);

@@ -22,9 +22,7 @@ use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
 pub use rimbench_results::claims::{Claimant, Verdict};
 use rimbench_results::input::read_text;
-use rimbench_results::schema::schema_of;
 use rimbench_results::text_place::{line_of, said_at};
-use schemars::JsonSchema;
 use scheme_row::{Logs, RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -37,16 +35,13 @@ use toml::Spanned;
 pub(super) const COPY: &str = "experiment.toml";
 
 /// An experiment file as it is written. The format is explained in `experiments/README.md`.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[schemars(title = "Experiment of rimbench")]
 pub struct Experiment {
     /// What the experiment answers, in words.
     pub question: String,
-    #[schemars(length(min = 1))]
     cases: Vec<CaseEntry>,
     #[serde(rename = "schemes")]
-    #[schemars(with = "Vec<BTreeMap<String, serde_json::Value>>", length(min = 1))]
     raw_schemes: Vec<RawRow>,
     #[serde(skip)]
     schemes: Vec<SchemeRow>,
@@ -54,21 +49,16 @@ pub struct Experiment {
     #[serde(default = "one_phase")]
     phases: Phases,
     /// Simulated time, s; the case's own if absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     duration_s: Option<f64>,
     /// Longest micro step of the actuator side, s; the case's own if absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     micro_step_s: Option<f64>,
     /// Store a trace of each run, one row per this many seconds; none if absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub trace_every_s: Option<f64>,
     /// Labels of the scheme rows whose traces are stored; all of them if absent.
     traces: Option<Vec<String>>,
     /// Coarsest of the three steps of the reference, s; the case's own if absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     reference_step_s: Option<f64>,
     /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     wall_limit_s: Option<f64>,
     /// Whether the wall times of its runs are to be compared, so that nothing else may run beside them.
     #[serde(default)]
@@ -90,23 +80,20 @@ pub struct Experiment {
     source: String,
 }
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CaseEntry {
     name: String,
     /// Parameters; a list makes a grid.
     #[serde(default)]
-    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     set: BTreeMap<String, toml::Value>,
     /// Settings of other parameters, drawn at random for each point of that grid.
     draw: Option<Draw>,
     /// Instead of those of the experiment: cases have time scales of their own.
     macro_steps_s: Option<MacroSteps>,
     /// Simulated time, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     duration_s: Option<f64>,
     /// Longest micro step of the actuator side, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     micro_step_s: Option<f64>,
     /// Line of the file in which it begins, from 1.
     #[serde(skip)]
@@ -127,7 +114,7 @@ struct Places {
 }
 
 /// What `--quick` replaces.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Quick {
     macro_steps_s: Option<MacroSteps>,
@@ -135,11 +122,6 @@ struct Quick {
 }
 
 impl Experiment {
-    /// Returns the JSON Schema of an experiment file, as far as it does not depend on the cases and schemes there are.
-    pub fn schema() -> serde_json::Value {
-        schema_of::<Self>()
-    }
-
     /// Reads an experiment file.
     ///
     /// # Errors

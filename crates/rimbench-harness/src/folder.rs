@@ -9,7 +9,7 @@
 use super::experiment::{COPY, Experiment, PlannedRun, plan_sha256};
 use super::files::make_folder;
 use super::job::{Job, Summary};
-use super::provenance::Provenance;
+use super::provenance::RunOrigin;
 use super::references::{References, has_none, obtain_reference};
 use super::results;
 use super::run_row::{Asked, RunRow, TraceMark};
@@ -137,11 +137,11 @@ impl<'a> Folder<'a> {
     ///
     /// # Errors
     /// [`Error::File`] naming the file.
-    pub(super) fn keep(&self, planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance) -> Result<()> {
+    pub(super) fn keep(&self, planned: &PlannedRun, run: &EvaluatedRun, origin: RunOrigin) -> Result<()> {
         let every = self.experiment.trace_of(&planned.label);
         let write = |every| results::write_trace(self.path, &results::trace_name(&planned.id), &run.trajectory, every);
         let mark = every.map(write).transpose()?;
-        self.store.append(RunRow::of(&planned.id, &planned.spec, run, provenance.of_run(), mark))
+        self.store.append(RunRow::of(&planned.id, &planned.spec, run, origin, mark))
     }
 
     /// Reads the folder again, for what others have stored meanwhile, and writes the result files if no run is missing. Returns the places

@@ -3,39 +3,26 @@
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::runs::Given;
 use rimbench_core::error::{Error, Result};
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 
 /// Macro steps one by one, or evenly spread in logarithms.
-#[derive(Debug, Clone, JsonSchema)]
-#[schemars(untagged)]
+#[derive(Debug, Clone)]
 pub(super) enum MacroSteps {
     /// H, s.
-    List(#[schemars(schema_with = "times")] Vec<f64>),
+    List(Vec<f64>),
     Range(MacroStepRange),
 }
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MacroStepRange {
     /// Shortest, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     from: f64,
     /// Longest, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     to: f64,
-    #[schemars(range(min = 1, max = 1000))]
     per_decade: usize,
-}
-
-fn times(_: &mut SchemaGenerator) -> Schema {
-    json_schema!({ "type": "array", "minItems": 1, "items": { "type": "number", "exclusiveMinimum": 0 } })
-}
-
-fn parts(_: &mut SchemaGenerator) -> Schema {
-    json_schema!({ "type": "array", "items": { "type": "number", "exclusiveMinimum": 0, "maximum": 1 } })
 }
 
 /// What is valid, in words.
@@ -117,13 +104,12 @@ impl MacroSteps {
 }
 
 /// A number of phases, or the phases themselves.
-#[derive(Debug, Clone, JsonSchema)]
-#[schemars(untagged)]
+#[derive(Debug, Clone)]
 pub(super) enum Phases {
     /// So many of the phase ensemble.
-    Count(#[schemars(range(min = 1))] usize),
+    Count(usize),
     /// In (0, 1].
-    List(#[schemars(schema_with = "parts")] Vec<f64>),
+    List(Vec<f64>),
 }
 
 impl Phases {

@@ -18,7 +18,6 @@ mod files;
 mod folder;
 mod grid;
 mod job;
-mod load;
 mod provenance;
 mod ranking;
 mod references;
@@ -44,7 +43,6 @@ pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict
 pub use folder::collect_shards;
 pub use grid::{logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
-pub use load::Load;
 pub use provenance::{Provenance, RunOrigin};
 pub use ranking::Ranking;
 pub use references::obtain_reference;

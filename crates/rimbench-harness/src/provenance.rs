@@ -1,11 +1,9 @@
-//! Where a result comes from: source revision, dependencies, compiler, machine, and whether the machine had other things to do.
+//! Where a result comes from: source revision, dependencies, compiler, machine.
 
 use super::build_info::BuildInfo;
-use super::load::{Load, Meter};
 use rimbench_cases::runs::Columns;
 use rimbench_results::checksums::sha256;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::Arc;
 
 /// Where a result comes from. Machine-dependent, therefore kept apart from the results.
 #[derive(Debug)]
@@ -16,26 +14,11 @@ pub struct Provenance {
     pub lock_hash: String,
     /// Processor.
     pub cpu: String,
-    /// How its frequency is governed (`performance`, `powersave`, …); empty where the machine does not tell.
-    pub governor: String,
-    meter: Mutex<Meter>,
 }
 
 /// Columns of `provenance.csv` behind the run id.
-const COLUMNS: [&str; 12] = [
-    "git_revision",
-    "git_dirty",
-    "lock_hash",
-    "version",
-    "rustc",
-    "cpu",
-    "load_1_min",
-    "target",
-    "target_cpu",
-    "governor",
-    "other_load",
-    "machine_load",
-];
+const COLUMNS: [&str; 8] =
+    ["git_revision", "git_dirty", "lock_hash", "version", "rustc", "cpu", "target", "target_cpu"];
 
 /// Where one run was made, column by column; what rows have in common is held once.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -53,53 +36,21 @@ impl RunOrigin {
 }
 
 impl Provenance {
-    /// Collects what is known of a program built like this, here and now.
+    /// Collects what is known of a program built like this, here.
     pub fn collect(build: &BuildInfo) -> Self {
         Provenance {
             build: *build,
             lock_hash: sha256(build.lock_file)[..16].to_owned(),
-            // The machine says anew now and then what its load is; asking for each run would cost more than the answer is worth.
-            meter: Mutex::new(Meter::start(Duration::from_secs(1))),
             cpu: cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
-            governor: governor(),
         }
     }
 
-    /// Where a run was made that has just ended.
-    pub(super) fn of_run(&self) -> RunOrigin {
-        let load = self.load();
+    /// What stands in the row of each run that is made here.
+    pub(super) fn origin(&self) -> RunOrigin {
         let BuildInfo { git_revision, git_dirty, version, rustc, target, target_cpu, .. } = self.build;
-        let others = load.others.map_or_else(String::new, |others| format!("{others:.2}"));
-        let (lock_hash, cpu, governor, verdict) = (&*self.lock_hash, &*self.cpu, &*self.governor, load.verdict());
-        RunOrigin(
-            [
-                git_revision,
-                git_dirty,
-                lock_hash,
-                version,
-                rustc,
-                cpu,
-                &load.one_minute,
-                target,
-                target_cpu,
-                governor,
-                &others,
-                verdict,
-            ]
-            .map(Arc::from)
-            .into(),
-        )
+        let texts = [git_revision, git_dirty, &self.lock_hash, version, rustc, &self.cpu, target, target_cpu];
+        RunOrigin(texts.map(Arc::from).into())
     }
-
-    /// The load of the machine by now.
-    pub fn load(&self) -> Load {
-        self.meter.lock().unwrap_or_else(PoisonError::into_inner).read()
-    }
-}
-
-fn governor() -> String {
-    let path = "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor";
-    std::fs::read_to_string(path).unwrap_or_default().trim().to_owned()
 }
 
 fn cpu_model() -> Option<String> {

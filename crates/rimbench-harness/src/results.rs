@@ -3,7 +3,7 @@
 //! ```text
 //! runs.csv        one row per run: what determines it, outcome, metrics, counters; deterministic
 //! cost.csv        one row per run: wall time, latency of macro steps; machine-dependent
-//! provenance.csv  one row per run: revision, lock file, compiler, processor, load
+//! provenance.csv  one row per run: revision, lock file, compiler, processor
 //! parameters.csv  every parameter of every case, resolved
 //! settings.csv    what scales the coupling of each set of parameters, and how many draws were rejected before it
 //! reference.csv   uncertainty and observed order of the reference, per column

@@ -6,6 +6,5 @@ pub mod claims;
 pub mod input;
 pub mod kept;
 pub mod results_table;
-pub mod schema;
 pub mod text_place;
 pub mod trace;

@@ -2,33 +2,25 @@
 
 use rimbench_cases::cases::{Parameter, Range};
 use rimbench_core::cosim::Side;
-use rimbench_results::schema::schema_of;
-use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// A case file as it is written.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[schemars(title = "Case of rimbench made of FMUs")]
 pub(super) struct CaseFile {
-    #[schemars(extend("pattern" = "^[a-z][a-z0-9]*(-[a-z0-9]+)*$"))]
     pub(super) name: String,
     /// One line.
     #[serde(default)]
     pub(super) about: String,
     /// Simulated time, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) duration_s: f64,
     /// Usual H, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) macro_step_s: f64,
     /// Longest step of the actuator, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) micro_step_s: Option<f64>,
     /// Coarsest of the three steps of the reference, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) reference_step_s: Option<f64>,
     /// Magnitudes of the motion at the interface, below a share of which a force or a motion is nothing.
     pub(super) scale: Option<ScaleTable>,
@@ -36,19 +28,12 @@ pub(super) struct CaseFile {
     pub(super) process: ProcessKind,
     /// After so long without an answer a process is ended, s.
     #[serde(default = "minute")]
-    #[schemars(range(min = SHORTEST_ANSWER))]
     pub(super) answer_within_s: f64,
     pub(super) mechanics: SideTable,
     pub(super) actuator: SideTable,
-    #[schemars(length(min = 1))]
     pub(super) interface: Vec<Row>,
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, ParameterTable>,
-}
-
-/// Returns the JSON Schema of a case file.
-pub fn case_file_schema() -> serde_json::Value {
-    schema_of::<CaseFile>()
 }
 
 impl CaseFile {
@@ -61,18 +46,15 @@ fn minute() -> f64 {
     60.0
 }
 
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ScaleTable {
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) position_m: f64,
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) velocity_m_s: f64,
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) force_n: f64,
 }
 
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum ProcessKind {
     /// Each FMU in a process of its own.
@@ -82,7 +64,7 @@ pub(super) enum ProcessKind {
     Same,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SideTable {
     /// The file of an FMU, relative to this one.
@@ -99,7 +81,6 @@ pub(super) struct SideTable {
     pub(super) needs: Vec<PathBuf>,
     /// Values that are set before a run.
     #[serde(default)]
-    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub(super) start: BTreeMap<String, toml::Value>,
     /// Variables that become columns.
     #[serde(default)]
@@ -109,11 +90,10 @@ pub(super) struct SideTable {
     /// Whether outputs follow inputs at once.
     pub(super) direct_feedthrough: Option<bool>,
     /// The longest step by which an FMU without derivatives is probed, s.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) probe_step_s: Option<f64>,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Row {
     pub(super) columns: Option<[String; 3]>,
@@ -121,7 +101,7 @@ pub(super) struct Row {
     pub(super) actuator: Ends,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Ends {
     /// None: the side knows velocity and force alone.
@@ -131,7 +111,7 @@ pub(super) struct Ends {
 }
 
 /// A variable, and what its value is multiplied by besides its unit.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
 #[serde(
     untagged,
     deny_unknown_fields,
@@ -145,12 +125,11 @@ pub(super) enum End {
     },
     Scaled {
         variable: String,
-        #[schemars(extend("not" = { "const": 0 }))]
         factor: f64,
     },
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ParameterTable {
     pub(super) default: f64,

@@ -24,7 +24,6 @@ mod python;
 mod side;
 
 pub use case::{Programs, read_case};
-pub use case_file::case_file_schema;
 pub use library::standard_output;
 pub use probing::{ProbeQuality, SideNotes};
 pub use process::{WORKER, serve};

@@ -3,7 +3,6 @@
 use rimbench_cases::metrics::{METRICS, is_signed};
 use rimbench_core::cosim::OutcomeKind;
 use rimbench_results::claims::{Claimant, Verdict};
-use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
 
@@ -11,7 +10,7 @@ use std::fmt;
 const SAME_STEP: f64 = 1e-9;
 
 /// One claim of an experiment file.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
     /// Short name.
@@ -32,7 +31,6 @@ pub struct Claim {
     /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
     pub(crate) at_equal: Option<String>,
     /// The macro step it is about; all of them if absent.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) macro_step_s: Option<f64>,
     /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `diverged` (1 or 0, of every run that gave an answer), or `diverged_at_s`.
     pub(crate) metric: String,
@@ -44,7 +42,6 @@ pub struct Claim {
     #[serde(default)]
     pub(crate) statistic: Statistic,
     /// A comparison with a number, for example `>= 2`.
-    #[schemars(with = "String", extend("pattern" = r"^\s*(>=|<=)\s*[-+0-9.eE]+\s*$"))]
     pub(crate) expect: Expectation,
     /// What was found when the experiment was last looked at.
     pub finding: Verdict,
@@ -58,7 +55,7 @@ pub struct Claim {
 }
 
 /// What to make of several runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Statistic {
     #[default]

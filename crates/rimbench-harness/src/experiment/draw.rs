@@ -8,7 +8,6 @@ use rimbench_cases::cases::{Case, Parameter, Range};
 use rimbench_cases::metrics::ContactEvent;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::latin_hypercube;
-use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 
@@ -22,16 +21,14 @@ const LOGARITHMIC: f64 = 10.0;
 const MOST_HYPERCUBES: usize = 64;
 
 /// The key `draw` of a case: a Latin hypercube over ranges of its parameters, the same at each point of the grid.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Draw {
     /// Number of settings.
-    #[schemars(range(min = 1))]
     #[serde(deserialize_with = "whole")]
     pub(super) settings: usize,
     /// What the draws start from; the same seed has the same settings.
     #[serde(deserialize_with = "whole")]
-    #[schemars(with = "usize")]
     seed: usize,
     /// Parameters that are drawn over the range that the case declares as sensible.
     #[serde(default)]
@@ -41,7 +38,6 @@ pub(super) struct Draw {
     ranges: BTreeMap<String, [f64; 2]>,
     /// What must happen in the reference at each point of the grid: a setting in which it does not is drawn again.
     #[serde(default, deserialize_with = "event")]
-    #[schemars(with = "Option<String>", extend("enum" = ["closing", "opening", "sticking"]))]
     pub(super) requires: Option<ContactEvent>,
 }
 
