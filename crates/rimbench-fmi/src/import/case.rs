@@ -1,8 +1,6 @@
 //! The case that a case file and its FMUs make.
 
-use super::case_file::{
-    CaseFile, ParameterTable, ProcessKind, SHORTEST_ANSWER, ScaleTable, check_parameter, columns, parameters,
-};
+use super::case_file::{CaseFile, ProcessKind, ScaleTable, columns, parameters};
 use super::member::{FmuMember, Process};
 use super::probing::SideNotes;
 use super::python::PythonMember;
@@ -15,10 +13,9 @@ use rimbench_cases::cases::{
 };
 use rimbench_core::cosim::{PerSide, Ports, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::name::{Name, check_new_name};
+use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
 use rimbench_results::input::read_text;
-use rimbench_results::text_place::said_at;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -77,12 +74,19 @@ impl Member {
         }
     }
 
-    /// Whether it takes steps of any length, and its own, s.
-    fn steps(&self) -> (bool, Option<f64>) {
+    /// Its own step, s.
+    fn own_step(&self) -> Option<f64> {
         match self {
-            Member::Fmu(fmu) => (fmu.unpacked.description.any_step, fmu.unpacked.description.internal_step),
-            Member::Python(_) => (true, None),
+            Member::Fmu(fmu) => fmu.unpacked.description.internal_step,
+            Member::Python(_) => None,
         }
+    }
+
+    /// The steps that it takes.
+    fn steps(&self) -> PossibleSteps {
+        let any = !matches!(self, Member::Fmu(fmu) if !fmu.unpacked.description.any_step);
+        // Of one that takes steps of any length its own step is a wish.
+        PossibleSteps { equal: !any, multiple_of: self.own_step().filter(|_| !any) }
     }
 
     fn side(&self, parameters: &Parameters, Started { process, notes }: &Started) -> Result<ImportedSide> {
@@ -124,147 +128,36 @@ impl Member {
 pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
     let text = read_text(path)?;
-    let file: CaseFile = toml::from_str(&text)
-        .map_err(|error| wrong(format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message()))))?;
-    check_new_name("case", &file.name, std::iter::empty()).map_err(|error| wrong(error.to_string()))?;
-    let times = [
-        ("duration_s".to_owned(), Some(file.duration_s)),
-        ("macro_step_s".to_owned(), Some(file.macro_step_s)),
-        ("micro_step_s".to_owned(), file.micro_step_s),
-        ("reference_step_s".to_owned(), file.reference_step_s),
-    ];
-    let probes =
-        Side::BOTH.map(|side| (format!("probe_step_s of [{}]", side_name(side)), file.side(side).probe_step_s));
-    for (key, value) in times.into_iter().chain(probes).filter_map(|(key, value)| Some((key, value?))) {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
-        }
-    }
-    let scale =
-        file.scale.map(|ScaleTable { position_m, velocity_m_s, force_n }| Scale { position_m, velocity_m_s, force_n });
-    for (key, value) in scale
-        .iter()
-        .flat_map(|of| [("position_m", of.position_m), ("velocity_m_s", of.velocity_m_s), ("force_n", of.force_n)])
-    {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(wrong(Error::invalid(format!("{key} of scale"), value, "a finite number above 0").to_string()));
-        }
-    }
-    let patience = file.answer_within_s;
-    if !(patience.is_finite() && patience >= SHORTEST_ANSWER) {
-        let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
-        return Err(wrong(Error::invalid("answer_within_s", patience, valid).to_string()));
-    }
-    let micro_step_s = file.micro_step_s.unwrap_or(file.macro_step_s);
-    if micro_step_s > file.macro_step_s {
-        let valid = format!("at most macro_step_s, {} s", file.macro_step_s);
-        return Err(wrong(Error::invalid("micro_step_s", micro_step_s, valid).to_string()));
-    }
-    file.parameters.iter().try_for_each(|(name, table)| check_parameter(name, table)).map_err(wrong)?;
-    if file.interface.is_empty() {
-        return Err(wrong("has no [[interface]]: at least one row couples the two sides".to_owned()));
-    }
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = CaseFile::parse(&text).map_err(wrong)?;
     let rows = columns(&file.interface);
-    let usual = |digest: &str| {
-        let parameters = parameters(&file, digest.to_owned());
-        Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s)
-    };
-    let python = programs.python.clone().unwrap_or_else(|| "python3".into());
-    let member = |side: Side| {
-        let table = file.side(side);
-        let opened = match (&table.fmu, &table.python, &table.class) {
-            (Some(fmu), None, None) => {
-                FmuMember::open(&file, &folder.join(fmu), side, &rows).map(|fmu| Member::Fmu(Box::new(fmu)))
-            }
-            (None, Some(script), Some(class)) => {
-                let side = PythonMember::open(&file, (&folder.join(script), class), side, &rows, &python, &usual(""));
-                side.map(|python| Member::Python(Box::new(python)))
-            }
-            _ => {
-                let valid = "fmu = \"….fmu\", or python = \"….py\" and class = \"…\"";
-                return Err(wrong(format!("[{}] is no side; valid: {valid}", side_name(side))));
-            }
-        };
-        opened.map_err(|error| match error {
-            Error::File { .. } => error,
-            other => wrong(other.to_string()),
-        })
-    };
-    let of_python = Side::BOTH.into_iter().any(|side| file.side(side).python.is_some());
-    let unused = |table: &&ParameterTable| table.mechanics.is_none() && table.actuator.is_none();
-    if let Some((name, _)) = file.parameters.iter().find(|(_, table)| !of_python && unused(table)) {
-        return Err(wrong(format!("[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\"")));
-    }
-    let mut members = PerSide { mechanics: member(Side::Mechanics)?, actuator: member(Side::Actuator)? };
+    let mut members = open_members(path, &file, &rows, programs.python.as_deref())?;
     check_coupling(members.as_ref().map(Member::ports)).map_err(|error| {
         wrong(format!(
             "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
         ))
     })?;
-    let interface_columns = rows
-        .iter()
-        .map(|[position, velocity, force]| InterfaceColumns::new(position.clone(), velocity.clone(), force.clone()));
-    let interface_columns = interface_columns.collect();
-    let mut trace: Vec<Name> = vec!["time_s".into()];
-    trace.extend(rows.iter().flatten().cloned().map(Name::from));
-    trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
-    for side in Side::BOTH {
-        trace.extend(members[side].observables().iter().cloned());
-    }
-    if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
-        return Err(wrong(format!(
-            "a column of the trace is named {:?}; valid: a name without commas, quotes and line breaks",
-            name.to_string()
-        )));
-    }
-    let mut seen = BTreeSet::new();
-    if let Some(twice) = trace.iter().find(|name| !seen.insert((*name).clone())) {
-        return Err(wrong(format!("two columns of the trace are named `{twice}`")));
-    }
+    let trace_columns = trace_columns(&rows, &members).map_err(wrong)?;
     let mut hash = Sha256::new();
     hash.update(&text);
     Side::BOTH.into_iter().for_each(|side| hash.update(members[side].digest()));
     let digest = hex(&hash.finalize()[..8]);
-    let own = match (file.process, programs.worker) {
+    let process = match (file.process, programs.worker) {
         (ProcessKind::Own, Some(worker)) => Process::Own {
             worker,
             // What is longer is for ever.
-            answer_within: Duration::from_secs_f64(patience.min(1e9)),
+            answer_within: Duration::from_secs_f64(file.answer_within_s.min(1e9)),
         },
         _ => Process::Same,
     };
-    let started = Started { process: own, notes: programs.notes };
-    let steps = members.as_ref().map(|member| {
-        let (any, own) = member.steps();
-        // Of one that takes steps of any length its own step is a wish.
-        PossibleSteps { equal: !any, multiple_of: own.filter(|_| !any) }
-    });
-    let macro_step_s = file.macro_step_s;
-    let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
-    for side in Side::BOTH {
-        // The finest of the three solutions takes a quarter of the step.
-        if let Some(unit) = steps[side].multiple_of.filter(|_| !steps[side].allows(0.25 * reference_step_s)) {
-            let valid = format!(
-                "a multiple of {:e} s: the FMU of the {} takes multiples of {unit:e} s",
-                4.0 * unit,
-                side_name(side)
-            );
-            return Err(wrong(Error::invalid("reference_step_s", reference_step_s, valid).to_string()));
-        }
-    }
-    let defaults = CaseDefaults {
-        duration_s: file.duration_s,
-        macro_step_s,
-        micro_step_s,
-        reference_step_s,
-        reference_sampling_s: micro_step_s,
-    };
+    let started = Started { process, notes: programs.notes };
+    let steps = members.as_ref().map(Member::steps);
+    let defaults = steps_of_case(&file, &steps).map_err(wrong)?;
     note_odd_steps(&members, &defaults);
-    let usual = usual(&digest);
     let parameters = parameters(&file, digest);
-    let tried =
-        if Side::BOTH.into_iter().all(|side| steps[side].allows(micro_step_s)) { micro_step_s } else { macro_step_s };
+    let macro_step_s = file.macro_step_s;
+    let is_allowed = |side: Side| steps[side].allows(defaults.micro_step_s);
+    let tried = if Side::BOTH.into_iter().all(is_allowed) { defaults.micro_step_s } else { macro_step_s };
+    let usual = Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s);
     let doubts = try_out(&members, &usual, &started, [macro_step_s, tried])?;
     if let Some(words) = doubts.reversed {
         return Err(Error::file(
@@ -287,15 +180,87 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         Ok(CoupledSystem::new(sides.mechanics, sides.actuator))
     };
     let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
-    let case = Case {
-        trace_columns: trace,
-        interface_columns,
+    let scale =
+        file.scale.map(|ScaleTable { position_m, velocity_m_s, force_n }| Scale { position_m, velocity_m_s, force_n });
+    let interface_columns =
+        rows.into_iter().map(|[position, velocity, force]| InterfaceColumns::new(position, velocity, force));
+    Ok(Case {
+        trace_columns,
+        interface_columns: interface_columns.collect(),
         steps,
         scale,
         waits: true,
         ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
+    })
+}
+
+/// Opens what the file names as its two sides.
+fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Option<&Path>) -> Result<PerSide<Member>> {
+    let wrong = |message: String| Error::file(path, message);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let open = |side: Side| {
+        let table = file.side(side);
+        let opened = match (&table.fmu, &table.python, &table.class) {
+            (Some(fmu), None, None) => {
+                FmuMember::open(file, &folder.join(fmu), side, rows).map(|fmu| Member::Fmu(Box::new(fmu)))
+            }
+            (None, Some(script), Some(class)) => {
+                let usual = Parameters::defaults(file.name.clone().into(), &parameters(file, String::new()));
+                let (python, usual) = (python.unwrap_or(Path::new("python3")), usual.lasting(file.duration_s));
+                PythonMember::open(file, (&folder.join(script), class), side, rows, python, &usual)
+                    .map(|python| Member::Python(Box::new(python)))
+            }
+            _ => {
+                let valid = "fmu = \"….fmu\", or python = \"….py\" and class = \"…\"";
+                return Err(wrong(format!("[{}] is no side; valid: {valid}", side_name(side))));
+            }
+        };
+        opened.map_err(|error| match error {
+            Error::File { .. } => error,
+            other => wrong(other.to_string()),
+        })
     };
-    Ok(case)
+    Ok(PerSide { mechanics: open(Side::Mechanics)?, actuator: open(Side::Actuator)? })
+}
+
+/// Names the columns of the trace: time, the rows of the interface, forces at the mechanics, what the sides let observe.
+fn trace_columns(rows: &[[String; 3]], members: &PerSide<Member>) -> Result<Vec<Name>, String> {
+    let mut trace: Vec<Name> = vec!["time_s".into()];
+    trace.extend(rows.iter().flatten().cloned().map(Name::from));
+    trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
+    Side::BOTH.into_iter().for_each(|side| trace.extend(members[side].observables().iter().cloned()));
+    if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
+        let name = name.to_string();
+        return Err(format!(
+            "a column of the trace is named {name:?}; valid: a name without commas, quotes and line breaks"
+        ));
+    }
+    let mut seen = BTreeSet::new();
+    match trace.iter().find(|name| !seen.insert((*name).clone())) {
+        Some(twice) => Err(format!("two columns of the trace are named `{twice}`")),
+        None => Ok(trace),
+    }
+}
+
+/// The times of the case, if the sides can take steps for its reference.
+fn steps_of_case(file: &CaseFile, steps: &PerSide<PossibleSteps>) -> Result<CaseDefaults, String> {
+    let micro_step_s = file.micro_step_s();
+    let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
+    for side in Side::BOTH {
+        // The finest of the three solutions takes a quarter of the step.
+        if let Some(unit) = steps[side].multiple_of.filter(|_| !steps[side].allows(0.25 * reference_step_s)) {
+            let (least, side) = (4.0 * unit, side_name(side));
+            let valid = format!("a multiple of {least:e} s: the FMU of the {side} takes multiples of {unit:e} s");
+            return Err(Error::invalid("reference_step_s", reference_step_s, valid).to_string());
+        }
+    }
+    Ok(CaseDefaults {
+        duration_s: file.duration_s,
+        macro_step_s: file.macro_step_s,
+        micro_step_s,
+        reference_step_s,
+        reference_sampling_s: micro_step_s,
+    })
 }
 
 /// Most rounds in which both sides tell each other with what they begin.
@@ -369,7 +334,7 @@ fn try_out(
 /// Notes steps of a case that are no multiples of what an FMU says is its own.
 fn note_odd_steps(members: &PerSide<Member>, times: &CaseDefaults) {
     for member in [&members.mechanics, &members.actuator] {
-        let Some(own) = member.steps().1 else { continue };
+        let Some(own) = member.own_step() else { continue };
         let steps = PossibleSteps { equal: false, multiple_of: Some(own) };
         let odd = [
             ("macro_step_s", times.macro_step_s),

@@ -1,7 +1,11 @@
 //! A case file that names two FMUs.
 
+use crate::export::side_name;
 use rimbench_cases::cases::{Parameter, Range};
 use rimbench_core::cosim::Side;
+use rimbench_core::error::Error;
+use rimbench_core::name::check_new_name;
+use rimbench_results::text_place::said_at;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -37,6 +41,66 @@ pub(super) struct CaseFile {
 }
 
 impl CaseFile {
+    /// Reads the text of a case file and checks what needs no FMU.
+    ///
+    /// # Errors
+    /// What is wrong, where, and what would be valid.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let file: CaseFile = toml::from_str(text)
+            .map_err(|error| format!("is no case of FMUs: {}", said_at(text, error.span(), error.message())))?;
+        check_new_name("case", &file.name, std::iter::empty()).map_err(|error| error.to_string())?;
+        for (key, value, least, valid) in file.numbers() {
+            if !(value.is_finite() && value > 0.0 && value >= least) {
+                return Err(Error::invalid(key, value, valid).to_string());
+            }
+        }
+        if file.micro_step_s() > file.macro_step_s {
+            let valid = format!("at most macro_step_s, {} s", file.macro_step_s);
+            return Err(Error::invalid("micro_step_s", file.micro_step_s(), valid).to_string());
+        }
+        file.parameters.iter().try_for_each(|(name, table)| check_parameter(name, table))?;
+        if file.interface.is_empty() {
+            return Err("has no [[interface]]: at least one row couples the two sides".to_owned());
+        }
+        let of_python = Side::BOTH.into_iter().any(|side| file.side(side).python.is_some());
+        let unused = |table: &&ParameterTable| table.mechanics.is_none() && table.actuator.is_none();
+        match file.parameters.iter().find(|(_, table)| !of_python && unused(table)) {
+            Some((name, _)) => {
+                Err(format!("[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""))
+            }
+            None => Ok(file),
+        }
+    }
+
+    /// Its times and magnitudes: key, value, least value, what is valid.
+    fn numbers(&self) -> Vec<(String, f64, f64, String)> {
+        let time = |key: &str, value| (key.to_owned(), value, "a finite time above 0 s");
+        let times = [
+            Some(time("duration_s", self.duration_s)),
+            Some(time("macro_step_s", self.macro_step_s)),
+            self.micro_step_s.map(|step| time("micro_step_s", step)),
+            self.reference_step_s.map(|step| time("reference_step_s", step)),
+        ];
+        let probes = Side::BOTH.into_iter().filter_map(|side| {
+            Some(time(&format!("probe_step_s of [{}]", side_name(side)), self.side(side).probe_step_s?))
+        });
+        let magnitude = |(key, value)| (format!("{key} of scale"), value, "a finite number above 0");
+        let scale = self.scale.iter().flat_map(|of| {
+            [("position_m", of.position_m), ("velocity_m_s", of.velocity_m_s), ("force_n", of.force_n)].map(magnitude)
+        });
+        let positive = times.into_iter().flatten().chain(probes).chain(scale);
+        let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
+        positive
+            .map(|(key, value, valid)| (key, value, 0.0, valid.to_owned()))
+            .chain([("answer_within_s".to_owned(), self.answer_within_s, SHORTEST_ANSWER, valid)])
+            .collect()
+    }
+
+    /// Longest step of the actuator, s.
+    pub(super) fn micro_step_s(&self) -> f64 {
+        self.micro_step_s.unwrap_or(self.macro_step_s)
+    }
+
     pub(super) fn side(&self, side: Side) -> &SideTable {
         if side == Side::Mechanics { &self.mechanics } else { &self.actuator }
     }
@@ -147,10 +211,10 @@ pub(super) struct ParameterTable {
 pub(super) const DIGEST: &str = "fmu_digest";
 
 /// Shortest time that a process is given for an answer, s.
-pub(super) const SHORTEST_ANSWER: f64 = 1e-3;
+const SHORTEST_ANSWER: f64 = 1e-3;
 
 /// Checks what of a parameter needs no FMU.
-pub(super) fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<(), String> {
+fn check_parameter(name: &str, table: &ParameterTable) -> Result<(), String> {
     if name == DIGEST {
         return Err(format!("[parameters.{name}]: that name is taken by the hash of FMUs"));
     }
