@@ -16,6 +16,7 @@ fn main() {
         ("RIMBENCH_RUSTC", said_by(Command::new(rustc).arg("--version")).unwrap_or_else(|| "unknown".into())),
         ("RIMBENCH_TARGET", std::env::var("TARGET").unwrap_or_else(|_| "unknown".into())),
         ("RIMBENCH_TARGET_CPU", target_cpu()),
+        ("RIMBENCH_BUILD_SETTINGS", settings()),
     ];
     for (name, value) in facts {
         println!("cargo::rustc-env={name}={value}");
@@ -60,6 +61,27 @@ fn target_cpu() -> String {
     let mut cpus =
         flags.split('\u{1f}').filter_map(|flag| flag.strip_prefix("-C").unwrap_or(flag).strip_prefix("target-cpu="));
     cpus.next_back().unwrap_or("generic").to_owned()
+}
+
+/// Profile, and what environment and flags change of it: instructions compare only between builds that are alike. Settings of the profile in
+/// `Cargo.toml` belong to the revision.
+fn settings() -> String {
+    const CHANGES: [&str; 7] = [
+        "CARGO_INCREMENTAL",
+        "CARGO_PROFILE_RELEASE_CODEGEN_UNITS",
+        "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS",
+        "CARGO_PROFILE_RELEASE_INCREMENTAL",
+        "CARGO_PROFILE_RELEASE_LTO",
+        "CARGO_PROFILE_RELEASE_OPT_LEVEL",
+        "CARGO_PROFILE_RELEASE_PANIC",
+    ];
+    let changed = CHANGES.iter().filter_map(|name| {
+        println!("cargo::rerun-if-env-changed={name}");
+        std::env::var(name).ok().map(|value| format!(" {name}={value}"))
+    });
+    let flags = std::env::var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default().replace('\u{1f}', " ");
+    let profile = std::env::var("PROFILE").unwrap_or_default();
+    format!("{profile}{} {flags}", changed.collect::<String>()).trim_end().to_owned()
 }
 
 /// Revision and state of a package from a registry, which says so in a file.

@@ -58,6 +58,7 @@ pub const BUILD: harness::BuildInfo = harness::BuildInfo {
     rustc: env!("RIMBENCH_RUSTC"),
     target: env!("RIMBENCH_TARGET"),
     target_cpu: env!("RIMBENCH_TARGET_CPU"),
+    settings: env!("RIMBENCH_BUILD_SETTINGS"),
 };
 
 /// Everything that this program can run by name.

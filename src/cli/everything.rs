@@ -97,7 +97,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
     figures.par_iter().try_for_each(|figure| figure.make(out, &styles).map(drop))?;
     if whole {
-        let differing = Ranking::read(RANKING.as_ref())?.write(catalogue, out, Project::experiment)?;
+        let differing = Ranking::read(RANKING.as_ref())?.write(catalogue, out, &out.join("ranking"))?;
         changed += differing.len();
         write_page(catalogue, &out.join(PAPER))?;
     }

@@ -57,7 +57,7 @@ enum Command {
     Simulate(simulate::Simulate),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
-    /// Say which scheme and macro step are cheapest within an error, and why not the others
+    /// Say which scheme and macro step are cheapest within an error
     Advise(advise::Advise),
     /// Run what is missing of an experiment, here or on a cluster
     Run(run::Run),

@@ -1,41 +1,27 @@
 //! `rimbench advise`: nothing in an exhaustive sweep is cheaper than what is advised, and what cannot be told is said.
 
-use crate::program::{call, json};
+use crate::program::{assert_has, cache, call, json, refused};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{ForceReturn, MechanicsSteps, Outcome, Sequence, Side, StopFlag};
-use rimbench::harness::{
-    Advice, Cache, Information, METRIC, Question, USUAL_PRICES, advise, logarithmic_grid, obtain_reference,
-    phase_ensemble,
-};
+use rimbench::harness::{Cache, METRIC, USUAL_PRICES, obtain_reference, phase_ensemble};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{RunRequest, evaluate, simulate};
 use serde_json::Value;
 
 const PHASES: usize = 8;
 
-/// The advice, and the macro steps that were tried.
-fn advice(
-    case: &str,
-    change: impl Fn(&mut RunRequest),
-    error: f64,
-    [from, to]: [f64; 2],
-) -> (Advice, Vec<f64>, RunRequest) {
-    let mut fixed = RunRequest { case: Some(case.to_owned()), ..RunRequest::default() };
-    change(&mut fixed);
-    let macro_steps = logarithmic_grid(from, to, 5).unwrap();
-    let question = Question {
-        catalogue: &Catalogue::standard(),
-        fixed: &fixed,
-        error,
-        information: Information::ALL,
-        prices: USUAL_PRICES,
-        macro_steps: &macro_steps,
-        phases: PHASES,
-        cache: &Cache::in_folder(crate::program::cache()),
-        progress: &|_| {},
-        stop: StopFlag::never(),
-    };
-    (advise(question).unwrap(), macro_steps, fixed)
+/// An advice as JSON.
+fn advised(options: &str) -> Value {
+    json(&mut call(&format!("advise --per-decade 5 --format json {options}")))
+}
+
+/// What a choice comes to when its command is called, at its own phase or at another.
+fn called_again(choice: &Value, phase: Option<f64>) -> Value {
+    let mut words: Vec<&str> = choice["command"].as_str().unwrap().split(' ').skip(1).collect();
+    let place = 1 + words.iter().position(|word| *word == "--phase").unwrap();
+    let phase = phase.map_or_else(|| words[place].to_owned(), |phase| phase.to_string());
+    words[place] = &phase;
+    json(&mut call(&format!("{} --format json", words.join(" "))))
 }
 
 /// Every scheme in every form at every macro step, by loops of its own and as many phases again: nothing that meets the error is cheaper.
@@ -51,50 +37,47 @@ fn nothing_in_an_exhaustive_sweep_is_cheaper_than_what_is_advised_and_that_holds
         (sides[0], Some(ForceReturn::Profile), Some(MechanicsSteps::AsActuator)),
         (sides[1], Some(ForceReturn::Held), None),
     ];
-    let catalogue = Catalogue::standard();
+    let (catalogue, cache) = (Catalogue::standard(), Cache::in_folder(cache()));
     let place = METRICS.iter().position(|metric| metric.name == METRIC).unwrap();
-    for (case, duration_s, error, range) in
-        [("elastic-bar", None, 0.02, [2.5e-6, 1e-4]), ("wedge-box", Some(0.3), 0.01, [1e-3, 2e-2])]
-    {
-        let (advice, macro_steps, fixed) = advice(case, |request| request.duration_s = duration_s, error, range);
-        let [best, other] = [0, 1].map(|rank| &advice.rows[advice.chosen[rank]]);
-        let met = best.met.as_ref().unwrap();
-        assert!(met.cost <= other.met.as_ref().unwrap().cost && best.request.scheme != other.request.scheme);
-        assert!(met.time_per_step_s().unwrap() > 0.0);
-        let cost_within = |request: &RunRequest, phases: &[f64]| {
+    for (case, duration_s, error, range) in [
+        ("elastic-bar", None, 0.02, "--from 2.5e-6 --to 1e-4"),
+        ("wedge-box", Some(0.3), 0.01, "--duration 0.3 --from 1e-3 --to 2e-2"),
+    ] {
+        let advice = advised(&format!("--case {case} --error {error} --phases {PHASES} {range}"));
+        let (best, other) = (&advice["advised"], &advice["runner_up"]);
+        let least = best["cost"].as_f64().unwrap();
+        assert!(least <= other["cost"].as_f64().unwrap() && best["scheme"] != other["scheme"], "{advice:#}");
+        assert!(best["time_per_macro_step_s"].as_f64().unwrap() > 0.0);
+        for &phase in &phase_ensemble(2 * PHASES)[PHASES..] {
+            assert!(called_again(best, Some(phase))[METRIC].as_f64().unwrap() <= error, "{case} at {phase}: {best:#}");
+        }
+        let cost_within = |request: &RunRequest| {
             let mut cost = 0.0_f64;
-            for &phase in phases {
+            for phase in phase_ensemble(PHASES) {
                 let spec = RunRequest { phase: Some(phase), ..request.clone() }.resolve(&catalogue).ok()?;
-                let cache = Cache::in_folder(crate::program::cache());
                 let reference = obtain_reference(&spec, &cache, StopFlag::never()).unwrap();
                 let result = simulate(&spec, reference.bounds(&spec).unwrap(), None, StopFlag::never()).unwrap();
                 let run = evaluate(&spec, result, &reference).unwrap();
                 if run.outcome != Outcome::Completed || run.found.metrics[place].is_none_or(|own| own > error) {
                     return None;
                 }
-                let (sides, scheme) = (&run.found.work.sides, &run.found.work.scheme);
-                let counts = [
-                    run.found.work.cosim.exchanges,
-                    sides.mechanics.micro_steps,
-                    sides.actuator.micro_steps,
-                    scheme.solves + scheme.parametric,
-                ];
+                let (work, sides, scheme) = (run.found.work, run.found.work.sides, run.found.work.scheme);
+                let [mechanics, actuator] = [sides.mechanics, sides.actuator].map(|side| side.micro_steps);
+                let counts = [work.cosim.exchanges, mechanics, actuator, scheme.solves + scheme.parametric];
                 cost = cost.max(counts.iter().zip(USUAL_PRICES).map(|(count, price)| *count as f64 * price).sum());
             }
             Some(cost)
         };
-        let advised = RunRequest { macro_step_s: Some(met.macro_step), ..best.request.clone() };
-        assert!(cost_within(&advised, &phase_ensemble(2 * PHASES)[PHASES..]).is_some(), "{case}: {advised:?}");
         let mut cells = 0;
         for scheme in catalogue.schemes().iter().filter(|scheme| scheme.real_time()) {
             for (sequence, force_return, mechanics_steps) in forms {
-                for &step in &macro_steps {
-                    let (scheme, macro_step_s) = (Some(scheme.name.to_string()), Some(step));
-                    let request =
-                        RunRequest { scheme, sequence, force_return, mechanics_steps, macro_step_s, ..fixed.clone() };
-                    let Some(cost) = cost_within(&request, &phase_ensemble(PHASES)) else { continue };
+                for step in advice["macro_steps_s"].as_array().unwrap() {
+                    let own =
+                        RunRequest { macro_step_s: step.as_f64(), duration_s, ..RunRequest::of(case, &*scheme.name) };
+                    let request = RunRequest { sequence, force_return, mechanics_steps, ..own };
+                    let Some(cost) = cost_within(&request) else { continue };
                     cells += 1;
-                    assert!(cost >= met.cost * (1.0 - 1e-9), "{case}: {request:?} costs {cost}, not {}", met.cost);
+                    assert!(cost >= least * (1.0 - 1e-9), "{case}: {request:?} costs {cost}, not {least}");
                 }
             }
         }
@@ -104,59 +87,63 @@ fn nothing_in_an_exhaustive_sweep_is_cheaper_than_what_is_advised_and_that_holds
 
 #[test]
 fn where_nothing_can_be_advised_the_reason_is_said() {
-    let none = |(advice, ..): (Advice, Vec<f64>, RunRequest)| {
-        assert!(advice.chosen.is_empty(), "{:?}", advice.chosen);
-        advice
-    };
-    // Coarse steps only, and an error that no coupling has.
-    let coarse = none(advice("wedge-box", |request| request.duration_s = Some(0.2), 1e-4, [1e-2, 2e-2]));
-    assert!(coarse.rows.iter().any(|row| row.reason().contains("% of the peak force")));
-    // An error below what the reference knows.
-    let uncertain = none(advice("disc-pile", |request| request.duration_s = Some(0.05), 1e-9, [1e-3, 5e-3]));
-    assert!(uncertain.reference_uncertainty.unwrap() > 1e-9 && uncertain.runs == 0);
-    // A scheme that the case has nothing to offer for.
-    let oil = none(advice("elastic-bar", |request| request.scheme = Some("hydraulic-line".into()), 0.5, [1e-6, 1e-5]));
-    assert!(!oil.rows.is_empty() && oil.rows.iter().all(|row| row.reason().starts_with("skipped")));
+    for (options, notes) in [
+        // Coarse steps only, and an error that no coupling has.
+        (
+            "--case wedge-box --duration 0.2 --from 10ms --to 20ms --error 0.01%",
+            ["None: no form", "The nearest: ", "% of the peak force"],
+        ),
+        // An error below what the reference knows.
+        ("--case disc-pile --duration 0.05 --error 1e-9", ["None can be told: ", "reference", "is uncertain"]),
+        // A scheme that the case has nothing to offer for.
+        (
+            "--case elastic-bar --scheme hydraulic-line --error 50%",
+            ["None: no form", "The nearest: hydraulic-line", ": skipped: "],
+        ),
+    ] {
+        let advice = advised(options);
+        assert!(advice["advised"].is_null() && advice["runner_up"].is_null(), "{advice:#}");
+        assert_has(&advice["notes"].to_string(), &notes);
+    }
     // Runs that took longer than they may, against a reference that is there.
-    let short = |request: &mut RunRequest| request.duration_s = Some(0.2);
-    advice(
-        "wedge-box",
-        |request| (short(request), request.scheme = Some("zero-order-hold".into())).0,
-        0.5,
-        [1e-2, 2e-2],
-    );
-    let limited =
-        none(advice("wedge-box", |request| (short(request), request.wall_limit_s = Some(1e-7)).0, 0.02, [1e-2, 2e-2]));
-    assert!(limited.rows.iter().filter(|row| row.no_answer(true)).count() > 50);
+    let limited = "--case wedge-box --duration 0.2 --from 10ms --to 20ms --error 2% --wall-limit 1e-7";
+    assert!(advised(limited)["undecided"].as_u64().unwrap() > 50);
 }
 
-fn advised(options: &str) -> Value {
-    json(&mut call(&format!("advise --case elastic-bar --error 2% --per-decade 5 --format json {options}")))
+#[test]
+fn what_falls_without_information_follows_from_what_schemes_need() {
+    for (options, reason) in [
+        ("--scheme monolithic", "monolithic is no co-simulation"),
+        ("--scheme rim-nonsmooth --no-model", "rim-nonsmooth needs an interface model of the mechanics (--no-model)"),
+        ("--scheme iterated-aitken --real-time", "iterated-aitken takes steps again (--real-time)"),
+        ("--scheme iterated-aitken --no-feedback", "within its macro step (--no-feedback)"),
+        ("--scheme interface-jacobian --no-feedback", "within its macro step (--no-feedback)"),
+        ("--scheme energy-leak-damper --no-feedback", "within its macro step (--no-feedback)"),
+        ("--force-return mean --no-feedback", "within its macro step (--no-feedback)"),
+    ] {
+        assert_has(&refused(&mut call(&format!("advise --case elastic-bar --error 1% {options}"))), &[reason]);
+    }
+    for options in ["--no-model --no-feedback --real-time", "--scheme rim-nonsmooth --no-feedback"] {
+        let advice = advised(&format!("--case elastic-bar --error 5% {options}"));
+        let forms = ["advised", "runner_up"].map(|choice| advice[choice]["form"].as_str());
+        assert!(forms[0].is_some() && forms.iter().flatten().all(|form| form.contains(", held, ")), "{advice:#}");
+    }
 }
 
 #[test]
 fn an_advice_is_the_same_for_any_number_of_threads_and_prices_change_it() {
-    let one = advised("--jobs 1");
-    let mut two = advised("--jobs 2");
-    for (choice, own) in [("advised", &one["advised"]), ("runner_up", &one["runner_up"])] {
-        let time = "time_per_macro_step_s";
-        assert!(own[time].as_f64().unwrap() > 0.0, "{own}");
-        two[choice][time] = own[time].clone();
+    let of_bar = |options: &str| advised(&format!("--case elastic-bar --error 2% {options}"));
+    let (one, mut two) = (of_bar("--jobs 1"), of_bar("--jobs 2"));
+    for choice in ["advised", "runner_up"] {
+        two[choice]["time_per_macro_step_s"] = one[choice]["time_per_macro_step_s"].clone();
     }
     assert_eq!(two, one);
-    let run = &one["advised"]["runs"][1];
-    let typed: Vec<&str> = run["command"].as_str().unwrap().split(' ').skip(1).collect();
-    let facts = json(crate::program::rimbench().args(typed).args(["--format", "json"]));
-    assert_eq!((&facts["run_id"], &facts[METRIC]), (&run["run_id"], &run["error"]));
+    let (best, facts) = (&one["advised"], called_again(&one["advised"], None));
+    assert_eq!((&facts["run_id"], &facts[METRIC]), (&best["run_id"], &best["worst_error"]));
     // Where mechanics solves cost everything, as few of them as can be are advised.
-    let dear = advised("--costs 0,1e6,0,0");
-    let solves = |advice: &Value| advice["advised"]["mechanics_solves"].as_f64().unwrap();
+    let dear = of_bar("--costs 0,1e6,0,0");
+    let solves = |advice: &Value| advice["advised"]["work"][1].as_f64().unwrap();
     assert!(solves(&dear) <= solves(&one));
     assert_eq!(dear["advised"]["cost"].as_f64().unwrap(), 1e6 * solves(&dear));
-    // Up to a macro step at which it is still good: that there may be larger ones is said.
-    let short = advised("--to 5e-6");
-    assert!(
-        short["advised"]["is_largest_tried"] == true && short["notes"][0].as_str().unwrap().contains("largest"),
-        "{short}"
-    );
+    assert_has(&of_bar("--to 5e-6")["notes"].to_string(), &["the largest macro step that was tried"]);
 }

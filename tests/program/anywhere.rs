@@ -22,10 +22,10 @@ fn the_history_of_another_folder_is_not_read() {
     let compared = said(&mut called(folder.path(), &["perf", "compare", "previous", "latest"]), 2);
     assert_has(&compared, &["results/perf/history.csv"]);
     assert_eq!(files(folder.path()), [""; 0]);
-    let record = ["perf", "record", "--benchmark", "kernel/lcp-warm", "--without-instructions"];
+    let record = ["perf", "record", "--benchmark", "kernel/friction-warm", "--without-instructions"];
     called(folder.path(), &record).assert().success();
     assert_eq!(files(folder.path()), ["results/perf/history.csv"]);
-    assert_eq!(History::read(&folder.path().join("results/perf/history.csv")).unwrap().records().len(), 1);
+    assert_eq!(History::read(&folder.path().join("results/perf/history.csv")).unwrap().rows.len(), 1);
 }
 
 #[test]

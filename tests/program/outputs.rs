@@ -4,7 +4,7 @@ use crate::program::{call, printed, rimbench, root, said};
 use crate::support::sources;
 
 /// What makes, replaces or removes a file, with the files of the program that may: outputs are written in one place; the store
-/// appends to logs of its own names; what is copied beside a checkout of a revision lies in a temporary folder.
+/// appends to logs of its own names.
 const MAKERS: [(&str, &[&str]); 7] = [
     ("fs::write(", &[]),
     // What a process that is started says, in a file of its own.
@@ -12,7 +12,7 @@ const MAKERS: [(&str, &[&str]); 7] = [
     ("fs::rename(", &[]),
     (".persist(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/cache.rs"]),
     ("OpenOptions::new(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/store.rs"]),
-    ("fs::copy(", &["rimbench-dev/src/revision.rs"]),
+    ("fs::copy(", &[]),
     ("csv::Writer::from_path", &[]),
 ];
 

@@ -1,36 +1,40 @@
-//! The ranking: that the page says what the committed tables say.
+//! The ranking: that the committed tables follow from the committed summaries, and the page from the tables.
 
+use crate::program::{read, root, rows_of};
+use rimbench::catalogue::Catalogue;
+use rimbench::harness::Ranking;
 use std::collections::BTreeMap;
-use std::path::Path;
 
-fn rows_of(name: &str) -> Vec<BTreeMap<String, String>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/ranking").join(name);
-    csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
+#[test]
+fn the_committed_ranking_follows_from_the_committed_summaries() {
+    let folder = tempfile::tempdir().unwrap();
+    let ranking = Ranking::read(&root().join("experiments/ranking.toml")).unwrap();
+    let (catalogue, results) = (Catalogue::standard(), root().join("results"));
+    let differing = ranking.write(&catalogue, &results, folder.path()).unwrap();
+    assert_eq!(differing, [""; 0]);
+    for file in ["ranking.csv", "claims.csv", "SHA256SUMS"] {
+        assert_eq!(read(folder.path().join(file)), read(results.join("ranking").join(file)), "{file}");
+    }
 }
 
 /// What `docs/results/ranking.md` says in words; its numbers are between markers.
 #[test]
 fn the_findings_of_the_ranking_follow_from_its_rows_and_claims() {
-    let rows = rows_of("ranking.csv");
-    let score = |class: &str, label: &str| -> f64 {
-        let own = rows.iter().find(|row| row["class"] == class && row["label"] == label);
-        own.unwrap_or_else(|| panic!("no {label} in {class}"))["score"].parse().unwrap()
-    };
-    let scores = |class: &str| -> Vec<f64> {
-        rows.iter().filter(|row| row["class"] == class).map(|row| row["score"].parse().unwrap()).collect()
+    let rows = |name: &str| rows_of(root().join("results/ranking").join(name));
+    let scores = |class: &str| -> BTreeMap<String, f64> {
+        let own = rows("ranking.csv").into_iter().filter(|row| row["class"] == class);
+        own.map(|row| (row["label"].clone(), row["score"].parse().unwrap())).collect()
     };
     let (samples, models) = (scores("samples"), scores("model"));
-    let best = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    assert_eq!(best, score("samples", "zero-order-hold/mechanics-first"));
-    assert!(2 * models.iter().filter(|own| **own < best).count() < models.len(), "a model is a guarantee");
-    assert!(score("model", "rim-nonsmooth") < best);
-    assert_eq!(models.iter().copied().fold(0.0, f64::max), score("model", "rim-smooth"));
+    let best = samples.values().copied().fold(f64::INFINITY, f64::min);
+    assert_eq!(best, samples["zero-order-hold/mechanics-first"]);
+    assert!(2 * models.values().filter(|own| **own < best).count() < models.len(), "a model is a guarantee");
+    assert!(models["rim-nonsmooth"] < best);
+    assert_eq!(models.values().copied().fold(0.0, f64::max), models["rim-smooth"]);
     for one_first in ["zero-order-hold/mechanics-first", "zero-order-hold/end", "zero-order-hold/gauss-seidel"] {
-        assert!(score("samples", "first-order-hold") > score("samples", one_first), "{one_first}");
+        assert!(samples["first-order-hold"] > samples[one_first], "{one_first}");
     }
-    let claims = rows_of("claims.csv");
-    assert!(claims.len() >= 6 && claims.iter().all(|claim| claim["verdict"] == claim["finding"]), "{claims:?}");
-    let open: Vec<&str> =
-        claims.iter().filter(|claim| claim["verdict"] != "reproduced").map(|own| &*own["id"]).collect();
-    assert_eq!(open, ["linear-ahead-of-the-hold"]);
+    let claims = rows("claims.csv");
+    let open: Vec<_> = claims.iter().filter(|claim| claim["verdict"] != "reproduced").map(|own| &own["id"]).collect();
+    assert!(claims.len() >= 6 && open == ["linear-ahead-of-the-hold"], "{claims:?}");
 }

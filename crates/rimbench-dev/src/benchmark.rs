@@ -1,5 +1,6 @@
 //! A benchmark, and what it counts.
 
+use super::history::COUNTERS;
 use rimbench_core::complementarity::SolverCounters;
 use rimbench_core::error::Result;
 
@@ -18,6 +19,15 @@ pub struct Work {
     pub lcp: SolverCounters,
     /// A number that must come out.
     pub answer: f64,
+}
+
+impl Work {
+    /// Counts in the order of [`COUNTERS`].
+    pub fn counters(&self) -> [u64; COUNTERS.len()] {
+        let SolverCounters { solves, pivots, factorisations, fallbacks, .. } = self.lcp;
+        let [mechanics, actuator] = [self.mechanics_micro_steps, self.actuator_micro_steps];
+        [self.macro_steps, mechanics, actuator, self.eliminations, solves, pivots, factorisations, fallbacks]
+    }
 }
 
 /// One repetition, ready to be done; as often as one likes, with the same answer and the same work.

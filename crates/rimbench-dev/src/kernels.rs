@@ -4,10 +4,10 @@ use super::benchmark::{Repetition, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
-use rimbench_core::complementarity::{Checked, Lcp, SolveStats, SolverCounters, Unsolved};
+use rimbench_core::complementarity::SolverCounters;
 use rimbench_core::cosim::PerSide;
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::friction::{ContactState, CopositiveLemke, FrictionProblem, FrictionSolver};
+use rimbench_core::friction::{FrictionProblem, FrictionSolver};
 use rimbench_core::interface_model::{Elimination, ReducedInterfaceModel};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench_core::solver_entry::SolverEntry;
@@ -109,75 +109,30 @@ pub(super) fn hydraulics_step() -> Result<Repetition> {
     }))
 }
 
-/// Solves problems of four contacts, `H_uu` of the wedge box with velocities of which the two closed contacts, and one more, want an
-/// impulse; slightly different each time, so that nothing can be remembered but the active set.
-pub(super) fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
-    let model = start_model(&mut system()?)?;
-    let n = model.contacts();
-    let h: Vec<f64> = (0..n * n).map(|index| model.entry(index / n, index % n)).collect();
-    let mut checked: Checked = solver.checked(n);
-    let (mut b, mut impulses) = (vec![0.0; n], vec![0.0; n]);
-    Ok(Box::new(move || {
-        let before = checked.counters();
-        checked.reset();
-        for problem in 0..problems {
-            let scale = 1.0 + f64::from(problem % 8) / 64.0;
-            b.iter_mut().zip(VELOCITIES).for_each(|(b, v)| *b = scale * v);
-            if !warm {
-                checked.reset();
-            }
-            checked.solve(Lcp::new(black_box(&h), &b), &mut impulses).map_err(broken)?;
-        }
-        let w = |row: usize| b[row] + (0..n).map(|k| h[row * n + k] * impulses[k]).sum::<f64>();
-        let after = checked.counters();
-        let lcp = SolverCounters {
-            solves: after.solves - before.solves,
-            pivots: after.pivots - before.pivots,
-            factorisations: after.factorisations - before.factorisations,
-            fallbacks: after.fallbacks - before.fallbacks,
-            ..SolverCounters::default()
-        };
-        Ok(Work { lcp, answer: (0..n).map(w).sum(), ..Work::default() })
-    }))
-}
-
 /// m/s, one per contact of the wedge box.
 const VELOCITIES: [f64; 4] = [-0.02, 0.03, -0.01, -0.002];
 
 /// m/s along the surface: the wedges slide one way, one disc sticks, the other slides the other way.
 const SLIPS: [f64; 4] = [0.05, 0.04, 0.001, -0.03];
 
-/// Solves 20000 problems with friction from the states of the last solution.
+/// Solves 20000 problems of the wedge box with friction of 0.3, each from the states of the last solution and slightly different, with
+/// velocities of which two closed contacts, and one more, want an impulse.
 pub(super) fn friction_warm() -> Result<Repetition> {
-    friction(20_000, |problem, solver, _, impulses| solver.solve(problem, impulses))
-}
-
-/// Solves 2000 of them by Lemke's method.
-pub(super) fn friction_lemke() -> Result<Repetition> {
-    let mut states = [ContactState::Open; 4];
-    friction(2_000, move |problem, _, lemke, impulses| lemke.attempt(problem, &mut states, impulses))
-}
-
-/// The problem of [`lcp`] with friction of 0.3 and velocities along the surface, each solved by `solve`.
-fn friction(
-    problems: u32,
-    mut solve: impl FnMut(FrictionProblem<'_>, &mut FrictionSolver, &mut CopositiveLemke, &mut [f64]) -> Solved + 'static,
-) -> Result<Repetition> {
     let case = Catalogue::standard().case("wedge-box-friction").cloned()?;
     let model = start_model(&mut system_of(&case)?)?;
     let n = model.contacts();
     let h: Vec<f64> = (0..4 * n * n).map(|index| model.entry(index / (2 * n), index % (2 * n))).collect();
     let velocities: Vec<f64> = VELOCITIES.into_iter().chain(SLIPS).collect();
-    let (mut solver, mut lemke) = (FrictionSolver::new(n, 1e-9), CopositiveLemke::new(n));
+    let mut solver = FrictionSolver::new(n, 1e-9);
     let (mut b, mut impulses, mut w) = (vec![0.0; 2 * n], vec![0.0; 2 * n], vec![0.0; 2 * n]);
     Ok(Box::new(move || {
         solver.reset();
         let mut lcp = SolverCounters::default();
-        for problem in 0..problems {
+        for problem in 0..20_000 {
             let scale = 1.0 + f64::from(problem % 8) / 64.0;
             b.iter_mut().zip(&velocities).for_each(|(b, v)| *b = scale * v);
             let problem = FrictionProblem::with_friction(black_box(&h), &b, &model.friction);
-            let stats = solve(problem, &mut solver, &mut lemke, &mut impulses).map_err(broken)?;
+            let stats = solver.solve(problem, &mut impulses).map_err(broken)?;
             problem.velocities(&impulses, &mut w);
             lcp.solves += 1;
             lcp.pivots += u64::from(stats.pivots);
@@ -186,5 +141,3 @@ fn friction(
         Ok(Work { lcp, answer: w.iter().sum(), ..Work::default() })
     }))
 }
-
-type Solved = std::result::Result<SolveStats, Unsolved>;

@@ -1,78 +1,61 @@
-//! A git revision, built in a folder of its own.
+//! Records of git revisions, each built in a folder of its own.
 
-use super::measuring::Program;
+use super::history::{History, Row};
 use rimbench_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A git repository of this package.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Repository {
-    root: PathBuf,
+/// Builds two commits of the repository around a folder, one after the other and alike, and lets each record its suite; `options` go to its
+/// `perf record`.
+///
+/// # Errors
+/// [`Error::File`] if there is no repository, if a revision does not build, or if it is too old to record; [`Error::InvalidValue`] if there
+/// is no such commit.
+pub fn record_revisions(folder: &Path, revisions: [&str; 2], options: &[String]) -> Result<[Vec<Row>; 2]> {
+    let root = git(folder, &["rev-parse", "--show-toplevel"]).map_err(|error| Error::file(folder, error))?;
+    let resolve = |revision: &str| {
+        let commit = format!("{revision}^{{commit}}");
+        let found = git(root.as_ref(), &["rev-parse", "--verify", "--quiet", "--end-of-options", &commit]);
+        found.map_err(|_| Error::invalid("--rev", revision, format!("a commit of {root}: a hash, branch or tag")))
+    };
+    let [base, new] = [resolve(revisions[0])?, resolve(revisions[1])?];
+    let scratch = tempfile::tempdir().map_err(|error| Error::file("temporary folder", error))?;
+    let recorded = |commit| Checkout::of(root.as_ref(), commit, scratch.path())?.record(scratch.path(), options);
+    Ok([recorded(&base)?, recorded(&new)?])
 }
 
 /// A revision checked out in a temporary folder; removed when dropped.
-#[derive(Debug)]
-pub struct Checkout {
+struct Checkout {
     repository: PathBuf,
     folder: PathBuf,
-    revision: String,
-}
-
-impl Repository {
-    /// Finds the repository around a folder.
-    ///
-    /// # Errors
-    /// [`Error::File`] if there is none.
-    pub fn around(folder: &Path) -> Result<Self> {
-        let root = git(folder, &["rev-parse", "--show-toplevel"]).map_err(|error| Error::file(folder, error))?;
-        Ok(Repository { root: PathBuf::from(root) })
-    }
-
-    /// The full name of a commit.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] if there is no such commit.
-    pub fn resolve(&self, revision: &str) -> Result<String> {
-        let commit = format!("{revision}^{{commit}}");
-        git(&self.root, &["rev-parse", "--verify", "--quiet", "--end-of-options", &commit]).map_err(|_| {
-            Error::invalid("--rev", revision, format!("a commit of {}: a hash, branch or tag", self.root.display()))
-        })
-    }
-
-    /// Checks a commit out below `parent`, a folder for each of them.
-    ///
-    /// # Errors
-    /// [`Error::File`] if git refuses.
-    pub fn check_out(&self, commit: &str, parent: &Path) -> Result<Checkout> {
-        // As many digits as data have.
-        let revision: String = commit.chars().take(12).collect();
-        let folder = tempfile::tempdir_in(parent).map_err(|error| Error::file(parent, error))?.keep();
-        git(&self.root, &["worktree", "add", "--quiet", "--detach", &folder.to_string_lossy(), commit])
-            .map_err(|error| Error::file(&folder, error))?;
-        Ok(Checkout { repository: self.root.clone(), folder, revision })
-    }
 }
 
 impl Checkout {
-    /// Builds the program in release mode into `target`, which may be shared, and copies it beside the sources.
-    ///
-    /// # Errors
-    /// [`Error::File`] if it does not build; the compiler's words are on the standard error.
-    pub fn build(&self, target: &Path) -> Result<Program> {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let wrong =
-            |what: &dyn std::fmt::Display| Error::file(&self.folder, format!("revision {}: {what}", self.revision));
-        let mut build = Command::new(cargo);
-        build.args(["build", "--release", "--locked", "--bin", "rimbench", "--target-dir"]).arg(target);
-        let status = build.current_dir(&self.folder).stdout(Stdio::null()).status();
-        if !status.map_err(|error| wrong(&format!("cargo cannot be started: {error}")))?.success() {
-            return Err(wrong(&"cargo build --release fails"));
+    fn of(repository: &Path, commit: &str, scratch: &Path) -> Result<Checkout> {
+        let folder = tempfile::tempdir_in(scratch).map_err(|error| Error::file(scratch, error))?.keep();
+        git(repository, &["worktree", "add", "--quiet", "--detach", &folder.to_string_lossy(), commit])
+            .map_err(|error| Error::file(&folder, error))?;
+        Ok(Checkout { repository: repository.to_owned(), folder })
+    }
+
+    fn record(self, scratch: &Path, options: &[String]) -> Result<Vec<Row>> {
+        let (target, history) = (scratch.join("target"), self.folder.join("history.csv"));
+        let mut build = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        build.args(["build", "--release", "--locked", "--bin", "rimbench", "--target-dir"]).arg(&target);
+        self.run(&mut build)?;
+        let mut record = Command::new(target.join("release").join(format!("rimbench{}", std::env::consts::EXE_SUFFIX)));
+        self.run(record.args(["perf", "record", "--history"]).arg(&history).args(options))?;
+        Ok(History::read(&history)?.rows)
+    }
+
+    /// Runs a command in the folder; what it complains of is on the standard error.
+    fn run(&self, command: &mut Command) -> Result<()> {
+        let program = command.get_program().to_string_lossy().into_owned();
+        match command.current_dir(&self.folder).stdout(Stdio::null()).status() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(Error::file(&self.folder, format!("`{program}` fails: {status}"))),
+            Err(error) => Err(Error::file(&self.folder, format!("`{program}` cannot be started: {error}"))),
         }
-        let name = format!("rimbench{}", std::env::consts::EXE_SUFFIX);
-        let path = self.folder.join(format!("built-{name}"));
-        std::fs::copy(target.join("release").join(name), &path).map_err(|error| wrong(&error))?;
-        Ok(Program { path, git_revision: self.revision.clone(), git_dirty: "false".to_owned() })
     }
 }
 

@@ -17,4 +17,6 @@ pub struct BuildInfo {
     pub target: &'static str,
     /// Processor that the compiler was told to build for, or `generic`.
     pub target_cpu: &'static str,
+    /// Profile, and what environment and flags of the compiler change of it.
+    pub settings: &'static str,
 }

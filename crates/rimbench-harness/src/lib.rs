@@ -28,10 +28,7 @@ mod spectral;
 mod stability;
 mod store;
 
-pub use advice::{
-    Advice, AdviceRow, Information, METRIC, Met, Probe, Question, USUAL_PRICES, WORK, advise, measured_prices,
-    milliseconds,
-};
+pub use advice::{Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of};
 pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{CheckedClaim, KeptClaims, check_claims, check_fresh_claims, check_kept_claims, write_claims};

@@ -1,5 +1,5 @@
 //! The statistics of rimbench: the table of runs with what is pooled of it, quantiles, straight lines, intervals, performance
-//! profiles, the bootstrap, ranks.
+//! profiles, the bootstrap.
 //!
 //! Nothing is read, written or timed here.
 
@@ -12,20 +12,18 @@ mod one_threshold;
 mod performance_profile;
 mod pool;
 mod rank_correlation;
-mod ranking;
 mod runs;
 mod share_better;
 mod table;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::{Costed, ratios_at_equal_cost};
-pub use intervals::{TimeSummary, wilson_interval};
+pub use intervals::wilson_interval;
 pub use latin_hypercube::latin_hypercube;
 pub use one_threshold::share_told_by_threshold;
 pub use performance_profile::{data_profile, performance_profile, performance_ratios};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
-pub use ranking::{Rank, ranks};
 pub use runs::{ALL, Floor, Pooled, Run, Runs, has_words};
 pub use share_better::{PairedRun, Share};
 pub use table::ResultsTable;
