@@ -68,10 +68,10 @@ impl Advise {
         }
         let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed)?;
         let macro_steps = self.macro_steps(catalogue, &fixed)?;
-        let four = |costs: &[f64]| Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L");
         let prices = match self.costs.as_deref() {
             None => prices_of(catalogue, &fixed)?,
-            Some(costs) => <[f64; 4]>::try_from(costs).map_err(|_| four(costs))?,
+            Some(&[e, m, u, l]) => [e, m, u, l],
+            Some(costs) => return Err(Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L").into()),
         };
         use_threads(self.jobs)?;
         let interruption = Interruption::listen();
@@ -79,7 +79,6 @@ impl Advise {
         let cache = Cache::of_user();
         let information =
             Information { model: !self.no_model, feedback: !self.no_feedback, repetition: !self.real_time };
-        let told = |step| progress.after(step);
         let question = Question {
             catalogue,
             fixed: &fixed,
@@ -89,7 +88,7 @@ impl Advise {
             macro_steps: &macro_steps,
             phases: self.phases,
             cache: &cache,
-            progress: &told,
+            progress: &|step| progress.after(step),
             stop: interruption.flags().soon,
         };
         let advice = advise(question);
@@ -110,7 +109,11 @@ impl Advise {
     /// Macro steps, evenly spread in logarithms, of as few digits as keep them apart.
     fn macro_steps(&self, catalogue: &Catalogue, fixed: &RunRequest) -> Result<Vec<f64>> {
         let usual = catalogue.case(fixed.case.as_deref().unwrap_or_default())?.defaults.duration_s;
-        let to = self.to.unwrap_or_else(|| longest_macro_step(fixed.duration_s.unwrap_or(usual)));
+        let duration = fixed.duration_s.unwrap_or(usual);
+        let to = self.to.unwrap_or_else(|| longest_macro_step(duration));
+        if to > duration {
+            return Err(Error::invalid("to", to, format!("at most the duration, {duration} s")));
+        }
         let from = self.from.unwrap_or_else(|| shortest_macro_step(to));
         let digits = if self.per_decade <= 12 { 1 } else { 4 };
         let short = |step: f64| format!("{step:.digits$e}").parse().unwrap_or(step).clamp(from, to);
