@@ -220,12 +220,6 @@ impl ContactStepper {
         model
     }
 
-    /// Makes a contact plastic, where others rebound.
-    pub(super) fn make_plastic(&mut self, contact: usize) {
-        self.eq4.plastic.resize(self.eq4.contacts(), false);
-        self.eq4.plastic[contact] = true;
-    }
-
     /// Marks Eq. 4 as outdated, as Eq. 3 is that of a new state.
     pub(super) fn forget_reduction(&mut self) {
         self.reduced_for = None;

@@ -7,8 +7,9 @@ use super::contact_stepper::{
 };
 use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
-use super::mechanical_model::MechanicalModel;
+use super::mechanical_model::{MechanicalModel, ModelNames};
 use super::memory::{bytes_needed, empty_equations};
+use super::stiff_forces::StiffForces;
 use crate::cosim::{
     Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
 };
@@ -59,7 +60,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         if !model.state_forces(&start.0, &start.1, &mut state_forces) {
             state_forces.clear();
         }
-        let (mut observables, contacts) = (model.observables(), model.contact_names());
+        let ModelNames { mut observables, contacts } = model.names();
         let own_observables = observables.len();
         observables.extend(contacts.iter().map(|contact| format!("gap_{contact}_m").into()));
         observables.extend(contacts.iter().map(|contact| format!("contact_force_{contact}_n").into()));
@@ -86,8 +87,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Makes Eq. 3 that of the start state.
     fn start(&mut self) {
-        for contact in (0..self.model.size().unilateral).filter(|&contact| self.model.is_plastic(contact)) {
-            self.stepper.make_plastic(contact);
+        let size = self.model.size();
+        if !size.plastic.is_empty() {
+            self.stepper.eq4.plastic = (0..size.unilateral).map(|contact| size.plastic.contains(&contact)).collect();
         }
         self.linearise();
     }
@@ -99,7 +101,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts kept by the dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a mechanics that steps at
     /// the second order.
     pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
-        if self.model.relists() {
+        if self.model.size().relists {
             return Err(Error::Incompatible(
                 "friction does not go with contacts that are listed again as bodies travel".into(),
             ));
@@ -227,7 +229,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         let kinetic = self.stepper.kinetic_energy();
         let ContactStepper { q, v, .. } = &self.stepper;
         if self.model.remap_contacts(q, v, h)? {
-            self.stepper.remap_contacts(self.model.unilateral_columns().as_deref())?;
+            self.stepper.remap_contacts(self.model.sparsity().unilateral.as_deref())?;
         }
         self.linearise();
         self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
@@ -297,7 +299,7 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.q.len() != self.stepper.v.len() {
             return Err("bodies in space, whose orientations are quaternions, are stepped by the semi-implicit rule");
         }
-        if self.model.relists() {
+        if self.model.size().relists {
             return Err("contacts that are listed again as bodies travel are stepped by the semi-implicit rule");
         }
         self.keep_every_entry();
@@ -307,7 +309,8 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.eq3.bilateral.columns_by_row().is_some() {
             return Err("joints by the dozen that involve few velocities each are stepped by the semi-implicit rule");
         }
-        let stiff = self.model.empty_stiff_forces();
+        let size = self.model.size();
+        let stiff = size.stiff_forces.map(|form| StiffForces::zeros(size.velocities, form));
         self.stepper.implicit = stiff.map(|forces| Box::new(ImplicitPart::new(&self.stepper.eq3, forces)));
         self.second_order = Some(Box::new(SecondOrderSteps::new(rule, &self.model)));
         Ok(())
