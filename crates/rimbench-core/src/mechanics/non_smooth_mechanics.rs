@@ -8,13 +8,13 @@ use super::contact_stepper::{
 use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
 use super::mechanical_model::{MechanicalModel, ModelNames};
-use super::memory::{bytes_needed, empty_equations};
+use super::memory::empty_equations;
 use super::stiff_forces::StiffForces;
 use crate::cosim::{
-    Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
+    Capabilities, ContactMechanics, EnergyAccount, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
 };
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{AccelerationJumps, Linearisation, MEMORY_LIMIT, ReducedInterfaceModel};
+use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
 use rimbench_contact::solver_entry::SolverEntry;
@@ -269,18 +269,6 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         Ok(true)
     }
 
-    fn keep_every_entry(&mut self) {
-        let law = self.stepper.law();
-        let Some(solver) = self.stepper.dense_solver().cloned() else { return };
-        if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
-            return;
-        }
-        let eq3 = empty_equations(&self.model, law, false);
-        let start = (self.stepper.q.clone(), self.stepper.v.clone());
-        self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
-        self.start();
-    }
-
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
         if self.stepper.is_compliant() {
             return Err("contacts that give way are stepped by the semi-implicit rule");
@@ -316,8 +304,8 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         Ok(())
     }
 
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        self.second_order.is_some().then_some(self as &mut dyn JointSteps)
+    fn contact_mechanics(&mut self) -> Option<&mut dyn ContactMechanics> {
+        Some(self)
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -339,14 +327,6 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
 
     fn interface_work(&mut self) -> Option<f64> {
         Some(self.stepper.energy.ledger.interface)
-    }
-
-    fn contact_names(&mut self) -> &[Name] {
-        &self.contacts
-    }
-
-    fn contact_impulses(&mut self) -> Option<&[f64]> {
-        self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {
