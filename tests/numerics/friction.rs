@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use rimbench::complementarity::{Lcp, SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolution, FrictionSolver, StateMethod,
+    FrictionSolution, FrictionSolver,
 };
 
 use ContactState::{Open, SlipNegative, SlipPositive, Stick};

@@ -1,13 +1,13 @@
 //! The solver of contacts with friction that a simulation holds.
 
-use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, StateMethod};
+use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem};
 use crate::complementarity::{Checked, Fallback, ProposeImpulses, SolveStats, Unsolved};
 use crate::problem::{Coulomb, DenseDelassus};
 
 /// The states of the last problem, and the method that goes on from them.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct WarmStates {
-    method: Box<dyn StateMethod>,
+    method: ActiveStates,
     states: Vec<ContactState>,
     /// Of the last problem.
     len: usize,
@@ -107,11 +107,7 @@ pub type FrictionSolver = Checked<WarmStates, ColdMethods>;
 impl FrictionSolver {
     /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
     pub fn new(contacts: usize, tolerance: f64) -> Self {
-        Self::of(Box::new(ActiveStates::new(contacts)), contacts, tolerance)
-    }
-
-    /// Checks this method instead of [`ActiveStates`].
-    pub fn of(method: Box<dyn StateMethod>, contacts: usize, tolerance: f64) -> Self {
+        let method = ActiveStates::new(contacts);
         let solver = WarmStates { method, states: vec![ContactState::Open; contacts], len: 0 };
         let fallback = ColdMethods { enumeration: Enumeration::new(contacts), lemke: CopositiveLemke::new(contacts) };
         Checked::wrap(solver, fallback, tolerance)
