@@ -30,9 +30,9 @@ pub use active_set::ActiveSet;
 pub use checked::{Checked, SolverCounters};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
-pub use propose::{Fallback, ProblemOf, ProposeImpulses};
+pub use propose::{ProblemOf, ProposeImpulses};
 pub use solver::Solver;
-pub use sparse_active_set::{FromEmptySet, SparseActiveSet, SparseSolver};
+pub use sparse_active_set::{SparseActiveSet, SparseSolver};
 
 use crate::linear_algebra::SymmetricRows;
 use crate::problem::{ContactProblem, DenseDelassus, Signorini};

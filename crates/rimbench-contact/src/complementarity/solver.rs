@@ -1,7 +1,7 @@
 //! The solver that an entry of the list builds: the default solver under its own type, all others behind a trait object.
 
 use super::active_set::residual_of_rows;
-use super::{ActiveSet, ComplementaritySolver, Lcp, ProposeImpulses, SolveStats, Unsolved};
+use super::{ActiveSet, ComplementaritySolver, Lcp, Lemke, ProposeImpulses, SolveStats, Unsolved};
 use crate::linear_algebra::SparseRows;
 use crate::problem::{DenseDelassus, Signorini};
 
@@ -74,6 +74,7 @@ impl ComplementaritySolver for Solver {
 impl ProposeImpulses for Solver {
     type Delassus<'a> = DenseDelassus<'a>;
     type Cone<'a> = Signorini;
+    type Fallback = Option<Lemke>;
 
     #[inline(always)]
     fn propose(
@@ -100,6 +101,22 @@ impl ProposeImpulses for Solver {
             Solver::ActiveSet(_) => lcp.natural_residual(impulses),
         };
         Ok(SolveStats { residual, ..stats })
+    }
+
+    fn fall_back(
+        &mut self,
+        lemke: &mut Option<Lemke>,
+        turn: u32,
+        lcp: Lcp<'_>,
+        _tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        let lemke = lemke.as_mut().filter(|_| turn == 0)?;
+        Some(match lemke.attempt(lcp, impulses) {
+            // Its factorisation of the last basis is part of the pivots.
+            Ok(stats) => Ok(SolveStats { factorisations: 0, residual: lcp.natural_residual(impulses), ..stats }),
+            Err(_) => Err(Unsolved::NotFound { residual: f64::INFINITY }),
+        })
     }
 
     fn reset(&mut self) {

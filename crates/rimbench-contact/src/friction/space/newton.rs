@@ -1,6 +1,6 @@
 //! Semismooth Newton on the natural map, from the impulses of the last problem.
 
-use super::{SpaceProblem, measure, of, rows, weights};
+use super::{SpaceFallbacks, SpaceProblem, measure, of, rows, weights};
 use crate::complementarity::{ProposeImpulses, SolveStats, Unsolved};
 use crate::linear_algebra::{eliminate_by_rows, eliminate_few};
 use crate::problem::{Coulomb, DenseDelassus, norm};
@@ -202,6 +202,7 @@ impl Ball {
 impl ProposeImpulses for SemismoothNewton {
     type Delassus<'a> = DenseDelassus<'a>;
     type Cone<'a> = Coulomb<'a, 2>;
+    type Fallback = SpaceFallbacks;
 
     fn propose(
         &mut self,
@@ -225,6 +226,17 @@ impl ProposeImpulses for SemismoothNewton {
         let stats = self.iterate(problem, tolerance, impulses);
         self.last[..size].copy_from_slice(impulses);
         Ok(stats)
+    }
+
+    fn fall_back(
+        &mut self,
+        fallback: &mut SpaceFallbacks,
+        turn: u32,
+        problem: SpaceProblem<'_>,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        fallback.propose(turn, self, problem, tolerance, impulses)
     }
 
     fn reset(&mut self) {

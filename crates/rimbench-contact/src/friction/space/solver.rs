@@ -1,7 +1,7 @@
 //! The solver of contacts with friction in space that a simulation holds.
 
 use super::{SemismoothNewton, SpaceAdmm, SpaceProblem, SpaceSweeps};
-use crate::complementarity::{Checked, Fallback, SolveStats, Unsolved};
+use crate::complementarity::{Checked, SolveStats, Unsolved};
 
 /// Turns of the fallbacks; each gives its method twice the iterations of the one before.
 const MOST_TURNS: u32 = 8;
@@ -21,8 +21,9 @@ pub struct SpaceFallbacks {
     best: f64,
 }
 
-impl Fallback<SemismoothNewton> for SpaceFallbacks {
-    fn propose(
+impl SpaceFallbacks {
+    /// Writes what the method of this turn proposes; none after the last.
+    pub(super) fn propose(
         &mut self,
         turn: u32,
         newton: &mut SemismoothNewton,
@@ -67,7 +68,7 @@ impl Fallback<SemismoothNewton> for SpaceFallbacks {
 ///
 /// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`SpaceSweeps`] and [`SpaceAdmm`] by
 /// turns, eight in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
-pub type SpaceSolver = Checked<SemismoothNewton, SpaceFallbacks>;
+pub type SpaceSolver = Checked<SemismoothNewton>;
 
 impl SpaceSolver {
     /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
