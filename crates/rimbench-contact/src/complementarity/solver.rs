@@ -48,14 +48,6 @@ impl ComplementaritySolver for Solver {
         }
     }
 
-    #[inline(always)]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        match self {
-            Solver::ActiveSet(solver) => solver.attempt_again(lcp, impulses),
-            Solver::Other { solver, .. } => solver.attempt_again(Lcp::new(lcp.h(), lcp.b), impulses),
-        }
-    }
-
     fn reset(&mut self) {
         match self {
             Solver::ActiveSet(solver) => solver.reset(),
@@ -84,7 +76,10 @@ impl ProposeImpulses for Solver {
         _tolerance: f64,
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let attempted = if same_matrix { self.attempt_again(lcp, impulses) } else { self.attempt(lcp, impulses) };
+        let attempted = match self {
+            Solver::ActiveSet(solver) => solver.solve_from_last_set(lcp, same_matrix, impulses),
+            Solver::Other { solver, .. } => solver.attempt(Lcp::new(lcp.h(), lcp.b), impulses),
+        };
         let Ok(stats) = attempted else { return Err(Unsolved::NotFound { residual: f64::INFINITY }) };
         let residual = match self {
             Solver::ActiveSet(solver) if same_matrix => solver.residual_again(lcp, impulses),
