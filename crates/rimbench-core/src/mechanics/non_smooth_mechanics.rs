@@ -270,10 +270,10 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     }
 
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
-        if self.stepper.is_compliant() {
+        if self.stepper.law.spring.is_some() {
             return Err("contacts that give way are stepped by the semi-implicit rule");
         }
-        if rule == SecondOrder::Midpoint && self.stepper.rebounds() {
+        if rule == SecondOrder::Midpoint && self.stepper.law.rebounds() {
             return Err(
                 "contacts with restitution rebound at events, which the midpoint rule does not locate: use `event-split` or `semi-implicit`, \
                  or set restitution to 0",

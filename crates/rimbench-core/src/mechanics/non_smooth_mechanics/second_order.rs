@@ -164,7 +164,7 @@ impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
     }
 
     fn keep_every_entry(&mut self) {
-        let law = self.stepper.law();
+        let law = self.stepper.law;
         let Some(solver) = self.stepper.dense_solver().cloned() else { return };
         if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
             return;
