@@ -29,7 +29,7 @@ use rimbench::cases::{Chain, ParameterSet};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, RunControl, Sample, Side, Subsystem};
 use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
-use rimbench::mechanics::MechanicalModel;
+use rimbench::mechanics::{MechanicalModel, Sparsity};
 use rimbench::models::LineMasses;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{Pool, order_of_convergence};
@@ -394,15 +394,16 @@ fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
     let chain = Chain { links, bead_pieces: pieces, ..Chain::defaults() };
     let mut model = LineMasses::new(chain.above_platform()).unwrap();
     let (size, (q, v)) = (model.size(), model.initial_state());
+    let Sparsity { bilateral, unilateral } = model.sparsity();
     let rows = |count: usize, columns: Option<Vec<Vec<usize>>>| match columns.filter(|_| known) {
         Some(columns) => Rows::in_columns(size.velocities, &columns),
         None => Rows::zeros(count, size.velocities),
     };
     let mut eq3 = Linearisation {
-        mass: MassMatrix::zeros(size.velocities, true),
+        mass: MassMatrix::zeros(size.velocities, size.mass),
         force: vec![0.0; size.velocities],
-        bilateral: rows(size.bilateral, model.bilateral_columns()),
-        unilateral: rows(size.unilateral, model.unilateral_columns()),
+        bilateral: rows(size.bilateral, bilateral),
+        unilateral: rows(size.unilateral, unilateral),
         tangential: Rows::zeros(0, size.velocities),
         interface: Rows::zeros(1, size.velocities),
     };

@@ -59,7 +59,7 @@ pub fn entry() -> SolverEntry {
         tolerance: 1e-9,
         fallback: true,
         build: Arc::new(|capacity| Solver::other(ProjectedGaussSeidel { last: vec![0.0; capacity.max(8)], size: 0 })),
-        build_with_friction: None,
+        with_friction: false,
     }
 }
 

@@ -90,7 +90,7 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64],
         bits
     };
     advance(original, 0..steps);
-    let mut copy = original.try_clone().unwrap_or_else(|| panic!("{name}: no copy"));
+    let mut copy = original.try_clone().unwrap_or_else(|_| panic!("{name}: no copy"));
     assert_eq!(copy.counters(), original.counters(), "{name}");
     let (went_on, copied) = (advance(original, steps..2 * steps), advance(&mut *copy, steps..2 * steps));
     assert!(went_on == copied, "{name}: the copy went another way");

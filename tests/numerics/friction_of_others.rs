@@ -8,7 +8,7 @@ use crate::support::*;
 use rimbench::complementarity::{SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolver, StateMethod,
+    FrictionSolver,
 };
 use std::path::Path;
 

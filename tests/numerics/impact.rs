@@ -4,7 +4,6 @@ use crate::support::*;
 use rimbench::cosim::Subsystem;
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics};
-use rimbench::name::{Name, names};
 
 #[test]
 fn three_balls_in_a_row_must_part_as_moreau_says_and_not_as_newton_did() {
@@ -43,7 +42,7 @@ fn a_plastic_contact_must_stay_where_another_one_rebounds() {
     let model = LinearModel::new(&[1.0; 2], &[0.0; 2], &[(&[1.0, 0.0], 0.0)])
         .over(&[(&[1.0, 0.0], 5e-4), (&[0.0, 1.0], 5e-4)])
         .moving(&[-1.0; 2]);
-    let model = LinearModel { plastic: Some(1), ..model };
+    let model = LinearModel { plastic: &[1], ..model };
     for rule in [None, Some(SecondOrder::EventSplit)] {
         let mut mechanics = stepper(model.clone(), ContactLaw { restitution: 0.5, ..PLASTIC });
         if let Some(rule) = rule {
@@ -141,8 +140,8 @@ impl MechanicalModel for OnRope {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         self.gravity * q[1]
     }
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["rope"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&[], &["rope"])
     }
 }
 

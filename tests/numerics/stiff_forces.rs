@@ -65,7 +65,13 @@ impl Chain {
 
 impl MechanicalModel for Chain {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: self.mass.len(), unilateral: 1, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: self.mass.len(),
+            unilateral: 1,
+            interface: 1,
+            stiff_forces: self.offered.then(|| self.forces.stiffness.form()),
+            ..ModelSize::default()
+        }
     }
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         self.start.clone()
@@ -85,9 +91,6 @@ impl MechanicalModel for Chain {
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         rows.jacobian[q.len() - 1] = 1.0;
         rows.position[0] = q[q.len() - 1];
-    }
-    fn empty_stiff_forces(&self) -> Option<StiffForces> {
-        self.offered.then(|| self.forces.clone())
     }
     fn stiff_forces(&self, _q: &[f64], _v: &[f64], forces: &mut StiffForces) {
         forces.clone_from(&self.forces);

@@ -339,7 +339,7 @@ pub fn wedge_box_cylinder() -> Box<dyn Subsystem> {
 pub fn linearise(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) -> Linearisation {
     let size = model.size();
     let mut eq3 = Linearisation {
-        mass: MassMatrix::zeros(size.velocities, model.has_diagonal_mass()),
+        mass: MassMatrix::zeros(size.velocities, size.mass),
         force: vec![0.0; size.velocities],
         bilateral: Rows::zeros(size.bilateral, size.velocities),
         unilateral: Rows::zeros(size.unilateral, size.velocities),
@@ -399,7 +399,7 @@ pub struct LinearModel {
     /// Curvatures of the first unilateral, tangential and interface row beyond q₁ = 1 m, if any.
     pub bends: Option<[f64; 3]>,
     /// A contact that never rebounds, if any.
-    pub plastic: Option<usize>,
+    pub plastic: &'static [usize],
     /// Whether the forces are said to depend on the state.
     pub sprung: bool,
     pub q: Vec<f64>,
@@ -453,6 +453,8 @@ impl MechanicalModel for LinearModel {
             tangential: self.tangential.offset.len(),
             interface: self.interface.offset.len(),
             switches: usize::from(self.bends.is_some()),
+            plastic: self.plastic,
+            ..ModelSize::default()
         }
     }
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -475,9 +477,6 @@ impl MechanicalModel for LinearModel {
         self.unilateral.write(q, rows);
         self.bend(0, q, v, rows);
     }
-    fn is_plastic(&self, contact: usize) -> bool {
-        self.plastic == Some(contact)
-    }
     fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.tangential.write(q, rows);
         self.bend(1, q, v, rows);
@@ -492,8 +491,9 @@ impl MechanicalModel for LinearModel {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()
     }
-    fn contact_names(&self) -> Vec<Name> {
-        (1..=self.unilateral.offset.len()).map(|contact| contact.to_string().into()).collect()
+    fn names(&self) -> ModelNames {
+        let contacts = (1..=self.unilateral.offset.len()).map(|contact| contact.to_string().into()).collect();
+        ModelNames { contacts, ..ModelNames::default() }
     }
 }
 

@@ -1,16 +1,13 @@
 //! An entry of a list of solvers.
 
 use crate::complementarity::{ActiveSet, Checked, Lemke, Solver};
-use crate::friction::{ActiveStates, FrictionSolver, StateMethod};
+use crate::friction::FrictionSolver;
 use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
 /// Builds a bare solver with room for problems up to the given size.
 pub type BuildSolver = Arc<dyn Fn(usize) -> Solver + Send + Sync>;
-
-/// Builds a method for contacts with friction, with room for the given number of contacts.
-pub type BuildStateMethod = Arc<dyn Fn(usize) -> Box<dyn StateMethod> + Send + Sync>;
 
 /// A solver that can be named in an experiment.
 #[derive(Clone)]
@@ -27,8 +24,8 @@ pub struct SolverEntry {
     pub fallback: bool,
     /// Builds the bare solver with room for problems up to the given `n`.
     pub build: BuildSolver,
-    /// Builds the method for contacts with friction, with room for the given number of contacts; none if there is none.
-    pub build_with_friction: Option<BuildStateMethod>,
+    /// True if contacts with friction go with it, which a [solver over their states](FrictionSolver) solves in its place.
+    pub with_friction: bool,
 }
 
 impl fmt::Debug for SolverEntry {
@@ -44,10 +41,9 @@ impl SolverEntry {
         Checked::wrap((self.build)(capacity), fallback, self.tolerance)
     }
 
-    /// Builds the solver of contacts with friction behind the check, with its fallbacks; none if it has none.
+    /// Builds the solver of contacts with friction behind the check, with its fallbacks; none if they do not go with this one.
     pub fn checked_with_friction(&self, contacts: usize) -> Option<FrictionSolver> {
-        let method = (self.build_with_friction.as_ref()?)(contacts);
-        Some(FrictionSolver::of(method, contacts, self.tolerance))
+        self.with_friction.then(|| FrictionSolver::new(contacts, self.tolerance))
     }
 
     /// Tells whether it goes from one active set to the next, as the default does.
@@ -64,7 +60,7 @@ impl SolverEntry {
             tolerance: 1e-9,
             fallback: true,
             build: Arc::new(|capacity| Solver::ActiveSet(Box::new(ActiveSet::new(capacity)))),
-            build_with_friction: Some(Arc::new(|contacts| Box::new(ActiveStates::new(contacts)))),
+            with_friction: true,
         }
     }
 
@@ -77,7 +73,7 @@ impl SolverEntry {
             tolerance: 1e-9,
             fallback: false,
             build: Arc::new(|capacity| Solver::other(Lemke::new(capacity))),
-            build_with_friction: None,
+            with_friction: false,
         }
     }
 }

@@ -123,23 +123,20 @@ impl Subsystem for PySubsystem {
         })
     }
 
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        if self.doubted.copies.get().is_some() {
-            return None;
+    fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure> {
+        if let Some(why) = self.doubted.copies.get() {
+            return Err(Cause::NotOffered { what: why.clone().into() }.into());
         }
-        let object = copied(&self.object)?;
+        let object = copied(&self.object).ok_or(Cause::NotCopied)?;
         let doubted = self.doubted.clone();
-        let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", doubted)).ok()?;
+        let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", doubted));
+        let copy = copy.map_err(|_| Cause::NotCopied)?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
-        Some(Box::new(PySubsystem { known, is_known, counters, ..copy }))
+        Ok(Box::new(PySubsystem { known, is_known, counters, ..copy }))
     }
 }
 
 impl Capabilities for PySubsystem {
-    fn without_copies(&mut self) -> Option<&str> {
-        self.doubted.copies.get().map(String::as_str)
-    }
-
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         if self.doubted.model.get().is_some() {
             return None;

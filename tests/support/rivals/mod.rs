@@ -20,7 +20,7 @@ pub fn rivals() -> [SolverEntry; 3] {
     let rival = |name: &'static str, guaranteed: &'static str| SolverEntry {
         name: name.into(),
         guaranteed: guaranteed.into(),
-        build_with_friction: None,
+        with_friction: false,
         ..SolverEntry::active_set()
     };
     [

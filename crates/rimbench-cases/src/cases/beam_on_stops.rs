@@ -2,9 +2,8 @@
 //! Shown in `docs/cases/beam-on-stops.md`; modes from Blevins, numbers *ours*.
 
 use super::prelude::*;
-use rimbench_core::interface_model::{MassMatrix, Rows};
-use rimbench_core::mechanics::{MechanicalModel, ModelSize, StiffForces};
-use rimbench_core::name::names;
+use rimbench_core::interface_model::{MassMatrix, MatrixForm, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, StiffForces};
 use std::f64::consts::PI;
 
 choices! {
@@ -202,7 +201,13 @@ fn combine(shapes: &[f64], amplitudes: &[f64]) -> f64 {
 
 impl MechanicalModel for ModalBeam {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: self.frequencies.len(), unilateral: 2, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: self.frequencies.len(),
+            unilateral: 2,
+            interface: 1,
+            stiff_forces: Some(MatrixForm::Diagonal),
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -233,10 +238,6 @@ impl MechanicalModel for ModalBeam {
         rows.position[0] = combine(&self.at_actuator, q);
     }
 
-    fn empty_stiff_forces(&self) -> Option<StiffForces> {
-        Some(StiffForces::zeros(self.frequencies.len(), true))
-    }
-
     fn stiff_forces(&self, _q: &[f64], _v: &[f64], forces: &mut StiffForces) {
         if let StiffForces { stiffness: MassMatrix::Diagonal(k), damping: MassMatrix::Diagonal(d) } = forces {
             for (omega, (k, d)) in self.frequencies.iter().zip(k.iter_mut().zip(d)) {
@@ -251,12 +252,8 @@ impl MechanicalModel for ModalBeam {
         self.frequencies.iter().zip(q).map(of_mode).sum()
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["end_deflection_m"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["stop_1", "stop_2"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&["end_deflection_m"], &["stop_1", "stop_2"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

@@ -5,8 +5,7 @@ use super::prelude::*;
 use crate::models::rotation::rotation;
 use nalgebra::{Rotation2, Vector2};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::names;
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 parameters! {
     /// A box, two jaws and their cylinders.
@@ -277,18 +276,10 @@ impl MechanicalModel for Gripper {
         self.p.gravity_m_s2 * self.p.box_mass_kg * q[3]
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&[
-            "left_lower_pad",
-            "left_upper_pad",
-            "right_lower_pad",
-            "right_upper_pad",
-            "left_corner",
-            "right_corner",
-        ])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(
+            &["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"],
+            &["left_lower_pad", "left_upper_pad", "right_lower_pad", "right_upper_pad", "left_corner", "right_corner"],
+        )
     }
 }

@@ -3,8 +3,7 @@
 
 use super::prelude::*;
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::names;
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 parameters! {
     /// A car, its struts and the road.
@@ -238,11 +237,10 @@ impl MechanicalModel for HalfCar {
         self.p.gravity_m_s2 * (self.mass[1] * q[1] + self.mass[3] * q[3] + self.mass[4] * q[4])
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["front_wheel", "rear_wheel"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(
+            &["travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"],
+            &["front_wheel", "rear_wheel"],
+        )
     }
 }

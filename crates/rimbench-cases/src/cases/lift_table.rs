@@ -3,8 +3,7 @@
 
 use super::prelude::*;
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::names;
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 parameters! {
     /// A box, its cylinders and what they do.
@@ -164,12 +163,8 @@ impl MechanicalModel for Table {
         self.weight * q[0]
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["box_y_m", "box_angle_rad"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["left_stop", "right_stop"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&["box_y_m", "box_angle_rad"], &["left_stop", "right_stop"])
     }
 }
 

@@ -71,7 +71,7 @@ fn try_sides(sides: &mut Sides<'_>, h: f64, doubts: &mut Doubts) -> Result<(), F
         // In one of two places it may be a contact that throws it back.
         Some(_) if doubts.state.mechanics.is_none() => moves_against(mechanics, &at.u.mechanics, t, h)?,
         Some(_) => None,
-        None if mechanics.try_clone().is_none() => moves_against_in_time(mechanics, &at.u.mechanics, t, h)?,
+        None if mechanics.try_clone().is_err() => moves_against_in_time(mechanics, &at.u.mechanics, t, h)?,
         None => None,
     };
     let reversed = against.map(|(row, change)| {
@@ -209,7 +209,7 @@ fn lost_state(side: &mut dyn Subsystem, which: Side, u: &[f64], t: f64, h: f64) 
     };
     // It must know where it stands before its state is kept: some tell outputs only when they are asked for them.
     outputs(side, u)?;
-    let Some(mut copy) = side.try_clone() else { return Ok(None) };
+    let Ok(mut copy) = side.try_clone() else { return Ok(None) };
     let first = run(side)?;
     let name = if which == Side::Mechanics { "mechanics" } else { "actuator" };
     let lost = |what: String| {
@@ -257,7 +257,7 @@ fn moves_against(mechanics: &mut dyn Subsystem, u: &[f64], t: f64, h: f64) -> Re
     let ports = mechanics.ports().clone();
     let (p, rows) = (ports.outputs.len(), pushed_rows(&ports));
     let after = |row: usize, change: f64| -> Result<Option<Vec<f64>>, Failure> {
-        let Some(mut copy) = mechanics.try_clone() else { return Ok(None) };
+        let Ok(mut copy) = mechanics.try_clone() else { return Ok(None) };
         let (mut u, mut y) = (u.to_vec(), vec![0.0; p]);
         u[row] += change;
         copy.step(t, &u, h)?;
@@ -335,11 +335,11 @@ fn answer_of(actuator: &mut dyn Subsystem, u: &[f64], t: f64, h: f64) -> Result<
         let (mut u, mut y) = (u.to_vec(), vec![0.0; rows]);
         u[input] += change;
         match actuator.try_clone() {
-            Some(mut copy) => {
+            Ok(mut copy) => {
                 copy.step(t, &u, h)?;
                 copy.outputs(&u, &mut y)?;
             }
-            None => actuator.outputs(&u, &mut y)?,
+            Err(_) => actuator.outputs(&u, &mut y)?,
         }
         Ok(y[row])
     };

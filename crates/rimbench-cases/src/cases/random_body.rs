@@ -6,7 +6,7 @@ use crate::models::force_ports;
 use rimbench_core::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 use rimbench_core::name::names;
 use rimbench_statistics::latin_hypercube;
 use std::array::from_fn;
@@ -183,12 +183,8 @@ impl MechanicalModel for Body {
         self.mass.iter().zip(q).map(|(mass, q)| 0.5 * mass * self.own * q * q).sum()
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&STATE)
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["first", "second"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&STATE, &["first", "second"])
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -18,7 +18,7 @@ pub enum ReferenceMethod {
     /// h/2, h/4; its error is estimated by Richardson extrapolation.
     Refined,
     /// Both sides piece by piece, by rules of the second order, cut where gaps close and geometry switches (see
-    /// [`JointSteps`](rimbench_core::cosim::JointSteps)), with steps h, h/2, h/4 likewise.
+    /// [`ContactMechanics`](rimbench_core::cosim::ContactMechanics)), with steps h, h/2, h/4 likewise.
     EventDriven,
     /// An integrator of the case's own for the whole system, with steps h, h/2, h/4 likewise.
     Own(OwnIntegrator),

@@ -5,9 +5,8 @@
 use super::prelude::*;
 use crate::models::rotation::rotation;
 use nalgebra::{Rotation2, Vector2};
-use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::names;
+use rimbench_core::interface_model::{MatrixForm, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 parameters! {
     /// A slider-crank, its guide and its motor.
@@ -200,7 +199,14 @@ impl SliderCrank {
 
 impl MechanicalModel for SliderCrank {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: VELOCITIES, unilateral: 4, tangential: 4, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: VELOCITIES,
+            unilateral: 4,
+            tangential: 4,
+            interface: 1,
+            mass: MatrixForm::Dense,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -213,10 +219,6 @@ impl MechanicalModel for SliderCrank {
             *along = Vector2::new(cos, sin);
         }
         self.slider = rotation(q[2]);
-    }
-
-    fn has_diagonal_mass(&self) -> bool {
-        false
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
@@ -273,21 +275,20 @@ impl MechanicalModel for SliderCrank {
         weights.map(|((carried, length), along)| g.gravity_m_s2 * carried * length * along.y).sum()
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&[
-            "crank_angle_rad",
-            "rod_angle_rad",
-            "slider_angle_rad",
-            "crank_rate_rad_s",
-            "rod_rate_rad_s",
-            "slider_rate_rad_s",
-            "slider_x_m",
-            "slider_y_m",
-        ])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["upper_rear", "upper_front", "lower_rear", "lower_front"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(
+            &[
+                "crank_angle_rad",
+                "rod_angle_rad",
+                "slider_angle_rad",
+                "crank_rate_rad_s",
+                "rod_rate_rad_s",
+                "slider_rate_rad_s",
+                "slider_x_m",
+                "slider_y_m",
+            ],
+            &["upper_rear", "upper_front", "lower_rear", "lower_front"],
+        )
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

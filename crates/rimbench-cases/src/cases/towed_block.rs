@@ -10,8 +10,7 @@
 use super::prelude::*;
 use rimbench_core::friction::ContactState;
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::names;
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 use std::f64::consts::PI;
 
 parameters! {
@@ -112,8 +111,8 @@ impl MechanicalModel for SlidingBlock {
         self.0.block_mass_kg * self.0.gravity_m_s2 * q[1]
     }
 
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["floor"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&[], &["floor"])
     }
 }
 

@@ -3,9 +3,8 @@
 //! lever *ours*.
 
 use super::prelude::*;
-use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::names;
+use rimbench_core::interface_model::{MatrixForm, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 parameters! {
     /// The toy.
@@ -151,17 +150,21 @@ const VELOCITIES: usize = 3;
 
 impl MechanicalModel for Woodpecker {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: VELOCITIES, unilateral: 3, tangential: 3, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: VELOCITIES,
+            unilateral: 3,
+            tangential: 3,
+            interface: 1,
+            mass: MatrixForm::Dense,
+            plastic: &[1, 2],
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         let g = &self.0;
         let edge = -(g.sleeve_radius_m - g.pole_radius_m) / g.sleeve_half_height_m;
         (vec![0.0, edge, g.bird_angle_rad], vec![g.sleeve_velocity_m_s, 0.0, g.bird_rate_rad_s])
-    }
-
-    fn has_diagonal_mass(&self) -> bool {
-        false
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
@@ -210,10 +213,6 @@ impl MechanicalModel for Woodpecker {
         rows.position.copy_from_slice(&[self.beak_distance() - beak, play + edge, play - edge]);
     }
 
-    fn is_plastic(&self, contact: usize) -> bool {
-        contact != 0
-    }
-
     fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {
         let g = &self.0;
         let edge = [1.0, g.sleeve_radius_m, 0.0];
@@ -234,11 +233,7 @@ impl MechanicalModel for Woodpecker {
         g.gravity_m_s2 * ((sleeve + bird) * q[0] + bird * (g.spring_distance_m * q[1] + g.bird_distance_m * q[2]))
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["sleeve_y_m", "sleeve_angle_rad", "bird_angle_rad"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["beak", "lower_edge", "upper_edge"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&["sleeve_y_m", "sleeve_angle_rad", "bird_angle_rad"], &["beak", "lower_edge", "upper_edge"])
     }
 }

@@ -1,9 +1,8 @@
 //! Mechanics of the hydraulic crane: two links and two point masses in two angles.
 
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::{Name, names};
+use rimbench_core::interface_model::{MatrixForm, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 /// Geometry, masses and start of a [`Crane`]. Angles are measured from the x axis, gravity points along −y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,7 +134,7 @@ impl Crane {
 
 impl MechanicalModel for Crane {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, interface: 1, ..ModelSize::default() }
+        ModelSize { velocities: 2, interface: 1, mass: MatrixForm::Dense, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -145,10 +144,6 @@ impl MechanicalModel for Crane {
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
         self.sin = [libm::sin(q[0]), libm::sin(q[1])];
         self.cos = [libm::cos(q[0]), libm::cos(q[1])];
-    }
-
-    fn has_diagonal_mass(&self) -> bool {
-        false
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
@@ -173,8 +168,8 @@ impl MechanicalModel for Crane {
         g.gravity * (lifted * g.link_1_length * self.sin[0] + g.end_mass * g.link_2_length * self.sin[1])
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["theta_1_rad", "theta_2_rad"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&["theta_1_rad", "theta_2_rad"], &[])
     }
 }
 

@@ -7,8 +7,7 @@ use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::{Name, names};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, Sparsity};
 
 /// The heap around the load of a [`CraneInHeap`].
 #[derive(Debug, Clone, PartialEq)]
@@ -160,7 +159,13 @@ impl CraneInHeap {
 impl MechanicalModel for CraneInHeap {
     fn size(&self) -> ModelSize {
         let velocities = 3 + 2 * self.geometry.centres.len();
-        ModelSize { velocities, unilateral: self.contacts.rows().len(), interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities,
+            unilateral: self.contacts.rows().len(),
+            interface: 1,
+            relists: true,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -212,16 +217,12 @@ impl MechanicalModel for CraneInHeap {
         }
     }
 
-    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+    fn sparsity(&self) -> Sparsity {
         let known = |contact: &Option<Contact>| {
             let known = contact.map(Self::columns);
             known.map_or_else(Vec::new, |(columns, count)| columns[..count].to_vec())
         };
-        Some(self.contacts.rows().iter().map(known).collect())
-    }
-
-    fn relists(&self) -> bool {
-        true
+        Sparsity { unilateral: Some(self.contacts.rows().iter().map(known).collect()), ..Sparsity::default() }
     }
 
     fn remap_contacts(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
@@ -240,12 +241,11 @@ impl MechanicalModel for CraneInHeap {
         self.crane.potential_energy(&q[..3]) + potential_of_weights(&q[3..], self.geometry.disc_mass, self.gravity)
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["theta_1_rad", "load_x_m", "load_y_m", "heap_height_m", "largest_displacement_m", "gap_lowest_m"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["rope", "floor"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(
+            &["theta_1_rad", "load_x_m", "load_y_m", "heap_height_m", "largest_displacement_m", "gap_lowest_m"],
+            &["rope", "floor"],
+        )
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -4,8 +4,7 @@ use super::crane::{Crane, CraneGeometry};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::{Name, names};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 /// One link of a crane, driven by the actuator, and a point load on a massless rope that can only pull.
 ///
@@ -182,11 +181,7 @@ impl MechanicalModel for CraneWithRope {
         g.gravity * (-lifted * self.tip_rate.x + g.end_mass * q[2])
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["theta_1_rad", "load_x_m", "load_y_m"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["rope", "ground"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(&["theta_1_rad", "load_x_m", "load_y_m"], &["rope", "ground"])
     }
 }

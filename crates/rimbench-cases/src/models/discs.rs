@@ -4,8 +4,7 @@ use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
-use rimbench_core::name::{Name, names};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, Sparsity};
 
 /// Masses, geometry and start of [`Discs`].
 #[derive(Debug, Clone, PartialEq)]
@@ -273,7 +272,13 @@ impl Discs {
 impl MechanicalModel for Discs {
     fn size(&self) -> ModelSize {
         let velocities = 1 + 2 * self.geometry.centres.len();
-        ModelSize { velocities, unilateral: self.contacts(), interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities,
+            unilateral: self.contacts(),
+            interface: 1,
+            relists: self.kind == ContactList::Travelling,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -327,18 +332,14 @@ impl MechanicalModel for Discs {
         }
     }
 
-    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+    fn sparsity(&self) -> Sparsity {
         let known = |&contact: &Option<Contact>| match contact {
             Some(contact @ (Contact::Blade(_) | Contact::Bump(..))) => self.columns(contact)[..2].to_vec(),
             Some(contact @ (Contact::Wall(_) | Contact::Floor(_))) => self.columns(contact)[..1].to_vec(),
             Some(contact @ Contact::Pair(..)) => self.columns(contact).to_vec(),
             None => Vec::new(),
         };
-        Some(self.contacts.rows().iter().map(known).collect())
-    }
-
-    fn relists(&self) -> bool {
-        self.kind == ContactList::Travelling
+        Sparsity { unilateral: Some(self.contacts.rows().iter().map(known).collect()), ..Sparsity::default() }
     }
 
     fn remap_contacts(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
@@ -365,12 +366,11 @@ impl MechanicalModel for Discs {
         potential_of_weights(&q[1..], self.geometry.disc_mass, self.geometry.gravity)
     }
 
-    fn observables(&self) -> Vec<Name> {
-        names(&["blade_x_m", "disc_momentum_x_kg_m_s", "largest_displacement_m", "gap_lowest_m"])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        names(&["blade", "wall", "pair"])
+    fn names(&self) -> ModelNames {
+        ModelNames::of(
+            &["blade_x_m", "disc_momentum_x_kg_m_s", "largest_displacement_m", "gap_lowest_m"],
+            &["blade", "wall", "pair"],
+        )
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -1,8 +1,8 @@
 //! Point masses on one axis, with springs between them and to the ground, joints among them, and contacts among them and with stops.
 
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::{MassMatrix, Rows};
-use rimbench_core::mechanics::{MechanicalModel, ModelSize, StiffForces};
+use rimbench_core::interface_model::{MassMatrix, MatrixForm, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, Sparsity, StiffForces};
 use rimbench_core::name::Name;
 
 /// One mass.
@@ -92,7 +92,7 @@ pub struct LineDescription {
     pub driven: usize,
     /// Names of the positions of the first masses, then of their velocities.
     pub state_names: Vec<Name>,
-    /// Names of the contacts, as [`MechanicalModel::contact_names`] has them.
+    /// Names of the contacts, as [`ModelNames::contacts`] has them.
     pub contact_names: Vec<Name>,
 }
 
@@ -140,6 +140,7 @@ impl MechanicalModel for LineMasses {
             bilateral: self.line.joints.len(),
             unilateral: self.line.contacts.len(),
             interface: 1,
+            stiff_forces: (!self.line.springs.is_empty()).then_some(MatrixForm::Dense),
             ..ModelSize::default()
         }
     }
@@ -177,25 +178,19 @@ impl MechanicalModel for LineMasses {
         self.line.joints.iter().enumerate().for_each(|(row, joint)| joint.write(row, q, rows));
     }
 
-    fn bilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        Some(LineContact::columns(&self.line.joints))
-    }
-
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.line.contacts.iter().enumerate().for_each(|(row, contact)| contact.write(row, q, rows));
     }
 
-    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        Some(LineContact::columns(&self.line.contacts))
+    fn sparsity(&self) -> Sparsity {
+        let [bilateral, unilateral] =
+            [&self.line.joints, &self.line.contacts].map(|rows| Some(LineContact::columns(rows)));
+        Sparsity { bilateral, unilateral }
     }
 
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         rows.jacobian[self.line.driven] = 1.0;
         rows.position[0] = q[self.line.driven];
-    }
-
-    fn empty_stiff_forces(&self) -> Option<StiffForces> {
-        (!self.line.springs.is_empty()).then(|| StiffForces::zeros(self.line.masses.len(), false))
     }
 
     fn stiff_forces(&self, _q: &[f64], _v: &[f64], forces: &mut StiffForces) {
@@ -225,12 +220,8 @@ impl MechanicalModel for LineMasses {
         self.line.masses.iter().zip(q).map(of_body).sum::<f64>() + self.line.springs.iter().map(of_spring).sum::<f64>()
     }
 
-    fn observables(&self) -> Vec<Name> {
-        self.line.state_names.clone()
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        self.line.contact_names.clone()
+    fn names(&self) -> ModelNames {
+        ModelNames { observables: self.line.state_names.clone(), contacts: self.line.contact_names.clone() }
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -4,7 +4,7 @@ use super::ledge::{Ledge, SurfaceContact};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 use rimbench_core::name::{Name, names};
 
 /// How far a quaternion or a tangent may be from what it should be: a few roundings.
@@ -360,7 +360,7 @@ impl MechanicalModel for SpatialBody {
         self.geometry.gravity * (self.geometry.mass * q[2] + ball)
     }
 
-    fn observables(&self) -> Vec<Name> {
+    fn names(&self) -> ModelNames {
         let all = [
             "body_x_m",
             "body_y_m",
@@ -372,11 +372,7 @@ impl MechanicalModel for SpatialBody {
             "ball_y_m",
             "ball_z_m",
         ];
-        names(&all[..3 + 3 * self.bodies()])
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
-        self.contacts.clone()
+        ModelNames { observables: names(&all[..3 + 3 * self.bodies()]), contacts: self.contacts.clone() }
     }
 
     /// Writes the centre of mass, and the turns about z, the new y and the new x that give the orientation.

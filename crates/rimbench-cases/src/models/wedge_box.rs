@@ -7,7 +7,7 @@ use super::washboard::Washboard;
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 use rimbench_core::name::{Name, names};
 
 /// A disc on a revolute joint of the box, with its own ledge: discs roll on tracks of their own, beside that of the supports.
@@ -199,8 +199,11 @@ impl WedgeBox {
         self.unilateral(&self.start, &vec![0.0; size.velocities], &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
-                let names = self.contact_names();
-                let name = names.get(contact).map_or("the gap of another wedge".into(), |name| format!("gap_{name}_m"));
+                let names = self.names();
+                let name = names
+                    .contacts
+                    .get(contact)
+                    .map_or("the gap of another wedge".into(), |name| format!("gap_{name}_m"));
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: {name} would start at {gap:.6} m, inside the ground"
                 )));
@@ -296,6 +299,7 @@ impl MechanicalModel for WedgeBox {
             tangential: if self.geometry.washboard[0] == 0.0 { unilateral } else { 0 },
             interface: 1,
             switches: 2 * self.ledges.len(),
+            ..ModelSize::default()
         }
     }
 
@@ -399,17 +403,13 @@ impl MechanicalModel for WedgeBox {
         self.geometry.gravity * (self.geometry.box_mass * q[1] + of_discs.sum::<f64>())
     }
 
-    fn observables(&self) -> Vec<Name> {
-        let mut all = names(&["box_x_m", "box_y_m", "box_angle_rad", "box_rate_rad_s"]);
-        all.push(format!("gap_{}s_least_m", self.geometry.wedge_name).into());
-        if self.geometry.discs.len() == 1 {
-            all.push("disc_ledge_normal_rad".into());
-        }
-        all
-    }
-
-    fn contact_names(&self) -> Vec<Name> {
+    fn names(&self) -> ModelNames {
+        let mut observables = names(&["box_x_m", "box_y_m", "box_angle_rad", "box_rate_rad_s"]);
         let wedge = self.geometry.wedge_name;
+        observables.push(format!("gap_{wedge}s_least_m").into());
+        if self.geometry.discs.len() == 1 {
+            observables.push("disc_ledge_normal_rad".into());
+        }
         let discs: &[&str] = match self.geometry.discs.len() {
             0 => &[],
             1 => &["disc"],
@@ -417,7 +417,7 @@ impl MechanicalModel for WedgeBox {
         };
         let wedges = [format!("right_{wedge}"), format!("left_{wedge}")].into_iter();
         let at_discs = discs.iter().flat_map(|disc| [format!("{disc}_ledge"), format!("{disc}_floor")]);
-        wedges.chain(at_discs).map(Name::from).collect()
+        ModelNames { observables, contacts: wedges.chain(at_discs).map(Name::from).collect() }
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

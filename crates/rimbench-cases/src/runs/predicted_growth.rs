@@ -187,7 +187,7 @@ fn linearise(sides: Sides<'_>, macro_step: f64) -> std::result::Result<Option<Li
     };
     // The leak: how the rate of the force follows the force, on a copy that is pushed a little. Without a copy there is none, which is on the
     // safe side.
-    let Some(mut pushed) = sides.actuator.try_clone() else { return Ok(Some(coupling)) };
+    let Ok(mut pushed) = sides.actuator.try_clone() else { return Ok(Some(coupling)) };
     let (mut forces, rate) = ([[0.0; 1]; 2], rates.rate[0]);
     pushed.outputs(&u, &mut forces[0])?;
     pushed.step(0.0, &[u[0], u[1] + PUSH / PUSHED_FOR], PUSHED_FOR)?;

@@ -457,7 +457,8 @@ fn contact_gaps(spec: &RunSpec) -> Result<Vec<String>> {
         return Ok(gaps.collect());
     }
     let mut system = (spec.case.build)(&spec.parameters, &SolverEntry::active_set())?;
-    let contacts = system.sides.mechanics.capabilities().contact_names();
+    let contacts = system.sides.mechanics.capabilities().contact_mechanics();
+    let contacts = contacts.map_or(&[][..], |mechanics| mechanics.contact_names());
     let is_of = |gap: &str| contacts.iter().any(|name| *gap == format!("{GAP}{name}_m"));
     let of_contact = |gap: &String| contacts.is_empty() || is_of(gap);
     Ok(gaps.filter(of_contact).collect())

@@ -74,8 +74,9 @@ impl RunSpec {
 impl PreparedRun<'_> {
     /// Names the contacts of the interface model, as in "right wedge"; none where they have no names.
     pub fn contact_names(&mut self) -> Vec<String> {
-        let names = self.system.sides.mechanics.capabilities().contact_names().iter();
-        names.map(|name| name.replace('_', " ")).collect()
+        let contacts = self.system.sides.mechanics.capabilities().contact_mechanics();
+        let names = contacts.map_or(&[][..], |mechanics| mechanics.contact_names());
+        names.iter().map(|name| name.replace('_', " ")).collect()
     }
 
     /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate) against a reference,
@@ -115,8 +116,10 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
-    if spec.needs_every_entry() {
-        sides.mechanics.capabilities().keep_every_entry();
+    if spec.needs_every_entry()
+        && let Some(mechanics) = sides.mechanics.capabilities().contact_mechanics()
+    {
+        mechanics.keep_every_entry();
     }
     let mut columns = spec.case.recorded_columns();
     if spec.audit {

@@ -1,7 +1,7 @@
 //! The modes of contacts with friction in the place of an active set.
 
 use super::discretised_model::DiscretisedModel;
-use super::{ActiveSetFactor, AffineStep, StepContactLaw};
+use super::{ActiveSetFactor, AffineStep};
 use crate::friction::{ContactState, StateSystem};
 
 /// The equations of contacts in their modes, factorised: `K = E_σ H F_σ`.
@@ -67,26 +67,6 @@ impl ActiveSetFactor for ModeFactor {
             let tangential = state.friction() * friction[row] * impulse;
             model.add_impulse(states.len() + row, tangential, w);
         }
-    }
-
-    #[inline(always)]
-    fn admits_zero(
-        step: &AffineStep<Self>,
-        model: &DiscretisedModel,
-        law: &StepContactLaw,
-        w: &[f64],
-        lambda: &[f64],
-        gap: &[f64],
-    ) -> bool {
-        let rows = w.len();
-        !step.active.is_empty()
-            && gap.iter().enumerate().all(|(contact, gap)| {
-                let mut free = w[contact] + model.free_increment(rows)[contact] + law.rates.velocity(*gap);
-                for (j, force) in lambda.iter().enumerate() {
-                    free += force * model.force_column(j, rows)[contact];
-                }
-                free >= 0.0
-            })
     }
 
     #[inline(always)]

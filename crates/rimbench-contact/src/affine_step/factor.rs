@@ -11,8 +11,9 @@ pub trait ActiveSetFactor: Clone + Sized {
     const ROWS: usize = 1;
     /// Below this part of the velocities that a micro step gives, `r` is rounding.
     const NEGLIGIBLE: f64 = NEGLIGIBLE;
-    /// Whether sizes known to the compiler are worth their code.
-    const FEW: bool = true;
+    /// Whether contacts are many: then sizes known to the compiler are not worth their code, and rounding in the gaps of a heap must not keep `r`
+    /// from decaying.
+    const MANY: bool = false;
 
     /// Factorises `H_AA` of an active set and lists its rows; false if they depend on each other.
     fn factorise(&mut self, model: &DiscretisedModel, active: Self::Active<'_>, rows: &mut Vec<usize>) -> bool;
@@ -28,19 +29,6 @@ pub trait ActiveSetFactor: Clone + Sized {
     /// Records the active rows' impulses of one tangent.
     #[inline(always)]
     fn record_tangent(&mut self, _column: usize, _active: &[usize], _impulses: &[f64]) {}
-
-    /// Tells whether zero impulses solve the problem as well; a solver would prefer them.
-    #[inline(always)]
-    fn admits_zero(
-        _: &AffineStep<Self>,
-        _: &DiscretisedModel,
-        _: &StepContactLaw,
-        _w: &[f64],
-        _lambda: &[f64],
-        _gap: &[f64],
-    ) -> bool {
-        false
-    }
 
     /// Tells whether active rows rest at their gap terms, and no other contact moves further in than its own allows.
     #[inline(always)]
@@ -64,14 +52,6 @@ pub trait ActiveSetFactor: Clone + Sized {
         impulses: &mut [f64],
         tolerance: f64,
     ) -> bool;
-
-    /// Removes from `r` the rounding that would return with the opposite sign.
-    #[inline(always)]
-    fn filter(_r: &mut [f64], _active: &[usize], _law: &StepContactLaw, _decay: f64, _gap: &[f64], _tolerance: f64) {}
-
-    /// Sets the velocities of active rows to their gap terms where `r` was too small to be solved for.
-    #[inline(always)]
-    fn settle(_active: &[usize], _law: &StepContactLaw, _gap: &[f64], _next: &mut [f64]) {}
 
     /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date where they no longer do.
     #[inline(always)]

@@ -213,7 +213,7 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         lambda: &[f64],
         state: &mut MicroState<'_>,
     ) -> bool {
-        let (Ok(&force), true) = (<&[f64; 1]>::try_from(lambda), F::FEW) else {
+        let (Ok(&force), true) = (<&[f64; 1]>::try_from(lambda), !F::MANY) else {
             return self.step_of_size(self.rows, model, law, lambda, state);
         };
         match self.rows {
@@ -259,7 +259,7 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         if !tolerance.is_finite() || law.restitution > 0.0 && law.closes(w, gap, tolerance) {
             return false;
         }
-        if F::admits_zero(self, model, law, w, lambda, gap) {
+        if F::ROWS == 2 && self.admits_zero(model, law, w, lambda, gap) {
             return false;
         }
         self.velocities_after(w, lambda, w_plus);
@@ -270,7 +270,10 @@ impl<F: ActiveSetFactor> AffineStep<F> {
             }
             tolerance = self.tolerance(self.sigma, lambda);
             self.velocities_after(w, lambda, w_plus);
-            F::settle(&self.active, law, gap, w_plus);
+            if F::MANY {
+                // Where `r` was too small to be solved for.
+                self.active.iter().for_each(|&contact| w_plus[contact] = -law.gap_term(gap, contact));
+            }
             if law.is_violated(w_plus, gap, self.accepted(tolerance)) {
                 return false;
             }
@@ -283,6 +286,27 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         }
         self.steps += 1;
         true
+    }
+
+    /// Tells whether zero impulses solve a problem with friction as well; a solver would prefer them.
+    #[inline(always)]
+    fn admits_zero(
+        &self,
+        model: &DiscretisedModel,
+        law: &StepContactLaw,
+        w: &[f64],
+        lambda: &[f64],
+        gap: &[f64],
+    ) -> bool {
+        let rows = w.len();
+        !self.active.is_empty()
+            && gap.iter().enumerate().all(|(contact, gap)| {
+                let mut free = w[contact] + model.free_increment(rows)[contact] + law.rates.velocity(*gap);
+                for (j, force) in lambda.iter().enumerate() {
+                    free += force * model.force_column(j, rows)[contact];
+                }
+                free >= 0.0
+            })
     }
 
     /// Returns the rounding of the velocities that a micro step with this σ gives, m/s.
@@ -352,7 +376,16 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         if as_foreseen {
             return false;
         }
-        F::filter(&mut self.r[..k], &self.active, law, self.decay, gap, tolerance);
+        if F::MANY {
+            // As part of the direction of `r`, rounding would return with the opposite sign a few micro steps later, and again, each time with
+            // a solve.
+            for (r, &contact) in self.r[..k].iter_mut().zip(&self.active) {
+                let decaying = law.decaying_part(self.decay, gap[contact]);
+                if (*r - decaying).abs() <= tolerance {
+                    *r = decaying;
+                }
+            }
+        }
         let r = &self.r[..k];
         let scale = largest_entry(r);
         if scale <= tolerance {

@@ -41,7 +41,7 @@ impl ActiveSetFactor for SparseSetFactor {
     /// Gaps of a heap give a part of 1e-12 of rounding, divided by the micro step, back and forth; a look at `r` for that takes a solve
     /// each time. This is a tenth of the residual accepted of a solver, and is seen once gaps have added it up.
     const NEGLIGIBLE: f64 = 1e-10;
-    const FEW: bool = false;
+    const MANY: bool = true;
 
     fn factorise(
         &mut self,
@@ -111,21 +111,6 @@ impl ActiveSetFactor for SparseSetFactor {
             add_multiple(impulses, force, column);
         }
         impulses.iter().map(|impulse| u64::from(*impulse < 0.0)).sum::<u64>() == 0
-    }
-
-    /// As part of the direction of `r`, rounding would return with the opposite sign a few micro steps later, and again, each time with a
-    /// solve.
-    fn filter(r: &mut [f64], active: &[usize], law: &StepContactLaw, decay: f64, gap: &[f64], tolerance: f64) {
-        for (r, &contact) in r.iter_mut().zip(active) {
-            let decaying = law.decaying_part(decay, gap[contact]);
-            if (*r - decaying).abs() <= tolerance {
-                *r = decaying;
-            }
-        }
-    }
-
-    fn settle(active: &[usize], law: &StepContactLaw, gap: &[f64], w_plus: &mut [f64]) {
-        active.iter().for_each(|&contact| w_plus[contact] = -law.gap_term(gap, contact));
     }
 
     #[inline(always)]

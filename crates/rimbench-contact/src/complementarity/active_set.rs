@@ -162,8 +162,16 @@ impl ActiveSet {
         Unsolved::NotFound { residual: f64::INFINITY }
     }
 
+    /// Makes an [`attempt`](ComplementaritySolver::attempt) at a problem whose `H` is, if it comes `again`, to the last bit that of the call
+    /// before; only `b` may differ. The problems of one macro step share their matrix, and with many contacts finding that out takes longer
+    /// than the solution (`benches/solvers.rs`, against size).
     #[inline(always)]
-    fn solve_from_last_set(&mut self, lcp: Lcp<'_>, p: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
+    pub(super) fn solve_from_last_set(
+        &mut self,
+        lcp: Lcp<'_>,
+        again: bool,
+        p: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if n == self.n {
             match self.solve_few(lcp, p) {
@@ -222,12 +230,7 @@ fn same_entries(a: &[f64], b: &[f64]) -> bool {
 impl ComplementaritySolver for ActiveSet {
     #[inline(always)]
     fn attempt(&mut self, lcp: Lcp<'_>, p: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.solve_from_last_set(lcp, p, false)
-    }
-
-    #[inline(always)]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, p: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.solve_from_last_set(lcp, p, true)
+        self.solve_from_last_set(lcp, false, p)
     }
 
     fn reset(&mut self) {

@@ -1,7 +1,7 @@
 //! The solver a simulation holds: what it proposes is checked after every problem, with a fallback, and counted.
 
-use super::propose::{Fallback, ProblemOf, ProposeImpulses};
-use super::{ComplementaritySolver, Lemke, SolveStats, Solver, Unsolved};
+use super::propose::{ProblemOf, ProposeImpulses};
+use super::{SolveStats, Solver, Unsolved};
 use crate::problem::ContactProblem;
 
 /// Exact work counts of many solves.
@@ -55,17 +55,17 @@ impl SolverCounters {
 ///
 /// Solving it means: `r(P) ≤ tolerance`, or [`Unsolved::NotFound`] with the least residual of all attempts.
 #[derive(Debug, Clone)]
-pub struct Checked<S = Solver, F = Option<Lemke>> {
+pub struct Checked<S: ProposeImpulses = Solver> {
     /// Proposes first.
     pub solver: S,
-    fallback: F,
+    fallback: S::Fallback,
     tolerance: f64,
     counters: SolverCounters,
 }
 
-impl<S: ProposeImpulses, F: Fallback<S>> Checked<S, F> {
+impl<S: ProposeImpulses> Checked<S> {
     /// Wraps a solver; `fallback` is asked when the residual of its answer exceeds `tolerance`.
-    pub fn wrap(solver: S, fallback: F, tolerance: f64) -> Self {
+    pub fn wrap(solver: S, fallback: S::Fallback, tolerance: f64) -> Self {
         Checked { solver, fallback, tolerance, counters: SolverCounters::default() }
     }
 
@@ -163,7 +163,7 @@ impl<S: ProposeImpulses, F: Fallback<S>> Checked<S, F> {
                 Some(Err(reason)) => return self.fail(reason),
                 None => break,
             }
-            attempted = self.fallback.propose(turn, &mut self.solver, problem, self.tolerance, impulses);
+            attempted = self.solver.fall_back(&mut self.fallback, turn, problem, self.tolerance, impulses);
             self.counters.fallbacks += u64::from(turn == 0 && attempted.is_some());
             if let Some(Ok(stats)) = attempted
                 && self.accept(stats).is_some()
@@ -183,31 +183,10 @@ impl<S: ProposeImpulses, F: Fallback<S>> Checked<S, F> {
     }
 }
 
-impl Fallback<Solver> for Option<Lemke> {
-    fn propose(
-        &mut self,
-        turn: u32,
-        _: &mut Solver,
-        problem: ProblemOf<'_, Solver>,
-        _tolerance: f64,
-        impulses: &mut [f64],
-    ) -> Option<Result<SolveStats, Unsolved>> {
-        let lemke = self.as_mut().filter(|_| turn == 0)?;
-        Some(match lemke.attempt(problem, impulses) {
-            // Its factorisation of the last basis is part of the pivots.
-            Ok(stats) => {
-                let residual = problem.natural_residual(impulses);
-                Ok(SolveStats { factorisations: 0, residual, ..stats })
-            }
-            Err(_) => Err(Unsolved::NotFound { residual: f64::INFINITY }),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::complementarity::{Lcp, active_set::residual_of_rows};
+    use crate::complementarity::{ComplementaritySolver, Lcp, Lemke, active_set::residual_of_rows};
     use crate::linear_algebra::SparseRows;
 
     /// Proposes one number for all impulses, or nothing.

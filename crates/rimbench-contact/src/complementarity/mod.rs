@@ -30,9 +30,9 @@ pub use active_set::ActiveSet;
 pub use checked::{Checked, SolverCounters};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
-pub use propose::{Fallback, ProblemOf, ProposeImpulses};
+pub use propose::{ProblemOf, ProposeImpulses};
 pub use solver::Solver;
-pub use sparse_active_set::{FromEmptySet, SparseActiveSet, SparseSolver};
+pub use sparse_active_set::{SparseActiveSet, SparseSolver};
 
 use crate::linear_algebra::SymmetricRows;
 use crate::problem::{ContactProblem, DenseDelassus, Signorini};
@@ -59,7 +59,7 @@ pub struct SolveStats {
 
 /// Solves linear complementarity problems of one size class, reusing its workspace.
 ///
-/// Per problem: [`solve`](Self::solve), or [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`]. Every solver
+/// Per problem [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`], as [`Checked`] does. Every solver
 /// answers `P = 0` when `b ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
 pub trait ComplementaritySolver: DynClone + Send {
     /// Writes a proposal for P to `impulses`; the residual in the returned stats is meaningless.
@@ -69,28 +69,6 @@ pub trait ComplementaritySolver: DynClone + Send {
     /// # Panics
     /// If the lengths of `H`, `b` and `impulses` do not fit.
     fn attempt(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved>;
-
-    /// Makes an [`attempt`](Self::attempt) at a problem whose `H` is to the last bit that of the call before; only `b` may differ.
-    ///
-    /// The problems of one macro step share their matrix, and with many contacts finding that out takes longer than the
-    /// solution (`benches/solvers.rs`, against size).
-    ///
-    /// # Errors
-    /// As [`attempt`](Self::attempt).
-    fn attempt_again(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.attempt(lcp, impulses)
-    }
-
-    /// Writes a solution P to `impulses` and reports its natural residual, recomputed here and not by the solver.
-    ///
-    /// # Errors
-    /// If the algorithm ended without an answer, or with one that is not finite. Whether a finite residual is small
-    /// enough is for the caller to say; [`Checked`] does.
-    fn solve(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        let mut stats = self.attempt(lcp, impulses)?;
-        stats.residual = lcp.natural_residual(impulses);
-        if stats.residual.is_finite() { Ok(stats) } else { Err(Unsolved::NonFinite) }
-    }
 
     /// Forgets the warm start, so that the next answer depends on its problem alone.
     fn reset(&mut self) {}

@@ -1,4 +1,4 @@
-//! Proposals of impulses: the solver that is asked first, and its fallback.
+//! Proposals of impulses: those of a solver, and of its fallback.
 
 use super::{SolveStats, Unsolved};
 use crate::problem::{Cone, ContactProblem, DelassusOperator};
@@ -12,6 +12,8 @@ pub trait ProposeImpulses {
     type Delassus<'a>: DelassusOperator;
     /// K.
     type Cone<'a>: Cone;
+    /// What proposes where its own answer is not good enough.
+    type Fallback;
 
     /// Writes a proposal for P; the stats have its natural residual. `same_matrix` tells that H and K are those of the problem before, and
     /// `tolerance` is the residual up to which the proposal will be accepted.
@@ -26,19 +28,17 @@ pub trait ProposeImpulses {
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved>;
 
-    /// Forgets the active set.
-    fn reset(&mut self);
-}
-
-/// Proposes impulses where those of the solver S are not good enough.
-pub trait Fallback<S: ProposeImpulses> {
-    /// Writes what the method number `turn` proposes, as [`ProposeImpulses::propose`]; none after the last method.
-    fn propose(
+    /// Writes what the fallback's method number `turn` proposes in place of an answer that is not good enough, as [`propose`](Self::propose);
+    /// none after the last method.
+    fn fall_back(
         &mut self,
+        fallback: &mut Self::Fallback,
         turn: u32,
-        solver: &mut S,
-        problem: ProblemOf<'_, S>,
+        problem: ProblemOf<'_, Self>,
         tolerance: f64,
         impulses: &mut [f64],
     ) -> Option<Result<SolveStats, Unsolved>>;
+
+    /// Forgets the active set.
+    fn reset(&mut self);
 }

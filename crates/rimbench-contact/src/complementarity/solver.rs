@@ -1,7 +1,7 @@
 //! The solver that an entry of the list builds: the default solver under its own type, all others behind a trait object.
 
 use super::active_set::residual_of_rows;
-use super::{ActiveSet, ComplementaritySolver, Lcp, ProposeImpulses, SolveStats, Unsolved};
+use super::{ActiveSet, ComplementaritySolver, Lcp, Lemke, ProposeImpulses, SolveStats, Unsolved};
 use crate::linear_algebra::SparseRows;
 use crate::problem::{DenseDelassus, Signorini};
 
@@ -48,14 +48,6 @@ impl ComplementaritySolver for Solver {
         }
     }
 
-    #[inline(always)]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        match self {
-            Solver::ActiveSet(solver) => solver.attempt_again(lcp, impulses),
-            Solver::Other { solver, .. } => solver.attempt_again(Lcp::new(lcp.h(), lcp.b), impulses),
-        }
-    }
-
     fn reset(&mut self) {
         match self {
             Solver::ActiveSet(solver) => solver.reset(),
@@ -74,6 +66,7 @@ impl ComplementaritySolver for Solver {
 impl ProposeImpulses for Solver {
     type Delassus<'a> = DenseDelassus<'a>;
     type Cone<'a> = Signorini;
+    type Fallback = Option<Lemke>;
 
     #[inline(always)]
     fn propose(
@@ -83,7 +76,10 @@ impl ProposeImpulses for Solver {
         _tolerance: f64,
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let attempted = if same_matrix { self.attempt_again(lcp, impulses) } else { self.attempt(lcp, impulses) };
+        let attempted = match self {
+            Solver::ActiveSet(solver) => solver.solve_from_last_set(lcp, same_matrix, impulses),
+            Solver::Other { solver, .. } => solver.attempt(Lcp::new(lcp.h(), lcp.b), impulses),
+        };
         let Ok(stats) = attempted else { return Err(Unsolved::NotFound { residual: f64::INFINITY }) };
         let residual = match self {
             Solver::ActiveSet(solver) if same_matrix => solver.residual_again(lcp, impulses),
@@ -100,6 +96,22 @@ impl ProposeImpulses for Solver {
             Solver::ActiveSet(_) => lcp.natural_residual(impulses),
         };
         Ok(SolveStats { residual, ..stats })
+    }
+
+    fn fall_back(
+        &mut self,
+        lemke: &mut Option<Lemke>,
+        turn: u32,
+        lcp: Lcp<'_>,
+        _tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        let lemke = lemke.as_mut().filter(|_| turn == 0)?;
+        Some(match lemke.attempt(lcp, impulses) {
+            // Its factorisation of the last basis is part of the pivots.
+            Ok(stats) => Ok(SolveStats { factorisations: 0, residual: lcp.natural_residual(impulses), ..stats }),
+            Err(_) => Err(Unsolved::NotFound { residual: f64::INFINITY }),
+        })
     }
 
     fn reset(&mut self) {

@@ -11,7 +11,7 @@
 
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
-use super::{Checked, Fallback, ProposeImpulses, SolveStats, SparseLcp, Unsolved};
+use super::{Checked, ProposeImpulses, SolveStats, SparseLcp, Unsolved};
 use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 use crate::problem::Signorini;
 
@@ -70,12 +70,12 @@ pub struct SparseActiveSet {
 }
 
 /// [`SparseActiveSet`] behind the check; it starts from the empty set where its answer is not good enough.
-pub type SparseSolver = Checked<SparseActiveSet, FromEmptySet>;
+pub type SparseSolver = Checked<SparseActiveSet>;
 
 impl SparseSolver {
     /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
     pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
-        Checked::wrap(SparseActiveSet::new(pattern), FromEmptySet, tolerance)
+        Checked::wrap(SparseActiveSet::new(pattern), (), tolerance)
     }
 }
 
@@ -523,6 +523,7 @@ fn velocity_of(h: SymmetricRows<'_>, b: &[f64], p: &[f64], i: usize) -> f64 {
 impl ProposeImpulses for SparseActiveSet {
     type Delassus<'a> = SymmetricRows<'a>;
     type Cone<'a> = Signorini;
+    type Fallback = ();
 
     fn propose(
         &mut self,
@@ -558,32 +559,27 @@ impl ProposeImpulses for SparseActiveSet {
         Ok(stats)
     }
 
-    fn reset(&mut self) {
-        self.set.clear();
-        self.age = None;
-    }
-}
-
-/// Looks for an answer from the empty set, contact by contact.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct FromEmptySet;
-
-impl Fallback<SparseActiveSet> for FromEmptySet {
-    fn propose(
+    /// Looks for an answer from the empty set, contact by contact.
+    fn fall_back(
         &mut self,
+        (): &mut (),
         turn: u32,
-        solver: &mut SparseActiveSet,
         problem: SparseLcp<'_>,
         tolerance: f64,
         impulses: &mut [f64],
     ) -> Option<Result<SolveStats, Unsolved>> {
         (turn == 0).then(|| {
             let mut stats = SolveStats::default();
-            solver.reset();
-            solver.guessed = true;
-            solver.attempt(problem, tolerance, impulses, &mut stats);
+            self.reset();
+            self.guessed = true;
+            self.attempt(problem, tolerance, impulses, &mut stats);
             Ok(stats)
         })
+    }
+
+    fn reset(&mut self) {
+        self.set.clear();
+        self.age = None;
     }
 }
 

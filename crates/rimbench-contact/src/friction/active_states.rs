@@ -1,6 +1,6 @@
 //! The active set of a contact problem with friction: states instead of members.
 
-use super::{ContactState, FrictionProblem, StateMethod, StateSystem};
+use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
 use crate::linear_algebra::largest_entry;
 
@@ -32,10 +32,13 @@ impl ActiveStates {
     pub fn new(contacts: usize) -> Self {
         ActiveStates { system: StateSystem::new(contacts), seen: false, w: vec![0.0; 2 * contacts] }
     }
-}
 
-impl StateMethod for ActiveStates {
-    fn attempt(
+    /// Goes on from `states`; writes a proposal to `impulses`, and its states. The stats have its natural residual. `same_matrix` tells that
+    /// matrix and coefficients are those of the problem before: in its states nothing is factorised.
+    ///
+    /// # Errors
+    /// [`Unsolved::NotFound`] without a proposal, [`Unsolved::NonFinite`] if `b` is not finite.
+    pub fn attempt(
         &mut self,
         problem: FrictionProblem<'_>,
         same_matrix: bool,

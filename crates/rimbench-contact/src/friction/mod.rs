@@ -35,7 +35,6 @@ mod enumeration;
 mod problem;
 mod solver;
 pub mod space;
-mod state_method;
 mod state_system;
 mod stiction;
 
@@ -46,6 +45,5 @@ pub use copositive_lemke::CopositiveLemke;
 pub use enumeration::{ENUMERATION_LIMIT, Enumeration, FrictionSolution};
 pub use problem::FrictionProblem;
 pub use solver::{ColdMethods, FrictionSolver, WarmStates};
-pub use state_method::StateMethod;
 pub use state_system::StateSystem;
 pub use stiction::Stiction;

@@ -1,6 +1,6 @@
 //! One contact problem with friction.
 
-use crate::problem::{ContactProblem, Coulomb, DelassusOperator, DenseDelassus};
+use crate::problem::{ContactProblem, Coulomb, DenseDelassus};
 
 /// One problem `w = H P + b` under Coulomb's law, `H = [H_nn H_nt; H_tn H_tt]` and `b = [b_n; b_t]`: normal rows before tangential ones, the
 /// normal part of `b` with its gap terms, the tangential one with none. T tangential rows per contact: 1 in the plane, 2 in space.
@@ -37,16 +37,5 @@ impl ContactProblem<'_, DenseDelassus<'_>, Coulomb<'_>> {
             }
             *w = b[row] + (even + odd);
         }
-    }
-
-    /// Returns `min (H_nn − μ |H_nt|) / H_nn` over the contacts: how far the problem is from Painlevé's.
-    ///
-    /// Where this is not above 0 a sliding contact can be pushed in by its own friction; it may then have several solutions or none. With
-    /// one contact and a value above 0 there is exactly one; several contacts can be ambiguous before. +∞ without contacts.
-    pub fn painleve_margin(&self) -> f64 {
-        let n = self.contacts();
-        let of =
-            |c: usize| 1.0 - self.cone.friction[c] * (self.delassus.row(c)[n + c] / self.delassus.diagonal(c)).abs();
-        (0..n).filter(|&c| self.delassus.diagonal(c) > 0.0).map(of).fold(f64::INFINITY, f64::min)
     }
 }

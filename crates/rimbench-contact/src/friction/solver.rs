@@ -1,13 +1,13 @@
 //! The solver of contacts with friction that a simulation holds.
 
-use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, StateMethod};
-use crate::complementarity::{Checked, Fallback, ProposeImpulses, SolveStats, Unsolved};
+use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem};
+use crate::complementarity::{Checked, ProposeImpulses, SolveStats, Unsolved};
 use crate::problem::{Coulomb, DenseDelassus};
 
 /// The states of the last problem, and the method that goes on from them.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct WarmStates {
-    method: Box<dyn StateMethod>,
+    method: ActiveStates,
     states: Vec<ContactState>,
     /// Of the last problem.
     len: usize,
@@ -38,6 +38,7 @@ impl WarmStates {
 impl ProposeImpulses for WarmStates {
     type Delassus<'a> = DenseDelassus<'a>;
     type Cone<'a> = Coulomb<'a>;
+    type Fallback = ColdMethods;
 
     #[inline]
     fn propose(
@@ -53,6 +54,29 @@ impl ProposeImpulses for WarmStates {
         }
         let stats = self.method.attempt(problem, same_matrix, &mut self.states[..n], impulses)?;
         within(stats, tolerance)
+    }
+
+    fn fall_back(
+        &mut self,
+        cold: &mut ColdMethods,
+        turn: u32,
+        problem: FrictionProblem<'_>,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        // Far below what is accepted, so that the first solution is not one that only nearly is.
+        let (wanted, states) = (1e-3 * tolerance, &mut self.states[..self.len]);
+        let attempted = match turn {
+            0 => cold.enumeration.attempt(problem, wanted, states, impulses),
+            1 => cold.lemke.attempt(problem, states, impulses),
+            2 => ContactSweeps.attempt(problem, wanted, states, impulses),
+            _ => return None,
+        };
+        let residual = problem.natural_residual(impulses);
+        Some(match attempted {
+            Ok(stats) => within(SolveStats { residual, ..stats }, tolerance),
+            Err(_) => Err(Unsolved::NotFound { residual }),
+        })
     }
 
     fn reset(&mut self) {
@@ -73,45 +97,16 @@ pub struct ColdMethods {
     lemke: CopositiveLemke,
 }
 
-impl Fallback<WarmStates> for ColdMethods {
-    fn propose(
-        &mut self,
-        turn: u32,
-        solver: &mut WarmStates,
-        problem: FrictionProblem<'_>,
-        tolerance: f64,
-        impulses: &mut [f64],
-    ) -> Option<Result<SolveStats, Unsolved>> {
-        // Far below what is accepted, so that the first solution is not one that only nearly is.
-        let (wanted, states) = (1e-3 * tolerance, &mut solver.states[..solver.len]);
-        let attempted = match turn {
-            0 => self.enumeration.attempt(problem, wanted, states, impulses),
-            1 => self.lemke.attempt(problem, states, impulses),
-            2 => ContactSweeps.attempt(problem, wanted, states, impulses),
-            _ => return None,
-        };
-        let residual = problem.natural_residual(impulses);
-        Some(match attempted {
-            Ok(stats) => within(SolveStats { residual, ..stats }, tolerance),
-            Err(_) => Err(Unsolved::NotFound { residual }),
-        })
-    }
-}
-
 /// Solves one problem after the other, each from the states of the last; every answer is measured by the natural residual.
 ///
 /// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`] (up to five
 /// contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of contacts it was made for.
-pub type FrictionSolver = Checked<WarmStates, ColdMethods>;
+pub type FrictionSolver = Checked<WarmStates>;
 
 impl FrictionSolver {
     /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
     pub fn new(contacts: usize, tolerance: f64) -> Self {
-        Self::of(Box::new(ActiveStates::new(contacts)), contacts, tolerance)
-    }
-
-    /// Checks this method instead of [`ActiveStates`].
-    pub fn of(method: Box<dyn StateMethod>, contacts: usize, tolerance: f64) -> Self {
+        let method = ActiveStates::new(contacts);
         let solver = WarmStates { method, states: vec![ContactState::Open; contacts], len: 0 };
         let fallback = ColdMethods { enumeration: Enumeration::new(contacts), lemke: CopositiveLemke::new(contacts) };
         Checked::wrap(solver, fallback, tolerance)

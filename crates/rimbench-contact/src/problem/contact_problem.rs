@@ -1,7 +1,7 @@
 //! One contact problem, and the natural residual of an answer.
 
 use super::Unsolved;
-use super::{Cone, Coulomb, DelassusOperator, DenseDelassus, Signorini};
+use super::{Cone, Coulomb, DelassusOperator, DenseDelassus, Signorini, delassus};
 use crate::linear_algebra::SymmetricRows;
 
 /// One problem `w = H P + b`, `K ∋ P ⟂ w + s ∈ K*`, see [`Cone`].
@@ -43,35 +43,7 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
         if finite { Ok(nonnegative) } else { Err(Unsolved::NonFinite) }
     }
 
-    /// Measures how far `P` is from solving the problem, in velocities relative to those of the contacts that would close.
-    ///
-    /// ```text
-    /// w = H P + b        r = max_c |natural map of contact c| / max(S, tiny)        S: Cone::scale
-    /// ```
-    /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`; [`Coulomb`] adds
-    /// the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would cause, so every term is one: a change
-    /// of the unit of mass (`H → H/s`, `P → s P`) or of velocity leaves `r` unchanged, and a negative impulse, a penetrating velocity, an
-    /// impulse at an opening contact and friction along the motion count alike. A row with `H_ii ≤ 0` (in a semidefinite matrix a row of
-    /// zeros) is measured with the impulse itself.
-    ///
-    /// `w` is recomputed from `H`, `b` and `P`; nothing is taken from the solver. Anything that is not finite makes the result infinite.
-    ///
-    /// # Shapes and units
-    /// `impulses` n (N·s); returns a pure number.
-    /// # Panics
-    /// If the lengths do not fit.
-    /// # Source
-    /// Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), section 5.10 (`min(z, w)`); the weight `H_ii` is ours.
-    #[inline(always)]
-    pub fn natural_residual(&self, impulses: &[f64]) -> f64 {
-        assert!(
-            impulses.len() == self.b.len() && self.b.len() == self.delassus.size(),
-            "one impulse per row of H and b"
-        );
-        H::natural_residual(self, impulses)
-    }
-
-    /// Returns [`natural_residual`](Self::natural_residual) where the velocities `H P + b` are at hand.
+    /// Returns the [natural residual](ContactProblem::natural_residual) where the velocities `H P + b` are at hand.
     #[inline(always)]
     pub fn residual_of(&self, impulses: &[f64], velocity: impl Fn(usize) -> f64) -> f64 {
         let violation = self.violation(impulses, velocity);
@@ -98,6 +70,31 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
 }
 
 impl<'a, K: Cone> ContactProblem<'a, DenseDelassus<'a>, K> {
+    /// Measures how far `P` is from solving the problem, in velocities relative to those of the contacts that would close.
+    ///
+    /// ```text
+    /// w = H P + b        r = max_c |natural map of contact c| / max(S, tiny)        S: Cone::scale
+    /// ```
+    /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`; [`Coulomb`] adds
+    /// the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would cause, so every term is one: a change
+    /// of the unit of mass (`H → H/s`, `P → s P`) or of velocity leaves `r` unchanged, and a negative impulse, a penetrating velocity, an
+    /// impulse at an opening contact and friction along the motion count alike. A row with `H_ii ≤ 0` (in a semidefinite matrix a row of
+    /// zeros) is measured with the impulse itself.
+    ///
+    /// `w` is recomputed from `H`, `b` and `P`; nothing is taken from the solver. Anything that is not finite makes the result infinite.
+    ///
+    /// # Shapes and units
+    /// `impulses` n (N·s); returns a pure number.
+    /// # Panics
+    /// If the lengths do not fit.
+    /// # Source
+    /// Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), section 5.10 (`min(z, w)`); the weight `H_ii` is ours.
+    #[inline(always)]
+    pub fn natural_residual(&self, impulses: &[f64]) -> f64 {
+        assert!(impulses.len() == self.b.len() && self.b.len() == self.delassus.rows, "one impulse per row of H and b");
+        delassus::natural_residual(self.delassus.h, self.b, self.cone, impulses)
+    }
+
     /// Returns the number of rows n.
     ///
     /// # Panics

@@ -1,9 +1,9 @@
 //! The capabilities of a subsystem besides stepping, all in one place.
 
+use super::contact_mechanics::ContactMechanics;
 use super::energy_account::EnergyAccount;
 use super::input_polynomials::InputPolynomials;
 use super::integrators::SecondOrder;
-use super::joint_steps::JointSteps;
 use super::output_rates::OutputRates;
 use super::transmission_lines::TransmissionLines;
 use crate::error::Failure;
@@ -28,11 +28,6 @@ pub trait Capabilities {
         Ok(false)
     }
 
-    /// Says why no copies of it are given, where more is to be said than that.
-    fn without_copies(&mut self) -> Option<&str> {
-        None
-    }
-
     /// Writes how the outputs move at time `t` with input `u`. False: no directional derivatives.
     ///
     /// # Errors
@@ -46,10 +41,6 @@ pub trait Capabilities {
         None
     }
 
-    /// Keeps every entry of the matrices of its contacts from now on, before the first step: asked for by what cannot use sparse ones. Where
-    /// memory does not hold them they stay as they are.
-    fn keep_every_entry(&mut self) {}
-
     /// Lets the subsystem step by a rule of the second order from now on.
     ///
     /// # Errors
@@ -58,8 +49,8 @@ pub trait Capabilities {
         Err(FIRST_ORDER_ONLY)
     }
 
-    /// Takes steps together with the actuator, where it steps by a rule of the second order; none: it takes them alone.
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+    /// Lends what only a mechanics with contacts has; none: it is another subsystem, or wraps one.
+    fn contact_mechanics(&mut self) -> Option<&mut dyn ContactMechanics> {
         None
     }
 
@@ -78,16 +69,6 @@ pub trait Capabilities {
 
     /// Returns the work received through the interface since the start, J, as the subsystem's own discretisation counts it.
     fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    /// Names the contacts of the interface model, whose gaps are `gap_<contact>_m`; none where they have no names.
-    fn contact_names(&mut self) -> &[Name] {
-        &[]
-    }
-
-    /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model.
-    fn contact_impulses(&mut self) -> Option<&[f64]> {
         None
     }
 

@@ -1,7 +1,7 @@
 //! An actuator lent to a joint step.
 
+use super::contact_mechanics::JointActuator;
 use super::exchange_data::NO_OUTPUT_RATES;
-use super::joint_steps::JointActuator;
 use super::output_rates::OutputRates;
 use super::subsystem::Subsystem;
 use crate::error::{Cause, Failure};

@@ -72,8 +72,12 @@ pub trait Subsystem: Send {
     /// Returns exact work counters.
     fn counters(&self) -> SubsystemCounters;
 
-    /// Returns a copy in the present state, counters included, or nothing if the subsystem cannot be copied.
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>>;
+    /// Returns a copy in the present state, counters included.
+    ///
+    /// # Errors
+    /// [`Cause::NotCopied`](crate::error::Cause::NotCopied) if it cannot be copied, [`Cause::NotOffered`](crate::error::Cause::NotOffered) where
+    /// more is to be said of why.
+    fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure>;
 }
 
 /// Writes methods of a [`Subsystem`] that read alike in many, by name.
@@ -114,10 +118,12 @@ macro_rules! subsystem_methods {
         fn counters(&self) -> $crate::cosim::SubsystemCounters { self.inner.counters() }
     };
     (@clone) => {
-        fn try_clone(&self) -> Option<Box<dyn $crate::cosim::Subsystem>> { Some(Box::new(self.clone())) }
+        fn try_clone(&self) -> Result<Box<dyn $crate::cosim::Subsystem>, $crate::error::Failure> { Ok(Box::new(self.clone())) }
     };
     (@no_clone) => {
-        fn try_clone(&self) -> Option<Box<dyn $crate::cosim::Subsystem>> { None }
+        fn try_clone(&self) -> Result<Box<dyn $crate::cosim::Subsystem>, $crate::error::Failure> {
+            Err($crate::error::Cause::NotCopied.into())
+        }
     };
 }
 

@@ -104,6 +104,16 @@ impl Rows {
     }
 }
 
+/// Which entries a square matrix over the velocities has.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum MatrixForm {
+    /// Those of the diagonal.
+    #[default]
+    Diagonal,
+    /// All.
+    Dense,
+}
+
 /// The mass matrix, diagonal where the coordinates allow it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MassMatrix {
@@ -127,9 +137,20 @@ impl MassMatrix {
 }
 
 impl MassMatrix {
-    /// Makes the zero matrix of `n` velocities that are all coupled, or none.
-    pub fn zeros(n: usize, diagonal: bool) -> Self {
-        if diagonal { MassMatrix::Diagonal(vec![0.0; n]) } else { MassMatrix::Dense(vec![0.0; n * n]) }
+    /// Makes the zero matrix of `n` velocities.
+    pub fn zeros(n: usize, form: MatrixForm) -> Self {
+        match form {
+            MatrixForm::Diagonal => MassMatrix::Diagonal(vec![0.0; n]),
+            MatrixForm::Dense => MassMatrix::Dense(vec![0.0; n * n]),
+        }
+    }
+
+    /// Returns which entries it has.
+    pub fn form(&self) -> MatrixForm {
+        match self {
+            MassMatrix::Diagonal(_) => MatrixForm::Diagonal,
+            MassMatrix::Dense(_) => MatrixForm::Dense,
+        }
     }
 
     /// Returns its entries, to be written.

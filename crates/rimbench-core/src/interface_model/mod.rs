@@ -47,6 +47,6 @@ pub(crate) use contact_modes::closed_in_space;
 pub use elimination::Elimination;
 pub(crate) use half_kick::HalfKick;
 pub(crate) use independent_rows::IndependentRows;
-pub use linearisation::{Linearisation, MassMatrix, Rows};
+pub use linearisation::{Linearisation, MassMatrix, MatrixForm, Rows};
 pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
 pub use redundancy::Redundancy;

@@ -29,11 +29,8 @@ impl<'a> CopiedPair<'a> {
         Ok(CopiedPair {
             setup: pair.setup,
             sizes: PerSide::from_fn(least),
-            sides: PerSide {
-                mechanics: copied(pair.sides.mechanics.try_clone())?,
-                actuator: copied(pair.sides.actuator.try_clone())?,
-            },
-            scheme: copied(pair.scheme.try_clone())?,
+            sides: PerSide { mechanics: pair.sides.mechanics.try_clone()?, actuator: pair.sides.actuator.try_clone()? },
+            scheme: pair.scheme.try_clone().ok_or(Cause::NotCopied)?,
             state: pair.state.clone(),
             stop: pair.stop,
             discarded: Work::default(),
@@ -47,11 +44,8 @@ impl<'a> CopiedPair<'a> {
     pub(super) fn try_clone(&self) -> Result<Self, Failure> {
         Ok(CopiedPair {
             setup: self.setup,
-            sides: PerSide {
-                mechanics: copied(self.sides.mechanics.try_clone())?,
-                actuator: copied(self.sides.actuator.try_clone())?,
-            },
-            scheme: copied(self.scheme.try_clone())?,
+            sides: PerSide { mechanics: self.sides.mechanics.try_clone()?, actuator: self.sides.actuator.try_clone()? },
+            scheme: self.scheme.try_clone().ok_or(Cause::NotCopied)?,
             state: self.state.clone(),
             stop: self.stop,
             sizes: self.sizes.clone(),
@@ -89,8 +83,4 @@ impl<'a> CopiedPair<'a> {
             self.sizes[side].iter_mut().zip(outputs).for_each(|(size, y)| *size = size.max(y.abs()));
         }
     }
-}
-
-fn copied<T>(copy: Option<T>) -> Result<T, Failure> {
-    copy.ok_or_else(|| Cause::NotCopied.into())
 }

@@ -14,8 +14,9 @@ impl CoupledPair<'_> {
         for j in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, j, count);
-            if let Some(joint) = self.sides.mechanics.capabilities().joint_steps() {
-                joint.step_together(
+            let contacts = self.sides.mechanics.capabilities().contact_mechanics();
+            if let Some(mechanics) = contacts.filter(|mechanics| mechanics.is_of_second_order()) {
+                mechanics.step_together(
                     &mut LentActuator(self.sides.actuator),
                     at.start,
                     at.length,

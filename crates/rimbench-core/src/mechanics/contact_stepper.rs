@@ -37,7 +37,7 @@ use rimbench_contact::contact_law::Solved;
 /// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact problem.
 #[derive(Clone)]
 pub(super) struct ContactStepper {
-    law: ContactLaw,
+    pub(super) law: ContactLaw,
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     v_next: Vec<f64>,
@@ -220,12 +220,6 @@ impl ContactStepper {
         model
     }
 
-    /// Makes a contact plastic, where others rebound.
-    pub(super) fn make_plastic(&mut self, contact: usize) {
-        self.eq4.plastic.resize(self.eq4.contacts(), false);
-        self.eq4.plastic[contact] = true;
-    }
-
     /// Marks Eq. 4 as outdated, as Eq. 3 is that of a new state.
     pub(super) fn forget_reduction(&mut self) {
         self.reduced_for = None;
@@ -248,21 +242,6 @@ impl ContactStepper {
         for (index, velocity) in y[n_i..].iter_mut().enumerate() {
             *velocity = self.eq3.interface.velocity(index, &self.v);
         }
-    }
-
-    /// Returns the law of the contacts.
-    pub(super) fn law(&self) -> ContactLaw {
-        self.law
-    }
-
-    /// Returns the fraction γ of a penetration or joint error removed per step.
-    pub(super) fn stabilisation(&self) -> f64 {
-        self.law.stabilisation
-    }
-
-    /// Tells whether contacts are compliant.
-    pub(super) fn is_compliant(&self) -> bool {
-        self.law.spring.is_some()
     }
 
     /// Returns the solver of `H_uu` with every entry, where only its non-zeros are kept.

@@ -2,10 +2,10 @@
 
 use super::stiff_forces::StiffForces;
 use crate::error::Failure;
-use crate::interface_model::Rows;
-use crate::name::Name;
+use crate::interface_model::{MatrixForm, Rows};
+use crate::name::{Name, names};
 
-/// Numbers of velocities, rows and switches. They are constant throughout a run.
+/// Numbers of velocities, rows and switches, and what else of a model is constant throughout a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ModelSize {
     /// Generalised velocities n.
@@ -20,6 +20,45 @@ pub struct ModelSize {
     pub interface: usize,
     /// Quantities at whose change of sign geometry or forces have a kink, such as the place where a corner turns into a ramp.
     pub switches: usize,
+    /// Which entries the mass matrix has.
+    pub mass: MatrixForm,
+    /// Which entries the stiffness and damping have that a step of the second order is to take implicitly; none where all forces are taken as
+    /// they are. A model whose fastest oscillation is of no interest, but sets the step, has some.
+    pub stiff_forces: Option<MatrixForm>,
+    /// Contacts that are plastic, whatever the restitution of the others.
+    pub plastic: &'static [usize],
+    /// Whether unilateral rows may come to stand for other contacts than at the start, see [`MechanicalModel::remap_contacts`].
+    pub relists: bool,
+}
+
+/// Columns of the velocities that each row can involve, in the order of the slots that [`Rows::set`] is given, where a row involves few of many;
+/// none where all rows may involve all.
+///
+/// With many contacts or joints and a diagonal mass only those entries are then kept, of contacts if joints say so too or there are none: the
+/// rows must be written by [`Rows::set`].
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Sparsity {
+    /// Of bilateral rows.
+    pub bilateral: Option<Vec<Vec<usize>>>,
+    /// Of unilateral rows.
+    pub unilateral: Option<Vec<Vec<usize>>>,
+}
+
+/// Names of what a model shows.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ModelNames {
+    /// What [`observe`](MechanicalModel::observe) writes, with units.
+    pub observables: Vec<Name>,
+    /// The contacts of the first unilateral rows: of `left_wedge` the gap is `gap_left_wedge_m`, the force `contact_force_left_wedge_n`. A model
+    /// with a few contacts names them all; one with many names the first, and shows the least gap of the others among its observables.
+    pub contacts: Vec<Name>,
+}
+
+impl ModelNames {
+    /// Takes literal names.
+    pub fn of(observables: &[&'static str], contacts: &[&'static str]) -> Self {
+        ModelNames { observables: names(observables), contacts: names(contacts) }
+    }
 }
 
 /// A mechanical system in coordinates `q` with velocities `v`.
@@ -28,7 +67,7 @@ pub struct ModelSize {
 /// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again. What a model
 /// has none of, it need not write: joints, contacts, observables.
 pub trait MechanicalModel: Send {
-    /// Numbers of velocities, rows and switches.
+    /// Numbers of velocities, rows and switches, and what else is constant.
     fn size(&self) -> ModelSize;
 
     /// Returns q and v at the start; their units are the model's, those of rows and gaps m and m/s.
@@ -54,12 +93,7 @@ pub trait MechanicalModel: Send {
     /// Takes note of a new state.
     fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
 
-    /// Tells whether the mass matrix has entries on its diagonal only.
-    fn has_diagonal_mass(&self) -> bool {
-        true
-    }
-
-    /// Writes the entries of `M(q)`: its diagonal, or all of them row by row.
+    /// Writes the entries of `M(q)`: its diagonal, or all of them row by row, as [`ModelSize::mass`] says.
     fn mass_matrix(&self, q: &[f64], entries: &mut [f64]);
 
     /// Writes `f_a − c`, one entry per velocity: applied forces minus Coriolis and centrifugal terms.
@@ -73,26 +107,12 @@ pub trait MechanicalModel: Send {
     /// Writes `A_b`, `Ȧ_b v` and joint errors.
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Columns of the velocities that each bilateral row can involve, as those of [unilateral rows](Self::unilateral_columns). With many
-    /// joints or contacts and a diagonal mass only those entries are then kept: [`bilateral`](Self::bilateral) must write by
-    /// [`Rows::set`].
-    fn bilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        None
-    }
-
     /// Writes `A_u`, `Ȧ_u v` and gaps.
     fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Columns of the velocities that each unilateral row can involve, in the order of the slots that [`Rows::set`] is given, where a row
-    /// involves few of many; none where all rows may involve all. With many contacts and a diagonal mass, and
-    /// joints that say so too or none, only those entries are then kept: [`unilateral`](Self::unilateral) must write by [`Rows::set`].
-    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        None
-    }
-
-    /// Tells whether unilateral rows may come to stand for other contacts than at the start, see [`remap_contacts`](Self::remap_contacts).
-    fn relists(&self) -> bool {
-        false
+    /// Lists the velocities that rows can involve, as those of contacts are now.
+    fn sparsity(&self) -> Sparsity {
+        Sparsity::default()
     }
 
     /// Lists the possible contacts anew if bodies have moved so far that some which are not listed may close within a step of `h` (s); tells
@@ -112,39 +132,21 @@ pub trait MechanicalModel: Send {
     /// Called only for models that have tangential rows, and only with friction.
     fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Tells whether a contact is plastic, whatever the restitution of the others.
-    fn is_plastic(&self, _contact: usize) -> bool {
-        false
-    }
-
     /// Writes `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 
     /// Writes value and rate of each switch.
     fn switch_values(&self, _q: &[f64], _v: &[f64], _switches: &mut [[f64; 2]]) {}
 
-    /// Returns room for the stiffness and damping of forces that a step of the second order is to take implicitly; none where all forces are
-    /// taken as they are. A model whose fastest oscillation is of no interest, but sets the step, has some.
-    fn empty_stiff_forces(&self) -> Option<StiffForces> {
-        None
-    }
-
-    /// Writes them.
+    /// Writes the stiffness and damping of [`ModelSize::stiff_forces`].
     fn stiff_forces(&self, _q: &[f64], _v: &[f64], _forces: &mut StiffForces) {}
 
     /// Returns the potential energy, J.
     fn potential_energy(&self, q: &[f64]) -> f64;
 
-    /// Names, with units, what [`observe`](Self::observe) writes.
-    fn observables(&self) -> Vec<Name> {
-        Vec::new()
-    }
-
-    /// Names the contacts of the first unilateral rows: of `left_wedge` the gap is `gap_left_wedge_m`, the force
-    /// `contact_force_left_wedge_n`. A model with a few contacts names them all; one with many names the first, and shows the least gap of
-    /// the others among its observables.
-    fn contact_names(&self) -> Vec<Name> {
-        Vec::new()
+    /// Names observables and contacts.
+    fn names(&self) -> ModelNames {
+        ModelNames::default()
     }
 
     /// Writes the model's own observables: the first of its coordinates, unless it says otherwise.

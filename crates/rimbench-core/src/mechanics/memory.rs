@@ -1,8 +1,8 @@
 //! How much memory a mechanical system takes, before its matrices are made.
 
 use super::contact_stepper::ContactLaw;
-use super::mechanical_model::MechanicalModel;
-use crate::interface_model::{Elimination, Linearisation, MassMatrix, Rows};
+use super::mechanical_model::{MechanicalModel, Sparsity};
+use crate::interface_model::{Elimination, Linearisation, MassMatrix, MatrixForm, Rows};
 
 /// Square matrices over all rows that mechanics and a scheme with a model keep between them, where every entry is kept: models, their
 /// packed and condensed forms, contact problems, and the workspaces of two solvers.
@@ -22,29 +22,22 @@ pub const MANY_JOINTS: usize = 12;
 /// Products fewer than n² from which on a sparse `H_uu` is worth its overhead.
 const LEAST_SAVED: u64 = 16;
 
-/// Columns of the rows of which only what is not zero is kept.
-#[derive(Default)]
-struct Kept {
-    contacts: Option<Vec<Vec<usize>>>,
-    joints: Option<Vec<Vec<usize>>>,
-}
-
-impl Kept {
+impl Sparsity {
     /// Tells what is kept of a model's rows: of contacts where few are coupled, without springs and without a solver that is given whole
     /// matrices; of joints, if they are many or the contacts so kept. With joints that keep everything contacts do so, too.
-    fn of(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Self {
+    fn kept(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Self {
         let size = model.size();
-        if !model.has_diagonal_mass() {
-            return Kept::default();
+        if size.mass != MatrixForm::Diagonal {
+            return Sparsity::default();
         }
-        let joints = if size.bilateral > 0 { model.bilateral_columns() } else { None };
-        let apart = size.bilateral == 0 || joints.is_some();
-        let contacts = if apart && law.spring.is_none() && by_active_sets { model.unilateral_columns() } else { None };
-        let all = Kept { contacts, joints };
+        let mut all = model.sparsity();
+        all.bilateral = all.bilateral.filter(|_| size.bilateral > 0);
+        let apart = size.bilateral == 0 || all.bilateral.is_some();
+        all.unilateral = all.unilateral.filter(|_| apart && law.spring.is_none() && by_active_sets);
         if all.few_are_coupled(size.velocities) {
             return all;
         }
-        Kept { contacts: None, joints: all.joints.filter(|_| size.bilateral >= MANY_JOINTS) }
+        Sparsity { unilateral: None, bilateral: all.bilateral.filter(|_| size.bilateral >= MANY_JOINTS) }
     }
 
     /// Rows with these columns, or with all.
@@ -60,8 +53,8 @@ impl Kept {
     ///
     /// Bounds from rows and heaps (`benches/scaling.rs`): with fewer contacts the mechanics' step loses what the reduction saves.
     fn few_are_coupled(&self, velocities: usize) -> bool {
-        let Some(contacts) = &self.contacts else { return false };
-        if self.joints.is_none() {
+        let Some(contacts) = &self.unilateral else { return false };
+        if self.bilateral.is_none() {
             let (products, all) = (products_at_most(contacts, velocities), (contacts.len() as u64).pow(2));
             return products + LEAST_SAVED <= all && 4 * products <= 3 * all;
         }
@@ -69,8 +62,8 @@ impl Kept {
         let eq3 = Linearisation {
             mass: MassMatrix::Diagonal(Vec::new()),
             force: vec![0.0; velocities],
-            bilateral: known(&self.joints),
-            unilateral: known(&self.contacts),
+            bilateral: known(&self.bilateral),
+            unilateral: known(&self.unilateral),
             tangential: Rows::default(),
             interface: Rows::default(),
         };
@@ -87,12 +80,12 @@ fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
 
 /// Makes Eq. 3 of a model, with nothing in it yet and room for what is to be kept of its rows.
 pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Linearisation {
-    let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
+    let (size, kept) = (model.size(), Sparsity::kept(model, law, by_active_sets));
     Linearisation {
-        mass: MassMatrix::zeros(size.velocities, model.has_diagonal_mass()),
+        mass: MassMatrix::zeros(size.velocities, size.mass),
         force: vec![0.0; size.velocities],
-        bilateral: Kept::rows(kept.joints.as_ref(), size.bilateral, size.velocities),
-        unilateral: Kept::rows(kept.contacts.as_ref(), size.unilateral, size.velocities),
+        bilateral: Sparsity::rows(kept.bilateral.as_ref(), size.bilateral, size.velocities),
+        unilateral: Sparsity::rows(kept.unilateral.as_ref(), size.unilateral, size.velocities),
         tangential: Rows::zeros(0, size.velocities),
         interface: Rows::zeros(size.interface, size.velocities),
     }
@@ -102,7 +95,7 @@ pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_
 /// solver of its own.
 pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
     let size = model.size();
-    if Kept::of(model, law, by_active_sets).contacts.is_some() { 0 } else { size.unilateral }
+    if Sparsity::kept(model, law, by_active_sets).unilateral.is_some() { 0 } else { size.unilateral }
 }
 
 /// Returns how many bytes a model and a scheme that uses its interface model take at most.
@@ -115,14 +108,14 @@ pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_se
 /// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from above, for which only
 /// the columns are listed.
 pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> u64 {
-    let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
+    let (size, kept) = (model.size(), Sparsity::kept(model, law, by_active_sets));
     let contacts = (size.unilateral + size.tangential + size.interface) as u64;
     let (joints, velocities) = (size.bilateral as u64, size.velocities as u64);
-    let (of_joints, rows) = match kept.joints {
+    let (of_joints, rows) = match kept.bilateral {
         Some(_) => ((joints + velocities) * PER_JOINT, contacts),
         None => (0, contacts + joints),
     };
-    if let Some(columns) = &kept.contacts {
+    if let Some(columns) = &kept.unilateral {
         let products = products_at_most(columns, size.velocities);
         return of_joints + (size.unilateral as u64 * PER_CONTACT).max(products * PER_PRODUCT);
     }

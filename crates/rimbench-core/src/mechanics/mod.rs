@@ -15,7 +15,7 @@ mod stiff_forces;
 
 pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction};
 pub use energy_ledger::EnergyLedger;
-pub use mechanical_model::{MechanicalModel, ModelSize};
+pub use mechanical_model::{MechanicalModel, ModelNames, ModelSize, Sparsity};
 pub use memory::{MANY_JOINTS, bytes_needed, solver_memory};
 pub use monolithic::{ReferenceSteps, monolithic};
 pub use non_smooth_mechanics::NonSmoothMechanics;

@@ -29,7 +29,7 @@ impl ReferenceSteps {
 /// ```
 /// This is the semi-implicit Euler rule for the whole system: first order, and free of numerical damping of the
 /// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error. Where the mechanics steps by a rule
-/// of the second order, both sides take each piece of a step together ([`JointSteps`](crate::cosim::JointSteps)), cut at its events.
+/// of the second order, both sides take each piece of a step together ([`ContactMechanics`](crate::cosim::ContactMechanics)), cut at its events.
 ///
 /// # Errors
 /// The first [`Failure`] of either side; [`Cause::Stopped`](crate::error::Cause::Stopped).
@@ -42,7 +42,8 @@ pub fn monolithic(
     let h = steps.h;
     let mut motion = vec![0.0; sides.mechanics.ports().outputs.len()];
     let mut force = vec![0.0; sides.actuator.ports().outputs.len()];
-    let together = sides.mechanics.capabilities().joint_steps().is_some();
+    let contacts = sides.mechanics.capabilities().contact_mechanics();
+    let together = contacts.is_some_and(|mechanics| mechanics.is_of_second_order());
     let mut mean = vec![0.0; force.len()];
     for step in 0..=steps.steps {
         stop.check()?;
@@ -63,9 +64,9 @@ pub fn monolithic(
             });
         }
         if step < steps.steps && together {
-            if let Some(joint) = sides.mechanics.capabilities().joint_steps() {
+            if let Some(mechanics) = sides.mechanics.capabilities().contact_mechanics() {
                 mean.fill(0.0);
-                joint.step_together(
+                mechanics.step_together(
                     &mut LentActuator(sides.actuator),
                     step as f64 * h,
                     h,

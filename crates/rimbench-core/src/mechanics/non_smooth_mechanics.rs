@@ -7,13 +7,14 @@ use super::contact_stepper::{
 };
 use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
-use super::mechanical_model::MechanicalModel;
-use super::memory::{bytes_needed, empty_equations};
+use super::mechanical_model::{MechanicalModel, ModelNames};
+use super::memory::empty_equations;
+use super::stiff_forces::StiffForces;
 use crate::cosim::{
-    Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
+    Capabilities, ContactMechanics, EnergyAccount, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
 };
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{AccelerationJumps, Linearisation, MEMORY_LIMIT, ReducedInterfaceModel};
+use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
 use rimbench_contact::solver_entry::SolverEntry;
@@ -59,7 +60,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         if !model.state_forces(&start.0, &start.1, &mut state_forces) {
             state_forces.clear();
         }
-        let (mut observables, contacts) = (model.observables(), model.contact_names());
+        let ModelNames { mut observables, contacts } = model.names();
         let own_observables = observables.len();
         observables.extend(contacts.iter().map(|contact| format!("gap_{contact}_m").into()));
         observables.extend(contacts.iter().map(|contact| format!("contact_force_{contact}_n").into()));
@@ -86,8 +87,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Makes Eq. 3 that of the start state.
     fn start(&mut self) {
-        for contact in (0..self.model.size().unilateral).filter(|&contact| self.model.is_plastic(contact)) {
-            self.stepper.make_plastic(contact);
+        let size = self.model.size();
+        if !size.plastic.is_empty() {
+            self.stepper.eq4.plastic = (0..size.unilateral).map(|contact| size.plastic.contains(&contact)).collect();
         }
         self.linearise();
     }
@@ -99,7 +101,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts kept by the dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a mechanics that steps at
     /// the second order.
     pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
-        if self.model.relists() {
+        if self.model.size().relists {
             return Err(Error::Incompatible(
                 "friction does not go with contacts that are listed again as bodies travel".into(),
             ));
@@ -227,7 +229,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         let kinetic = self.stepper.kinetic_energy();
         let ContactStepper { q, v, .. } = &self.stepper;
         if self.model.remap_contacts(q, v, h)? {
-            self.stepper.remap_contacts(self.model.unilateral_columns().as_deref())?;
+            self.stepper.remap_contacts(self.model.sparsity().unilateral.as_deref())?;
         }
         self.linearise();
         self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
@@ -267,23 +269,11 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         Ok(true)
     }
 
-    fn keep_every_entry(&mut self) {
-        let law = self.stepper.law();
-        let Some(solver) = self.stepper.dense_solver().cloned() else { return };
-        if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
-            return;
-        }
-        let eq3 = empty_equations(&self.model, law, false);
-        let start = (self.stepper.q.clone(), self.stepper.v.clone());
-        self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
-        self.start();
-    }
-
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
-        if self.stepper.is_compliant() {
+        if self.stepper.law.spring.is_some() {
             return Err("contacts that give way are stepped by the semi-implicit rule");
         }
-        if rule == SecondOrder::Midpoint && self.stepper.rebounds() {
+        if rule == SecondOrder::Midpoint && self.stepper.law.rebounds() {
             return Err(
                 "contacts with restitution rebound at events, which the midpoint rule does not locate: use `event-split` or `semi-implicit`, \
                  or set restitution to 0",
@@ -297,7 +287,7 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.q.len() != self.stepper.v.len() {
             return Err("bodies in space, whose orientations are quaternions, are stepped by the semi-implicit rule");
         }
-        if self.model.relists() {
+        if self.model.size().relists {
             return Err("contacts that are listed again as bodies travel are stepped by the semi-implicit rule");
         }
         self.keep_every_entry();
@@ -307,14 +297,15 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.eq3.bilateral.columns_by_row().is_some() {
             return Err("joints by the dozen that involve few velocities each are stepped by the semi-implicit rule");
         }
-        let stiff = self.model.empty_stiff_forces();
+        let size = self.model.size();
+        let stiff = size.stiff_forces.map(|form| StiffForces::zeros(size.velocities, form));
         self.stepper.implicit = stiff.map(|forces| Box::new(ImplicitPart::new(&self.stepper.eq3, forces)));
         self.second_order = Some(Box::new(SecondOrderSteps::new(rule, &self.model)));
         Ok(())
     }
 
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        self.second_order.is_some().then_some(self as &mut dyn JointSteps)
+    fn contact_mechanics(&mut self) -> Option<&mut dyn ContactMechanics> {
+        Some(self)
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -336,14 +327,6 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
 
     fn interface_work(&mut self) -> Option<f64> {
         Some(self.stepper.energy.ledger.interface)
-    }
-
-    fn contact_names(&mut self) -> &[Name] {
-        &self.contacts
-    }
-
-    fn contact_impulses(&mut self) -> Option<&[f64]> {
-        self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {

@@ -1,6 +1,6 @@
 //! Forces that a step of the second order takes implicitly, linear about where it stands.
 
-use crate::interface_model::MassMatrix;
+use crate::interface_model::{MassMatrix, MatrixForm};
 
 /// Stiffness and damping of a model, `K = −∂f/∂q` and `D = −∂f/∂v`.
 ///
@@ -17,8 +17,8 @@ pub struct StiffForces {
 }
 
 impl StiffForces {
-    /// Makes zero matrices of `n` velocities that are all coupled, or none.
-    pub fn zeros(n: usize, diagonal: bool) -> Self {
-        StiffForces { stiffness: MassMatrix::zeros(n, diagonal), damping: MassMatrix::zeros(n, diagonal) }
+    /// Makes zero matrices of `n` velocities.
+    pub fn zeros(n: usize, form: MatrixForm) -> Self {
+        StiffForces { stiffness: MassMatrix::zeros(n, form), damping: MassMatrix::zeros(n, form) }
     }
 }

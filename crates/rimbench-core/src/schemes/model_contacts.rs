@@ -18,7 +18,7 @@ use crate::cosim::MicroStep;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
+use rimbench_contact::affine_step::{AffineStep, MicroState, StepContactLaw};
 use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
@@ -133,7 +133,7 @@ impl<S: ContactSolver> Complementarity<S> {
     /// Poses the contact problem of the micro step, solves it, and applies its impulses.
     fn solve(&mut self, model: FrozenModel<'_>, state: &mut ModelState, lambda: &[f64]) -> Result<(), Failure> {
         let FrozenModel { discretised, law, .. } = model;
-        let (n, m) = (discretised.contacts(), discretised.contacts() / S::Factor::ROWS);
+        let (n, m) = (discretised.contacts(), discretised.contacts() / S::ROWS);
         let rows = n + lambda.len();
         discretised.free_velocity(&state.w[..rows], lambda, &mut state.w_plus[..rows]);
         if law.restitution > 0.0 {
@@ -169,7 +169,7 @@ impl<S: ContactSolver> Complementarity<S> {
     #[inline]
     fn pose(&mut self, model: FrozenModel<'_>, state: &ModelState, solved: Solved) {
         let (law, n) = (model.law, model.discretised.contacts());
-        let m = n / S::Factor::ROWS;
+        let m = n / S::ROWS;
         let b = &mut self.b[..n];
         b.copy_from_slice(&state.w_plus[..n]);
         for (b, gap) in b[..m].iter_mut().zip(&state.gap) {
@@ -194,7 +194,7 @@ impl<S: ContactSolver> Complementarity<S> {
         let n = model.discretised.contacts();
         let step = impact_step(model, self.solver.tolerance());
         let own = |slot: usize| model.received.discretisation_approach_of(model.set[slot]);
-        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
+        let impact = ImpactRows { gap: &state.gap[..n / S::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
         if self.rebounds.record_hits(&step, impact, own) {
             self.look_ahead(model, &step, state, rows)?;
         }
@@ -211,7 +211,7 @@ impl<S: ContactSolver> Complementarity<S> {
         rows: usize,
     ) -> Result<(), Failure> {
         let (discretised, n) = (model.discretised, model.discretised.contacts());
-        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
+        let impact = ImpactRows { gap: &state.gap[..n / S::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
         let Complementarity { rebounds, solver, matrix_changed, w_displacement, .. } = self;
         let lasts = rebounds.look_ahead(step, impact, |b, impulses, velocities| {
             let changed = std::mem::replace(matrix_changed, false);

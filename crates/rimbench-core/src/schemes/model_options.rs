@@ -139,7 +139,7 @@ impl ModelOptions {
             let reason = "a kick along a surface that may stick or slide is not defined; use model_motion `frozen`";
             return refused(format!("model_motion = {}", self.motion), reason);
         }
-        if self.solver.build_with_friction.is_none() {
+        if !self.solver.with_friction {
             let reason = "contacts with friction are solved over their states; use solver `active-set`";
             return refused(format!("solver = {}", self.solver.name), reason);
         }

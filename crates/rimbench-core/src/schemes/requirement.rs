@@ -79,9 +79,8 @@ impl Requirement {
                 (offered.unwrap_or(true), NO_OUTPUT_RATES)
             }
             Requirement::Copies => {
-                let without = [mechanics, actuator].into_iter().find(|side| side.try_clone().is_none())?;
-                let why = without.capabilities().without_copies().map_or(String::new(), |why| format!(": {why}"));
-                return Some(format!("a subsystem cannot be copied, and so no step can be taken again{why}"));
+                let refused = [mechanics, actuator].into_iter().map(|side| side.try_clone()).find(Result::is_err)?;
+                return Some(missing("a subsystem cannot be copied, and so no step can be taken again", &refused));
             }
         };
         (!met).then(|| reason.to_owned())
@@ -89,7 +88,7 @@ impl Requirement {
 }
 
 /// Why something is not offered, with what the subsystem itself says of it, if it says anything.
-fn missing(reason: &str, asked: &Result<bool, Failure>) -> String {
+fn missing<T>(reason: &str, asked: &Result<T, Failure>) -> String {
     match asked.as_ref().map_err(Failure::cause) {
         Err(Cause::NotOffered { what }) => format!("{reason}: {what}"),
         _ => reason.to_owned(),

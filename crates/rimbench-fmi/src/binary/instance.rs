@@ -55,7 +55,7 @@ impl Built {
     }
 
     fn try_clone(&self) -> Option<Built> {
-        Some(Built::new(self.subsystem.try_clone()?))
+        Some(Built::new(self.subsystem.try_clone().ok()?))
     }
 }
 

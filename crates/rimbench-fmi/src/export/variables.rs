@@ -135,7 +135,7 @@ impl Variables {
         for (k, name) in subsystem.capabilities().observables().iter().enumerate() {
             put(name, Kind::Observable(k), unit_of(name), "A further quantity of the model", &[]);
         }
-        let copies = subsystem.try_clone().is_some();
+        let copies = subsystem.try_clone().is_ok();
         // A name of the model's own stands where a parameter has it as well.
         let mut seen = std::collections::BTreeSet::new();
         list.retain(|variable| seen.insert(variable.name.clone()));

@@ -188,7 +188,6 @@ impl FmuMember {
     /// Takes back what it says that it offers, where a check has found that it does not.
     pub(super) fn doubt(&mut self, state: Option<String>, model: Option<String>) {
         if let Some(words) = state {
-            self.offers.copies = false;
             if self.offers.probed {
                 (self.offers.rates, self.offers.smooth, self.plan.smooth, self.plan.probe) =
                     (false, false, false, None);

@@ -123,7 +123,7 @@ impl PythonMember {
     /// Takes back what it says that it offers, where a check has found that it does not.
     pub(super) fn doubt(&mut self, state: Option<String>, model: Option<String>) {
         if state.is_some() {
-            (self.offers.copies, self.offers.without_copies) = (false, state);
+            self.offers.without_copies = state;
         }
         if let Some(words) = model {
             (self.model, self.offers.without) = (None, Some(words.into()));

@@ -368,15 +368,17 @@ impl Subsystem for ImportedSide {
         Ok(())
     }
 
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        if !self.offers.copies {
-            return None;
+    fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure> {
+        if let Some(why) = &self.offers.without_copies {
+            return Err(Cause::NotOffered { what: why.clone().into() }.into());
         }
         let mut number = Vec::new();
-        self.host.lock().unwrap_or_else(PoisonError::into_inner).ask(Ask::Copy, self.id, &[], &mut number).ok()?;
-        Some(Box::new(ImportedSide {
+        let mut host = self.host.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked = self.offers.copies && host.ask(Ask::Copy, self.id, &[], &mut number).is_ok();
+        let id = number.first().filter(|_| asked).ok_or(Cause::NotCopied)?;
+        Ok(Box::new(ImportedSide {
             host: Arc::clone(&self.host),
-            id: *number.first()? as u32,
+            id: *id as u32,
             ports: self.ports.clone(),
             offers: self.offers.clone(),
             shape: self.shape.clone(),
@@ -398,10 +400,6 @@ impl Subsystem for ImportedSide {
 }
 
 impl Capabilities for ImportedSide {
-    fn without_copies(&mut self) -> Option<&str> {
-        self.offers.without_copies.as_deref()
-    }
-
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()
     }

@@ -1,9 +1,9 @@
 //! Semismooth Newton on the natural map, from the impulses of the last problem.
 
 use super::{SpaceProblem, measure, of, rows, weights};
-use crate::complementarity::{ProposeImpulses, SolveStats, Unsolved};
+use crate::complementarity::SolveStats;
 use crate::linear_algebra::{eliminate_by_rows, eliminate_few};
-use crate::problem::{Coulomb, DenseDelassus, norm};
+use crate::problem::norm;
 
 /// Iterations of one call.
 const MOST_ITERATIONS: u32 = 40;
@@ -30,9 +30,9 @@ const WANTED: f64 = 0.1;
 #[derive(Debug, Clone, Default)]
 pub struct SemismoothNewton {
     /// Impulses of the last problem, N·s.
-    last: Vec<f64>,
+    pub(super) last: Vec<f64>,
     /// Rows of the last problem.
-    len: usize,
+    pub(super) len: usize,
     jacobian: Vec<f64>,
     step: Vec<f64>,
     row: Vec<f64>,
@@ -50,7 +50,7 @@ impl SemismoothNewton {
         newton
     }
 
-    fn grow(&mut self, rows: usize) {
+    pub(super) fn grow(&mut self, rows: usize) {
         if rows > self.w.len() {
             self.jacobian.resize(rows * rows, 0.0);
             for buffer in [&mut self.last, &mut self.step, &mut self.row, &mut self.w, &mut self.trial, &mut self.best]
@@ -196,38 +196,5 @@ impl Ball {
         let k = radius / length;
         let derivative = [[k * (1.0 - u * u), -k * u * v], [-k * u * v, k * (1.0 - v * v)]];
         Ball { projected: [radius * u, radius * v], derivative, outwards: [u, v] }
-    }
-}
-
-impl ProposeImpulses for SemismoothNewton {
-    type Delassus<'a> = DenseDelassus<'a>;
-    type Cone<'a> = Coulomb<'a, 2>;
-
-    fn propose(
-        &mut self,
-        problem: SpaceProblem<'_>,
-        _same_matrix: bool,
-        tolerance: f64,
-        impulses: &mut [f64],
-    ) -> Result<SolveStats, Unsolved> {
-        let size = problem.b.len();
-        if size != self.len {
-            self.grow(size);
-            self.len = size;
-            self.last[..size].fill(0.0);
-        }
-        if problem.is_solved_by_zero()? {
-            impulses.fill(0.0);
-            self.last[..size].fill(0.0);
-            return Ok(SolveStats::default());
-        }
-        impulses.copy_from_slice(&self.last[..size]);
-        let stats = self.iterate(problem, tolerance, impulses);
-        self.last[..size].copy_from_slice(impulses);
-        Ok(stats)
-    }
-
-    fn reset(&mut self) {
-        self.last.fill(0.0);
     }
 }

@@ -1,7 +1,8 @@
 //! The solver of contacts with friction in space that a simulation holds.
 
 use super::{SemismoothNewton, SpaceAdmm, SpaceProblem, SpaceSweeps};
-use crate::complementarity::{Checked, Fallback, SolveStats, Unsolved};
+use crate::complementarity::{Checked, ProposeImpulses, SolveStats, Unsolved};
+use crate::problem::{Coulomb, DenseDelassus};
 
 /// Turns of the fallbacks; each gives its method twice the iterations of the one before.
 const MOST_TURNS: u32 = 8;
@@ -21,11 +22,39 @@ pub struct SpaceFallbacks {
     best: f64,
 }
 
-impl Fallback<SemismoothNewton> for SpaceFallbacks {
+impl ProposeImpulses for SemismoothNewton {
+    type Delassus<'a> = DenseDelassus<'a>;
+    type Cone<'a> = Coulomb<'a, 2>;
+    type Fallback = SpaceFallbacks;
+
     fn propose(
         &mut self,
+        problem: SpaceProblem<'_>,
+        _same_matrix: bool,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let size = problem.b.len();
+        if size != self.len {
+            self.grow(size);
+            self.len = size;
+            self.last[..size].fill(0.0);
+        }
+        if problem.is_solved_by_zero()? {
+            impulses.fill(0.0);
+            self.last[..size].fill(0.0);
+            return Ok(SolveStats::default());
+        }
+        impulses.copy_from_slice(&self.last[..size]);
+        let stats = self.iterate(problem, tolerance, impulses);
+        self.last[..size].copy_from_slice(impulses);
+        Ok(stats)
+    }
+
+    fn fall_back(
+        &mut self,
+        fallback: &mut SpaceFallbacks,
         turn: u32,
-        newton: &mut SemismoothNewton,
         problem: SpaceProblem<'_>,
         tolerance: f64,
         impulses: &mut [f64],
@@ -33,13 +62,13 @@ impl Fallback<SemismoothNewton> for SpaceFallbacks {
         if turn == MOST_TURNS {
             return None;
         }
-        if self.start.len() < impulses.len() {
-            self.start.resize(impulses.len(), 0.0);
+        if fallback.start.len() < impulses.len() {
+            fallback.start.resize(impulses.len(), 0.0);
         }
-        let start = &mut self.start[..impulses.len()];
+        let start = &mut fallback.start[..impulses.len()];
         if turn == 0 {
-            self.best = problem.natural_residual(impulses);
-        } else if turn <= ANEW + 1 && problem.natural_residual(impulses) > self.best {
+            fallback.best = problem.natural_residual(impulses);
+        } else if turn <= ANEW + 1 && problem.natural_residual(impulses) > fallback.best {
             impulses.copy_from_slice(start);
         }
         start.copy_from_slice(impulses);
@@ -47,19 +76,23 @@ impl Fallback<SemismoothNewton> for SpaceFallbacks {
             impulses.fill(0.0);
         }
         let (work, factors) = if turn.is_multiple_of(2) {
-            (self.sweeps.sweep(problem, tolerance, FIRST_SWEEPS << turn, impulses).0, 0)
+            (fallback.sweeps.sweep(problem, tolerance, FIRST_SWEEPS << turn, impulses).0, 0)
         } else {
-            let (work, factors, _) = self.admm.iterate(problem, tolerance, FIRST_ITERATIONS << turn, impulses);
+            let (work, factors, _) = fallback.admm.iterate(problem, tolerance, FIRST_ITERATIONS << turn, impulses);
             (work, factors)
         };
-        let stats = newton.iterate(problem, tolerance, impulses);
-        self.best = self.best.min(stats.residual);
+        let stats = self.iterate(problem, tolerance, impulses);
+        fallback.best = fallback.best.min(stats.residual);
         if stats.residual > tolerance {
             return Some(Err(Unsolved::NotFound { residual: stats.residual }));
         }
-        newton.start_from(impulses);
+        self.start_from(impulses);
         let (pivots, factorisations) = (stats.pivots + work, stats.factorisations + factors);
         Some(Ok(SolveStats { pivots, factorisations, ..stats }))
+    }
+
+    fn reset(&mut self) {
+        self.last.fill(0.0);
     }
 }
 
@@ -67,7 +100,7 @@ impl Fallback<SemismoothNewton> for SpaceFallbacks {
 ///
 /// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`SpaceSweeps`] and [`SpaceAdmm`] by
 /// turns, eight in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
-pub type SpaceSolver = Checked<SemismoothNewton, SpaceFallbacks>;
+pub type SpaceSolver = Checked<SemismoothNewton>;
 
 impl SpaceSolver {
     /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.

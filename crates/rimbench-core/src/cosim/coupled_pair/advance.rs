@@ -165,7 +165,8 @@ impl CoupledPair<'_> {
                 mechanics.step(at.start, u, at.length)?;
             }
             if let (Some(audit), Some(model)) = (&mut *audit, &exchange.interface_model) {
-                audit.add_step(model, at, u, mechanics.capabilities().contact_impulses());
+                let contacts = mechanics.capabilities().contact_mechanics();
+                audit.add_step(model, at, u, contacts.and_then(|contacts| contacts.contact_impulses()));
             }
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;
@@ -188,8 +189,8 @@ impl CoupledPair<'_> {
 /// Lets the mechanics take a step of `h` (s) in pieces, each under its own mean of the forces.
 #[cold]
 fn step_in_pieces(mechanics: &mut dyn Subsystem, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure> {
-    match mechanics.capabilities().joint_steps() {
-        Some(steps) => steps.step_under(profile, h),
+    match mechanics.capabilities().contact_mechanics().filter(|mechanics| mechanics.is_of_second_order()) {
+        Some(mechanics) => mechanics.step_under(profile, h),
         None => Err(Cause::NotOffered { what: NO_PIECES.into() }.into()),
     }
 }

@@ -17,7 +17,7 @@ pub struct ContactLaw {
 
 impl ContactLaw {
     /// Tells whether contacts rebound.
-    pub(super) fn rebounds(&self) -> bool {
+    pub(in crate::mechanics) fn rebounds(&self) -> bool {
         self.restitution > 0.0 && self.spring.is_none()
     }
 
@@ -28,12 +28,5 @@ impl ContactLaw {
         if self.rebounds() {
             model.discretisation_approach = vec![0.0; model.contacts()];
         }
-    }
-}
-
-impl super::ContactStepper {
-    /// Tells whether contacts rebound.
-    pub(in crate::mechanics) fn rebounds(&self) -> bool {
-        self.law.rebounds()
     }
 }

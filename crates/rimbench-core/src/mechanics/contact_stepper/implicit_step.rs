@@ -2,7 +2,7 @@
 
 use super::ContactStepper;
 use crate::error::Failure;
-use crate::interface_model::{Elimination, Linearisation, MassMatrix};
+use crate::interface_model::{Elimination, Linearisation, MassMatrix, MatrixForm};
 use crate::mechanics::stiff_forces::StiffForces;
 use rimbench_contact::linear_algebra::Cholesky;
 
@@ -42,9 +42,9 @@ impl ImplicitPart {
     /// Makes room for systems of the size of `eq3` with these forces.
     pub(in crate::mechanics) fn new(eq3: &Linearisation, forces: StiffForces) -> Self {
         let n = eq3.velocities();
-        let matrices = [&eq3.mass, &forces.stiffness, &forces.damping];
-        let diagonal = matrices.into_iter().all(|matrix| matches!(matrix, MassMatrix::Diagonal(_)));
-        let zeros = MassMatrix::zeros(n, diagonal);
+        let diagonal =
+            [&eq3.mass, &forces.stiffness, &forces.damping].iter().all(|matrix| matrix.form() == MatrixForm::Diagonal);
+        let zeros = MassMatrix::zeros(n, if diagonal { MatrixForm::Diagonal } else { MatrixForm::Dense });
         let sized = Linearisation { mass: zeros.clone(), ..eq3.clone() };
         ImplicitPart {
             forces,

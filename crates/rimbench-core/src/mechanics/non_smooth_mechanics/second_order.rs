@@ -8,10 +8,12 @@ pub(super) use excitation::Excitation;
 
 use super::super::contact_stepper::{ActiveProblem, ContactStepper};
 use super::super::mechanical_model::{MechanicalModel, ModelSize};
+use super::super::memory::{bytes_needed, empty_equations};
 use super::NonSmoothMechanics;
-use crate::cosim::{ForceProfile, JointActuator, JointSteps, SecondOrder, Sent};
+use crate::cosim::{ContactMechanics, ForceProfile, JointActuator, SecondOrder, Sent};
 use crate::error::Failure;
-use crate::interface_model::TOUCHING;
+use crate::interface_model::{MEMORY_LIMIT, TOUCHING};
+use crate::name::Name;
 use excitation::InterfaceTrajectory;
 use rest_and_impact::Event;
 use sub_step::{PieceStart, SubStepContacts};
@@ -152,7 +154,31 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     }
 }
 
-impl<M: MechanicalModel> JointSteps for NonSmoothMechanics<M> {
+impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
+    fn contact_names(&self) -> &[Name] {
+        &self.contacts
+    }
+
+    fn contact_impulses(&self) -> Option<&[f64]> {
+        self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
+    }
+
+    fn keep_every_entry(&mut self) {
+        let law = self.stepper.law;
+        let Some(solver) = self.stepper.dense_solver().cloned() else { return };
+        if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
+            return;
+        }
+        let eq3 = empty_equations(&self.model, law, false);
+        let start = (self.stepper.q.clone(), self.stepper.v.clone());
+        self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
+        self.start();
+    }
+
+    fn is_of_second_order(&self) -> bool {
+        self.second_order.is_some()
+    }
+
     fn step_together(
         &mut self,
         actuator: &mut dyn JointActuator,

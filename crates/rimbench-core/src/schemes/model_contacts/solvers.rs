@@ -5,7 +5,7 @@ use super::super::space_contacts::SpaceContacts;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::{ActiveSetFactor, AffineStep, DenseFactor, ModeFactor, SparseSetFactor};
+use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
 use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
 use rimbench_contact::friction::FrictionProblem;
 use rimbench_contact::friction::space::SpaceProblem;
@@ -25,6 +25,8 @@ pub(crate) struct Posed<'a> {
 pub(crate) trait ContactSolver: Clone {
     /// `H_AA` of its active sets, for micro steps that keep the set.
     type Factor: ActiveSetFactor;
+    /// Rows of each contact.
+    const ROWS: usize = 1;
 
     /// Solves for `impulses`, from the active set of the last problem.
     ///
@@ -113,6 +115,7 @@ impl ContactSolver for SparseSolver {
 
 impl ContactSolver for CoulombContacts {
     type Factor = ModeFactor;
+    const ROWS: usize = 2;
 
     fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
         self.try_solve(posed, impulses)?;
@@ -166,7 +169,9 @@ impl ContactSolver for CoulombContacts {
 }
 
 impl ContactSolver for SpaceContacts {
-    type Factor = NotAffine;
+    /// Never made: where a contact slides in space the solution is not affine, as the direction of its friction turns.
+    type Factor = DenseFactor;
+    const ROWS: usize = 3;
 
     fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
         if posed.changed {
@@ -179,7 +184,9 @@ impl ContactSolver for SpaceContacts {
         Ok(())
     }
 
-    fn active<'a>(&'a self, _: &'a [f64]) {}
+    fn active<'a>(&'a self, impulses: &'a [f64]) -> &'a [f64] {
+        impulses
+    }
 
     fn tolerance(&self) -> f64 {
         self.solver.tolerance()
@@ -201,24 +208,5 @@ impl ContactSolver for SpaceContacts {
 
     fn rows<'a>(&'a self, _: &'a [usize]) -> &'a [usize] {
         &self.rows
-    }
-}
-
-/// No affine step: where a contact slides in space the solution is not affine, as the direction of its friction turns.
-#[derive(Debug, Clone)]
-pub(crate) struct NotAffine;
-
-impl ActiveSetFactor for NotAffine {
-    type Active<'a> = ();
-    const ROWS: usize = 3;
-
-    fn factorise(&mut self, _: &DiscretisedModel, (): (), _: &mut Vec<usize>) -> bool {
-        false
-    }
-
-    fn solve(&mut self, _: &[usize], _: &mut [f64]) {}
-
-    fn write_impulses(_: &AffineStep<Self>, _: &DiscretisedModel, _: &[f64], _: &[f64], _: &mut [f64], _: f64) -> bool {
-        false
     }
 }

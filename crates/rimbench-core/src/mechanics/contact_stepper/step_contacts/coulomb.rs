@@ -319,7 +319,7 @@ impl ContactStepper {
             let why = "which coefficient holds is not remembered there; set it to 0, for that in motion";
             return refused(format!("static_friction = {at_rest}"), why);
         }
-        if self.is_compliant() {
+        if self.law.spring.is_some() {
             return Ok(());
         }
         let gaps = &self.eq3.unilateral.position;

@@ -188,7 +188,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let before = self.stepper.kinetic_energy();
         self.linearise_at(q_m, v_m);
         self.find_stiff_forces(q_m, v_m);
-        let stabilisation = self.stepper.stabilisation();
+        let stabilisation = self.stepper.law.stabilisation;
         // However short a piece is, a stabilisation_rate decays as slowly as in the whole step: a piece of a nanosecond would make metres per
         // second of a nanometre.
         let stabilisation_rate = stabilisation / *length;

@@ -1,8 +1,9 @@
-//! A mechanics that takes its steps together with the actuator, both cut at common events, or under the profile of its force.
+//! What the non-smooth stepper offers besides what any subsystem may: contacts, and steps together with the actuator.
 
 use super::output_history::ForceProfile;
 use super::output_rates::OutputRates;
 use crate::error::Failure;
+use crate::name::Name;
 
 /// Is told length (s), force and mean motion of each piece of a joint step.
 pub type Sent<'a> = dyn FnMut(f64, &[f64], &[f64]) + 'a;
@@ -22,8 +23,22 @@ pub trait JointActuator {
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure>;
 }
 
-/// Steps that a mechanics of the second order offers besides those under a force that is held.
-pub trait JointSteps {
+/// Offers what only [`NonSmoothMechanics`](crate::mechanics::NonSmoothMechanics) has, whatever its model. Without defaults, as it is no trait
+/// for others to implement.
+pub trait ContactMechanics {
+    /// Names the contacts of the interface model, whose gaps are `gap_<contact>_m`.
+    fn contact_names(&self) -> &[Name];
+
+    /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model; none after steps of the second order.
+    fn contact_impulses(&self) -> Option<&[f64]>;
+
+    /// Keeps every entry of the matrices of its contacts from now on, before the first step: asked for by what cannot use sparse ones. Where
+    /// memory does not hold them they stay as they are.
+    fn keep_every_entry(&mut self);
+
+    /// Tells whether it steps by a rule of the second order. Only then it takes steps together with the actuator, or under a profile.
+    fn is_of_second_order(&self) -> bool;
+
     /// Advances both sides from `time` by `h` (s): each piece is taken by both, with the force that belongs to its own motion.
     ///
     /// # Errors
