@@ -289,6 +289,11 @@ impl Case {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
     }
 
+    /// Gives a case its scale: m, m/s, N.
+    pub(super) fn scaled(self, position_m: f64, velocity_m_s: f64, force_n: f64) -> Self {
+        Case { scale: Some(Scale { position_m, velocity_m_s, force_n }), ..self }
+    }
+
     /// Returns the scale of a column of the interface, in its unit; none of others, and where the case declares none.
     pub fn scale_of(&self, column: &str) -> Option<f64> {
         let scale = self.scale?;
