@@ -170,7 +170,7 @@ fn columns(names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_cases::cases::{offered_steps_ms, shown_step_ms};
+    use rimbench_cases::cases::offered_steps_ms;
     use rimbench_cases::metrics::USABLE;
     use std::path::Path;
 
@@ -267,7 +267,7 @@ mod tests {
                 }
             };
             let steps = offered_steps_ms(case.defaults.macro_step_s);
-            let shown = shown_step_ms(&case.name, case.defaults.macro_step_s);
+            let shown = case.shown_step_ms;
             let place =
                 steps.iter().position(|step| *step == shown).unwrap_or_else(|| panic!("{}: {shown}", case.name));
             assert!(became(steps[place - 1]) < became(shown), "{} at {shown} ms", case.name);
