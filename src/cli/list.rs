@@ -80,10 +80,8 @@ impl List {
                     let of = match metric.only {
                         Some(Only::Friction) => "contacts have friction",
                         Some(Only::Split) => "each actuator has a model",
-                        Some(Only::SlipRow) => "friction is on one row",
                         Some(Only::Audit) => "the model is audited",
                         Some(Only::Late) => "samples may be late",
-                        Some(Only::Belief) => "the model is wrong",
                         Some(Only::Column) => "the case records it",
                         Some(Only::Claimed) => "a claim is about it",
                         None => "",

@@ -248,7 +248,7 @@ fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
 
 /// Says what is wrong with the cache of references, if anything is: without it every command computes them again.
 fn warn_of_cache(cache: &Cache) {
-    if let Some(error) = cache.complaint() {
+    if let Some(error) = cache.fault() {
         eprintln!("note: the cache of references is of no use here: {error}");
     }
 }

@@ -73,23 +73,23 @@ fn compare(
 ) -> Option<(f64, [SolverCounters; 2])> {
     let step = CommunicationGrid::new(H, 1.0, 1.0).unwrap().step(0);
     let n_i = model.interface();
-    let courses = options_of_both(model.has_friction()).map(|options| {
+    let both = options_of_both(model.has_friction()).map(|options| {
         let mut scheme = scheme(name, model, detection, options);
         let y = vec![0.0; 2 * n_i];
         let actuator_micro_step = H / MICRO_STEPS as f64;
         let sample = Sample { model: Some(model), ..Sample::of_outputs(step, &y, actuator_micro_step) };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         scheme.receive(Side::Actuator, &Sample { y: &force(0), model: None, ..sample }).unwrap();
-        let mut course = Vec::new();
+        let mut inputs = Vec::new();
         for j in 0..MICRO_STEPS {
             let mut u = y.clone();
             scheme.input(Side::Actuator, MicroStep::new(step, j, MICRO_STEPS), &force(j), &mut u).ok()?;
-            course.extend(u.split_off(n_i));
+            inputs.extend(u.split_off(n_i));
         }
-        Some((course, scheme.report().counters))
+        Some((inputs, scheme.report().counters))
     });
-    let [Some((found, with_sets)), Some((solved, every))] = courses else {
-        assert!(courses.iter().all(Option::is_none), "a problem without a solution is one either way");
+    let [Some((found, with_sets)), Some((solved, every))] = both else {
+        assert!(both.iter().all(Option::is_none), "a problem without a solution is one either way");
         return None;
     };
     Some((largest(found.iter().zip(&solved).map(|(a, b)| (a - b).abs())), [with_sets, every]))

@@ -7,7 +7,7 @@ use rimbench::cases::ReferenceMethod;
 use rimbench::catalogue::Catalogue;
 use rimbench::claims::{CheckedClaim, Claimant, Verdict, read_claims};
 use rimbench::figures::{claims_markdown, fill_page, without_filled};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -103,31 +103,37 @@ fn lines_are_short_and_so_is_the_contract() {
     assert!(read(&root().join("METHODOLOGY.md")).lines().count() <= LONGEST_CONTRACT);
 }
 
+/// The page of a case or a scheme, below its folder of the book: that of its family, to which the list of the folder leads, or its own; none of
+/// one that no experiment has judged yet.
+pub fn page_of(folder: &str, name: &str) -> Option<PathBuf> {
+    let folder = root().join("docs").join(folder);
+    let row = format!("| [{name}](");
+    let list = read(&folder.join("README.md"));
+    let listed = list.lines().find_map(|line| line.strip_prefix(&row)?.split(')').next());
+    let page = folder.join(listed.map_or_else(|| format!("{name}.md"), str::to_owned));
+    (listed.is_some() || page.is_file()).then_some(page)
+}
+
 #[test]
-fn every_case_and_scheme_has_a_page_that_names_it() {
+fn every_case_and_scheme_that_an_experiment_names_has_a_page_and_each_page_is_of_one() {
     let cases = cases().iter().map(|case| ("cases", case.name.clone().into_owned()));
     let schemes = schemes().iter().map(|scheme| ("schemes", scheme.name.clone().into_owned()));
+    let experiments: String = files(&root().join("experiments"), "toml").iter().map(|file| read(file)).collect();
     let mut missing = Vec::new();
-    let mut pages: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    let mut pages = BTreeSet::from(["README.md", "options.md"].map(str::to_owned));
     for (folder, name) in cases.chain(schemes) {
-        // The list of the folder leads to the page of a family, or it has a page of its own.
-        let list = read(&root().join("docs").join(folder).join("README.md"));
-        let row = format!("| [{name}](");
-        let listed = list.lines().find_map(|line| line.strip_prefix(&row)?.split(')').next());
-        let page = listed.map_or_else(|| format!("{name}.md"), str::to_owned);
-        let path = format!("docs/{folder}/{page}");
-        if !root().join(&path).is_file() || !read(&root().join(&path)).contains(&name) {
-            missing.push(format!("{name} has no page {path} that names it"));
+        match page_of(folder, &name) {
+            Some(page) if page.is_file() && read(&page).contains(&name) => {
+                pages.insert(page.file_name().unwrap().to_string_lossy().into_owned());
+            }
+            Some(page) => missing.push(format!("{} does not name {name}", page.display())),
+            None if experiments.contains(&format!("\"{name}\"")) => missing.push(format!("no page of {name}")),
+            None => {}
         }
-        pages.entry(folder).or_default().insert(page);
     }
-    for (folder, expected) in &pages {
-        let own = files(&root().join("docs").join(folder), "md").into_iter();
-        let names = own.map(|page| page.file_name().unwrap().to_string_lossy().into_owned());
-        let strangers =
-            names.filter(|name| !expected.contains(name) && !["README.md", "options.md"].contains(&name.as_str()));
-        missing.extend(strangers.map(|name| format!("docs/{folder}/{name} is the page of nothing in the catalogue")));
-    }
+    let own = ["cases", "schemes"].into_iter().flat_map(|folder| files(&root().join("docs").join(folder), "md"));
+    let strangers = own.filter(|page| !pages.contains(&*page.file_name().unwrap().to_string_lossy()));
+    missing.extend(strangers.map(|page| format!("{} is the page of nothing in the catalogue", page.display())));
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 

@@ -2,9 +2,10 @@
 //!
 //! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
 
+use crate::documents::page_of;
 use crate::program::{assert_has, root};
 use crate::prose::files;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use rimbench::cases::Case;
@@ -787,50 +788,32 @@ fn case_picture(catalogue: &Catalogue, case: &Case) -> String {
 
 /// `RIMBENCH_FILL_PAGES=1` writes them.
 #[test]
-fn every_case_has_its_picture_in_the_book() {
-    let (catalogue, folder) = (Catalogue::standard(), root().join("docs/cases/pictures"));
-    let pages: String =
-        files(&root().join("docs/cases"), "md").iter().map(|page| std::fs::read_to_string(page).unwrap()).collect();
-    let mut faults = Vec::new();
-    for case in catalogue.cases() {
-        let (path, made) = (folder.join(format!("{}.svg", case.name)), case_picture(&catalogue, case));
-        assert!(!made.contains("NaN"), "{}", case.name);
-        if std::env::var_os("RIMBENCH_FILL_PAGES").is_some() {
-            std::fs::create_dir_all(&folder).unwrap();
+fn every_page_of_a_case_or_a_scheme_shows_its_picture_and_each_picture_is_shown() {
+    let (catalogue, write) = (Catalogue::standard(), std::env::var_os("RIMBENCH_FILL_PAGES").is_some());
+    let cases = catalogue.cases().iter().map(|case| ("cases", &case.name, case_picture(&catalogue, case)));
+    let timelines = catalogue.schemes().iter().map(|scheme| (&scheme.name, svg(&timeline(scheme).unwrap())));
+    let (mut faults, mut shown) = (Vec::new(), BTreeSet::new());
+    for (folder, name, made) in cases.chain(timelines.map(|(name, made)| ("schemes", name, made))) {
+        assert!(!made.contains("NaN"), "{name}");
+        let Some(page) = page_of(folder, name) else { continue };
+        let path = root().join(format!("docs/{folder}/pictures/{name}.svg"));
+        if write {
             std::fs::write(&path, &made).unwrap();
         }
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&made) {
-            faults.push(format!("{} is not what its drawing says", path.display()));
+            faults.push(format!("{} is not what the code says of it", path.display()));
         }
-        if !pages.contains(&format!("](pictures/{}.svg)", case.name)) {
-            faults.push(format!("no page shows {}", case.name));
+        if !std::fs::read_to_string(&page).unwrap().contains(&format!("](pictures/{name}.svg)")) {
+            faults.push(format!("{} does not show {name}", page.display()));
         }
+        shown.insert(path);
     }
+    let kept = ["cases", "schemes"].map(|folder| files(&root().join("docs").join(folder).join("pictures"), "svg"));
+    let strangers = kept.iter().flatten().filter(|path| !shown.contains(*path));
+    faults.extend(strangers.map(|path| format!("{} is the picture of nothing", path.display())));
     assert!(faults.is_empty(), "RIMBENCH_FILL_PAGES=1 makes them: {faults:#?}");
-}
-
-/// `RIMBENCH_FILL_PAGES=1` writes them.
-#[test]
-fn every_scheme_has_its_timeline_in_the_book() {
-    let folder = root().join("docs/schemes/pictures");
-    let page = |name: &str| std::fs::read_to_string(root().join(name)).unwrap_or_default();
-    let glossary = page("docs/glossary.md");
+    let glossary = std::fs::read_to_string(root().join("docs/glossary.md")).unwrap();
     assert!(glossary.contains("](schemes/pictures/"), "the glossary shows no timeline");
-    let mut faults = Vec::new();
-    for scheme in Catalogue::standard().schemes() {
-        let (path, made) = (folder.join(format!("{}.svg", scheme.name)), svg(&timeline(scheme).unwrap()));
-        if std::env::var_os("RIMBENCH_FILL_PAGES").is_some() {
-            std::fs::create_dir_all(&folder).unwrap();
-            std::fs::write(&path, &made).unwrap();
-        }
-        if std::fs::read_to_string(&path).ok().as_ref() != Some(&made) {
-            faults.push(format!("{} is not what the scheme says of itself", path.display()));
-        }
-        if !page(&format!("docs/schemes/{}.md", scheme.name)).contains(&format!("](pictures/{}.svg)", scheme.name)) {
-            faults.push(format!("the page of {} does not show its timeline", scheme.name));
-        }
-    }
-    assert!(faults.is_empty(), "RIMBENCH_FILL_PAGES=1 makes them: {faults:#?}");
 }
 
 /// Every figure of the list: in the legend no two rows have the same line and sign.

@@ -1,5 +1,7 @@
-//! Nothing is offered that nothing judges: each scheme, case and value of an option is in a row that a claim or a figure names.
+//! Nothing of the book stands unjudged: each scheme and case with a page, and each value of an option that experiments ask for, is in a row
+//! that a claim or a figure names.
 
+use crate::documents::{files, page_of};
 use crate::program::{read, root};
 use rimbench::cases::Purpose;
 use rimbench::error::Error;
@@ -105,11 +107,14 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
         }
     };
     // Schemes without a claim in either direction would do as a figure only: the monolithic solution is what others are held against.
-    catalogue.schemes().iter().for_each(|scheme| judge("scheme", &scheme.name, &*scheme.name == "monolithic"));
+    catalogue.schemes().iter().for_each(|scheme| {
+        judge("scheme", &scheme.name, &*scheme.name == "monolithic" || page_of("schemes", &scheme.name).is_none());
+    });
     // Cases that time solvers are in benches, or on the page of performance.
     let timed = ["benches/scaling.rs", "docs/performance/README.md"].map(|file| read(root().join(file))).concat();
     for case in catalogue.cases() {
-        judge("case", &case.name, case.purpose == Purpose::Speed && timed.contains(&*case.name));
+        let elsewhere = case.purpose == Purpose::Speed && timed.contains(&*case.name);
+        judge("case", &case.name, elsewhere || page_of("cases", &case.name).is_none());
     }
     let solvers = read(root().join("benches/solvers.rs"));
     for solver in catalogue.solvers() {
@@ -121,12 +126,16 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
         .iter()
         .flat_map(|scheme| RunRequest::of("wedge-box", &*scheme.name).resolve(&catalogue).unwrap().facts())
         .collect();
+    let experiments: String = files(&root().join("experiments"), "toml").iter().map(read).collect();
     let mut options = 0;
     // These have parts with numbers, and no values by name.
     let parts = ["delivery_up", "delivery_down", "belief"];
     assert!(parts[..2].iter().all(|key| has(key, "")) && has("belief", "mass"));
     let others = [&["case", "scheme", "solver"][..], &parts].concat();
     for option in RunRequest::OPTIONS.iter().filter(|option| !others.contains(&option.key)) {
+        if !experiments.contains(option.key) {
+            continue;
+        }
         let Err(Error::UnknownName { valid, .. }) = RunRequest::default().put(option.key, "no name of a value") else {
             continue;
         };

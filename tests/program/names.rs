@@ -30,7 +30,8 @@ impl Known {
             help.split(|c: char| c.is_whitespace() || "[]<>=,.".contains(c)).filter(|word| word.starts_with("--"));
         let options = words.map(str::to_owned).collect();
         let files = ["crates", "src"].iter().flat_map(|folder| files(&root().join(folder), "rs"));
-        let source = files.map(|file| read(&file)).collect();
+        let is_code = |line: &&str| !line.trim_start().starts_with("//");
+        let source = files.map(|file| read(&file).lines().filter(is_code).collect::<Vec<_>>().join("\n")).collect();
         Known { catalogue: rimbench::everything().unwrap(), commands, options, source }
     }
 
@@ -65,7 +66,9 @@ impl Known {
             || self.source.contains(&format!("\"{word}\""))
             || root().join("crates").join(word).is_dir()
             || OF_OTHERS.contains(word);
-        (word.contains('-') && !known).then(|| format!("`{word}` is the name of nothing"))
+        let is_type = word.starts_with(|c: char| c.is_ascii_uppercase()) && word.contains(|c: char| c.is_lowercase());
+        let known = known || is_type && self.source.contains(word);
+        ((word.contains('-') || is_type) && !known).then(|| format!("`{word}` is the name of nothing"))
     }
 }
 
@@ -96,8 +99,10 @@ fn what_the_documents_call_by_name_is_there() {
                     found.extend(known.of_call(arguments));
                 }
                 let word = part.split('/').next().unwrap_or_default();
-                let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-                if is_prose && word.starts_with(|c: char| c.is_ascii_lowercase()) && word.chars().all(is_word) {
+                let is_word = |c: char| c.is_ascii_alphanumeric() || c == '-';
+                let is_name =
+                    word.starts_with(|c: char| c.is_ascii_lowercase() || (c.is_ascii_uppercase() && *part == word));
+                if is_prose && is_name && word.chars().all(is_word) {
                     seen[1] += 1;
                     found.extend(known.of_word(word));
                 }

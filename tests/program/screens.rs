@@ -1,6 +1,7 @@
 //! What commands print at 80 columns, in files that a person can read: `tests/program/screens/*.txt`. A line that begins with `$` is
 //! a command, and what follows is what it prints, with its exit code if that is not 0. `RIMBENCH_UPDATE_SCREENS=1` writes them.
 
+use crate::conveniences::{commands, said};
 use crate::program::{files, read, rimbench, root};
 use std::path::Path;
 
@@ -41,6 +42,13 @@ fn commands_print_what_their_files_show() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+#[test]
+fn the_help_of_every_command_fits_on_a_screen() {
+    for command in commands() {
+        assert_eq!(too_wide(said(&[&command, "-h"]).lines()), None, "{command}");
+    }
+}
+
 /// A command, what it prints, and its exit code.
 fn screen(folder: &Path, line: &str) -> String {
     let results = root().join("results").display().to_string();
@@ -71,7 +79,10 @@ fn masked(line: &str) -> String {
         return format!("{before}processor time    (of this machine)");
     }
     let is_id = |word: &str| word.len() == 16 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
-    // How many metrics and counters there are is not what a screen is about.
+    // How many metrics, counters, or schemes to advise there are is not what a screen is about.
+    if let Some((_, others)) = line.split_once(" runs · ").filter(|_| line.ends_with(" for the others")) {
+        return format!("N runs · {others}");
+    }
     let mut words: Vec<&str> =
         line.split(' ').map(|word| if is_id(word) { "0123456789abcdef" } else { word }).collect();
     for index in 1..words.len() {
@@ -82,7 +93,13 @@ fn masked(line: &str) -> String {
     words.join(" ")
 }
 
-/// What is too wide or too long; an error is one line, however long, and a word that is longer has a line of its own.
+/// The first line that is too wide; an error is one line, however long, and a word that is longer has a line of its own.
+fn too_wide<'a>(mut lines: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let is_free = |line: &str| line.starts_with("error: ") || line.starts_with("help: ") || !line.trim().contains(' ');
+    lines.find(|line| line.chars().count() > 80 && !is_free(line))
+}
+
+/// What is too wide or too long.
 fn too_large(screen: &str) -> Option<String> {
     let mut lines = screen.lines();
     let command = lines.next().unwrap();
@@ -91,8 +108,7 @@ fn too_large(screen: &str) -> Option<String> {
     if command.starts_with("$ rimbench list ") {
         return None;
     }
-    let is_free = |line: &str| line.starts_with("error: ") || line.starts_with("help: ") || !line.trim().contains(' ');
-    if let Some(wide) = printed.iter().find(|line| line.chars().count() > 80 && !is_free(line)) {
+    if let Some(wide) = too_wide(printed.iter().copied()) {
         return Some(format!("wider than 80: {wide}"));
     }
     let (_, most) = MOST_LINES.iter().find(|(name, _)| command.starts_with(&format!("$ rimbench {name} ")))?;

@@ -1,4 +1,4 @@
-//! From numbers to pictures: charts, stability maps and the manoeuvre drawing, written as SVG.
+//! From results on disk to figures, tables, numbers in pages and the page of results.
 //!
 //! This room reads results and never simulates; its toolkit knows nothing of experiments. A figure is described
 //! ([`chart::Figure`]), drawn into a display list (`draw()` gives a [`drawing::Drawing`]) and written

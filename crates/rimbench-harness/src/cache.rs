@@ -13,17 +13,17 @@ use std::sync::OnceLock;
 const MAGIC: &[u8; 8] = b"rimref02";
 
 /// Files named by the hash of their key, with a checksum of key and content inside. A cache that cannot be read or written is no
-/// error: the numbers are computed again, and [`complaint`](Self::complaint) says why.
+/// error: the numbers are computed again, and [`fault`](Self::fault) says why.
 #[derive(Debug)]
 pub struct Cache {
     folder: PathBuf,
-    complaint: OnceLock<Error>,
+    fault: OnceLock<Error>,
 }
 
 impl Cache {
     /// Makes the cache in `folder`.
     pub fn in_folder(folder: impl AsRef<Path>) -> Self {
-        Cache { folder: folder.as_ref().to_owned(), complaint: OnceLock::new() }
+        Cache { folder: folder.as_ref().to_owned(), fault: OnceLock::new() }
     }
 
     /// Makes the user's cache: `$RIMBENCH_CACHE`, else `$XDG_CACHE_HOME/rimbench`, else `~/.cache/rimbench`, else a
@@ -38,8 +38,8 @@ impl Cache {
     }
 
     /// What went wrong first, if anything did: without a cache references are computed again by every command.
-    pub fn complaint(&self) -> Option<&Error> {
-        self.complaint.get()
+    pub fn fault(&self) -> Option<&Error> {
+        self.fault.get()
     }
 
     /// Reads the numbers stored under `key`; nothing if there are none or the file is damaged, or belongs to another key.
@@ -81,12 +81,12 @@ impl Cache {
         };
         // Losing the cache costs time, not results.
         if let Err(error) = store() {
-            let _ = self.complaint.set(error);
+            let _ = self.fault.set(error);
         }
     }
 
     fn warn(&self, path: &Path, message: String) {
-        let _ = self.complaint.set(Error::file(path, message));
+        let _ = self.fault.set(Error::file(path, message));
     }
 
     fn path(&self, key: &str) -> PathBuf {
@@ -129,13 +129,13 @@ mod tests {
         cache.write("key", &numbers);
         assert_eq!(bits(cache.read("key").unwrap()), bits(numbers));
         assert_eq!(cache.read("another key"), None);
-        assert!(cache.complaint().is_none());
+        assert!(cache.fault().is_none());
         let path = cache.path("key");
         let mut bytes = fs::read(&path).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
         fs::write(&path, bytes).unwrap();
         assert_eq!(cache.read("key"), None);
-        assert!(cache.complaint().unwrap().to_string().contains("damaged"));
+        assert!(cache.fault().unwrap().to_string().contains("damaged"));
     }
 
     #[test]
@@ -159,6 +159,6 @@ mod tests {
         assert_eq!(cache.read("key"), None);
         cache.write("key", &[1.0]);
         assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
-        assert!(cache.complaint().unwrap().to_string().contains("no regular file"));
+        assert!(cache.fault().unwrap().to_string().contains("no regular file"));
     }
 }

@@ -23,7 +23,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::trace;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 /// Tells whether the tables of a plan have a column: one of some runs only if it has such a run.
@@ -31,11 +31,16 @@ fn has(planned: &[PlannedRun], name: &str) -> bool {
     only_of(name).is_none_or(|only| planned.iter().any(|run| run.spec.has_column(name, only)))
 }
 
-/// Columns of `runs.csv` that the plan says: id and label, what determines a run.
+/// Columns of `runs.csv` that the plan says: id and label, what determines a run. An option is asked for by row and case.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
-    let kept = facts.iter().map(|fact| fact.name).filter(|name| has(planned, name));
-    ["run_id", "label"].into_iter().chain(kept).collect()
+    let mut seen = HashSet::new();
+    let kinds = planned.iter().filter(|run| seen.insert((&run.label, &run.spec.case.name)));
+    let facts: Vec<Vec<Fact>> = kinds.map(|run| run.spec.facts()).collect();
+    let names = facts.first().into_iter().flatten().map(|fact| fact.name);
+    let kept = names
+        .enumerate()
+        .filter(|&(at, _)| facts.iter().any(|facts| !facts[at].of_some_runs || facts[at].value.is_some()));
+    ["run_id", "label"].into_iter().chain(kept.map(|(_, name)| name)).collect()
 }
 
 /// What a run's row of `runs.csv` says in these columns, those of [`plan_header`].

@@ -129,9 +129,9 @@ impl Asked {
 }
 
 /// Says that references are computed again by every call, if they are.
-fn complain(py: Python<'_>, cache: &Cache) -> PyResult<()> {
-    let Some(complaint) = cache.complaint() else { return Ok(()) };
-    let message = CString::new(format!("references are not kept: {complaint}"))?;
+fn warn_if_not_kept(py: Python<'_>, cache: &Cache) -> PyResult<()> {
+    let Some(fault) = cache.fault() else { return Ok(()) };
+    let message = CString::new(format!("references are not kept: {fault}"))?;
     PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 2)
 }
 
@@ -160,7 +160,7 @@ pub fn simulate<'py>(
     let asked = Asked::read(case, scheme, settings, &[])?;
     let cache = Cache::of_user();
     let ((spec, run), raised) = interruptible(py, asked.of_python, None, |stop, _| asked.simulate(stop, &cache))?;
-    complain(py, &cache)?;
+    warn_if_not_kept(py, &cache)?;
     let trace = PyDict::new(py);
     for (index, name) in run.trajectory.columns().iter().enumerate() {
         trace.set_item(name, PyArray1::from_iter(py, run.trajectory.column(index)))?;
@@ -220,7 +220,7 @@ pub fn limit<'py>(
             _ => stability_limit(search, &phases, &cache),
         }
     })?;
-    complain(py, &cache)?;
+    warn_if_not_kept(py, &cache)?;
     let points = PyList::empty(py);
     for StabilityPoint { macro_step, fraction_stable, verdict, spectral_radius } in &found.points {
         let point = PyDict::new(py);
@@ -275,7 +275,7 @@ pub fn run(
         run_job_until(job, &told, StopFlags { soon: stop, now: stop })?;
         Ok(folder)
     })?;
-    complain(py, &cache)?;
+    warn_if_not_kept(py, &cache)?;
     Ok(folder)
 }
 

@@ -1,8 +1,6 @@
 //! The cases with their drawings, in JSON for a page.
 
-use rimbench_cases::cases::{
-    Case, Channel, Drawing, Fill, Form, Point, Shape, Solid, camera, offered_steps_ms, shown_step_ms,
-};
+use rimbench_cases::cases::{Case, Channel, Drawing, Fill, Form, Point, Shape, Solid, camera, offered_steps_ms};
 use std::fmt::Write;
 
 /// Writes a case with its drawing; `refused` are the schemes that it is not run with.
@@ -36,7 +34,7 @@ pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> String {
          \"drawing\":{{\"view\":{{\"x\":{:?},\"y\":{:?},\"follow\":{}}},\"frames\":{},\"shapes\":{}}}}}",
         text(&case.name),
         drawing.of_start,
-        shown_step_ms(&case.name, case.defaults.macro_step_s),
+        case.shown_step_ms,
         offered_steps_ms(case.defaults.macro_step_s),
         list(drawing.schemes.map(text)),
         list(refused.iter().map(|name| text(name))),

@@ -170,8 +170,9 @@ fn columns(names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_cases::cases::{offered_steps_ms, shown_step_ms};
+    use rimbench_cases::cases::offered_steps_ms;
     use rimbench_cases::metrics::USABLE;
+    use std::path::Path;
 
     const RUN: &str =
         "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nphase 0.5\nset.box_mass_kg 180\n";
@@ -250,7 +251,9 @@ mod tests {
     fn the_step_that_a_case_is_shown_at_is_where_the_first_scheme_gets_worse() {
         let mut simulator = Simulator::default();
         let cases: Vec<Arc<Case>> = simulator.catalogue.cases().to_vec();
-        for case in cases {
+        // A case without a picture in the book has not been looked at yet.
+        let pictures = Path::new("../../docs/cases/pictures");
+        for case in cases.into_iter().filter(|case| pictures.join(format!("{}.svg", case.name)).is_file()) {
             let Some(drawing) = (case.drawing)(&case.default_parameters()) else { continue };
             let mut became = |step_ms: f64| {
                 let [first, _] = drawing.schemes;
@@ -264,7 +267,7 @@ mod tests {
                 }
             };
             let steps = offered_steps_ms(case.defaults.macro_step_s);
-            let shown = shown_step_ms(&case.name, case.defaults.macro_step_s);
+            let shown = case.shown_step_ms;
             let place =
                 steps.iter().position(|step| *step == shown).unwrap_or_else(|| panic!("{}: {shown}", case.name));
             assert!(became(steps[place - 1]) < became(shown), "{} at {shown} ms", case.name);

@@ -206,6 +206,8 @@ pub struct Case {
     pub interface_columns: Vec<InterfaceColumns>,
     /// Its own scale: the largest magnitudes at the defaults; none where these are not known.
     pub scale: Option<Scale>,
+    /// The macro step at which a page first shows it, ms; its usual one unless it is told.
+    pub shown_step_ms: f64,
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
     pub linear_state: Vec<StateVariable>,
@@ -266,6 +268,7 @@ impl Case {
             drawing_columns: Vec::new(),
             interface_columns: Vec::new(),
             scale: None,
+            shown_step_ms: 1e3 * defaults.macro_step_s,
             linear_state: Vec::new(),
             constant_mechanics: false,
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
@@ -287,6 +290,16 @@ impl Case {
     /// that what is seen is the coupling.
     pub fn usual_mechanics_steps(&self) -> MechanicsSteps {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
+    }
+
+    /// Gives a case its scale: m, m/s, N.
+    pub(super) fn scaled(self, position_m: f64, velocity_m_s: f64, force_n: f64) -> Self {
+        Case { scale: Some(Scale { position_m, velocity_m_s, force_n }), ..self }
+    }
+
+    /// Says at which macro step, ms, a page first shows it.
+    pub(super) fn shown_at(self, step_ms: f64) -> Self {
+        Case { shown_step_ms: step_ms, ..self }
     }
 
     /// Returns the scale of a column of the interface, in its unit; none of others, and where the case declares none.

@@ -31,51 +31,6 @@ pub fn offered_steps_ms(usual_s: f64) -> Vec<f64> {
     STEPS.map(|step| step / parts).to_vec()
 }
 
-/// The macro step, ms, at which a page first shows a case: the first of [`offered_steps_ms`] at which the hold fails or, where it never
-/// does, its error first exceeds a tenth of the peak. One step shorter it is better, so that the slider shows how long a step may be.
-/// `crane-set-down` is shown with the first-order hold: no step on its slider changes what becomes of the zero-order hold.
-const SHOWN: [(&str, f64); 34] = [
-    ("wedge-box", 2.0),
-    ("hydraulic-crane", 40.0),
-    ("linear-oscillator", 4.0),
-    ("quarter-car", 40.0),
-    ("precice-oscillator", 40.0),
-    ("crane-set-down", 25.0),
-    ("half-car", 40.0),
-    ("gripper", 1.0),
-    ("lift-table", 0.6),
-    ("disc-row", 2.5),
-    ("disc-pile", 4.0),
-    ("packed-box", 6.0),
-    ("falling-chain", 6.0),
-    ("crane-heap", 40.0),
-    ("random-body", 2.5),
-    ("bouncing-ball", 25.0),
-    ("elastic-bar", 0.01),
-    ("impact-oscillator", 12.5),
-    ("cradle", 20.0),
-    ("slider-between-stops", 40.0),
-    ("rocking-block", 1.25),
-    ("beam-on-stops", 6.0),
-    ("n-wedge-box", 2.0),
-    ("wedge-box-two-ledges", 2.5),
-    ("wedge-box-reversal", 2.0),
-    ("wedge-box-friction", 2.0),
-    ("towed-block", 25.0),
-    ("rocking-block-friction", 1.5),
-    ("crane-drag", 50.0),
-    ("slider-crank", 1.0),
-    ("woodpecker", 50.0),
-    ("tripod", 2.0),
-    ("four-legs", 2.0),
-    ("wedge-box-space", 1.5),
-];
-
-/// Finds the macro step at which a page first shows a case, ms; where none is listed, its usual one.
-pub fn shown_step_ms(case: &str, usual_s: f64) -> f64 {
-    SHOWN.iter().find(|(name, _)| *name == case).map_or(1e3 * usual_s, |(_, step_ms)| *step_ms)
-}
-
 /// A number, or a column of the trace scaled and shifted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Channel {

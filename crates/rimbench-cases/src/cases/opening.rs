@@ -278,7 +278,7 @@ fn moves_against(mechanics: &mut dyn Subsystem, u: &[f64], t: f64, h: f64) -> Re
 }
 
 /// The same of the first row of a side that gives no copies, by steps one after the other: as it is, pushed and pulled, and what is
-/// beyond the course that it was on.
+/// beyond its motion before.
 fn moves_against_in_time(
     mechanics: &mut dyn Subsystem,
     u: &[f64],

@@ -93,12 +93,8 @@ pub enum Only {
     Friction,
     /// Of schemes with a model for each actuator.
     Split,
-    /// Whose contacts in space have one tangential row in the model.
-    SlipRow,
     /// Whose samples may be late.
     Late,
-    /// Whose interface model is wrong.
-    Belief,
     /// With an account of what the model created.
     Audit,
     /// Of cases that record the column of which it is the largest value.

@@ -134,7 +134,7 @@ mod tests {
     }
 
     /// Sticks up to `release`, slides forwards to 0.5 s, sticks to 0.7 s, slides back.
-    fn course(release: f64) -> impl Fn(f64) -> f64 {
+    fn states(release: f64) -> impl Fn(f64) -> f64 {
         move |t| match t {
             t if t < release => 1.0,
             t if t < 0.5 => 2.0,
@@ -145,11 +145,11 @@ mod tests {
 
     #[test]
     fn a_late_release_is_shifted_and_wrong_for_as_long_as_it_is_late() {
-        let reference = trajectory(1e-4, 1.0, course(0.3));
+        let reference = trajectory(1e-4, 1.0, states(0.3));
         let same = values(&reference, &reference);
         assert_eq!(same, [Some(0.0), Some(0.0), Some(0.0), Some(2.0), Some(1.0)]);
         let [wrong, shift, missed, sticks, reversals] =
-            values(&trajectory(1e-2, 1.0, course(0.33)), &reference).map(Option::unwrap);
+            values(&trajectory(1e-2, 1.0, states(0.33)), &reference).map(Option::unwrap);
         approx::assert_relative_eq!(shift, 0.03, epsilon = 1e-9);
         approx::assert_relative_eq!(wrong, 0.03, epsilon = 1e-9);
         assert_eq!([missed, sticks, reversals], [0.0, 2.0, 1.0]);
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_contact_that_never_lets_go_has_missed_its_releases() {
-        let reference = trajectory(1e-4, 1.0, course(0.3));
+        let reference = trajectory(1e-4, 1.0, states(0.3));
         let [wrong, shift, missed, sticks, reversals] = values(&trajectory(1e-2, 1.0, |_| 1.0), &reference);
         approx::assert_relative_eq!(wrong.unwrap(), 0.2 + 0.3, epsilon = 1e-9);
         assert_eq!([shift, missed, sticks, reversals], [None, Some(2.0), Some(1.0), Some(0.0)]);

@@ -15,8 +15,8 @@ mod friction_phase;
 mod impulse;
 mod inside;
 mod interface;
+mod macro_step;
 mod model_energy;
-mod pace;
 #[cfg(test)]
 mod tests;
 
@@ -96,8 +96,8 @@ pub const METRICS: &[Metric] = &[
     model_energy::BY_AGE,
     model_energy::LARGEST_JUMP,
     model_energy::HEAVINESS,
-    pace::MEAN_MACRO_STEP,
-    pace::DEFECT_RANK,
+    macro_step::MEAN_MACRO_STEP,
+    macro_step::DEFECT_RANK,
     interface::LAMBDA,
     interface::CORRELATION,
     interface::AS_PREDICTED,

@@ -94,9 +94,9 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let (position, velocity) = (self.position.unwrap_or(u[0]), u[1]);
         if let Some(inputs) = self.inner.capabilities().input_polynomials() {
-            inputs.give(|course| {
-                course[0] = [position, velocity, 0.0, 0.0];
-                course[1] = [velocity, 0.0, 0.0, 0.0];
+            inputs.give(|polynomials| {
+                polynomials[0] = [position, velocity, 0.0, 0.0];
+                polynomials[1] = [velocity, 0.0, 0.0, 0.0];
                 true
             });
         }

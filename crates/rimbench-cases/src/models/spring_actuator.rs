@@ -160,11 +160,11 @@ impl Subsystem for SpringActuator {
         if self.parameters.carriage_mass_kg > 0.0 {
             let base = self.base(t + 0.5 * h);
             let p = &self.parameters;
-            if let Some(course) = self.inputs.take() {
+            if let Some(polynomials) = self.inputs.take() {
                 let [position, velocity, _] = base;
                 let base = p.base_stiffness_n_m * position + p.base_damping_n_s_m * velocity;
                 let pull = |power: usize| {
-                    p.spring_stiffness_n_m * course[0][power] + p.spring_damping_n_s_m * course[1][power]
+                    p.spring_stiffness_n_m * polynomials[0][power] + p.spring_damping_n_s_m * polynomials[1][power]
                 };
                 let load = [base + pull(0), pull(1), pull(2), pull(3)].map(|load| load / p.carriage_mass_kg);
                 self.carriage.advance_polynomial(load, h);

@@ -159,20 +159,20 @@ impl Subsystem for MassSide {
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let (body, before) = (self.body, [self.motion.position(), self.motion.velocity()]);
         let from_wall = body.held_force();
-        let course = self.inputs.take();
-        match (self.role, course) {
-            (MassRole::ForceDriven, Some(course)) => {
-                let [b0, b1, b2, b3] = course[0].map(|force| force / body.mass);
+        let polynomials = self.inputs.take();
+        match (self.role, polynomials) {
+            (MassRole::ForceDriven, Some(polynomials)) => {
+                let [b0, b1, b2, b3] = polynomials[0].map(|force| force / body.mass);
                 self.motion.advance_polynomial([b0 + from_wall / body.mass, b1, b2, b3], h);
                 let after = [self.motion.position(), self.motion.velocity()];
-                self.work += polynomial_work(course[0], before, after, h);
+                self.work += polynomial_work(polynomials[0], before, after, h);
             }
             (MassRole::ForceDriven, None) => {
                 self.motion.advance((from_wall + u[0]) / body.mass, h);
                 self.work += u[0] * (self.motion.position() - before[0]);
             }
-            (MassRole::Displacement(element) | MassRole::ForceGiving(element), Some(course)) => {
-                let pull = |p: usize| element.stiffness * course[0][p] + element.damping * course[1][p];
+            (MassRole::Displacement(element) | MassRole::ForceGiving(element), Some(polynomials)) => {
+                let pull = |p: usize| element.stiffness * polynomials[0][p] + element.damping * polynomials[1][p];
                 let load = [from_wall + pull(0), pull(1), pull(2), pull(3)].map(|load| load / body.mass);
                 self.motion.advance_polynomial(load, h);
             }

@@ -36,22 +36,39 @@ pub struct Fact {
     pub name: &'static str,
     /// What it says.
     pub value: Option<FactValue>,
+    /// Whether a run without it has the id, and a table of such runs the columns, that it had before there was such an option.
+    pub of_some_runs: bool,
 }
 
 impl Fact {
+    /// States what applies to some runs only.
+    pub fn new(name: &'static str, value: Option<FactValue>) -> Self {
+        Fact { name, value, of_some_runs: false }
+    }
+
+    /// States a name, if it applies.
+    fn if_any(name: &'static str, text: Option<impl fmt::Display>) -> Self {
+        Fact::new(name, text.map(|text| FactValue::Text(text.to_string())))
+    }
+
+    /// Makes it one of some runs: those without it stay as they were.
+    fn of_some_runs(self) -> Self {
+        Fact { of_some_runs: true, ..self }
+    }
+
     /// States a name or a sentence.
     pub fn text(name: &'static str, text: impl Into<String>) -> Self {
-        Fact { name, value: Some(FactValue::Text(text.into())) }
+        Fact::new(name, Some(FactValue::Text(text.into())))
     }
 
     /// States a number, if it applies.
     pub fn number(name: &'static str, number: impl Into<Option<f64>>) -> Self {
-        Fact { name, value: number.into().map(FactValue::Number) }
+        Fact::new(name, number.into().map(FactValue::Number))
     }
 
     /// States a count.
     pub fn count(name: &'static str, count: u64) -> Self {
-        Fact { name, value: Some(FactValue::Count(count)) }
+        Fact::new(name, Some(FactValue::Count(count)))
     }
 
     /// Writes it as a cell of a table; empty where it does not apply.
@@ -60,23 +77,10 @@ impl Fact {
     }
 }
 
-/// Settings and counters of some runs. A run that has none has the id that it had before there was such a setting.
-const OF_SOME_RUNS: [(&str, Only); 9] = [
-    ("split", Only::Split),
-    ("friction_rows", Only::SlipRow),
-    ("audit", Only::Audit),
-    ("belief", Only::Belief),
-    ("delivery_up", Only::Late),
-    ("delivery_down", Only::Late),
-    ("late_samples", Only::Late),
-    ("late_forces", Only::Late),
-    ("catch_up_steps", Only::Late),
-];
-
-/// Finds the runs that a column of tables, by name, says something of; none where these are all.
+/// Finds the runs that a metric or a counter, by its column in tables, says something of; none where these are all.
 pub fn only_of(column: &str) -> Option<Only> {
     let metric = METRICS.iter().find(|metric| metric.name == column);
-    metric.map_or_else(|| Some(OF_SOME_RUNS.iter().find(|(name, _)| *name == column)?.1), |metric| metric.only)
+    metric.map_or_else(|| (column == "catch_up_steps").then_some(Only::Late), |metric| metric.only)
 }
 
 impl RunSpec {
@@ -84,9 +88,7 @@ impl RunSpec {
     pub fn has_column(&self, column: &str, only: Only) -> bool {
         match only {
             Only::Split => self.scheme.splits,
-            Only::SlipRow => self.has_slip_rows(),
             Only::Audit => self.audit,
-            Only::Belief => self.belief.is_some(),
             Only::Late => self.delivery.is_some(),
             Only::Column => self.case.trace_columns.iter().any(|own| own == column),
             Only::Friction | Only::Claimed => true,
@@ -119,8 +121,8 @@ impl RunSpec {
             predict_growth: _,
             wall_limit: _,
         } = &**self;
-        let of_model = |name, text: Option<String>| Fact { name, value: text.map(FactValue::Text) };
-        let rule = step_control.as_ref();
+        let (model, delivery, rule) = (model.as_ref(), delivery.as_ref(), step_control.as_ref());
+        let rows = model.filter(|_| self.has_slip_rows()).map(|model| model.friction_rows);
         vec![
             Fact::text("case", case.name.clone()),
             Fact::text("set", parameters.given()),
@@ -130,22 +132,16 @@ impl RunSpec {
             Fact::text("mechanics_steps", mechanics_steps.to_string()),
             Fact::text("mechanics_integrator", mechanics_integrator.to_string()),
             Fact::text("actuator_integrator", actuator_integrator.to_string()),
-            of_model("redundancy", model.as_ref().map(|model| model.redundancy.to_string())),
-            of_model("model_motion", model.as_ref().map(|model| model.motion.to_string())),
-            of_model(
-                "contact_detection",
-                model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
-            ),
-            of_model("split", model.as_ref().filter(|_| scheme.splits).map(|model| model.split.to_string())),
-            of_model(
-                "friction_rows",
-                model.as_ref().filter(|_| self.has_slip_rows()).map(|model| model.friction_rows.to_string()),
-            ),
-            of_model("delivery_up", delivery.as_ref().map(|delivery| delivery.up.to_string())),
-            of_model("delivery_down", delivery.as_ref().map(|delivery| delivery.down.to_string())),
-            of_model("late_samples", delivery.as_ref().map(|delivery| delivery.late.to_string())),
-            of_model("late_forces", delivery.as_ref().map(|delivery| delivery.bridge.to_string())),
-            of_model("belief", belief.as_ref().map(|belief| belief.to_string())),
+            Fact::if_any("redundancy", model.map(|model| model.redundancy)),
+            Fact::if_any("model_motion", model.map(|model| model.motion)),
+            Fact::if_any("contact_detection", model.and_then(|model| model.detection)),
+            Fact::if_any("split", model.filter(|_| scheme.splits).map(|model| model.split)).of_some_runs(),
+            Fact::if_any("friction_rows", rows).of_some_runs(),
+            Fact::if_any("delivery_up", delivery.map(|delivery| &delivery.up)).of_some_runs(),
+            Fact::if_any("delivery_down", delivery.map(|delivery| &delivery.down)).of_some_runs(),
+            Fact::if_any("late_samples", delivery.map(|delivery| delivery.late)).of_some_runs(),
+            Fact::if_any("late_forces", delivery.map(|delivery| delivery.bridge)).of_some_runs(),
+            Fact::if_any("belief", belief.as_ref()).of_some_runs(),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),
@@ -155,7 +151,7 @@ impl RunSpec {
             Fact::number("phase", *phase),
             Fact::number("micro_step_s", *micro_step),
             Fact::number("duration_s", *duration),
-            of_model("audit", audit.then(|| audit.to_string())),
+            Fact::if_any("audit", audit.then_some(audit)).of_some_runs(),
         ]
     }
 
@@ -169,7 +165,7 @@ impl RunSpec {
         };
         for fact in self.facts() {
             match &fact.value {
-                None if OF_SOME_RUNS.iter().any(|(name, _)| *name == fact.name) => {}
+                None if fact.of_some_runs => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),

@@ -77,7 +77,7 @@ pub type Columns<'a> = &'a mut dyn FnMut(&'static str, &mut dyn Cell);
 /// Lists columns as facts.
 pub fn facts_of(columns: impl FnOnce(Columns<'_>)) -> Vec<Fact> {
     let mut facts = Vec::new();
-    columns(&mut |name, cell| facts.push(Fact { name, value: cell.value() }));
+    columns(&mut |name, cell| facts.push(Fact::new(name, cell.value())));
     facts
 }
 

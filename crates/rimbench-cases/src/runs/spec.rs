@@ -593,7 +593,7 @@ mod tests {
     #[test]
     fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
         let message = refused(|request| request.gain = Some(0.5));
-        assert!(message.contains("has no gain; schemes that have one: nepce, "), "{message}");
+        assert!(message.contains("has no gain; schemes that have one: ") && message.contains("nepce"), "{message}");
         for (key, text) in [("redundancy", "drop"), ("model_motion", "frozen"), ("contact_detection", "active")] {
             let message = refused(|request| request.put(key, text).unwrap());
             assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));

@@ -32,7 +32,7 @@ pub struct Claim {
     pub(crate) at_equal: Option<String>,
     /// The macro step it is about; all of them if absent.
     pub(crate) macro_step_s: Option<f64>,
-    /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `diverged` (1 or 0, of every run that gave an answer), or `diverged_at_s`.
+    /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `diverged` (1 or 0, of every run that gave an answer; any failure counts), or `diverged_at_s`.
     pub(crate) metric: String,
     /// Counts runs: the value is 1 where the metric is above this, else 0.
     pub(crate) above: Option<f64>,

@@ -110,7 +110,7 @@ fn members<const N: usize, const K: usize>(set: &[usize; K], h: &[[f64; N]; N], 
             d -= y[i] * l[k][i];
             known += l[k][i] * x[i];
         }
-        // A NaN is for the general way to complain about.
+        // The general way reports a NaN.
         if d.is_nan() || d <= dependent {
             return None;
         }

@@ -75,7 +75,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 break;
             }
             self.restore(steps);
-            // At its very start there is none. Under a force that is held the time has passed nevertheless; of a course all acts.
+            // At its very start there is none. Under a force that is held the time has passed nevertheless; one that varies acts in full.
             if time <= 1e-9 * steps.length {
                 return Ok(found.map(|(_, event)| (if drive.varies() { 0.0 } else { time }, event)));
             }
@@ -133,8 +133,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         for contact in (0..steps.resting.len()).filter(|&contact| !steps.resting[contact]) {
             let rows = &stepper.eq3.unilateral;
             let end = [rows.position[contact], rows.velocity(contact, &stepper.v)];
-            let course = HermiteCubic::new([start.gap[contact], start.w[contact]], end, h);
-            note(course.first_fall(), Event::Closing(contact));
+            let gap = HermiteCubic::new([start.gap[contact], start.w[contact]], end, h);
+            note(gap.first_fall(), Event::Closing(contact));
         }
         self.model.switch_values(&stepper.q, &stepper.v, &mut steps.switches);
         for (switch, (from, to)) in start.switches.iter().zip(&steps.switches).enumerate() {
