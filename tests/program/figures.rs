@@ -40,7 +40,7 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
         _ => row.contains("rim-smooth").then(|| row.replace("completed", "diverged")),
     });
     let wrong = "all complete, but the median error is above a tenth of the peak";
-    place.check("map", &["macro step H (ms)", "–  not run", wrong, "all diverge"]);
+    place.check("map", &["macro step H (ms)", "–  not run", wrong, "all fail"]);
 }
 
 #[test]
@@ -210,10 +210,10 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     let made = place.draw(MADE_UP_FIGURES);
     assert_eq!((made.files.len(), made.missing.len()), (4, 0), "{:?}", made.failed);
     for (id, labels) in [
-        ("map", &["made up", "smooth model", "some diverge", "1", "5"] as &[&str]),
+        ("map", &["made up", "smooth model", "some fail", "1", "5"] as &[&str]),
         ("sweep", &["created", "uncertainty of the reference", "gap tracking, profile, order 1.00"]),
-        ("sweep", &["diverged", "some runs diverged"]),
-        ("work", &["smooth model: some runs diverged", "wall time (s)", "steps", "gap tracking, profile"]),
+        ("sweep", &["failed", "some runs failed"]),
+        ("work", &["smooth model: some runs failed", "wall time (s)", "steps", "gap tracking, profile"]),
         ("margin", &["fraction stable", "smooth model", "gap tracking, profile"]),
     ] {
         place.check(id, labels);
@@ -247,11 +247,11 @@ fn a_figure_of_one_case_has_only_its_runs() {
         let stable = row.contains("margin_m=0.1,rim-smooth");
         Some(if stable { row.replace("diverged", "completed") } else { row.to_owned() })
     });
-    let some_diverge = |list: &str| {
+    let some_fail = |list: &str| {
         place.draw(list);
-        place.texts("map").contains_key("some diverge")
+        place.texts("map").contains_key("some fail")
     };
-    assert!(!some_diverge(&of_set("margin_m=0.1")) && some_diverge(&only(&["map"])));
+    assert!(!some_fail(&of_set("margin_m=0.1")) && some_fail(&only(&["map"])));
     let reason = place.reason(&of_set("margin_m=0.2"), "map");
     assert_has(&reason, &["map.svg is older", "margin_m=0.2", "margin_m=0.1"]);
 }
@@ -535,7 +535,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     let texts = |name: &str, id: &str| texts_in(&place.path().join(format!("{name}/figures/{id}.svg")));
     let few = texts("mine/few", "mine-few-error");
     let says = |words: &str| few.keys().any(|text| text.starts_with(words));
-    assert!(says("diverged") && says("smooth model, row-0, margin 1 µm"), "{few:?}");
+    assert!(says("failed") && says("smooth model, row-0, margin 1 µm"), "{few:?}");
     // Of many schemes rows, with the cases' own macro steps; a map by case has the largest stable one.
     let many = texts("mine/many", "mine-many-error");
     assert!(many.contains_key("smooth model, row-19, margin 1 µm") && many.contains_key("(b) box"), "{many:?}");
@@ -580,7 +580,7 @@ fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
     };
     let kind = |kind: &str| LEAST_XY.replace("\"xy\"", &format!("\"{kind}\""));
     let dots = drawn(&format!("{}{POOLED_PANEL}", kind("dots")));
-    for wanted in ["gap tracking, profile", "H = 1 ms", "H = 5 ms", "diverged, %", "50"] {
+    for wanted in ["gap tracking, profile", "H = 1 ms", "H = 5 ms", "failed, %", "50"] {
         assert!(dots.contains_key(wanted), "{wanted}: {dots:?}");
     }
     let panel = "[[figure.panels]]\nmetric = \"residual_j\"\nonly = { set = \"all\" }\nsymlog = [1e-4, 1.0]\n";
@@ -594,7 +594,7 @@ fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
     // Every run of one macro step has a faint mark; what broke off is counted.
     place.edit("runs.csv", |k, row| (k == 0 || row.contains(",0.005,")).then(|| row.to_owned()));
     let phases = drawn(&format!("{}runs = true\n{POOLED_PANEL}", kind("dots")));
-    assert!(phases.contains_key("diverged, %") && phases.contains_key("50"), "{phases:?}");
+    assert!(phases.contains_key("failed, %") && phases.contains_key("50"), "{phases:?}");
 }
 
 /// The claims of a folder of results, `group/name:id` or `group:id`, and what came of them.
@@ -713,7 +713,7 @@ fn missing_in(svg: &str, text: &str) -> Vec<String> {
         (&["∞", "infinite"], drawn.contains('∞')),
         (&["numbers under"], drawn.contains("f = ")),
         (&["ceilings", "not for real time"], drawn.contains("not real-time")),
-        (&["share that diverged", "share of runs that diverged"], drawn.contains("diverged, %")),
+        (&["share that failed", "share of runs that failed"], drawn.contains("failed, %")),
     ] {
         if says(words) && !is_there {
             missing.push(words[0].to_owned());

@@ -27,7 +27,7 @@ text = "Zero-order hold diverges at 5 ms"
 set = "all"
 scheme = "zero-order-hold"
 macro_step_s = 5e-3
-metric = "diverged"
+metric = "failed"
 expect = ">= 1"
 finding = "reproduced"
 "#
@@ -157,7 +157,7 @@ fn bad_experiment_files_are_refused_with_the_place() {
         ),
         ("scheme = \"rim-nonsmooth\"", "scheme = \"monolithic\"\ndelivery.up = { delay = 1 }", "does not iterate"),
         ("macro_step_s = 5e-3", "macro_step_s = 6e-3", "does not run"),
-        ("metric = \"diverged\"", "metric = \"divergd\"", "did you mean `diverged`"),
+        ("metric = \"failed\"", "metric = \"faild\"", "did you mean `failed`"),
         (">= 1", "about 1", "is no comparison"),
     ] {
         let (folder, file) = workplace(&EXPERIMENT.replace(piece, by));

@@ -24,7 +24,7 @@ id = "stable"
 by = "ours"
 text = "stable at the beginning"
 scheme = "rim-nonsmooth"
-metric = "diverged"
+metric = "failed"
 statistic = "max"
 expect = "<= 0"
 finding = "reproduced"
@@ -458,7 +458,7 @@ fn an_audited_experiment_with_runs_that_have_no_account_finishes() {
 fn a_prediction_that_is_claimed_later_is_made_and_kept_beside_the_rows_without_it() {
     let place = Place::new();
     let claimed =
-        EXPERIMENT.replace("metric = \"diverged\"", "metric = \"completed_as_predicted\"").replace("<= 0", "<= 1");
+        EXPERIMENT.replace("metric = \"failed\"", "metric = \"completed_as_predicted\"").replace("<= 0", "<= 1");
     place.run_computing(16, EXPERIMENT);
     place.run_computing(16, &claimed);
     assert_eq!(place.count("completed_as_predicted", ""), 0);

@@ -4,7 +4,6 @@
 
 use super::drawing::Color;
 use super::line_style::LineStyle;
-use rimbench_core::cosim::OutcomeKind;
 
 /// Whether equal distances are equal differences or equal ratios.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -166,7 +165,7 @@ pub struct Loss {
 }
 
 /// What is said of runs that failed.
-pub const DIVERGED: &str = OutcomeKind::Diverged.name();
+pub const FAILED: &str = "failed";
 /// What is said of those that gave no answer.
 pub const NO_ANSWER: &str = "no answer";
 
@@ -175,7 +174,7 @@ impl Loss {
     pub fn in_words(&self) -> String {
         let share =
             |share: f64, what: &str| (share > 0.0).then(|| format!("{:.0} % of the runs {what}", 100.0 * share));
-        let said = [share(self.failed, DIVERGED), share(self.silent, "gave no answer")];
+        let said = [share(self.failed, FAILED), share(self.silent, "gave no answer")];
         said.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 

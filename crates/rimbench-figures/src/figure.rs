@@ -1,7 +1,7 @@
 //! Lays the panels of a figure out in a grid and draws them: axes, data, guides, notes, insets.
 
 use super::axes::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, TITLE_SIZE, axes, crisp, fitting_ticks, label_width, labels};
-use super::chart::{DIVERGED, Figure, Guide, LegendPlace, NO_ANSWER, Panel, Scale, Series};
+use super::chart::{FAILED, Figure, Guide, LegendPlace, NO_ANSWER, Panel, Scale, Series};
 use super::clip::Rect;
 use super::data::{self, BAND, Frame};
 use super::drawing::{Anchor, Color, Drawing, PanelData, Text};
@@ -143,7 +143,7 @@ pub(crate) fn fits(edges: &[(&str, f64, f64)]) -> Result<()> {
 /// What stands beside the band of runs without a value.
 fn lost(panel: &Panel) -> &'static str {
     let failed = panel.losses.iter().flat_map(|losses| &losses.points).any(|(_, loss)| loss.failed > 0.0);
-    if failed { DIVERGED } else { NO_ANSWER }
+    if failed { FAILED } else { NO_ANSWER }
 }
 
 /// A panel whose intervals and vertical ticks are settled, before its place is.

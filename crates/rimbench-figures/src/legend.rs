@@ -69,7 +69,7 @@ impl Legend {
             entries.push((Sample::Infinite, "infinite".to_owned()));
         }
         let shares = || panels.iter().flat_map(|panel| &panel.losses).flat_map(|losses| &losses.points).map(|p| p.1);
-        for (all, label) in [(false, "some runs diverged"), (true, "all runs diverged")] {
+        for (all, label) in [(false, "some runs failed"), (true, "all runs failed")] {
             if shares().any(|loss| loss.failed > 0.0 && (loss.failed >= 1.0) == all) {
                 entries.push((Sample::Lost { all }, label.to_owned()));
             }

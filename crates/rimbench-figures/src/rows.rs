@@ -24,7 +24,7 @@ const BETWEEN_ROWS: f64 = 6.0;
 /// Least and largest width of the part right of a panel that a kind of sign gets for the runs that it lost, px.
 const LOST: [f64; 2] = [21.0, 26.0];
 /// What stands below these parts.
-const DIVERGED: &str = "diverged, %";
+const FAILED: &str = "failed, %";
 /// What stands there for runs that gave no answer.
 const SILENT: &str = "?";
 /// Between the words there, px.
@@ -233,7 +233,7 @@ impl RowsPlot {
     /// Width of the part of one kind of sign in it, px.
     fn lost_column(&self) -> f64 {
         let words = self.signs.iter().map(|sign| font::width(&sign.short, TICK_SIZE, Weight::Regular));
-        let heading = font::width(DIVERGED, TICK_SIZE, Weight::Regular) / self.signs.len().max(1) as f64;
+        let heading = font::width(FAILED, TICK_SIZE, Weight::Regular) / self.signs.len().max(1) as f64;
         (words.fold(0.0, f64::max) + BETWEEN_LOST).clamp(LOST[0], LOST[1]).max(heading)
     }
 
@@ -408,7 +408,7 @@ impl RowsPlot {
             }
         }
         let middle = 0.5 * (left + right);
-        let word = Text::new(DIVERGED, (middle, area.bottom + BELOW - 6.0), TICK_SIZE).anchored(Anchor::Middle);
+        let word = Text::new(FAILED, (middle, area.bottom + BELOW - 6.0), TICK_SIZE).anchored(Anchor::Middle);
         drawing.text(word.colored(Color::SOFT_INK));
     }
 
@@ -429,12 +429,8 @@ impl RowsPlot {
         let of_cells = [
             (any(|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete"),
             (any(|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), WRONG),
-            (any(|cell| matches!(cell, Cell::Lost(share) if *share < 1.0)), Sample::SomeLost, "some diverge"),
-            (
-                any(|cell| matches!(cell, Cell::Lost(share) if *share >= 1.0)),
-                Sample::Sign(Marker::Cross),
-                "all diverge",
-            ),
+            (any(|cell| matches!(cell, Cell::Lost(share) if *share < 1.0)), Sample::SomeLost, "some fail"),
+            (any(|cell| matches!(cell, Cell::Lost(share) if *share >= 1.0)), Sample::Sign(Marker::Cross), "all fail"),
             (any(|cell| *cell == Cell::NotRun), Sample::Nothing, "–  not run"),
             (any(|cell| *cell == Cell::Silent), Sample::Nothing, "?  no answer"),
         ];
@@ -519,7 +515,7 @@ fn said(cell: Cell, column: &str) -> (f64, String) {
         Cell::NotRun => (f64::NAN, "not run".to_owned()),
         Cell::Right => (1.0, String::new()),
         Cell::Wrong => (1.0, WRONG.to_owned()),
-        Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs diverged", 100.0 * share)),
+        Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs failed", 100.0 * share)),
         Cell::Silent => (f64::NAN, "no answer".to_owned()),
         Cell::Count(count) => (count as f64, format!("{count} with the limit: {column}")),
     }
@@ -654,14 +650,14 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_its_name_and_a_lost_run_says_diverged() {
+    fn every_row_has_its_name_and_a_lost_run_says_failed() {
         let drawing = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 1.0).draw();
-        for wanted in ["row 0", "row 1", "H = 5 ms", "diverged, %", "100"] {
+        for wanted in ["row 0", "row 1", "H = 5 ms", "failed, %", "100"] {
             assert!(words(&drawing).contains(&wanted), "{wanted}: {:?}", words(&drawing));
         }
         let note = &drawing.data[0].series[1].points[1];
-        assert!(note.note == "100 % of the runs diverged" && note.at.is_some(), "{note:?}");
-        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw()).contains(&"diverged, %"));
+        assert!(note.note == "100 % of the runs failed" && note.at.is_some(), "{note:?}");
+        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw()).contains(&"failed, %"));
     }
 
     #[test]
@@ -701,7 +697,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_an_answer_is_not_drawn_as_diverged() {
+    fn a_run_without_an_answer_is_not_drawn_as_failed() {
         let mut silent = plot(&[[1.0, f64::NAN]], 0.0);
         dots_of(&mut silent).dots[0][1].lost = Some(Loss { failed: 0.0, silent: 1.0 });
         let drawing = silent.draw();

@@ -7,7 +7,7 @@ mod plan;
 mod planned_run;
 mod scheme_row;
 
-pub(crate) use claim::{COMPLETED, DIVERGED, DIVERGED_AT, Statistic};
+pub(crate) use claim::{COMPLETED, FAILED, FAILED_AT, Statistic};
 pub use claim::{Claim, claim_metrics};
 pub use plan::MOST_RUNS;
 pub(crate) use plan::plan_sha256;

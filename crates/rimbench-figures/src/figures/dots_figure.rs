@@ -186,7 +186,7 @@ mod tests {
     use crate::chart::Loss;
 
     #[test]
-    fn the_best_row_comes_first_and_what_diverged_last() {
+    fn the_best_row_comes_first_and_what_failed_last() {
         let dot = |value: f64| Dot {
             value,
             range: None,

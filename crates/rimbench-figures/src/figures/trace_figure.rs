@@ -2,7 +2,7 @@
 
 use super::keys::*;
 use super::statistics::read_runs;
-use crate::chart::{Axis, DIVERGED, Figure, Inset, Mode, NO_ANSWER, Panel, Scale, Series};
+use crate::chart::{Axis, FAILED, Figure, Inset, Mode, NO_ANSWER, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use crate::ticks::signed;
@@ -104,7 +104,7 @@ impl TracePanel {
 pub(super) fn without_end(class: OutcomeClass) -> &'static str {
     match class {
         OutcomeClass::Completed => "",
-        OutcomeClass::Failed => DIVERGED,
+        OutcomeClass::Failed => FAILED,
         OutcomeClass::NoAnswer => NO_ANSWER,
     }
 }

@@ -211,7 +211,7 @@ impl XyPanel {
                 Some(_) if self.levels_off(&points) => format!("{shown}, levels off"),
                 Some(order) => {
                     let order = signed(format!("{order:.2}"));
-                    let lost = if lost { " where not diverged" } else { "" };
+                    let lost = if lost { " where none failed" } else { "" };
                     format!("{shown}, order {order}{lost}")
                 }
                 None => shown,
@@ -269,8 +269,8 @@ impl XyPanel {
             let lost = match all.of_label(label).share_completed() {
                 None if all.of_label(label).tally().run() > 0 => ": no answer",
                 None => ": not run",
-                Some(0.0) => ": all runs diverged",
-                Some(share) if share < 1.0 => ": some runs diverged",
+                Some(0.0) => ": all runs failed",
+                Some(share) if share < 1.0 => ": some runs failed",
                 Some(_) => "",
             };
             let mut curve = Curve::new(label, format!("{}{lost}", name(runs, label, styles)), Vec::new());
@@ -427,7 +427,7 @@ mod tests {
     fn an_order_is_that_of_completed_runs_whose_error_the_reference_can_tell_from_zero() {
         let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
         let header = "case,set,label,macro_step_s,outcome,force_error_rms_n,reference_force_uncertainty_n";
-        // Second order above an uncertainty of 1 N; a run that diverged is no point.
+        // Second order above an uncertainty of 1 N; a run that failed is no point.
         let rows = [
             "0.001,completed,1.0,1.0",
             "0.002,completed,4.0,1.0",

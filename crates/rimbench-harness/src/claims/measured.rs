@@ -1,6 +1,6 @@
 //! What was measured of a claim.
 
-use crate::experiment::{COMPLETED, Claim, DIVERGED, DIVERGED_AT, Statistic, Verdict};
+use crate::experiment::{COMPLETED, Claim, FAILED, FAILED_AT, Statistic, Verdict};
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
@@ -108,8 +108,8 @@ impl<'a> Values<'a> {
             values.value[row] = match claim.metric.as_str() {
                 _ if runs.class(row) == OutcomeClass::NoAnswer => f64::NAN,
                 COMPLETED => f64::from(!failed),
-                DIVERGED => f64::from(failed),
-                DIVERGED_AT if !failed => f64::NAN,
+                FAILED => f64::from(failed),
+                FAILED_AT if !failed => f64::NAN,
                 _ if claim.within.is_some() => {
                     f64::from(!failed && claim.within.is_some_and(|most| number.abs() <= most))
                 }
@@ -211,9 +211,9 @@ impl Claim {
     /// Why a run can be left out.
     fn why_left_out(&self) -> &'static str {
         match self.metric.as_str() {
-            COMPLETED | DIVERGED => "skipped, timed out or failed by a defect",
+            COMPLETED | FAILED => "skipped, timed out or failed by a defect",
             _ if self.within.is_some() => "skipped, timed out or failed by a defect",
-            DIVERGED_AT => "not diverged",
+            FAILED_AT => "not failed",
             _ if self.statistic == Statistic::Order => {
                 "not completed, without a value, or within the reference's uncertainty"
             }
@@ -476,7 +476,7 @@ mod tests {
         let all = table(header.trim_end(), &rows.concat());
         let of = |metric: &str| check_in(&all, &format!("metric = \"{metric}\"\nstatistic = \"max\""));
         assert_eq!((of("error").measured, of("error").run_ids), (Some(1.0), vec!["2".to_owned()]));
-        assert_eq!(["diverged", "completed", "diverged_at_s"].map(|name| of(name).measured), [1.0, 0.0, 0.2].map(Some));
+        assert_eq!(["failed", "completed", "failed_at_s"].map(|name| of(name).measured), [1.0, 0.0, 0.2].map(Some));
         let silent = table(header.trim_end(), &rows[..2].concat());
         assert_eq!(check_in(&silent, "metric = \"error\"").verdict, Verdict::NotMeasured);
     }
@@ -484,10 +484,10 @@ mod tests {
     #[test]
     fn a_run_that_was_never_made_does_not_count_as_one_that_stays_stable() {
         let rows = ["box,,0.001,skipped,", "box,,0.001,timeout,", "box,,0.001,diverged,"];
-        let mean = checked("metric = \"diverged\"\nstatistic = \"mean\"", &rows);
+        let mean = checked("metric = \"failed\"\nstatistic = \"mean\"", &rows);
         assert_eq!(mean.measured, Some(1.0));
         assert!(mean.quantity.contains("2 of 3 runs left out"), "{}", mean.quantity);
-        let never = checked("metric = \"diverged\"\nstatistic = \"max\"", &rows[..2]);
+        let never = checked("metric = \"failed\"\nstatistic = \"max\"", &rows[..2]);
         assert_eq!((never.measured, never.verdict), (None, Verdict::NotMeasured));
     }
 }

@@ -32,7 +32,7 @@ pub struct Claim {
     pub(crate) at_equal: Option<String>,
     /// The macro step it is about; all of them if absent.
     pub(crate) macro_step_s: Option<f64>,
-    /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `diverged` (1 or 0, of every run that gave an answer; any failure counts), or `diverged_at_s`.
+    /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `failed` (1 or 0, of every run that gave an answer), or `failed_at_s`.
     pub(crate) metric: String,
     /// Counts runs: the value is 1 where the metric is above this, else 0.
     pub(crate) above: Option<f64>,
@@ -111,12 +111,12 @@ impl fmt::Display for Expectation {
 
 /// Quantities of a claim besides the metrics: whether a run completed, whether it failed, and when it did.
 pub(crate) const COMPLETED: &str = OutcomeKind::Completed.name();
-pub(crate) const DIVERGED: &str = OutcomeKind::Diverged.name();
-pub(crate) const DIVERGED_AT: &str = "diverged_at_s";
+pub(crate) const FAILED: &str = "failed";
+pub(crate) const FAILED_AT: &str = "failed_at_s";
 
 /// Names of what a claim may be about: the metrics, and how runs ended.
 pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
-    METRICS.iter().map(|metric| metric.name).chain([COMPLETED, DIVERGED, DIVERGED_AT])
+    METRICS.iter().map(|metric| metric.name).chain([COMPLETED, FAILED, FAILED_AT])
 }
 
 impl Claim {
@@ -128,7 +128,7 @@ impl Claim {
 
     /// Whether it is about how runs end.
     pub(crate) fn is_about_ends(&self) -> bool {
-        [COMPLETED, DIVERGED, DIVERGED_AT].contains(&self.metric.as_str())
+        [COMPLETED, FAILED, FAILED_AT].contains(&self.metric.as_str())
     }
 
     /// Whether it is about runs at a macro step (s).
