@@ -2,7 +2,7 @@
 
 use super::keys::*;
 use super::statistics::read_runs;
-use super::trace_figure::{lost_run, trace_path, without_end};
+use super::trace_figure::{lost_run, trace_path};
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -96,7 +96,7 @@ impl ManoeuvreFigure {
         }
         for (index, label) in self.schemes.iter().enumerate() {
             let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
-            let end = lost_run(&runs, label).map_or("ended", |row| without_end(runs.class(row)));
+            let end = lost_run(&runs, label).map_or("ended", |row| runs.run(row).outcome.name());
             let (motion, force) = (scene.motion(&trace, self.enlarged)?, trace.column(FORCE)?);
             let top = MARGIN + HEADER + index as f64 * row_height;
             let name = Text::new(styles.shown_name(label), (MARGIN, top + 0.5 * ROW_LABEL), 10.6).bold();

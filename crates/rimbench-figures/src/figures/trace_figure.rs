@@ -2,11 +2,10 @@
 
 use super::keys::*;
 use super::statistics::read_runs;
-use crate::chart::{Axis, FAILED, Figure, Inset, Mode, NO_ANSWER, Panel, Scale, Series};
+use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use crate::ticks::signed;
-use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_statistics::Runs;
@@ -100,15 +99,6 @@ impl TracePanel {
     }
 }
 
-/// What is said of a run that has no end within bounds; nothing of one that has.
-pub(super) fn without_end(class: OutcomeClass) -> &'static str {
-    match class {
-        OutcomeClass::Completed => "",
-        OutcomeClass::Failed => FAILED,
-        OutcomeClass::NoAnswer => NO_ANSWER,
-    }
-}
-
 /// The row of the run of a scheme row that did not come to its end, if there is one.
 pub(super) fn lost_run(runs: &Runs<'_>, label: &str) -> Option<usize> {
     runs.of_label(label).rows().iter().copied().find(|&row| !runs.is_completed(row))
@@ -122,7 +112,7 @@ fn ending(folder: &Path, label: &str) -> Result<String> {
     // Where the state left its bounds, which a run may outlive.
     let ends = [runs.run(row).outcome_at_s, runs.run(row).ended_at_s];
     let when = ends.into_iter().find(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
-    Ok(format!(": {}{when}", without_end(runs.class(row))))
+    Ok(format!(": {}{when}", runs.run(row).outcome.name()))
 }
 
 /// The trace of the run of a scheme row, or of the reference.

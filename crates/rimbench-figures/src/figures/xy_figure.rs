@@ -211,7 +211,7 @@ impl XyPanel {
                 Some(_) if self.levels_off(&points) => format!("{shown}, levels off"),
                 Some(order) => {
                     let order = signed(format!("{order:.2}"));
-                    let lost = if lost { " where none failed" } else { "" };
+                    let lost = if lost { " of completed runs" } else { "" };
                     format!("{shown}, order {order}{lost}")
                 }
                 None => shown,
