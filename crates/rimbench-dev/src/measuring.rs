@@ -1,7 +1,7 @@
 //! A record of this program: counters by running the suite here, instructions by running it under callgrind.
 
 use super::benchmark::Benchmark;
-use super::history::Row;
+use super::history::{COUNTERS, Row};
 use rimbench_core::error::{Error, Result};
 use rimbench_harness::{BuildInfo, Provenance};
 use rimbench_results::checksums::sha256;
@@ -49,7 +49,7 @@ pub fn record(
 ///
 /// # Errors
 /// Those of preparing or running the benchmark.
-pub fn measure(benchmark: &Benchmark) -> Result<(Option<String>, [u64; 8])> {
+pub fn measure(benchmark: &Benchmark) -> Result<(Option<String>, [u64; COUNTERS.len()])> {
     let work = benchmark.prepare()?()?;
     Ok((benchmark.fault(work.answer), work.counters()))
 }

@@ -7,8 +7,8 @@ mod plan;
 mod planned_run;
 mod scheme_row;
 
+pub use claim::Claim;
 pub(crate) use claim::{COMPLETED, FAILED, FAILED_AT, Statistic};
-pub use claim::{Claim, claim_metrics};
 pub use plan::MOST_RUNS;
 pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;

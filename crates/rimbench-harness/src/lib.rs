@@ -36,7 +36,7 @@ pub use clock::{monotonic_clock, processor_clock};
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use deadline_log::replay_log;
 pub use execution::{prepare_folder, run_job, run_job_until};
-pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict, claim_metrics};
+pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict};
 pub use folder::collect_shards;
 pub use grid::{logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};

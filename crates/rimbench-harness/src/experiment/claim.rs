@@ -115,7 +115,7 @@ pub(crate) const FAILED: &str = "failed";
 pub(crate) const FAILED_AT: &str = "failed_at_s";
 
 /// Names of what a claim may be about: the metrics, and how runs ended.
-pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
+pub(crate) fn claim_metrics() -> impl Iterator<Item = &'static str> {
     METRICS.iter().map(|metric| metric.name).chain([COMPLETED, FAILED, FAILED_AT])
 }
 
