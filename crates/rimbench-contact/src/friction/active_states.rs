@@ -2,7 +2,7 @@
 
 use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
-use crate::linear_algebra::largest_entry;
+use crate::problem::{Cone, Coulomb};
 
 /// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold start can cycle.
 const MOST_CHANGES: u32 = 12;
@@ -55,9 +55,9 @@ impl ActiveStates {
         if self.w.len() < 2 * n {
             *self = ActiveStates::new(n);
         }
-        let scale = problem.scale();
+        let [scale, largest] = Coulomb::<1>::scale_and_largest(problem.b);
         // No less than the rounding of rows that would not close.
-        let negligible = NEGLIGIBLE * scale.max(0.01 * largest_entry(problem.b));
+        let negligible = NEGLIGIBLE * scale.max(0.01 * largest);
         let mut factorisations = 0;
         let seen = std::mem::replace(&mut self.seen, true);
         for changes in 0..=MOST_CHANGES {
@@ -67,7 +67,7 @@ impl ActiveStates {
             }
             self.system.impulses(problem.b, impulses);
             problem.velocities(impulses, &mut self.w);
-            let worst = problem.violation(impulses, |row| self.w[row]);
+            let worst = worst_violation(problem, impulses, &self.w);
             let next = if worst <= negligible && slides_as_said(states, &self.w, negligible) {
                 None
             } else {
@@ -96,9 +96,27 @@ pub(super) fn solve_states(
     system.impulses(problem.b, impulses);
 }
 
-#[inline]
+#[inline(always)]
 fn factorise_states(system: &mut StateSystem, problem: FrictionProblem<'_>, states: &[ContactState]) {
     system.factorise(problem.cone.friction, states, |row| problem.delassus.row(row));
+}
+
+/// The largest violation at impulses and velocities; the compiler knows the sizes of few contacts.
+#[inline]
+fn worst_violation(problem: FrictionProblem<'_>, impulses: &[f64], w: &[f64]) -> f64 {
+    #[inline(always)]
+    fn of(n: usize, FrictionProblem { delassus, b, cone }: FrictionProblem<'_>, impulses: &[f64], w: &[f64]) -> f64 {
+        let (w, friction) = (&w[..2 * n], &cone.friction[..n]);
+        FrictionProblem::<1>::with_friction(&delassus.h[..4 * n * n], &b[..2 * n], friction)
+            .violation(&impulses[..2 * n], |row| w[row])
+    }
+    match problem.contacts() {
+        1 => of(1, problem, impulses, w),
+        2 => of(2, problem, impulses, w),
+        3 => of(3, problem, impulses, w),
+        4 => of(4, problem, impulses, w),
+        n => of(n, problem, impulses, w),
+    }
 }
 
 /// Whether contacts that slide do so in the direction of their state: of one that hardly presses no residual tells.

@@ -64,29 +64,32 @@ impl Cholesky {
     ///
     /// # Errors
     /// [`Singular`] naming `matrix` if it is not positive definite.
+    #[inline]
     pub fn factor(&mut self, matrix: &'static str) -> Result<(), Singular> {
-        let singular = Singular { matrix };
-        if self.size >= FAER_FROM {
-            mirror(&mut self.l, self.size, |lower, upper| *upper = *lower);
-            // faer wants the lower triangle of columns: that is the upper one of rows.
-            let view = MatMut::from_column_major_slice_mut(&mut self.l, self.size, self.size);
-            cholesky_in_place(
-                view,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut self.scratch),
-                Spec::<LltParams, f64>::default(),
-            )
-            .map_err(|_| singular)?;
-            mirror(&mut self.l, self.size, |lower, upper| *lower = *upper);
-            // What a row of L is worth in all, A_ii, against its pivot: as in the plain loops.
-            let dependent = self.l.chunks_exact(self.size).enumerate().any(|(i, row)| {
-                let diagonal: f64 = row[..=i].iter().map(|l| l * l).sum();
-                row[i] * row[i] <= DEPENDENT * diagonal
-            });
-            return if dependent { Err(singular) } else { Ok(()) };
-        }
-        factor_lower(&mut self.l, self.size).map_err(|()| singular)
+        if self.size >= FAER_FROM { self.factor_blocked() } else { factor_lower(&mut self.l, self.size) }
+            .map_err(|()| Singular { matrix })
+    }
+
+    #[inline(never)]
+    fn factor_blocked(&mut self) -> Result<(), ()> {
+        mirror(&mut self.l, self.size, |lower, upper| *upper = *lower);
+        // faer wants the lower triangle of columns: that is the upper one of rows.
+        let view = MatMut::from_column_major_slice_mut(&mut self.l, self.size, self.size);
+        cholesky_in_place(
+            view,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Spec::<LltParams, f64>::default(),
+        )
+        .map_err(|_| ())?;
+        mirror(&mut self.l, self.size, |lower, upper| *lower = *upper);
+        // What a row of L is worth in all, A_ii, against its pivot: as in the plain loops.
+        let dependent = self.l.chunks_exact(self.size).enumerate().any(|(i, row)| {
+            let diagonal: f64 = row[..=i].iter().map(|l| l * l).sum();
+            row[i] * row[i] <= DEPENDENT * diagonal
+        });
+        if dependent { Err(()) } else { Ok(()) }
     }
 
     /// Solves `L y = b` in place.
@@ -149,6 +152,7 @@ pub(crate) fn solve_lower(l: &[f64], n: usize, b: &mut [f64]) {
 }
 
 /// Factorises the lower triangle in place, row by row, so that every sum has one order on every machine.
+#[inline]
 pub(crate) fn factor_lower(a: &mut [f64], n: usize) -> Result<(), ()> {
     for i in 0..n {
         for j in 0..=i {

@@ -15,7 +15,8 @@ pub trait Cone: Copy {
     /// To which part of their size entries of contacts count that would not close.
     const FAR: f64 = 1e-3;
 
-    /// Returns the velocity S that residuals are relative to, m/s: the fastest entry of the contacts that would close in this step.
+    /// Returns the velocity S that residuals are relative to, m/s, that is the fastest entry of the contacts that would close in this
+    /// step, and `‖b‖_∞`.
     ///
     /// ```text
     /// S = max( ‖b_c‖_∞ over contacts c with b_n < 0,  FAR ‖b‖_∞ )        ‖b‖_∞ where none would close, and P = 0 is the solution
@@ -24,16 +25,16 @@ pub trait Cone: Copy {
     /// thousandth in the plane, for the rounding of the velocity of a contact that only others push shut, and not at all in space, whose
     /// problems have few rows. S does not exceed `‖b‖_∞`.
     #[inline(always)]
-    fn scale(b: &[f64]) -> f64 {
+    fn scale_and_largest(b: &[f64]) -> [f64; 2] {
         let (contacts, mut closing, mut all) = (b.len() / Self::ROWS, 0.0, 0.0);
-        for contact in 0..contacts {
-            for row in 0..Self::ROWS {
-                let size = b[row * contacts + contact].abs();
-                closing = larger(closing, if b[contact] < 0.0 { size } else { 0.0 });
-                all = larger(all, size);
-            }
+        let (normal, tangential) = b.split_at(contacts);
+        for (contact, b_n) in normal.iter().enumerate() {
+            let size = (0..Self::ROWS - 1)
+                .fold(b_n.abs(), |size, row| larger(size, tangential[row * contacts + contact].abs()));
+            closing = larger(closing, if *b_n < 0.0 { size } else { 0.0 });
+            all = larger(all, size);
         }
-        if closing > 0.0 { larger(closing, Self::FAR * all) } else { all }
+        [if closing > 0.0 { larger(closing, Self::FAR * all) } else { all }, all]
     }
 
     /// Measures how far a contact is from solving this, m/s; NaN where its velocity is not finite.

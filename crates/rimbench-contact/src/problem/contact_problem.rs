@@ -22,10 +22,10 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
         self.b.len() / K::ROWS
     }
 
-    /// Returns the velocity S that residuals are relative to, m/s: that of the contacts that would close ([`Cone::scale`]).
+    /// Returns the velocity S that residuals are relative to, m/s: that of the contacts that would close ([`Cone::scale_and_largest`]).
     #[inline(always)]
     pub fn scale(&self) -> f64 {
-        K::scale(self.b)
+        K::scale_and_largest(self.b)[0]
     }
 
     /// Tells whether `P = 0` is a solution, that is `b_n ≥ 0`. Looks at `b` only.
@@ -34,13 +34,8 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
     /// [`Unsolved::NonFinite`] if `b` is not finite.
     #[inline]
     pub fn is_solved_by_zero(&self) -> Result<bool, Unsolved> {
-        let (mut finite, mut nonnegative) = (true, true);
-        let contacts = self.contacts();
-        for (row, b) in self.b.iter().enumerate() {
-            finite &= b.is_finite();
-            nonnegative &= *b >= 0.0 || row >= contacts;
-        }
-        if finite { Ok(nonnegative) } else { Err(Unsolved::NonFinite) }
+        let finite = self.b.iter().fold(true, |finite, b| finite & b.is_finite());
+        if finite { Ok(self.b[..self.contacts()].iter().all(|b_n| *b_n >= 0.0)) } else { Err(Unsolved::NonFinite) }
     }
 
     /// Returns the [natural residual](ContactProblem::natural_residual) where the velocities `H P + b` are at hand.
@@ -73,7 +68,7 @@ impl<'a, K: Cone> ContactProblem<'a, DenseDelassus<'a>, K> {
     /// Measures how far `P` is from solving the problem, in velocities relative to those of the contacts that would close.
     ///
     /// ```text
-    /// w = H P + b        r = max_c |natural map of contact c| / max(S, tiny)        S: Cone::scale
+    /// w = H P + b        r = max_c |natural map of contact c| / max(S, tiny)        S: Cone::scale_and_largest
     /// ```
     /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`; [`Coulomb`] adds
     /// the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would cause, so every term is one: a change
