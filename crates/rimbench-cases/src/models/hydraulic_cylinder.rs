@@ -53,7 +53,7 @@ impl Spool {
     /// Returns κ at time `t`.
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
-        match self.sine {
+        match &self.sine {
             None => self.line_at(t),
             Some(Sine::Line { centre, frequency }) => {
                 centre * (1.0 - self.line_at(t) * libm::sin(std::f64::consts::TAU * frequency * t))
@@ -299,7 +299,7 @@ impl HydraulicCylinder {
         self.energy.book(&self.oil, &step);
         self.time = t + h;
         self.counters.micro_steps += 1;
-        self.check_range(u[0])
+        self.check_pressures(u[0])
     }
 
     /// A micro step of lines in the place of the chambers, or of the second order.
@@ -327,17 +327,22 @@ impl HydraulicCylinder {
         self.energy.book_midpoint(&self.oil, &step, middle);
         self.time = t + h;
         self.counters.micro_steps += 1;
-        self.check_range(u[0])
+        self.check_pressures(u[0])
     }
 
     #[inline]
     fn check_range(&self, s: f64) -> Result<(), Failure> {
         let [l1, l2] = self.chambers(s);
-        let stroke_ended = l1 <= 0.0 || l2 <= 0.0;
-        if stroke_ended || !self.is_valid(self.p[0]) || !self.is_valid(self.p[1]) {
-            return Err(self.range_failure(stroke_ended, s));
+        if l1 <= 0.0 || l2 <= 0.0 {
+            return Err(self.range_failure(true, s));
         }
-        Ok(())
+        self.check_pressures(s)
+    }
+
+    #[inline]
+    fn check_pressures(&self, s: f64) -> Result<(), Failure> {
+        let valid = self.is_valid(self.p[0]) && self.is_valid(self.p[1]);
+        if valid { Ok(()) } else { Err(self.range_failure(false, s)) }
     }
 
     #[inline]

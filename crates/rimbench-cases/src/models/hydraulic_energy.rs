@@ -52,20 +52,25 @@ pub(super) struct HydraulicEnergy {
     volumes: [f64; 2],
     /// Elastic energy at the start and now, J.
     energy: [f64; 2],
-    /// `J(p_i)` of the present state, Pa: the next step starts with it.
+    /// `J(p_i)`, `φ(p_i)` and `φ J − p_i` (Pa) of the present state: the next step starts with them.
     enthalpy: [f64; 2],
+    density: [f64; 2],
+    elastic: [f64; 2],
     /// `J(p_P), J(p_T)`, Pa.
     supply_and_tank: [f64; 2],
 }
 
 impl HydraulicEnergy {
     pub(super) fn new(oil: &Oil, p: [f64; 2]) -> Self {
+        let (enthalpy, density) = (p.map(|p| oil.enthalpy(p)), p.map(|p| oil.relative_density(p)));
         HydraulicEnergy {
             account: EnergyAccount::default(),
             started: false,
             volumes: [0.0; 2],
             energy: [0.0; 2],
-            enthalpy: p.map(|p| oil.enthalpy(p)),
+            enthalpy,
+            density,
+            elastic: [0, 1].map(|i| density[i] * enthalpy[i] - p[i]),
             supply_and_tank: [oil.enthalpy(oil.supply_pressure_pa), oil.enthalpy(oil.tank_pressure_pa)],
         }
     }
@@ -98,9 +103,11 @@ impl HydraulicEnergy {
         account.interface += friction - (acting[1] - acting[0]) * step.area * swept;
         let mut stored = 0.0;
         for i in 0..2 {
-            let energy = oil.relative_density(before[i]) * self.enthalpy[i] - before[i];
-            let density = oil.relative_density(acting[i]);
-            let own = if middle.is_some() { oil.enthalpy(acting[i]) } else { self.enthalpy[i] };
+            let energy = self.elastic[i];
+            let (density, own) = match middle {
+                None => (self.density[i], self.enthalpy[i]),
+                Some(_) => (oil.relative_density(acting[i]), oil.enthalpy(acting[i])),
+            };
             let energy_acting = density * own - acting[i];
             let (inflow, outflow) = (step.h * density * step.inflow[i], step.h * density * step.outflow[i]);
             account.pump += supply * inflow;
@@ -111,7 +118,9 @@ impl HydraulicEnergy {
                 self.energy[0] += step.volumes[i] * energy;
             }
             self.enthalpy[i] = oil.enthalpy(after[i]);
-            let energy_after = oil.relative_density(after[i]) * self.enthalpy[i] - after[i];
+            self.density[i] = oil.relative_density(after[i]);
+            let energy_after = self.density[i] * self.enthalpy[i] - after[i];
+            self.elastic[i] = energy_after;
             let slope = (oil.compressibility_a_1_pa + 2.0 * oil.compressibility_b_1_pa2 * acting[i]) * own;
             let curvature = step.volumes[i] * (energy_after - energy - slope * (after[i] - before[i]));
             // Chamber 1 shrinks as the piston moves out.
