@@ -80,10 +80,10 @@ impl CoupledPair<'_> {
 
     /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let mechanics_step = self.mechanics_step(step);
+        let mechanics_steps = self.setup.own_mechanics_steps(step);
         let PairState { exchange, u, .. } = &mut *self.state;
         if let Some(model) = &mut exchange.interface_model
-            && !self.sides.mechanics.capabilities().interface_model(mechanics_step, model)?
+            && !self.sides.mechanics.capabilities().interface_model(step.length / mechanics_steps as f64, model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
         }

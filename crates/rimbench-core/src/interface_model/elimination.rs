@@ -241,6 +241,9 @@ impl Elimination {
         let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
         // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body have `H_xy = 0`.
         let local = n_b == 0 && self.mass_factor.is_none();
+        // Once for all rows: in the loop the compiler would look up where each of them lies at every entry.
+        let (model_h, model_w, model_a) = (&mut model.h[..rows * rows], &mut model.w[..rows], &mut model.a[..rows]);
+        let (coupling, supports) = (&mut self.coupling[..n_b * rows], &mut self.supports[..rows]);
         for row in 0..rows {
             let (source, index) = if row < n_u {
                 (&eq3.unilateral, row)
@@ -252,8 +255,8 @@ impl Elimination {
             let a = row_of(blocks::<L>(&source.jacobian), index, k);
             let support = support(a);
             let a_x = &a[support.clone()];
-            model.w[row] = dot(a_x, &start[support.clone()]);
-            model.a[row] = dot(a_x, &free[support.clone()]) + source.convective[index];
+            model_w[row] = dot(a_x, &start[support.clone()]);
+            model_a[row] = dot(a_x, &free[support.clone()]) + source.convective[index];
 
             let (finished, rest) = self.g_rows.as_chunks_mut::<L>().0.split_at_mut(row * k);
             let g = &mut rest[..k];
@@ -262,18 +265,18 @@ impl Elimination {
                 let y = row_of(y, b, k);
                 let c = dot(a_x, &y[support.clone()]);
                 add_multiple(g, -c, y);
-                self.coupling[b * rows + row] = c;
+                coupling[b * rows + row] = c;
             }
             // Only one triangle is computed, so that H is symmetric to the bit.
             for column in 0..row {
-                let other = &self.supports[column];
+                let other = &supports[column];
                 let apart = local && (other.end <= support.start || support.end <= other.start);
                 let entry = if apart { 0.0 } else { dot(a_x, &row_of(finished, column, k)[support.clone()]) };
-                model.h[row * rows + column] = entry;
-                model.h[column * rows + row] = entry;
+                model_h[row * rows + column] = entry;
+                model_h[column * rows + row] = entry;
             }
-            model.h[row * rows + row] = dot(a_x, &g[support.clone()]);
-            self.supports[row] = support;
+            model_h[row * rows + row] = dot(a_x, &g[support.clone()]);
+            supports[row] = support;
         }
         Ok(())
     }

@@ -75,7 +75,9 @@ impl History {
     fn push(&mut self, time: f64, y: &[f64]) {
         if self.count == 0 || time != self.times[0] {
             self.times.copy_within(0..MOST - 1, 1);
-            self.values.copy_within(0..self.width * (self.capacity - 1), self.width);
+            if self.capacity > 1 {
+                self.values.copy_within(0..self.width * (self.capacity - 1), self.width);
+            }
             self.count = (self.count + 1).min(self.capacity);
         }
         self.times[0] = time;

@@ -102,6 +102,7 @@ impl DenseProblem {
 
     /// Replaces the gap term by that of spring and damper, and adds their compliance to the diagonal of `H`, see
     /// [`ContactSpring`](rimbench_contact::contact_law::ContactSpring).
+    #[inline]
     fn add_compliance(&mut self, terms: ContactTerms<'_>) {
         let Some(spring) = terms.law.spring else { return };
         let (n, rates) = (self.b.len(), spring.gap_rates(terms.h));
