@@ -8,13 +8,14 @@ use super::contact_stepper::{
 use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
 use super::mechanical_model::{MechanicalModel, ModelNames};
-use super::memory::empty_equations;
+use super::memory::{bytes_needed, empty_equations};
 use super::stiff_forces::StiffForces;
 use crate::cosim::{
-    Capabilities, ContactMechanics, EnergyAccount, Ports, SecondOrder, Subsystem, SubsystemCounters, subsystem_methods,
+    Capabilities, ContactMechanics, EnergyAccount, ForceProfile, JointActuator, Ports, SecondOrder, Sent, Subsystem,
+    SubsystemCounters, subsystem_methods,
 };
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
+use crate::interface_model::{AccelerationJumps, Linearisation, MEMORY_LIMIT, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
 use rimbench_contact::solver_entry::SolverEntry;
@@ -338,5 +339,47 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         let potential_change = self.model.potential_energy(&self.stepper.q) - potential;
         let spring_change = self.stepper.spring_energy() - springs;
         Some(self.stepper.energy_account(self.stepper.kinetic_energy() - kinetic, potential_change, spring_change))
+    }
+}
+
+impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
+    fn contact_names(&self) -> &[Name] {
+        &self.contacts
+    }
+
+    fn contact_impulses(&self) -> Option<&[f64]> {
+        self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
+    }
+
+    fn keep_every_entry(&mut self) {
+        let law = self.stepper.law;
+        let Some(solver) = self.stepper.dense_solver().cloned() else { return };
+        if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
+            return;
+        }
+        let eq3 = empty_equations(&self.model, law, false);
+        let start = (self.stepper.q.clone(), self.stepper.v.clone());
+        self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
+        self.start();
+    }
+
+    fn is_of_second_order(&self) -> bool {
+        self.second_order.is_some()
+    }
+
+    fn step_together(
+        &mut self,
+        actuator: &mut dyn JointActuator,
+        time: f64,
+        h: f64,
+        sent: &mut Sent<'_>,
+    ) -> Result<(), Failure> {
+        let together = Excitation::Together { actuator, time, sent };
+        self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
+    }
+
+    fn step_under(&mut self, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure> {
+        let pieces = Excitation::Prescribed { profile, done: 0.0 };
+        self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))
     }
 }

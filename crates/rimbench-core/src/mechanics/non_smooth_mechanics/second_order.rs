@@ -8,12 +8,10 @@ pub(super) use excitation::Excitation;
 
 use super::super::contact_stepper::{ActiveProblem, ContactStepper};
 use super::super::mechanical_model::{MechanicalModel, ModelSize};
-use super::super::memory::{bytes_needed, empty_equations};
 use super::NonSmoothMechanics;
-use crate::cosim::{ContactMechanics, ForceProfile, JointActuator, SecondOrder, Sent};
+use crate::cosim::SecondOrder;
 use crate::error::Failure;
-use crate::interface_model::{MEMORY_LIMIT, TOUCHING};
-use crate::name::Name;
+use crate::interface_model::TOUCHING;
 use excitation::InterfaceTrajectory;
 use rest_and_impact::Event;
 use sub_step::{PieceStart, SubStepContacts};
@@ -151,47 +149,5 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         }
         self.stepper.set_closed(&steps.resting);
         Ok(())
-    }
-}
-
-impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
-    fn contact_names(&self) -> &[Name] {
-        &self.contacts
-    }
-
-    fn contact_impulses(&self) -> Option<&[f64]> {
-        self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
-    }
-
-    fn keep_every_entry(&mut self) {
-        let law = self.stepper.law;
-        let Some(solver) = self.stepper.dense_solver().cloned() else { return };
-        if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
-            return;
-        }
-        let eq3 = empty_equations(&self.model, law, false);
-        let start = (self.stepper.q.clone(), self.stepper.v.clone());
-        self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
-        self.start();
-    }
-
-    fn is_of_second_order(&self) -> bool {
-        self.second_order.is_some()
-    }
-
-    fn step_together(
-        &mut self,
-        actuator: &mut dyn JointActuator,
-        time: f64,
-        h: f64,
-        sent: &mut Sent<'_>,
-    ) -> Result<(), Failure> {
-        let together = Excitation::Together { actuator, time, sent };
-        self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
-    }
-
-    fn step_under(&mut self, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure> {
-        let pieces = Excitation::Prescribed { profile, done: 0.0 };
-        self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))
     }
 }
