@@ -4,6 +4,7 @@
 use crate::program::{assert_has, below, rimbench, root, said};
 use assert_cmd::Command;
 use rimbench::perf::History;
+use rimbench::shipped::{EXPERIMENTS, experiments_of};
 use std::path::Path;
 
 fn called(folder: &Path, arguments: &[&str]) -> Command {
@@ -87,4 +88,13 @@ fn in_the_projects_folder_its_own_files_are_read() {
     ] {
         assert_has(&said(&mut called(folder.path(), &arguments), 2), &[wanted]);
     }
+}
+
+#[test]
+fn every_experiment_of_the_source_is_carried_with_its_text() {
+    let mut there = crate::program::files(&root().join("experiments"));
+    there.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    let there = there.iter().map(|path| (below(root(), path), std::fs::read_to_string(path).unwrap()));
+    assert!(there.eq(EXPERIMENTS.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned()))));
+    assert!(experiments_of("paper").count() >= 4 && experiments_of("nope").count() == 0);
 }
