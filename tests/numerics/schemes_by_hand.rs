@@ -36,7 +36,8 @@ fn exchange(
     scheme.receive(Side::Mechanics, &Sample { model: sent.map(|sent| sent.0), ..sample }).unwrap();
     scheme.receive(Side::Actuator, &Sample { y: &[force], rates: sent.map(|sent| sent.1), ..sample }).unwrap();
     let at = MicroStep::new(second(index), 0, 1);
-    let (mut u, mut received) = ([f64::NAN; 2], [f64::NAN]);
+    // What the loop has ready: each side's last inputs.
+    let (mut u, mut received) = (y, [force]);
     scheme.input(Side::Actuator, at, &[force], &mut u).unwrap();
     scheme.input(Side::Mechanics, at, &y, &mut received).unwrap();
     (received[0], u)

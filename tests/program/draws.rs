@@ -43,11 +43,11 @@ fn each_point_of_the_grid_has_the_same_settings_in_their_ranges() {
     assert!(settings.iter().flatten().all(|value| format!("{value:.2e}").parse() == Ok(*value)));
     assert_eq!(sets("set = { restitution = 0.3 }")[0].1, None);
     // What is counted is whole.
-    let text = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"disc-row\"\n[cases.draw]\nsettings = 20\nseed = 1\n\
-                ranges = { discs = [2, 7] }\n[[schemes]]\nscheme = \"nepce\"\n";
+    let text = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"disc-row\"\n[cases.draw]\nsettings = 6\nseed = 1\n\
+                ranges = { discs = [2, 200] }\n[[schemes]]\nscheme = \"nepce\"\n";
     let plan = Experiment::parse(Path::new("usual.toml"), text.to_owned()).unwrap().plan(&Catalogue::standard(), false);
     let discs = |run: &PlannedRun| run.spec.parameters.setting::<u32>("discs");
-    assert!(plan.unwrap().iter().all(|run| discs(run).is_some_and(|count| (2..=7).contains(&count))));
+    assert!(plan.unwrap().iter().all(|run| discs(run).is_some_and(|count| (2..=200).contains(&count))));
 }
 
 /// Boxes that a small valve moves too little for the left wedge to land.
@@ -55,32 +55,31 @@ fn each_point_of_the_grid_has_the_same_settings_in_their_ranges() {
 fn a_setting_without_the_event_is_drawn_again_and_counted() {
     let plan = |requires: &str| {
         let case = format!(
-            "duration_s = 2.5\nset = {{ restitution = [0.0, 0.3] }}\n[cases.draw]\nsettings = 4\nseed = 201\n{requires}\n\
+            "duration_s = 2.5\nset = {{ restitution = [0.0, 0.3] }}\n[cases.draw]\nsettings = 2\nseed = 201\n{requires}\n\
              [cases.draw.ranges]\nvalve_area_m2 = [1e-6, 1e-4]\nspool_final = [0.2, 0.4]\n"
         );
         parsed(&case).unwrap().plan(&Catalogue::standard(), false).unwrap()
     };
-    let sets = |plan: &[PlannedRun]| -> Vec<String> {
-        plan.iter().step_by(2).map(|run| run.spec.parameters.given()).collect()
-    };
+    let sets = |plan: &[PlannedRun]| -> Vec<String> { plan.iter().map(|run| run.spec.parameters.given()).collect() };
     let (any, landing) = (plan(""), plan("requires = \"closing\""));
-    assert_eq!((any.len(), landing.len()), (2 * 4 * 2, 2 * 4 * 2));
+    assert_eq!((any.len(), landing.len()), (2 * 2 * 2, 2 * 2 * 2));
     assert_ne!(sets(&any), sets(&landing));
-    assert_eq!(sets(&landing), sets(&plan("requires = \"closing\"")));
     assert!(any.iter().all(|run| run.rejected_draws.is_none()));
     let rejected: Vec<usize> = landing.iter().map(|run| run.rejected_draws.unwrap()).collect();
-    assert_eq!(rejected[..8], rejected[8..]);
-    assert!(rejected[..8].iter().step_by(2).sum::<usize>() > 4, "{rejected:?}");
+    assert_eq!(rejected[..4], rejected[4..]);
+    assert!(rejected.iter().sum::<usize>() > 0, "{rejected:?}");
     for run in landing.iter().step_by(2) {
-        let reference = Reference::compute(&run.spec, StopFlag::never());
-        assert!(!reference.unwrap().touch_downs.is_empty(), "{}", run.spec.parameters.given());
+        let solution = Reference::solution(&run.spec.of_the_reference(), 1, StopFlag::never()).unwrap();
+        let gap = solution.index_of("gap_left_wedge_m").unwrap();
+        let least = solution.column(gap).fold(f64::INFINITY, f64::min);
+        assert!(least < 1e-6, "{least} m with {}", run.spec.parameters.given());
     }
 }
 
 #[test]
 fn what_cannot_be_drawn_is_one_sentence_with_what_is_valid() {
     let refused = |draw: &str| {
-        let case = format!("set = {{ restitution = 0.3 }}\n[cases.draw]\n{draw}\n");
+        let case = format!("duration_s = 0.2\nset = {{ restitution = 0.3 }}\n[cases.draw]\n{draw}\n");
         let planned = parsed(&case).and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
         planned.unwrap_err().to_string()
     };
@@ -121,7 +120,7 @@ fn what_cannot_be_drawn_is_one_sentence_with_what_is_valid() {
     for (draw, wanted) in [
         (
             "settings = 2\nseed = \"noon\"",
-            "usual.toml: is no experiment: line 9, column 8: `seed = \"noon\"`: expected a whole number, 0 or above",
+            "usual.toml: is no experiment: line 10, column 8: `seed = \"noon\"`: expected a whole number, 0 or above",
         ),
         ("settings = 2\nseed = -1", "column 8: `seed = -1`: expected a whole number, 0 or above"),
         ("settings = 0.5\nseed = 1", "column 12: `settings = 0.5`: expected a whole number, 0 or above"),

@@ -13,7 +13,7 @@ pub trait ParameterSet: Copy + Send + Sync + 'static {
 
     /// Sets all of them to their defaults.
     fn defaults() -> Self {
-        Self::read(&Parameters::defaults("".into(), &[]))
+        Self::read(&Parameters::defaults("".into(), &Self::declared()))
     }
 }
 
