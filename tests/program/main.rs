@@ -34,6 +34,7 @@ mod ranking;
 mod report;
 mod reproduction;
 mod screens;
+mod simulator;
 mod slurm;
 mod stability;
 mod statistics;
