@@ -7,20 +7,6 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 #[test]
-fn options_are_read_from_text_and_nonsense_is_refused_with_the_key() {
-    let mut request = RunRequest::default();
-    for (key, text) in [("gain", " 0.5 "), ("sequence", "jacobi"), ("mechanics_steps", "all"), ("case", "wedge-box")] {
-        request.put(key, text).unwrap();
-    }
-    assert_eq!((request.gain, request.sequence), (Some(0.5), Some(Sequence::Jacobi)));
-    assert_eq!(request.mechanics_steps, Some(MechanicsSteps::AsActuator));
-    let refused = |key: &str, text: &str| RunRequest::default().put(key, text).unwrap_err().to_string();
-    assert_eq!(refused("gain", "high"), "gain = high is not valid; valid: a number");
-    assert!(refused("sequence", "jacoby").contains("did you mean `jacobi`"));
-    assert!(refused("gian", "1").contains("did you mean `gain`"));
-}
-
-#[test]
 fn a_request_written_as_texts_is_read_as_the_same() {
     let mut request = RunRequest::of("wedge-box", "nepce");
     for (key, text) in [
@@ -107,14 +93,6 @@ fn runs_that_are_equal_have_one_id_and_what_has_no_effect_is_refused() {
     let message = request.resolve(&Catalogue::standard()).unwrap_err().to_string();
     assert!(message.contains("has no effect with carriage_mass_kg = 0"), "{message}");
     assert!(message.ends_with("set carriage_mass_kg > 0"), "{message}");
-}
-
-#[test]
-fn names_that_are_missing_or_unknown_are_refused() {
-    assert!(refused(|request| request.case = None).contains("the name of a case"));
-    assert!(refused(|request| request.scheme = Some("rim-nonsmoth".into())).contains("did you mean `rim-nonsmooth`"));
-    assert!(refused(|request| request.set.push(("box_mass".into(), "1".into()))).contains("box_mass_kg"));
-    assert!(refused(|request| request.wall_limit_s = Some(0.0)).contains("wall_limit_s = 0"));
 }
 
 /// A value of each option that differs from the usual one, and the scheme that takes it.
