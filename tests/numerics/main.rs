@@ -37,6 +37,7 @@ mod linear_algebra;
 mod lists;
 mod many_actuators;
 mod many_contacts;
+mod metrics;
 mod model_steps;
 mod nothing_to_speak_of;
 mod options;
