@@ -42,3 +42,17 @@ impl<T, const N: usize> DerefMut for Buffer<T, N> {
         if self.heap.is_empty() { &mut self.inline } else { &mut self.heap }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_slices_are_inline_and_long_ones_never_shrink() {
+        let mut buffer = Buffer::<f64, 4>::new(3);
+        assert_eq!((buffer.len(), buffer.heap.capacity()), (4, 0));
+        buffer.grow(9);
+        buffer.grow(2);
+        assert_eq!(buffer.len(), 9);
+    }
+}

@@ -117,3 +117,20 @@ impl<'a> SymmetricRows<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_stand_where_the_pattern_says_and_are_zero_elsewhere() {
+        let pattern = SymmetricPattern::new(&[vec![2], vec![], vec![0, 2]]);
+        let rows = SymmetricRows { pattern: &pattern, entries: &[4.0, -1.0, 3.0, -1.0, 5.0] };
+        let dense: Vec<f64> = (0..9).map(|k| rows.entry(k / 3, k % 3)).collect();
+        assert_eq!(dense, [4.0, 0.0, -1.0, 0.0, 3.0, 0.0, -1.0, 0.0, 5.0]);
+        assert_eq!((rows.diagonal(2), pattern.position(0, 1), pattern.columns(2)), (5.0, None, &[0, 2][..]));
+        let mut sum = [1.0; 3];
+        rows.add_row(2, 2.0, &mut sum);
+        assert_eq!(sum, [-1.0, 1.0, 11.0]);
+    }
+}
