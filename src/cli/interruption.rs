@@ -93,17 +93,3 @@ impl Interruption {
         StopFlags { soon: StopFlag::new(&self.0[0]), now: StopFlag::new(&self.0[1]) }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_time_runs_go_on_and_the_second_time_they_end() {
-        let interruption = Interruption::default();
-        let seen = |of: &Interruption| [of.flags().soon.check().is_err(), of.flags().now.check().is_err()];
-        assert_eq!((seen(&interruption), interruption.is_asked()), ([false, false], false));
-        interruption.ask();
-        assert_eq!((seen(&interruption), interruption.is_asked()), ([true, false], true));
-    }
-}

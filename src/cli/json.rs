@@ -62,25 +62,3 @@ impl From<Object> for Value {
         Value::Object(object.entries)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_not_finite_is_null_and_named() {
-        let mut object = Object::default();
-        for (key, value) in [("a", 0.5), ("b", f64::INFINITY), ("c", f64::NEG_INFINITY), ("d", f64::NAN)] {
-            object.number(key, value);
-        }
-        object.number("e", None);
-        let text = serde_json::to_string(&Value::from(object)).unwrap();
-        assert_eq!(
-            text,
-            r#"{"a":0.5,"b":null,"c":null,"d":null,"e":null,"not_finite":{"b":"inf","c":"-inf","d":"nan"}}"#
-        );
-        let mut finite = Object::default();
-        finite.number("a", 1.0);
-        assert_eq!(serde_json::to_string(&Value::from(finite)).unwrap(), r#"{"a":1.0}"#);
-    }
-}

@@ -214,6 +214,7 @@ mod tests {
         );
         let unknown = State { total: None, ..state(20, 0) };
         assert_eq!(unknown.line(10.0), "run: 20 runs, 10 s elapsed");
+        assert_eq!([0.4, 99.0, 150.0, 5400.0, 9000.0].map(plain_time), ["0 s", "99 s", "2 min", "90 min", "2.5 h"]);
     }
 
     #[test]
@@ -224,11 +225,6 @@ mod tests {
         let line = progress.state().line(10.0);
         progress.end();
         assert_eq!(line, "run: 10 of 20 runs, 10 s elapsed, about 10 s left");
-    }
-
-    #[test]
-    fn times_are_said_in_the_unit_that_fits() {
-        assert_eq!([0.4, 99.0, 150.0, 5400.0, 9000.0].map(plain_time), ["0 s", "99 s", "2 min", "90 min", "2.5 h"]);
     }
 
     #[test]

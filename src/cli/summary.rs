@@ -73,24 +73,3 @@ pub(super) fn not_completed(experiment: &Experiment, folder: &Path) -> Result<Op
     Ok((tally.failed + silent > 0)
         .then(|| format!("Of all {all} runs of {}, {count} did not complete{said}.", experiment.name())))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cli::number::TIED;
-
-    #[test]
-    fn runs_are_counted_by_case_scheme_and_macro_step_and_only_completed_ones_have_medians() {
-        let folder = tempfile::tempdir().unwrap();
-        let runs = "case,set,label,macro_step_s,outcome,force_error_rms_of_peak,position_error_rms_m,interface_residual_j\n\
-                    a,,x,0.005,completed,0.1,1,1\na,,x,0.005,diverged,1e9,1,1\na,,x,0.005,completed,0.3,1,1\n\
-                    a,,x,0.01,timeout,,,\na,m=2,x,0.01,completed,0.5,1,1\n";
-        std::fs::write(folder.path().join("runs.csv"), runs).unwrap();
-        let text = summary(folder.path()).unwrap().replace(TIED, " ");
-        let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("x ")).collect();
-        assert!(lines[0].contains("2/3, 1 diverged") && lines[0].contains("20 %"), "{text}");
-        assert!(lines[1].contains("0/1, 1 timeout") && lines[1].contains('–'), "{text}");
-        assert!(lines[2].contains("1/1") && text.contains("\na m=2\n"), "{text}");
-        assert_eq!(lines.len(), 3, "{text}");
-    }
-}

@@ -1,9 +1,11 @@
 //! The program works from any folder: it reads nothing from the folder it was built in, and writes only below the current one or
 //! where it is told to.
 
-use crate::program::{assert_has, below, rimbench, root, said};
+use crate::program::{assert_has, below, read, rimbench, root, said};
 use assert_cmd::Command;
 use rimbench::perf::History;
+use rimbench::shipped::{EXPERIMENTS, experiments_of};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 fn called(folder: &Path, arguments: &[&str]) -> Command {
@@ -87,4 +89,14 @@ fn in_the_projects_folder_its_own_files_are_read() {
     ] {
         assert_has(&said(&mut called(folder.path(), &arguments), 2), &[wanted]);
     }
+}
+
+#[test]
+fn every_experiment_of_the_source_is_carried_with_its_text() {
+    let in_a_group = |path: &String| path.ends_with(".toml") && path.matches('/').count() == 1;
+    let there = files(&root().join("experiments")).into_iter().filter(in_a_group);
+    let there = there.map(|path| (format!("experiments/{path}"), read(root().join("experiments").join(path))));
+    let carried = EXPERIMENTS.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned()));
+    assert!(there.collect::<BTreeMap<_, _>>() == carried.collect());
+    assert!(experiments_of("paper").count() >= 4 && experiments_of("nope").count() == 0);
 }

@@ -3,6 +3,7 @@
 
 use crate::program::{assert_has, executable, files, rimbench, said, stand_in, two_sets_with};
 use assert_cmd::Command;
+use rimbench::harness::{Chunk, SlurmArray, in_shell, next_place};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -234,4 +235,62 @@ fn shards_are_counted_from_0_or_1() {
     assert!(run(&["--places", "1-1"], 0).contains("1 of 1 runs stored"));
     assert!(run(&["--shard", "2/2"], 0).contains("23 computed now"));
     place.assert_as_whole();
+}
+
+fn array(chunks: &[Chunk]) -> SlurmArray<'_> {
+    SlurmArray {
+        name: "cost",
+        program: Path::new("/opt/rim bench/rimbench"),
+        file: Path::new("/data/it's/cost.toml"),
+        more_files: &[],
+        folder: Path::new("/data/results/cost"),
+        place: Path::new("/data/results/cost/records/submissions/1"),
+        chunks,
+        cpus: 1,
+        at_once: None,
+        exclusive: false,
+        extra: &[],
+    }
+}
+
+#[test]
+fn an_array_of_slurm_is_no_longer_than_slurm_allows() {
+    let many: Vec<Chunk> = (0..2500).map(|place| Chunk { first: place, last: place, runs: 1, seconds: 60.0 }).collect();
+    let submission = array(&many).submission().unwrap();
+    let lists: Vec<usize> = submission.files.iter().skip(1).map(|(_, text)| text.lines().count()).collect();
+    assert_eq!(lists, [1000, 1000, 500]);
+    let arrays = &submission.commands;
+    assert!(arrays[0].contains(&"--array=1-1000".to_owned()) && arrays[2].contains(&"--array=1-500".to_owned()));
+    assert!(arrays[2].last().unwrap().ends_with("chunks-3.txt"), "{arrays:?}");
+    let all: String = submission.files[1..].iter().map(|(_, text)| text.as_str()).collect();
+    assert!(all.lines().enumerate().all(|(place, line)| line == format!("{place}-{place}")));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_shell_reads_the_words_that_were_written() {
+    for word in ["plain", "", "two words", "it's", "$HOME", "a\"b", "back\\slash", "{}", "*", "ö"] {
+        let mut shell = std::process::Command::new("sh");
+        let output = shell.args(["-c", &in_shell(&["printf", "%s", word].map(str::to_owned))]).output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&output.stdout), word);
+    }
+}
+
+#[test]
+fn tasks_are_handed_the_files_of_cases() {
+    let files = [("--case-file", "/data/my truck.toml"), ("--case-file", "/data/other.toml")];
+    let more_files = files.map(|(option, file)| (option, PathBuf::from(file)));
+    let wanted = " --case-file '/data/my truck.toml' --case-file /data/other.toml --out /data/results/cost ";
+    let script = &SlurmArray { more_files: &more_files, ..array(&[]) }.submission().unwrap().files[0].1;
+    assert!(script.contains(wanted), "{script}");
+}
+
+#[test]
+fn a_submission_gets_the_next_number() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(next_place(folder.path()).ends_with("records/submissions/1"));
+    for name in ["2", "10", "notes"] {
+        std::fs::create_dir_all(folder.path().join("records/submissions").join(name)).unwrap();
+    }
+    assert!(next_place(folder.path()).ends_with("records/submissions/11"));
 }

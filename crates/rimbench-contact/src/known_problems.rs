@@ -61,29 +61,3 @@ pub fn known_problems() -> Vec<KnownProblem> {
     }
     problems
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::complementarity::Lcp;
-    use crate::solver_entry::SolverEntry;
-
-    #[test]
-    fn each_problem_is_whole_and_the_solvers_of_this_crate_find_its_answer() {
-        let problems = known_problems();
-        assert_eq!(problems.len(), 42);
-        for KnownProblem { name, h, b, w } in problems {
-            let n = b.len();
-            assert_eq!((h.len(), w.len()), (n * n, n), "{name}");
-            for entry in [SolverEntry::active_set(), SolverEntry::lemke()] {
-                let (lcp, mut impulses) = (Lcp::new(&h, &b), vec![0.0; n]);
-                entry.checked(n).solve(lcp, &mut impulses).unwrap();
-                let scale = b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-                for (row, (b, w)) in h.chunks(n).zip(b.iter().zip(&w)) {
-                    let found = row.iter().zip(&impulses).map(|(h, p)| h * p).sum::<f64>() + b;
-                    assert!((found - w).abs() <= 1e-11 * scale, "{name}, {}: {found} is not {w}", entry.name);
-                }
-            }
-        }
-    }
-}

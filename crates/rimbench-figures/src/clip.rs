@@ -135,41 +135,31 @@ mod tests {
     const FRAME: Rect = Rect { left: 0.0, top: 0.0, right: 10.0, bottom: 10.0 };
 
     #[test]
-    fn a_line_that_leaves_and_returns_becomes_two_pieces() {
-        let pieces = polyline(&[(1.0, 5.0), (3.0, -5.0), (5.0, 5.0), (6.0, 5.0)], |_| FRAME);
-        assert_eq!(pieces, vec![vec![(1.0, 5.0), (2.0, 0.0)], vec![(4.0, 0.0), (5.0, 5.0), (6.0, 5.0)]]);
-    }
-
-    #[test]
-    fn a_run_that_diverges_ends_at_the_frame() {
+    fn lines_end_at_the_frame_and_go_on_where_they_return() {
+        type Line<'a> = &'a [Point];
+        for (line, wanted) in [
+            // Leaves and returns.
+            (
+                &[(1.0, 5.0), (3.0, -5.0), (5.0, 5.0), (6.0, 5.0)][..],
+                &[&[(1.0, 5.0), (2.0, 0.0)][..], &[(4.0, 0.0), (5.0, 5.0), (6.0, 5.0)]][..] as &[Line<'_>],
+            ),
+            // Outside, and past a corner.
+            (&[(-5.0, -1.0), (20.0, -1.0)], &[]),
+            (&[(-5.0, 4.0), (4.0, -9.0)], &[]),
+            // Leaves at a point on the edge.
+            (&[(8.0, 2.0), (10.0, 3.0), (12.0, 4.0)], &[&[(8.0, 2.0), (10.0, 3.0)]]),
+            // A repeated point.
+            (&[(1.0, 1.0), (2.0, 1.0), (2.0, 1.0), (3.0, 1.0)], &[&[(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)]]),
+        ] {
+            assert_eq!(polyline(line, |_| FRAME), wanted);
+        }
+        // A run that diverges.
         let growing: Vec<Point> = (0..40).map(|k| (f64::from(k) / 4.0, 5.0 + (-8.0_f64).powi(k))).collect();
         let pieces = polyline(&growing, |_| FRAME);
         assert!(!pieces.is_empty() && pieces.iter().flatten().all(|&point| FRAME.contains(point)));
-    }
-
-    #[test]
-    fn a_line_outside_leaves_nothing() {
-        assert!(polyline(&[(-5.0, -1.0), (20.0, -1.0)], |_| FRAME).is_empty());
-        assert!(polyline(&[(-5.0, 4.0), (4.0, -9.0)], |_| FRAME).is_empty());
-    }
-
-    #[test]
-    fn a_line_that_leaves_at_a_point_on_the_edge_ends_there() {
-        let pieces = polyline(&[(8.0, 2.0), (10.0, 3.0), (12.0, 4.0)], |_| FRAME);
-        assert_eq!(pieces, vec![vec![(8.0, 2.0), (10.0, 3.0)]]);
-    }
-
-    #[test]
-    fn a_repeated_point_does_not_break_the_line() {
-        let pieces = polyline(&[(1.0, 1.0), (2.0, 1.0), (2.0, 1.0), (3.0, 1.0)], |_| FRAME);
-        assert_eq!(pieces, vec![vec![(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)]]);
-    }
-
-    #[test]
-    fn a_triangle_is_cut_at_the_edge() {
+        // A triangle is cut at the edge.
         let cut = polygon(&[(5.0, 5.0), (15.0, 5.0), (5.0, 8.0)], &FRAME);
-        assert_eq!(cut.len(), 4);
-        assert!(cut.iter().all(|&point| FRAME.contains(point)));
+        assert!(cut.len() == 4 && cut.iter().all(|&point| FRAME.contains(point)));
         assert!(polygon(&[(11.0, 1.0), (12.0, 1.0), (11.0, 2.0)], &FRAME).is_empty());
     }
 }

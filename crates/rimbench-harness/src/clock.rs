@@ -36,26 +36,3 @@ pub fn monotonic_clock() -> Duration {
     static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
     START.elapsed()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_clock_goes_on_and_never_back() {
-        let (first, begun) = (monotonic_clock(), std::time::Instant::now());
-        while begun.elapsed() < Duration::from_millis(2) {}
-        assert!(monotonic_clock() - first >= Duration::from_millis(2));
-    }
-
-    #[test]
-    fn waiting_takes_no_processor_time() {
-        let first = [monotonic_clock(), processor_clock()];
-        std::thread::sleep(Duration::from_millis(50));
-        let [wall, processor] = [monotonic_clock() - first[0], processor_clock() - first[1]];
-        assert!(
-            cfg!(not(any(target_os = "linux", target_os = "macos"))) || processor < wall / 2,
-            "{processor:?} of {wall:?}"
-        );
-    }
-}

@@ -52,28 +52,3 @@ pub fn replay_log(text: &str, deadline: f64, channel: &mut Channel) -> Result<()
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_macro_step_is_late_by_the_deadlines_that_it_missed() {
-        let log = "time_s, computing_time_s\n0.0, 0.004\n0.005, 0.0051\n0.01, 0.005\n0.015, 0.0121\n";
-        let mut channel = Channel::default();
-        replay_log(log, 5e-3, &mut channel).unwrap();
-        assert_eq!(channel.missed, [(1, 1), (3, 2)]);
-        assert!(replay_log(log, 5e-3, &mut channel).unwrap_err().contains("give one of the two"));
-    }
-
-    #[test]
-    fn a_log_that_is_none_is_refused_with_its_line() {
-        let refused = |text: &str| replay_log(text, 5e-3, &mut Channel::default()).unwrap_err();
-        assert!(refused("time_s\n0\n").contains("no column `computing_time_s`"));
-        assert!(refused("time_s,computing_time_s\n0.1,0\n0.05,0\n").contains("line 3: time_s = 0.05 goes back"));
-        assert!(refused("time_s,computing_time_s\n0.1,x\n").contains("line 2: column `computing_time_s`"));
-        assert!(refused("time_s,computing_time_s\n0.1,-1\n").contains("0 or more"));
-        assert!(refused("time_s,computing_time_s\n0.1,1e9\n").contains("at most 100000 deadlines"));
-        assert!(replay_log("", 0.0, &mut Channel::default()).unwrap_err().contains("above 0 s"));
-    }
-}

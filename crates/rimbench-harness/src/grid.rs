@@ -179,30 +179,3 @@ pub(super) fn scalar(key: &str, value: &toml::Value) -> Result<Given> {
 pub(super) fn scalar_text(key: &str, value: &toml::Value) -> Result<String> {
     scalar(key, value).map(|value| value.to_string())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_phase_ensemble_starts_at_one_and_spreads() {
-        let phases = phase_ensemble(16);
-        assert_eq!(phases[0], 1.0);
-        assert!(phases.iter().all(|phase| *phase > 0.0 && *phase <= 1.0));
-        let mut sorted = phases.clone();
-        sorted.sort_by(f64::total_cmp);
-        let largest_hole = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(sorted[0], f64::max);
-        assert!(largest_hole < 2.0 / 16.0 * 1.2, "{largest_hole}");
-    }
-
-    #[test]
-    fn a_logarithmic_grid_has_both_ends_and_equal_ratios() {
-        let grid = logarithmic_grid(1e-3, 1e-1, 4).unwrap();
-        assert_eq!((grid.len(), grid[0], grid[8]), (9, 1e-3, 1e-1));
-        for pair in grid.windows(2) {
-            approx::assert_relative_eq!(pair[1] / pair[0], 10.0_f64.powf(0.25), max_relative = 1e-12);
-        }
-        assert_eq!(logarithmic_grid(1e-3, 1e-3, 4).unwrap(), [1e-3]);
-        assert!(logarithmic_grid(0.0, 1.0, 4).is_err() && logarithmic_grid(1.0, 0.1, 4).is_err());
-    }
-}

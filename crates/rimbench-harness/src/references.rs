@@ -135,75 +135,16 @@ impl References {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_cases::cases::Case;
     use rimbench_cases::catalogue::Catalogue;
     use rimbench_cases::runs::RunRequest;
 
-    /// Each closed form, and every other reference, is given up when its time is over, in the middle of a piece as well.
-    #[test]
-    fn a_limit_holds_for_every_kind_of_reference() {
-        let folder = tempfile::tempdir().unwrap();
-        for (case, set) in [
-            ("bouncing-ball", Some(("base_position_m", "-1e300"))),
-            ("impact-oscillator", Some(("base_position_m", "1e300"))),
-            ("slider-between-stops", Some(("base_position_m", "1e300"))),
-            ("linear-oscillator", None),
-            ("towed-block", None),
-            ("falling-chain", None),
-        ] {
-            let mut request = RunRequest::of(case, "zero-order-hold");
-            request.set = set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
-            let mut spec = request.resolve(&Catalogue::standard()).unwrap();
-            spec = spec.with(|own| own.wall_limit = Some(Duration::from_nanos(1))).unwrap();
-            let found = obtain_reference(&spec, &Cache::in_folder(folder.path()), StopFlag::never());
-            // One that is there before the watchdog has looked is as good.
-            let quick = found.is_ok() && set.is_none();
-            assert!(quick || matches!(found, Err(Error::Overdue { .. })), "{case}: {found:?}");
-        }
-    }
-
-    #[test]
-    fn a_panic_inside_a_reference_with_a_limit_ends_it() {
-        let mut spec = RunRequest::of("wedge-box", "zero-order-hold").resolve(&Catalogue::standard()).unwrap();
-        spec = spec.with(|own| own.wall_limit = Some(std::time::Duration::from_secs(60))).unwrap();
-        let solve = || within_limit(&spec, StopFlag::never(), |_| -> Result<()> { panic!("a defect") });
-        assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(solve)).is_err());
-    }
-
-    #[test]
-    fn a_reference_is_kept_unless_code_from_outside_has_a_part_in_it() {
-        let mut catalogue = Catalogue::standard();
-        let built_in = catalogue.case("wedge-box").unwrap().clone();
-        let outside = Case { name: "outside".into(), from_outside: true, ..Case::clone(&built_in) };
-        let judged = Case { name: "judged".into(), judged_by: Some(built_in), ..outside.clone() };
-        [outside, judged].into_iter().for_each(|case| catalogue.add_case(case).unwrap());
-        let kept = |case: &str, folder: &std::path::Path| {
-            let mut request = RunRequest::of(case, "zero-order-hold");
-            request.put("duration_s", "0.01").unwrap();
-            let spec = request.resolve(&catalogue).unwrap();
-            let reference = obtain_reference(&spec, &Cache::in_folder(folder), StopFlag::never()).unwrap();
-            (reference, std::fs::read_dir(folder).unwrap().count())
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let (own, after_outside) = kept("outside", folder.path());
-        assert_eq!(after_outside, 0);
-        let (built_in, after_built_in) = kept("wedge-box", folder.path());
-        assert_eq!(after_built_in, 1);
-        // That of the case that judges, and so found there.
-        let (judged, after_judged) = kept("judged", folder.path());
-        assert_eq!(after_judged, 1);
-        assert_eq!((&own.trajectory, &judged.trajectory), (&built_in.trajectory, &built_in.trajectory));
-    }
-
     #[test]
     fn a_case_that_is_named_again_behind_another_has_one_reference() {
-        let text = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"linear-oscillator\"\n[[cases]]\n\
-                    name = \"bouncing-ball\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
-        let experiment = crate::Experiment::parse("a.toml".as_ref(), text.to_owned()).unwrap();
-        let plan = experiment.plan(&Catalogue::standard(), false).unwrap();
+        let spec = |case| RunRequest::of(case, "zero-order-hold").resolve(&Catalogue::standard()).unwrap();
+        let [first, other] = ["linear-oscillator", "bouncing-ball"].map(spec);
+        let limited = first.with(|own| own.wall_limit = Some(Duration::from_secs(1))).unwrap();
         let mut found = References::default();
-        let limited = plan[0].spec.with(|own| own.wall_limit = Some(Duration::from_secs(1))).unwrap();
-        for spec in [&limited, &plan[1].spec, &plan[0].spec, &plan[1].spec, &limited] {
+        for spec in [&limited, &other, &first, &other, &limited] {
             found.note(spec);
         }
         let names: Vec<_> = found.0.iter().map(|spec| &*spec.case.name).collect();

@@ -42,24 +42,3 @@ pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read_bytes(path, MOST_TEXT)?)
         .map_err(|_| Error::file(path, "cannot be read: stream did not contain valid UTF-8"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_regular_files_of_a_size_that_makes_sense_are_read() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("a");
-        std::fs::write(&file, "text").unwrap();
-        assert_eq!(read_text(&file).unwrap(), "text");
-        let said = |found: Result<Vec<u8>>| found.unwrap_err().to_string();
-        assert!(said(read_bytes(&file, 3)).ends_with("a: is larger than 3 bytes"));
-        assert!(said(read_bytes(folder.path(), 3)).ends_with("is no regular file"));
-        assert!(said(read_bytes(&folder.path().join("b"), 3)).contains("cannot be read"));
-        std::fs::write(&file, [0xff]).unwrap();
-        assert!(read_text(&file).unwrap_err().to_string().contains("UTF-8"));
-        #[cfg(unix)]
-        assert!(said(read_bytes("/dev/zero".as_ref(), 3)).contains("no regular file"));
-    }
-}

@@ -40,23 +40,3 @@ fn shortened_line(message: &str) -> String {
         None => message.to_owned(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_place_in_a_text_is_told_by_line_and_column_and_what_stands_there() {
-        let text = "a = 1\nsteps = 5e-3\n";
-        assert_eq!(said_at(text, Some(14..18), "no list"), "line 2, column 9: `steps = 5e-3`: no list");
-        assert_eq!(said_at(text, None, "no list\n"), "no list");
-        // What the reader of TOML itself says of a path of Windows.
-        let text = "file = \"C:\\models\\arm.fmu\"\n";
-        let error = toml::from_str::<toml::Table>(text).unwrap_err();
-        let said = said_at(text, error.span(), error.message());
-        assert!(said.contains("write a path with `/`, or in single quotes"), "{said}");
-        let long = format!("a = 1\nb = \"{}\"\n", "x".repeat(400_000));
-        let said = said_at(&long, Some(10..14), &"y".repeat(400_000));
-        assert!(said.starts_with("line 2, column 5: `\"xxxx") && said.len() < 1000, "{said}");
-    }
-}

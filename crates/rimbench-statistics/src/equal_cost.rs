@@ -69,25 +69,3 @@ fn on_line(points: &[[f64; 2]], x: f64) -> Option<f64> {
     let ([x0, y0], [x1, y1]) = (piece[0], piece[1]);
     Some(if x1 > x0 { y0 + (y1 - y0) * (x - x0) / (x1 - x0) } else { 0.5 * (y0 + y1) })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Errors of 8/c² against 1/c² at costs between those of the other: 8, whatever the costs.
-    #[test]
-    fn a_power_law_is_met_on_its_line() {
-        let other = [4.0, 1.0, 16.0].map(|cost: f64| [cost, cost.powi(-2)]);
-        let own = [2.0, 3.0, 10.0].map(|cost: f64| [cost, 8.0 * cost.powi(-2)]);
-        approx::assert_relative_eq!(ratio_at_equal_cost(&own, &other).unwrap(), 8.0, max_relative = 1e-14);
-        approx::assert_relative_eq!(ratio_at_equal_cost(&other, &other).unwrap(), 1.0, max_relative = 1e-14);
-    }
-
-    #[test]
-    fn what_costs_more_or_less_than_all_of_the_other_is_no_comparison() {
-        let other = [[1.0, 1.0], [4.0, 1.0]];
-        assert_eq!(ratio_at_equal_cost(&[[0.5, 9.0], [5.0, 9.0], [2.0, 3.0]], &other).map(f64::round), Some(3.0));
-        assert_eq!(ratio_at_equal_cost(&[[5.0, 9.0], [2.0, f64::NAN], [2.0, 0.0]], &other), None);
-        assert_eq!(ratio_at_equal_cost(&other, &[[2.0, 1.0]]), None);
-    }
-}

@@ -16,20 +16,3 @@ pub fn wilson_interval(found: usize, all: usize) -> Option<[f64; 2]> {
     let reach = Z * (p * (1.0 - p) / n + (Z / (2.0 * n)).powi(2)).sqrt();
     Some([((middle - reach) / shrunk).max(0.0), ((middle + reach) / shrunk).min(1.0)])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_interval_of_a_share_is_wilson_s() {
-        // Newcombe (1998), method 3: 81 of 263, and 0 of 20.
-        let [low, high] = wilson_interval(81, 263).unwrap();
-        approx::assert_abs_diff_eq!(low, 0.2553, epsilon = 5e-5);
-        approx::assert_abs_diff_eq!(high, 0.3662, epsilon = 5e-5);
-        let [low, high] = wilson_interval(0, 20).unwrap();
-        approx::assert_abs_diff_eq!(low, 0.0, epsilon = 1e-15);
-        approx::assert_abs_diff_eq!(high, 0.1611, epsilon = 5e-5);
-        assert_eq!(wilson_interval(0, 0), None);
-    }
-}

@@ -24,23 +24,3 @@ pub fn share_told_by_threshold(groups: impl IntoIterator<Item = Vec<(f64, bool)>
     }
     (all > 0).then(|| right as f64 / all as f64)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_threshold_tells_what_is_in_order_and_half_of_what_is_not() {
-        let group =
-            |holds: [bool; 4]| holds.into_iter().enumerate().map(|(k, holds)| (k as f64, holds)).collect::<Vec<_>>();
-        let share = |groups: &[[bool; 4]]| share_told_by_threshold(groups.iter().copied().map(group));
-        assert_eq!(share(&[[true, true, false, false]]), Some(1.0));
-        assert_eq!([share(&[[true; 4]]), share(&[[false; 4]])], [Some(1.0); 2]);
-        assert_eq!(share(&[[false, false, true, true]]), Some(0.5));
-        // Two groups have a threshold each, and one for both is right less often.
-        let (early, late) = ([true, false, false, false], [true, true, true, false]);
-        assert_eq!(share(&[early, late]), Some(1.0));
-        assert_eq!(share_told_by_threshold([[group(early), group(late)].concat()]), Some(0.75));
-        assert_eq!(share(&[]), None);
-    }
-}

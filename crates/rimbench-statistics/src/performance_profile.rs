@@ -64,34 +64,3 @@ pub fn data_profile(costs: &[f64]) -> Vec<(f64, f64)> {
 fn share(count: usize, ratios: &[f64]) -> f64 {
     count as f64 / ratios.len().max(1) as f64
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FAILED: f64 = f64::INFINITY;
-
-    #[test]
-    fn the_profile_of_two_solvers_on_four_problems_is_the_one_counted_by_hand() {
-        // The third problem is solved by nobody and counts against both, the fourth by the second alone.
-        let costs = [vec![1.0, 4.0, FAILED, f64::NAN], vec![2.0, 1.0, FAILED, 7.0]];
-        let ratios = performance_ratios(&costs);
-        assert_eq!(ratios, [vec![1.0, 4.0, FAILED, FAILED], vec![2.0, 1.0, FAILED, 1.0]]);
-        assert_eq!(performance_profile(&ratios[0]), [(1.0, 0.25), (4.0, 0.5)]);
-        assert_eq!(performance_profile(&ratios[1]), [(1.0, 0.5), (2.0, 0.75)]);
-    }
-
-    #[test]
-    fn a_data_profile_is_counted_by_hand_and_knows_no_rival() {
-        assert_eq!(data_profile(&[4.0, FAILED, 1.0, 4.0, f64::NAN]), [(1.0, 0.2), (4.0, 0.6)]);
-        assert_eq!(data_profile(&[FAILED]), []);
-        assert_eq!(data_profile(&[]), []);
-    }
-
-    #[test]
-    fn nothing_to_compare_is_no_profile_above_zero() {
-        assert_eq!(performance_ratios(&[]), Vec::<Vec<f64>>::new());
-        assert_eq!(performance_profile(&performance_ratios(&[vec![FAILED]])[0]), [(1.0, 0.0)]);
-        assert_eq!(performance_ratios(&[vec![0.0], vec![0.0]]), [[1.0], [1.0]]);
-    }
-}

@@ -89,30 +89,3 @@ pub fn order_of_medians(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<f
     let medians = by_abscissa(pairs).into_iter().filter_map(|(step, errors)| Some((step, median(errors)?)));
     order_of_convergence(&medians.collect::<Vec<_>>())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_median_of_an_even_number_of_values_is_the_mean_of_the_middle_two() {
-        assert_eq!(Pool::of([4.0, 1.0, f64::NAN, 3.0, 2.0]).median(), Some(2.5));
-        assert_eq!(Pool::of([4.0, 1.0, 3.0]).median(), Some(3.0));
-        let none = Pool::of([f64::NAN]);
-        assert_eq!((none.median(), none.range(), none.mean(), none.interval()), (None, None, None, None));
-    }
-
-    #[test]
-    fn groups_are_drawn_as_a_whole() {
-        assert!(Pool::of([1.0, 2.0, 3.0, 4.0]).interval().is_some());
-        assert_eq!(Pool::grouped([vec![1.0, 2.0, 3.0, 4.0]]).interval(), None);
-    }
-
-    #[test]
-    fn values_of_one_abscissa_come_together() {
-        let pairs = [(2.0, 'a'), (1.0, 'b'), (2.0, 'c'), (f64::NAN, 'd')];
-        assert_eq!(by_abscissa(pairs), [(1.0, vec!['b']), (2.0, vec!['a', 'c'])]);
-        let errors = [(1.0, 2.0), (2.0, 8.0), (1.0, 2.0), (2.0, 1e9), (2.0, 0.0)];
-        approx::assert_relative_eq!(order_of_medians(errors).unwrap(), 2.0, epsilon = 1e-12);
-    }
-}

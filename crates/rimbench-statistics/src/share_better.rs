@@ -69,35 +69,3 @@ impl Share {
         wilson_interval(self.better, self.better + self.worse)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn settings_are_compared_by_medians_a_failure_is_infinite_and_ties_are_told_apart() {
-        let failed = f64::INFINITY;
-        // Per setting the errors of one, of the other, and what the reference can tell.
-        let settings: [(&[f64], &[f64], f64); 7] = [
-            (&[1.0, 2.0, 9.0], &[3.0, 3.0, 3.0], 0.1),
-            (&[1.0, 2.0], &[1.0, failed], f64::NAN),
-            (&[4.0], &[3.0], 0.1),
-            (&[failed], &[failed], 0.1),
-            (&[0.05], &[0.09], 0.1),
-            (&[2.0], &[2.0], 0.1),
-            (&[f64::NAN], &[2.0], 0.1),
-        ];
-        let mut runs = Vec::new();
-        for (index, (own, other, floor)) in settings.into_iter().enumerate() {
-            for (is_other, errors) in [(false, own), (true, other)] {
-                let macro_step = 1e-3 * (1.0 + index as f64);
-                let run = |&error| PairedRun { problem: ["box", ""], macro_step, is_other, error, floor };
-                runs.extend(errors.iter().map(run));
-            }
-        }
-        let share = Share::of(runs);
-        assert_eq!(share, Share { better: 2, worse: 1, ties: 3 });
-        assert_eq!(share.share(), Some(2.0 / 3.0));
-        assert_eq!((Share::of([]).share(), Share::of([]).interval()), (None, None));
-    }
-}

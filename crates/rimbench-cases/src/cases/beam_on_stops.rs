@@ -268,7 +268,7 @@ mod tests {
 
     /// EI = 350 N·m², ρA = 2.5 kg/m, L = 2 m.
     fn beam(beam_support: BeamSupport, modes: u32) -> ModalBeam {
-        let usual = Beam::read(&entry().default_parameters());
+        let usual = Beam::defaults();
         let section =
             Beam { width_m: 1.0, thickness_m: 1.0, youngs_modulus_pa: 12.0 * 350.0, density_kg_m3: 2.5, ..usual };
         ModalBeam::new(&Beam { beam_support, modes, ..section }).unwrap()

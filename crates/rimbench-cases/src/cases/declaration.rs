@@ -13,7 +13,7 @@ pub trait ParameterSet: Copy + Send + Sync + 'static {
 
     /// Sets all of them to their defaults.
     fn defaults() -> Self {
-        Self::read(&Parameters::defaults("".into(), &[]))
+        Self::read(&Parameters::defaults("".into(), &Self::declared()))
     }
 }
 
@@ -245,30 +245,3 @@ macro_rules! parameter_field {
 }
 
 pub use crate::{choices, named, parameters};
-
-#[cfg(test)]
-mod tests {
-    use crate::cases::{Parameter, standard_cases};
-    use rimbench_core::name::Name;
-    use std::collections::BTreeSet;
-
-    #[test]
-    fn a_parameter_is_declared_once_and_a_study_draws_valid_values() {
-        let mut studied = 0;
-        for case in standard_cases() {
-            let names: BTreeSet<&Name> = case.parameters.iter().map(|parameter| &parameter.name).collect();
-            assert_eq!(names.len(), case.parameters.len(), "{}: a parameter stands twice", case.name);
-            for Parameter { name, study, only_with, .. } in &case.parameters {
-                for [choice, needed] in *only_with {
-                    case.default_parameters().set(choice, &needed.replace("> 0", "1")).unwrap();
-                }
-                let Some([least, most]) = study else { continue };
-                let mut parameters = case.default_parameters();
-                assert!(least < most, "{}: {name}", case.name);
-                [least, most].into_iter().for_each(|value| parameters.set(name, &format!("{value:?}")).unwrap());
-                studied += 1;
-            }
-        }
-        assert!(studied > 100, "only {studied} sensible ranges");
-    }
-}

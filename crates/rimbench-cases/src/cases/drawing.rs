@@ -348,33 +348,3 @@ pub(super) fn machine_in_space(size: [f64; 3], feet: &[[f64; 3]], more: Vec<Soli
 pub(super) fn upward(column: &'static str, at: Point, scale: f64) -> Shape {
     Shape::Arrow { column, at, along: [0.0, 1.0], scale }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::cases::standard_cases;
-
-    #[test]
-    fn every_case_has_a_drawing_that_reads_its_columns_and_fixes_points_to_frames_of_its_own() {
-        for case in standard_cases() {
-            let drawing = (case.drawing)(&case.default_parameters());
-            let drawing = drawing.unwrap_or_else(|| panic!("{} has no drawing", case.name));
-            assert!(
-                !drawing.columns().is_empty() && drawing.title.iter().all(|text| !text.is_empty()),
-                "{}",
-                case.name
-            );
-            let known =
-                |column: &str| case.trace_columns.iter().chain(&case.drawing_columns).any(|name| name == column);
-            for column in drawing.columns() {
-                assert!(known(column), "{}: {column}", case.name);
-            }
-            let mut above = Vec::new();
-            for frame in &drawing.frames {
-                assert!(frame.parent.is_none_or(|parent| above.contains(&parent)), "{}: {}", case.name, frame.name);
-                above.push(frame.name);
-            }
-            let fixed = drawing.shapes.iter().flat_map(super::Shape::points).filter_map(|point| point.1);
-            assert!(fixed.into_iter().all(|frame| above.contains(&frame)), "{}", case.name);
-        }
-    }
-}

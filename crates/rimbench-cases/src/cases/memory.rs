@@ -33,26 +33,3 @@ pub(super) fn must_hold(bytes: u64, size: ModelSize, parameters: &Parameters) ->
         ),
     ))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::catalogue::Catalogue;
-    use rimbench_core::solver_entry::SolverEntry;
-
-    #[test]
-    fn a_case_beyond_memory_is_refused_with_what_it_needs_and_the_limit() {
-        let catalogue = Catalogue::standard();
-        let case = catalogue.case("disc-row").unwrap();
-        let mut parameters = case.default_parameters();
-        parameters.set("discs", "2500").unwrap();
-        // Every entry is kept: at least the 5002² of one matrix, 0.19 GiB, a score of times.
-        let Err(Error::InvalidValue { key, found, expected }) = (case.build)(&parameters, &SolverEntry::lemke()) else {
-            panic!("5001 contacts with every entry kept are refused");
-        };
-        assert_eq!((key.as_str(), found.as_str()), ("disc-row: discs", "2500"));
-        assert!(expected.contains("4.0 GiB") && expected.contains("5001 contacts"), "{expected}");
-        let size = ModelSize { velocities: 2501, unilateral: 5001, interface: 1, ..ModelSize::default() };
-        assert!(must_hold(LIMIT, size, &parameters).is_ok() && must_hold(LIMIT + 1, size, &parameters).is_err());
-    }
-}

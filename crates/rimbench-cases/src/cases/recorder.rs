@@ -167,29 +167,3 @@ impl Recorder {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::{DerivedColumn, InterfaceColumns, wedge_boxes};
-    use super::*;
-    use rimbench_core::solver_entry::SolverEntry;
-
-    fn refused(change: impl FnOnce(&mut Case, &mut CoupledSystem)) -> String {
-        let mut case = wedge_boxes::wedge_box();
-        let mut system = (case.build)(&case.default_parameters(), &SolverEntry::active_set()).unwrap();
-        change(&mut case, &mut system);
-        Recorder::new(&case, &mut system).map(drop).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn a_column_that_nobody_offers_is_refused_by_name() {
-        let message = refused(|case, _| case.trace_columns.push("gap_flour_m".into()));
-        assert!(message.contains("column gap_flour_m has no source; there are time_s, "), "{message}");
-        let message = refused(|case, _| case.interface_columns = vec![InterfaceColumns::new("x_m", "v_m_s", "f_n")]);
-        assert!(message.contains("column x_m is used and not among those recorded"), "{message}");
-        let message = refused(|_, system| {
-            system.derived.push(DerivedColumn::new("actuator_force_n", ["energy_j"], |row| row[0]));
-        });
-        assert!(message.contains("column energy_j is used"), "{message}");
-    }
-}

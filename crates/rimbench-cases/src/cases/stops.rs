@@ -254,9 +254,9 @@ mod tests {
 
     #[test]
     fn without_the_actuator_the_exact_solution_gives_the_published_times() {
-        let mut parameters = bouncing_ball().default_parameters();
-        parameters.set("spring_stiffness_n_m", "0").unwrap();
-        let mut solution = EventDriven::new(ball(&Ball::read(&parameters)));
+        let mut free = Ball::defaults();
+        free.carriage.spring_stiffness_n_m = 0.0;
+        let mut solution = EventDriven::new(ball(&free));
         let impacts = solution.impacts(9.0).to_vec();
         approx::assert_relative_eq!(impacts[0].time, 0.451523641, epsilon = 5e-10);
         // Rebounds below 1 µm/s are cut off: what is left of the sum is 2 · 1e-6/g/(1 − e) = 2e-6 s; and those 146 or so
@@ -272,13 +272,12 @@ mod tests {
     #[test]
     fn between_impacts_the_coupled_solution_keeps_its_energy_and_loses_the_right_part_in_each() {
         // No damping: energy of ball, carriage and springs is constant but for ½ m (1 − e²) V² per impact.
-        let parameters = bouncing_ball().default_parameters();
         let energy = |solution: &mut EventDriven, t: f64| {
             let (z, _) = solution.at(t, StopFlag::never());
             let kinetic = 0.5 * z[1] * z[1] + 0.05 * z[3] * z[3];
             kinetic + 9.81 * z[0] + (z[2] - z[0]).powi(2) + 2.5 * (z[2] - 1.0).powi(2)
         };
-        let mut solution = EventDriven::new(ball(&Ball::read(&parameters)));
+        let mut solution = EventDriven::new(ball(&Ball::defaults()));
         let start = energy(&mut solution, 0.0);
         for t in [0.2, 1.0, 2.0, 3.0, 5.0] {
             let lost: f64 = solution.impacts(t).iter().map(|impact| 0.5 * 0.19 * impact.velocity.powi(2)).sum();
@@ -302,7 +301,7 @@ mod tests {
 
     /// The case at a frequency (Hz), started just after the impact of that orbit.
     fn on_orbit(n: f64, frequency: f64) -> (DrivenMass, f64) {
-        let mut p = Shaken::read(&impact_oscillator().default_parameters());
+        let mut p = Shaken::defaults();
         p.carriage.base_frequency_hz = frequency;
         let (v, phase) = orbit(&p, n);
         p.carriage.base_phase_rad = phase;
@@ -330,7 +329,7 @@ mod tests {
     #[test]
     fn a_steady_oscillation_touches_the_stop_just_beyond_grazing_and_not_just_before() {
         for (excess, touches) in [(-1e-6, false), (1e-6, true)] {
-            let mut p = Shaken::read(&impact_oscillator().default_parameters());
+            let mut p = Shaken::defaults();
             let (k, omega) = (100.0, TAU * p.carriage.base_frequency_hz);
             // X = d (1 + excess), in antiphase to the base above resonance.
             let steady = -0.05 * (1.0 + excess);

@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn the_cycle_has_the_period_and_the_forces_of_theory() {
-        let cycle = Cycle::of(&Towed::read(&entry().default_parameters()));
+        let cycle = Cycle::of(&Towed::defaults());
         let period = cycle.slip + cycle.stick;
         approx::assert_relative_eq!(period, 0.669357, epsilon = 5e-7);
         let forces =
@@ -222,10 +222,14 @@ mod tests {
     /// Force, velocity and their rates fit where a slip begins and ends, and within it the block obeys Newton.
     #[test]
     fn the_closed_form_is_a_motion() {
-        for set in [&[][..], &[("static_friction", "0")], &[("static_friction", "0.9"), ("towing_speed_m_s", "0.37")]] {
-            let mut parameters = entry().default_parameters();
-            set.iter().for_each(|(key, value)| parameters.set(key, value).unwrap());
-            let cycle = Cycle::of(&Towed::read(&parameters));
+        let usual = Towed::defaults();
+        let at_rest = |static_friction: f64| Contacts { static_friction, ..usual.contacts };
+        for set in [
+            usual,
+            Towed { contacts: at_rest(0.0), ..usual },
+            Towed { contacts: at_rest(0.9), towing_speed_m_s: 0.37, ..usual },
+        ] {
+            let cycle = Cycle::of(&set);
             let step = 1e-6;
             for k in 0..2000 {
                 let t = f64::from(k) * 1e-3;

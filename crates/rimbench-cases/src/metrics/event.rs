@@ -125,78 +125,20 @@ fn time_of_difference(contacts: &[Contact], end: f64) -> f64 {
 mod tests {
     use super::super::contact_phase::contact_intervals;
     use super::*;
-    use rimbench_core::cosim::{Outcome, Report, Trajectory};
-
-    const NAMES: [&str; 3] = ["time_s", "gap_a_m", "gap_b_m"];
-
-    /// Rows at times `step` apart up to `end`.
-    fn trajectory(step: f64, end: f64, gaps: impl Fn(f64) -> [f64; 2]) -> Trajectory {
-        let rows = (0..=(end / step).round() as usize).map(|k| k as f64 * step);
-        let data = rows.flat_map(|t| [t, gaps(t)[0], gaps(t)[1]]).collect();
-        Trajectory::from_data(NAMES.map(str::to_owned).to_vec(), data)
-    }
-
-    fn values(run: &Trajectory, reference: &Trajectory) -> [Option<f64>; 3] {
-        let aligned = reference.resampled(run.column(0));
-        let report = Report::not_run(Outcome::Completed);
-        let evidence = Evidence {
-            run_contacts: &[1, 2].map(|gap| contact_intervals(run, gap)),
-            reference_contacts: &[1, 2].map(|gap| contact_intervals(reference, gap)),
-            gaps: &[1, 2],
-            ..Evidence::bare(run, &aligned, &report)
-        };
-        [TIME_SHIFT_MAX, MISSED, WRONG_STATE].map(|metric| (metric.compute)(&evidence))
-    }
-
-    /// Approaches at 0.1 m/s, closed from `from` to `to`, then leaves at 0.1 m/s.
-    fn gap(t: f64, from: f64, to: f64) -> f64 {
-        0.1 * (from - t).max(t - to).max(0.0)
-    }
-
-    #[test]
-    fn events_are_shifted_missed_and_wrong_for_as_long_as_they_were_made() {
-        let reference = trajectory(5e-5, 2.0, |t| [gap(t, 0.5, 1.0), gap(t, 1.2, 9.0)]);
-        let same = values(&reference, &reference);
-        assert_eq!(same, [Some(0.0), Some(0.0), Some(0.0)]);
-        // 7 ms late to close, 10 ms late to open, on a grid of 5 ms; the other is 4 ms early.
-        let run = trajectory(5e-3, 2.0, |t| [gap(t, 0.507, 1.01), gap(t, 1.196, 9.0)]);
-        let [shift, missed, wrong] = values(&run, &reference).map(Option::unwrap);
-        approx::assert_relative_eq!(shift, 7e-3, epsilon = 1e-4);
-        approx::assert_relative_eq!(wrong, 7e-3 + 10e-3 + 4e-3, epsilon = 3e-4);
-        assert_eq!(missed, 0.0);
-        // Contact b never closes: missed, and wrong to the end; what overlaps in time counts once.
-        let run = trajectory(5e-3, 2.0, |t| [gap(t, 0.5, 1.3), 1.0]);
-        let [shift, missed, wrong] = values(&run, &reference).map(Option::unwrap);
-        assert!(shift < 1e-4 && missed == 1.0, "{shift} {missed}");
-        approx::assert_relative_eq!(wrong, 1.0, epsilon = 1e-3);
-        // A run that ended before anything closed has missed nothing.
-        let run = trajectory(5e-3, 0.4, |t| [gap(t, 0.5, 1.0), 1.0]);
-        assert_eq!(values(&run, &reference), [None, Some(0.0), Some(0.0)]);
-    }
+    use rimbench_core::cosim::Trajectory;
 
     #[test]
     fn touch_downs_that_overlap_are_one_window() {
-        let reference = trajectory(1e-3, 2.0, |t| [gap(t, 0.5, 0.9), gap(t, 0.55, 1.0).min(gap(t, 1.5, 9.0))]);
+        // Approaches at 0.1 m/s, closed from `from` to `to`, then leaves at 0.1 m/s.
+        let gap = |t: f64, from: f64, to: f64| 0.1 * (from - t).max(t - to).max(0.0);
+        let row = |t: f64| [t, gap(t, 0.5, 0.9), gap(t, 0.55, 1.0).min(gap(t, 1.5, 9.0))];
+        let rows: Vec<[f64; 3]> = (0..=2000).map(|k| row(f64::from(k) * 1e-3)).collect();
+        let names = ["time_s", "gap_a_m", "gap_b_m"].map(str::to_owned).to_vec();
+        let reference = Trajectory::from_data(names, rows.concat());
         let contacts = [1, 2].map(|gap| contact_intervals(&reference, gap)).to_vec();
         let [first, second] = touch_downs(&contacts).try_into().unwrap();
         for (value, exact) in first.into_iter().chain(second).zip([0.4, 0.65, 1.4, 1.6]) {
             approx::assert_relative_eq!(value, exact, epsilon = 1e-4);
         }
-    }
-
-    #[test]
-    fn a_second_closing_does_not_steal_the_match_of_the_first() {
-        let reference = trajectory(5e-5, 2.0, |t| [gap(t, 0.5, 9.0), 1.0]);
-        // Bounces off at 0.52 s for 40 ms: only the first closing is the reference's.
-        let run = trajectory(1e-3, 2.0, |t| [gap(t, 0.503, 0.52).min(gap(t, 0.56, 9.0)), 1.0]);
-        let [shift, missed, wrong] = values(&run, &reference).map(Option::unwrap);
-        approx::assert_relative_eq!(shift, 3e-3, epsilon = 1e-4);
-        assert_eq!(missed, 0.0);
-        approx::assert_relative_eq!(wrong, 43e-3, epsilon = 1e-3);
-        // Closing 0.15 s late is not the same event.
-        let run = trajectory(1e-3, 2.0, |t| [gap(t, 0.65, 9.0), 1.0]);
-        let [shift, missed, wrong] = values(&run, &reference);
-        assert_eq!((shift, missed), (None, Some(1.0)));
-        approx::assert_relative_eq!(wrong.unwrap(), 0.15, epsilon = 1e-3);
     }
 }

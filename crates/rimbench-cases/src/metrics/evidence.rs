@@ -132,31 +132,6 @@ macro_rules! metrics {
 }
 pub(super) use metrics;
 
-#[cfg(test)]
-impl<'a> Evidence<'a> {
-    /// A run and its reference of which nothing else is known.
-    pub(super) fn bare(run: &'a Trajectory, reference: &'a Trajectory, report: &'a Report) -> Self {
-        Evidence {
-            run,
-            reference,
-            run_contacts: &[],
-            reference_contacts: &[],
-            run_friction: &[],
-            reference_friction: &[],
-            report,
-            audited: false,
-            interface: &[],
-            effective_mass: None,
-            gaps: &[],
-            least_gaps: &[],
-            touch_downs: &[],
-            inside: None,
-            half_steps: &[],
-            predicted_growth: None,
-        }
-    }
-}
-
 impl Evidence<'_> {
     /// Pairs (run, reference) of one column of the run at its communication points; none if the reference lacks it.
     pub(super) fn pairs(&self, column: usize) -> impl Iterator<Item = (f64, f64)> + '_ {

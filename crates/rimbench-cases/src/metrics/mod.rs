@@ -17,8 +17,6 @@ mod inside;
 mod interface;
 mod macro_step;
 mod model_energy;
-#[cfg(test)]
-mod tests;
 
 /// Largest rms force error over the reference's peak of a run that is *usable*, the bound of figures, page and tables.
 pub const USABLE: f64 = 0.1;

@@ -194,12 +194,6 @@ mod tests {
     }
 
     #[test]
-    fn the_start_is_the_published_equilibrium() {
-        assert_relative_eq!(crane().start_length(), 0.5, epsilon = 1e-15);
-        assert_relative_eq!(crane().equilibrium_force(), 8829.0, max_relative = 1e-12);
-    }
-
-    #[test]
     fn power_of_all_forces_is_the_rate_of_energy() {
         // Along θ(t) = θ₀ + v t + ½ θ̈ t² the energy changes with the work of the actuator alone.
         let (theta, v, force) = ([0.7, -1.1], [0.4, -0.9], 5000.0);

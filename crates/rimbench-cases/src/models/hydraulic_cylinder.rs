@@ -424,35 +424,11 @@ mod tests {
     }
 
     #[test]
-    fn a_centred_spool_at_mean_pressure_rests() {
-        let rates = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.0, 0.5);
-        assert!(rates.iter().all(|rate| rate.abs() < 1e-6), "{rates:?}");
-    }
-
-    #[test]
-    fn a_spool_towards_zero_extends_and_a_moving_piston_compresses() {
-        let [p1, p2] = cylinder(0.2).pressure_rates([3.85e6; 2], 2.5, 0.0, 0.2);
-        assert!(p1 < 0.0 && p2 > 0.0);
-        let [p1, p2] = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.1, 0.5);
-        // β A ṡ / (A l₁) with l₁ = 1 m.
-        approx::assert_relative_eq!(p1, Oil::defaults().bulk_modulus(3.85e6) * 0.1, max_relative = 1e-12);
-        approx::assert_relative_eq!(p2, -p1, max_relative = 1e-12);
-    }
-
-    #[test]
     fn the_end_of_the_stroke_and_cavitation_are_outcomes() {
         let stroke = cylinder(0.5).step(0.0, &[3.6, 0.0], 1e-5);
         assert!(stroke.is_err_and(|failure| failure.to_string().starts_with("actuator_length_m =")));
         let mut pulled = cylinder(0.5);
         let cavitation = (0..1000).find_map(|_| pulled.step(0.0, &[2.5, -50.0], 1e-4).err());
         assert!(cavitation.is_some_and(|failure| failure.to_string().starts_with("pressure_1_pa =")));
-    }
-
-    #[test]
-    fn the_spool_is_linear_between_its_points() {
-        let spool = Spool::new(vec![(0.1, 0.5), (0.2, 0.2)]);
-        for (t, kappa) in [(0.0, 0.5), (0.1, 0.5), (0.15, 0.35), (0.2, 0.2), (9.0, 0.2)] {
-            approx::assert_relative_eq!(spool.at(t), kappa, epsilon = 1e-12);
-        }
     }
 }

@@ -14,8 +14,6 @@ mod hydropneumatic_strut;
 mod ledge;
 mod line_masses;
 mod nearby;
-#[cfg(test)]
-mod output_rates;
 mod pressure_coupling;
 mod published_driver;
 pub(crate) mod rotation;

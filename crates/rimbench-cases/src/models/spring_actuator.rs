@@ -214,24 +214,3 @@ impl Capabilities for SpringActuator {
         row.copy_from_slice(&self.carriage());
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cases::ParameterSet;
-
-    #[test]
-    fn a_carriage_without_mass_moves_with_the_base() {
-        let carriage = Carriage {
-            base_position_m: 0.1,
-            base_amplitude_m: 0.05,
-            base_frequency_hz: 2.0,
-            base_phase_rad: 0.4,
-            ..Carriage::defaults()
-        };
-        let mut actuator = SpringActuator::new(carriage).unwrap();
-        actuator.step(0.0, &[0.0, 0.0], 0.25).unwrap();
-        let expected = 0.1 + 0.05 * libm::sin(TAU * 2.0 * 0.25 + 0.4);
-        approx::assert_relative_eq!(actuator.carriage()[0], expected, epsilon = 1e-15);
-    }
-}

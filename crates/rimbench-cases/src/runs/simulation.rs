@@ -233,34 +233,3 @@ fn unusable_options(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
         "the mechanics' interface model is a smooth one, which has its contacts within and lists none to choose from";
     chosen.filter(|_| model.smooth).map(|chosen| format!("{chosen}: {why}"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cases::{Case, PossibleSteps};
-    use crate::catalogue::Catalogue;
-    use crate::runs::RunRequest;
-    use std::sync::Arc;
-
-    #[test]
-    fn a_side_that_takes_equal_steps_or_multiples_only_is_not_asked_for_others() {
-        let catalogue = Catalogue::standard();
-        let skipped = |equal: bool, multiple_of: Option<f64>, options: &[(&str, &str)]| {
-            let mut request = RunRequest::of("wedge-box", "zero-order-hold");
-            options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
-            let mut spec = request.resolve(&catalogue).unwrap();
-            let mut case = Case::clone(&spec.case);
-            case.steps.mechanics = PossibleSteps { equal, multiple_of };
-            spec = spec.with(|own| own.case = Arc::new(case)).unwrap();
-            unequal_steps(&spec, &spec.setup(Bounds::default())).is_some()
-        };
-        let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
-        let with = |more: (&'static str, &'static str)| [even[0], even[1], more];
-        assert!(!skipped(true, Some(1e-3), &even));
-        assert!(!skipped(false, None, &with(("phase", "0.5"))));
-        assert!(skipped(true, None, &with(("phase", "0.5"))));
-        assert!(skipped(true, None, &with(("duration_s", "0.105"))));
-        assert!(skipped(false, Some(4e-3), &even));
-        assert!(skipped(false, Some(1e-3), &with(("phase", "0.55"))));
-    }
-}

@@ -35,17 +35,3 @@ pub fn body_dot(a: &[f64], b: &[f64]) -> f64 {
     }
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn integers_are_summed_exactly_at_every_length() {
-        let a: Vec<f64> = (1..=40).map(f64::from).collect();
-        for n in 0..=40 {
-            let expected = (1..=n).map(|k| (k * k) as f64).sum::<f64>();
-            assert_eq!((dot(&a[..n], &a[..n]), body_dot(&a[..n], &a[..n])), (expected, expected));
-        }
-    }
-}

@@ -157,21 +157,7 @@ pub(crate) fn eliminate_few<const N: usize>(a: &mut [f64], b: &mut [f64]) -> boo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{DMatrix, DVector};
     use rand::{RngExt, SeedableRng};
-
-    #[test]
-    fn solves_like_lu_of_nalgebra() {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(8);
-        let mut lu = Lu::new(100);
-        for n in [1, 2, 5, 17, 63, 64, 100] {
-            let a = DMatrix::from_fn(n, n, |_, _| rng.random_range(-1.0..1.0));
-            let b = DVector::from_fn(n, |_, _| rng.random_range(-1.0..1.0));
-            let (mut rows, mut x) = (a.transpose().as_slice().to_vec(), b.as_slice().to_vec());
-            assert!(lu.solve(&mut rows, &mut x));
-            assert!((DVector::from_vec(x) - a.lu().solve(&b).unwrap()).amax() < 1e-10);
-        }
-    }
 
     #[test]
     fn a_size_that_the_compiler_knows_gives_the_same_bits() {
@@ -188,19 +174,6 @@ mod tests {
             let solved = eliminate_by_rows(&mut a, &mut b, &mut [0.0; 9]);
             assert_eq!((solved, eliminate_few::<9>(&mut few, &mut x)), (turn > 0, turn > 0));
             assert!(turn == 0 || b.iter().zip(&x).all(|(b, x)| b.to_bits() == x.to_bits()));
-        }
-    }
-
-    #[test]
-    fn a_singular_or_undefined_matrix_is_refused() {
-        for n in [2, 80] {
-            let one: Vec<f64> = (0..n * n).map(|k| f64::from(u8::from(k % (n + 1) == 0))).collect();
-            let (mut repeated, mut undefined) = (one.clone(), one);
-            repeated.copy_within((n - 2) * n..(n - 1) * n, (n - 1) * n);
-            undefined[0] = f64::NAN;
-            for mut a in [repeated, undefined, vec![0.0; n * n]] {
-                assert!(!Lu::new(n).solve(&mut a, &mut vec![1.0; n]), "n = {n}");
-            }
         }
     }
 }

@@ -156,48 +156,59 @@ mod tests {
     use crate::friction::FrictionProblem;
 
     const H: [f64; 4] = [2.0, 1.0, 1.0, 2.0];
+    /// A point of 0.5 kg, in the plane.
+    const POINT: [f64; 4] = [2.0, 0.0, 0.0, 2.0];
 
     fn residual(b: [f64; 2], p: [f64; 2]) -> f64 {
         ContactProblem::new(&H, &b).natural_residual(&p)
     }
 
-    #[test]
-    fn a_solution_has_residual_zero() {
-        assert_eq!(residual([-5.0, -6.0], [4.0 / 3.0, 7.0 / 3.0]), 0.0);
-        assert_eq!(residual([3.0, 0.0], [0.0, 0.0]), 0.0);
-        assert_eq!(ContactProblem::new(&[], &[]).natural_residual(&[]), 0.0);
+    fn with_friction(b: [f64; 2], p: [f64; 2]) -> f64 {
+        FrictionProblem::<1>::with_friction(&POINT, &b, &[0.5]).natural_residual(&p)
     }
 
     #[test]
-    fn each_kind_of_violation_counts_in_velocities() {
-        assert_eq!(residual([-4.0, 1.0], [0.0, 0.0]), 1.0, "penetrating velocity");
-        assert_eq!(residual([4.0, 8.0], [-1.0, 0.0]), 2.0 / 8.0, "pulling impulse");
-        assert_eq!(residual([4.0, 8.0], [0.5, 0.0]), 1.0 / 8.0, "impulse at an opening contact");
-    }
-
-    #[test]
-    fn the_unit_of_mass_does_not_matter() {
-        let (b, p) = ([-5.0, 1.0], [2.0, 0.5]);
-        let heavy: Vec<f64> = H.iter().map(|h| h / 1024.0).collect();
-        let scaled = ContactProblem::new(&heavy, &b).natural_residual(&p.map(|p| p * 1024.0));
-        assert_eq!(scaled, residual(b, p));
-    }
-
-    #[test]
-    fn whatever_is_not_finite_is_infinitely_wrong() {
+    fn a_solution_has_residual_zero_and_each_kind_of_violation_counts_in_velocities() {
+        for (b, p, wanted, what) in [
+            ([-5.0, -6.0], [4.0 / 3.0, 7.0 / 3.0], 0.0, "both closed"),
+            ([3.0, 0.0], [0.0, 0.0], 0.0, "both open"),
+            ([-4.0, 1.0], [0.0, 0.0], 1.0, "penetrating velocity"),
+            ([4.0, 8.0], [-1.0, 0.0], 2.0 / 8.0, "pulling impulse"),
+            ([4.0, 8.0], [0.5, 0.0], 1.0 / 8.0, "impulse at an opening contact"),
+        ] {
+            assert_eq!(residual(b, p), wanted, "{what}");
+        }
+        for (b, p, wanted, what) in [
+            ([1.0, 8.0], [0.0, 0.0], 0.0, "open"),
+            ([-4.0, 1.0], [2.0, -0.5], 0.0, "stick"),
+            ([-4.0, 8.0], [2.0, -1.0], 0.0, "slip forwards"),
+            ([-4.0, -8.0], [2.0, 1.0], 0.0, "slip backwards"),
+            ([-4.0, 0.0], [0.0, 0.0], 1.0, "penetrating velocity"),
+            ([4.0, 0.0], [-1.0, 0.0], 2.0 / 4.0, "pulling impulse"),
+            ([-4.0, 1.0], [2.0, 0.0], 1.0 / 4.0, "slides without friction although it would stick"),
+            ([-4.0, 8.0], [2.0, -2.0], 2.0 / 8.0, "friction beyond its cone"),
+            ([-4.0, 8.0], [2.0, 1.0], 4.0 / 8.0, "friction along the motion"),
+            ([4.0, 8.0], [0.0, -1.0], 2.0 / 8.0, "friction at an open contact"),
+        ] {
+            assert_eq!(with_friction(b, p), wanted, "with friction: {what}");
+        }
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(residual([bad, 1.0], [0.0, 0.0]), f64::INFINITY);
-            assert_eq!(residual([1.0, 1.0], [0.0, bad]), f64::INFINITY);
             let h = [2.0, bad, bad, 2.0];
             assert_eq!(ContactProblem::new(&h, &[1.0, 1.0]).natural_residual(&[0.0, 0.0]), f64::INFINITY);
+            for (b, p) in
+                [([bad, 1.0], [0.0; 2]), ([1.0, bad], [0.0; 2]), ([1.0; 2], [bad, 0.0]), ([1.0; 2], [0.0, bad])]
+            {
+                assert_eq!((residual(b, p), with_friction(b, p)), (f64::INFINITY, f64::INFINITY));
+            }
         }
-    }
-
-    #[test]
-    fn a_row_of_zeros_is_measured_with_its_impulse() {
-        let lcp = ContactProblem::new(&[0.0], &[1.0]);
-        assert_eq!(lcp.natural_residual(&[0.0]), 0.0);
-        assert_eq!(lcp.natural_residual(&[-0.5]), 0.5);
+        // A row of zeros is measured with its impulse, and nothing with nothing.
+        let zero = ContactProblem::new(&[0.0], &[1.0]);
+        assert_eq!((zero.natural_residual(&[0.0]), zero.natural_residual(&[-0.5])), (0.0, 0.5));
+        assert_eq!(ContactProblem::new(&[], &[]).natural_residual(&[]), 0.0);
+        assert_eq!(FrictionProblem::<1>::with_friction(&[], &[], &[]).natural_residual(&[]), 0.0);
+        // The unit of mass does not matter.
+        let (b, p, heavy) = ([-5.0, 1.0], [2.0, 0.5], H.map(|h| h / 1024.0));
+        assert_eq!(ContactProblem::new(&heavy, &b).natural_residual(&p.map(|p| p * 1024.0)), residual(b, p));
     }
 
     #[test]
@@ -231,45 +242,5 @@ mod tests {
         assert_eq!(residual([-4.0, 3.0, 4.0], [2.0, 0.0, 0.0]), 2.0 / 4.0, "slides without friction");
         assert_eq!(residual([-4.0, 3.0, 4.0], [2.0, -1.2, -1.6]), 2.0 / 4.0, "friction beyond its ball");
         assert_eq!(residual([-4.0, f64::NAN, 4.0], [2.0, 0.0, 0.0]), f64::INFINITY);
-    }
-
-    /// A point of 0.5 kg.
-    const POINT: [f64; 4] = [2.0, 0.0, 0.0, 2.0];
-
-    fn with_friction(b: [f64; 2], p: [f64; 2]) -> f64 {
-        FrictionProblem::<1>::with_friction(&POINT, &b, &[0.5]).natural_residual(&p)
-    }
-
-    #[test]
-    fn with_friction_a_solution_has_residual_zero_in_every_state() {
-        assert_eq!(with_friction([1.0, 8.0], [0.0, 0.0]), 0.0, "open");
-        assert_eq!(with_friction([-4.0, 1.0], [2.0, -0.5]), 0.0, "stick");
-        assert_eq!(with_friction([-4.0, 8.0], [2.0, -1.0]), 0.0, "slip forwards");
-        assert_eq!(with_friction([-4.0, -8.0], [2.0, 1.0]), 0.0, "slip backwards");
-        assert_eq!(FrictionProblem::<1>::with_friction(&[], &[], &[]).natural_residual(&[]), 0.0);
-    }
-
-    #[test]
-    fn with_friction_each_kind_of_violation_counts_in_velocities() {
-        assert_eq!(with_friction([-4.0, 0.0], [0.0, 0.0]), 1.0, "penetrating velocity");
-        assert_eq!(with_friction([4.0, 0.0], [-1.0, 0.0]), 2.0 / 4.0, "pulling impulse");
-        assert_eq!(
-            with_friction([-4.0, 1.0], [2.0, 0.0]),
-            1.0 / 4.0,
-            "slides without friction although it would stick"
-        );
-        assert_eq!(with_friction([-4.0, 8.0], [2.0, -2.0]), 2.0 / 8.0, "friction beyond its cone");
-        assert_eq!(with_friction([-4.0, 8.0], [2.0, 1.0]), 4.0 / 8.0, "friction along the motion");
-        assert_eq!(with_friction([4.0, 8.0], [0.0, -1.0]), 2.0 / 8.0, "friction at an open contact");
-    }
-
-    #[test]
-    fn with_friction_whatever_is_not_finite_is_infinitely_wrong() {
-        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(with_friction([bad, 1.0], [0.0, 0.0]), f64::INFINITY);
-            assert_eq!(with_friction([1.0, bad], [0.0, 0.0]), f64::INFINITY);
-            assert_eq!(with_friction([1.0, 1.0], [bad, 0.0]), f64::INFINITY);
-            assert_eq!(with_friction([1.0, 1.0], [0.0, bad]), f64::INFINITY);
-        }
     }
 }

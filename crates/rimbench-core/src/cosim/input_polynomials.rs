@@ -34,22 +34,3 @@ impl InputPolynomials {
         std::mem::take(&mut self.given).then_some(&self.rows[..])
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_given_counts_for_one_micro_step() {
-        let mut inputs = InputPolynomials::new(1);
-        assert_eq!(inputs.take(), None);
-        inputs.give(|rows| {
-            rows[0] = [1.0, 2.0, 0.0, 0.0];
-            true
-        });
-        assert_eq!(inputs.take(), Some(&[[1.0, 2.0, 0.0, 0.0]][..]));
-        assert_eq!(inputs.take(), None);
-        inputs.give(|_| false);
-        assert_eq!(inputs.take(), None);
-    }
-}

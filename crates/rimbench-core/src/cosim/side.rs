@@ -105,17 +105,3 @@ impl<T> IndexMut<Side> for PerSide<T> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_side_finds_its_own() {
-        let mut lengths = PerSide::from_fn(|side| if side == Side::Mechanics { 2 } else { 1 });
-        assert_eq!(Side::BOTH.map(|side| lengths[side]), [2, 1]);
-        lengths[Side::Mechanics.other()] += 4;
-        assert_eq!(lengths.map(|length| length * 10).into_iter().collect::<Vec<_>>(), [20, 50]);
-        assert_eq!(lengths.as_ref().zip(lengths.as_ref()).actuator, (&5, &5));
-    }
-}

@@ -93,25 +93,3 @@ fn multiply(a: &[f64], b: &[f64], product: &mut [f64], width: usize) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_oscillator_under_a_constant_load_is_met_over_any_step() {
-        // ẍ = −9 x + 18: x = 2 − 2 cos 3t from rest.
-        let (generator, constant) = ([0.0, 1.0, -9.0, 0.0], [0.0, 18.0]);
-        for steps in [1, 10, 1000] {
-            let mut flow = ExponentialStep::new(2);
-            flow.prepare(&generator, &constant, 2.0 / f64::from(steps));
-            let mut y = [0.0; 2];
-            (0..steps).for_each(|_| flow.advance(&mut y));
-            approx::assert_relative_eq!(y[0], 2.0 - 2.0 * libm::cos(6.0_f64), epsilon = 1e-11);
-            approx::assert_relative_eq!(y[1], 6.0 * libm::sin(6.0_f64), epsilon = 1e-11);
-            let mut rate = [0.0; 2];
-            flow.rate(&generator, &constant, &y, &mut rate);
-            assert_eq!(rate[0], y[1]);
-        }
-    }
-}

@@ -58,31 +58,3 @@ impl InformationClass {
 }
 
 by_name!(InformationClass, LIST, "class of information");
-
-#[cfg(test)]
-mod tests {
-    use super::super::standard_schemes;
-    use super::*;
-
-    #[test]
-    fn the_class_of_a_scheme_is_the_most_that_it_asks_for() {
-        let class = |name: &str| {
-            let entry = standard_schemes().into_iter().find(|entry| entry.name == name).unwrap();
-            InformationClass::of(&entry).to_string()
-        };
-        for (name, wanted) in [
-            ("zero-order-hold", "samples"),
-            ("integral-correction-first-order", "derivatives"),
-            ("hydraulic-line", "inside"),
-            // It asks for derivatives as well.
-            ("interface-jacobian", "model"),
-            ("rim-nonsmooth-gap", "model"),
-            ("iterated-aitken", "repetition"),
-            ("monolithic", "whole"),
-        ] {
-            assert_eq!(class(name), wanted, "{name}");
-        }
-        assert_eq!("model".parse::<InformationClass>().unwrap(), InformationClass::Model);
-        assert!("modell".parse::<InformationClass>().unwrap_err().to_string().contains("did you mean `model`"));
-    }
-}

@@ -17,8 +17,6 @@ mod forecast;
 mod gap_law;
 mod model_end;
 mod second_order;
-#[cfg(test)]
-mod tests;
 
 pub(super) use contact_set::Contacts;
 

@@ -108,30 +108,3 @@ impl CouplingScheme for FixedMass {
         Some(Box::new(self.clone()))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cosim::MacroStep;
-
-    #[test]
-    fn the_mass_of_the_start_stays_whatever_the_model_says_later() {
-        let mut scheme = FixedMass::new(&ReducedInterfaceModel::zeros(0, 1), Redundancy::Drop);
-        let step = MacroStep { index: 0, start: 0.0, length: 1.0 };
-        // 2 kg at first, then 1/2 kg; the free acceleration is never used.
-        for (mass, y) in [(2.0, [1.0, 3.0]), (0.5, [4.0, -1.0])] {
-            let mut model = ReducedInterfaceModel::zeros(0, 1);
-            (model.h[0], model.a[0], model.w[0]) = (1.0 / mass, 7.0, y[1]);
-            let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, 0.5) };
-            scheme.receive(Side::Mechanics, &sample).unwrap();
-            assert_eq!(scheme.report().effective_mass, Some(2.0));
-            let mut u = [0.0; 2];
-            for (index, [x, v]) in
-                [[y[0] + 0.5 * (y[1] + 1.0), y[1] + 1.0], [y[0] + y[1] + 1.5, y[1] + 2.0]].into_iter().enumerate()
-            {
-                scheme.input(Side::Actuator, MicroStep::new(step, index, 2), &[4.0], &mut u).unwrap();
-                assert_eq!(u, [x, v]);
-            }
-        }
-    }
-}

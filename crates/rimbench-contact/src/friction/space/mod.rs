@@ -16,8 +16,6 @@ mod admm;
 mod newton;
 mod solver;
 mod sweeps;
-#[cfg(test)]
-mod tests;
 
 pub use admm::SpaceAdmm;
 pub use newton::SemismoothNewton;

@@ -1,7 +1,34 @@
 //! Metrics on runs small enough to be worked by hand.
 
-use super::*;
-use rimbench_core::cosim::{Outcome, Report, Trajectory};
+use crate::support::*;
+use rimbench::metrics::{Evidence, Inside, InterfaceRow, METRICS, contact_intervals, friction_phases};
+
+/// A run and its reference of which nothing else is known.
+fn bare<'a>(run: &'a Trajectory, reference: &'a Trajectory, report: &'a Report) -> Evidence<'a> {
+    Evidence {
+        run,
+        reference,
+        run_contacts: &[],
+        reference_contacts: &[],
+        run_friction: &[],
+        reference_friction: &[],
+        report,
+        audited: false,
+        interface: &[],
+        effective_mass: None,
+        gaps: &[],
+        least_gaps: &[],
+        touch_downs: &[],
+        inside: None,
+        half_steps: &[],
+        predicted_growth: None,
+    }
+}
+
+/// The value of a metric by name.
+fn measured(name: &str, evidence: &Evidence<'_>) -> Option<f64> {
+    (METRICS.iter().find(|metric| metric.name == name).unwrap().compute)(evidence)
+}
 
 /// Time, force, force received, gap: what the metrics look at here.
 const COLUMNS: [&str; 4] = ["time_s", "f_n", "force_to_mechanics_n", "gap_m"];
@@ -24,7 +51,7 @@ impl Given<'_> {
         let reference = impulses.iter().enumerate().flat_map(|(k, impulse)| [time(k), *impulse]).collect();
         Given {
             run: Trajectory::from_data(COLUMNS.map(str::to_owned).to_vec(), run),
-            reference: Trajectory::from_data(vec!["time_s".to_owned(), impulse_column("f_n")], reference),
+            reference: Trajectory::from_data(vec!["time_s".to_owned(), "f_n_impulse_n_s".to_owned()], reference),
             report: Report::not_run(Outcome::Completed),
             touch_downs: Vec::new(),
             inside: None,
@@ -33,19 +60,19 @@ impl Given<'_> {
     }
 
     fn value(&self, name: &str) -> Option<f64> {
-        let metric = METRICS.iter().find(|metric| metric.name == name).unwrap();
         let (reference_force_peak, reference_touch_down_peak) = (Some(9.0), Some(4.0));
         // Position and velocity are not looked at: any column will do.
         let row = InterfaceRow { position: 3, velocity: 3, force: 1, reference_force_peak, reference_touch_down_peak };
-        (metric.compute)(&Evidence {
+        let evidence = Evidence {
             run_contacts: &[contact_intervals(&self.run, 3)],
             interface: &[row],
             effective_mass: self.effective_mass,
             gaps: &[3],
             touch_downs: &self.touch_downs,
             inside: self.inside.as_ref(),
-            ..Evidence::bare(&self.run, &self.reference, &self.report)
-        })
+            ..bare(&self.run, &self.reference, &self.report)
+        };
+        measured(name, &evidence)
     }
 }
 
@@ -131,16 +158,16 @@ fn a_peak_at_the_opening_of_the_valve_is_no_touch_down() {
 /// Of a reference with a dip of 4 N a run that sees 2 N of it is off by 2 N in one of the rows near it, and by 50 N elsewhere.
 #[test]
 fn a_touch_down_is_judged_by_itself() {
-    const METRICS: [&str; 2] = ["touch_down_error_rms_of_peak", "reference_touch_down_peak_ratio"];
+    const NAMES: [&str; 2] = ["touch_down_error_rms_of_peak", "reference_touch_down_peak_ratio"];
     let mut given = Given::new(&[0.0, 50.0, 0.0, 1.0, -2.0, 1.0, 0.0, 0.0], &OPEN, &[0.0; 8]);
-    assert_eq!(METRICS.map(|name| given.value(name)), [None; 2], "nothing closes in the reference");
+    assert_eq!(NAMES.map(|name| given.value(name)), [None; 2], "nothing closes in the reference");
     given.touch_downs = vec![[0.025, 0.055]];
     let forces = [0.0, 0.0, 0.0, 1.0, -4.0, 1.0, 0.0, 0.0_f64];
     let rows = forces.iter().enumerate().flat_map(|(k, force)| [time(k), *force]).collect();
     given.reference = Trajectory::from_data(["time_s", "f_n"].map(str::to_owned).to_vec(), rows);
     let near = (0..8).filter(|&k| (0.025..=0.055).contains(&time(k))).count() as f64;
-    approx::assert_relative_eq!(given.value(METRICS[0]).unwrap(), (4.0 / near).sqrt() / 4.0, max_relative = 1e-14);
-    assert_eq!(given.value(METRICS[1]), Some(1.0));
+    approx::assert_relative_eq!(given.value(NAMES[0]).unwrap(), (4.0 / near).sqrt() / 4.0, max_relative = 1e-14);
+    assert_eq!(given.value(NAMES[1]), Some(1.0));
 }
 
 #[test]
@@ -191,9 +218,7 @@ fn a_position_of_half_a_step_later_is_right_half_a_step_back() {
     };
     let report = Report::not_run(Outcome::Completed);
     let error = |name: &str, half_steps: &[f64]| {
-        let metric = METRICS.iter().find(|metric| metric.name == name).unwrap();
-        (metric.compute)(&Evidence { interface: &[row], half_steps, ..Evidence::bare(&run, &reference, &report) })
-            .unwrap()
+        measured(name, &Evidence { interface: &[row], half_steps, ..bare(&run, &reference, &report) }).unwrap()
     };
     approx::assert_abs_diff_eq!(error("position_error_rms_m", &[]), 0.01, epsilon = 1e-15);
     approx::assert_abs_diff_eq!(error("position_error_aligned_rms_m", &[0.005; 4]), 0.0, epsilon = 1e-15);
@@ -204,9 +229,8 @@ fn a_position_of_half_a_step_later_is_right_half_a_step_back() {
 fn a_run_ends_as_predicted_if_it_completes_and_does_not_grow_or_neither() {
     let given = |outcome: Outcome, predicted_growth: Option<f64>| {
         let (given, report) = (Given::new(&OPEN, &OPEN, &[]), Report::not_run(outcome));
-        let evidence = Evidence { predicted_growth, ..Evidence::bare(&given.run, &given.reference, &report) };
-        ["completed_as_predicted", "failed_unforeseen"]
-            .map(|name| (METRICS.iter().find(|metric| metric.name == name).unwrap().compute)(&evidence))
+        let evidence = Evidence { predicted_growth, ..bare(&given.run, &given.reference, &report) };
+        ["completed_as_predicted", "failed_unforeseen"].map(|name| measured(name, &evidence))
     };
     let failed = || Outcome::OutOfRange { at_s: 1.0, quantity: "x".into(), value: 0.0 };
     let completed = |growth| given(Outcome::Completed, Some(growth));
@@ -218,4 +242,145 @@ fn a_run_ends_as_predicted_if_it_completes_and_does_not_grow_or_neither() {
         values([[0.0, 1.0], [0.0, 1.0], [1.0, 0.0]])
     );
     assert_eq!([given(Outcome::Completed, None), given(Outcome::Timeout { at_s: 1.0 }, Some(0.9))], [[None; 2]; 2]);
+}
+
+/// Rows at times `step` apart up to `end`.
+fn gaps_over(step: f64, end: f64, gaps: impl Fn(f64) -> [f64; 2]) -> Trajectory {
+    let rows = (0..=(end / step).round() as usize).map(|k| k as f64 * step);
+    let data = rows.flat_map(|t| [t, gaps(t)[0], gaps(t)[1]]).collect();
+    Trajectory::from_data(["time_s", "gap_a_m", "gap_b_m"].map(str::to_owned).to_vec(), data)
+}
+
+fn event_values(run: &Trajectory, reference: &Trajectory) -> [Option<f64>; 3] {
+    let aligned = reference.resampled(run.column(0));
+    let report = Report::not_run(Outcome::Completed);
+    let evidence = Evidence {
+        run_contacts: &[1, 2].map(|gap| contact_intervals(run, gap)),
+        reference_contacts: &[1, 2].map(|gap| contact_intervals(reference, gap)),
+        gaps: &[1, 2],
+        ..bare(run, &aligned, &report)
+    };
+    ["event_time_shift_max_s", "events_missed", "wrong_contact_state_s"].map(|name| measured(name, &evidence))
+}
+
+/// Approaches at 0.1 m/s, closed from `from` to `to`, then leaves at 0.1 m/s.
+fn gap(t: f64, from: f64, to: f64) -> f64 {
+    0.1 * (from - t).max(t - to).max(0.0)
+}
+
+#[test]
+fn events_are_shifted_missed_and_wrong_for_as_long_as_they_were_made() {
+    let reference = gaps_over(5e-5, 2.0, |t| [gap(t, 0.5, 1.0), gap(t, 1.2, 9.0)]);
+    let same = event_values(&reference, &reference);
+    assert_eq!(same, [Some(0.0), Some(0.0), Some(0.0)]);
+    // 7 ms late to close, 10 ms late to open, on a grid of 5 ms; the other is 4 ms early.
+    let run = gaps_over(5e-3, 2.0, |t| [gap(t, 0.507, 1.01), gap(t, 1.196, 9.0)]);
+    let [shift, missed, wrong] = event_values(&run, &reference).map(Option::unwrap);
+    approx::assert_relative_eq!(shift, 7e-3, epsilon = 1e-4);
+    approx::assert_relative_eq!(wrong, 7e-3 + 10e-3 + 4e-3, epsilon = 3e-4);
+    assert_eq!(missed, 0.0);
+    // Contact b never closes: missed, and wrong to the end; what overlaps in time counts once.
+    let run = gaps_over(5e-3, 2.0, |t| [gap(t, 0.5, 1.3), 1.0]);
+    let [shift, missed, wrong] = event_values(&run, &reference).map(Option::unwrap);
+    assert!(shift < 1e-4 && missed == 1.0, "{shift} {missed}");
+    approx::assert_relative_eq!(wrong, 1.0, epsilon = 1e-3);
+    // A run that ended before anything closed has missed nothing.
+    let run = gaps_over(5e-3, 0.4, |t| [gap(t, 0.5, 1.0), 1.0]);
+    assert_eq!(event_values(&run, &reference), [None, Some(0.0), Some(0.0)]);
+}
+
+#[test]
+fn a_second_closing_does_not_steal_the_match_of_the_first() {
+    let reference = gaps_over(5e-5, 2.0, |t| [gap(t, 0.5, 9.0), 1.0]);
+    // Bounces off at 0.52 s for 40 ms: only the first closing is the reference's.
+    let run = gaps_over(1e-3, 2.0, |t| [gap(t, 0.503, 0.52).min(gap(t, 0.56, 9.0)), 1.0]);
+    let [shift, missed, wrong] = event_values(&run, &reference).map(Option::unwrap);
+    approx::assert_relative_eq!(shift, 3e-3, epsilon = 1e-4);
+    assert_eq!(missed, 0.0);
+    approx::assert_relative_eq!(wrong, 43e-3, epsilon = 1e-3);
+    // Closing 0.15 s late is not the same event.
+    let run = gaps_over(1e-3, 2.0, |t| [gap(t, 0.65, 9.0), 1.0]);
+    let [shift, missed, wrong] = event_values(&run, &reference);
+    assert_eq!((shift, missed), (None, Some(1.0)));
+    approx::assert_relative_eq!(wrong.unwrap(), 0.15, epsilon = 1e-3);
+}
+
+const FRICTION: [&str; 5] =
+    ["wrong_friction_state_share", "release_time_shift_max_s", "releases_missed", "stick_intervals", "slip_reversals"];
+
+/// Rows at times `step` apart up to `end`; the state is that of the interval before.
+fn states_over(step: f64, end: f64, state: impl Fn(f64) -> f64) -> Trajectory {
+    let rows = (0..=(end / step).round() as usize).map(|k| k as f64 * step);
+    let data = rows.flat_map(|t| [t, state(t - 0.5 * step)]).collect();
+    Trajectory::from_data(["time_s", "contact_state_a"].map(str::to_owned).to_vec(), data)
+}
+
+fn friction_values(run: &Trajectory, reference: &Trajectory) -> [Option<f64>; 5] {
+    let phases = |of: &Trajectory| vec![friction_phases(of, 1)];
+    let (aligned, report) = (reference.resampled(run.column(0)), Report::not_run(Outcome::Completed));
+    let evidence =
+        Evidence { run_friction: &phases(run), reference_friction: &phases(reference), ..bare(run, &aligned, &report) };
+    FRICTION.map(|name| measured(name, &evidence))
+}
+
+/// Sticks up to `release`, slides forwards to 0.5 s, sticks to 0.7 s, slides back.
+fn states(release: f64) -> impl Fn(f64) -> f64 {
+    move |t| match t {
+        t if t < release => 1.0,
+        t if t < 0.5 => 2.0,
+        t if t < 0.7 => 1.0,
+        _ => 3.0,
+    }
+}
+
+#[test]
+fn a_late_release_is_shifted_and_wrong_for_as_long_as_it_is_late() {
+    let reference = states_over(1e-4, 1.0, states(0.3));
+    let same = friction_values(&reference, &reference);
+    assert_eq!(same, [Some(0.0), Some(0.0), Some(0.0), Some(2.0), Some(1.0)]);
+    let [wrong, shift, missed, sticks, reversals] =
+        friction_values(&states_over(1e-2, 1.0, states(0.33)), &reference).map(Option::unwrap);
+    approx::assert_relative_eq!(shift, 0.03, epsilon = 1e-9);
+    approx::assert_relative_eq!(wrong, 0.03, epsilon = 1e-9);
+    assert_eq!([missed, sticks, reversals], [0.0, 2.0, 1.0]);
+}
+
+#[test]
+fn a_contact_that_never_lets_go_has_missed_its_releases() {
+    let reference = states_over(1e-4, 1.0, states(0.3));
+    let [wrong, shift, missed, sticks, reversals] = friction_values(&states_over(1e-2, 1.0, |_| 1.0), &reference);
+    approx::assert_relative_eq!(wrong.unwrap(), 0.2 + 0.3, epsilon = 1e-9);
+    assert_eq!([shift, missed, sticks, reversals], [None, Some(2.0), Some(1.0), Some(0.0)]);
+    // One that ended before anything let go has missed nothing.
+    let early = friction_values(&states_over(1e-2, 0.25, |_| 1.0), &reference);
+    assert_eq!(early, [Some(0.0), None, Some(0.0), Some(1.0), Some(0.0)]);
+}
+
+#[test]
+fn a_flicker_parts_no_stick_and_a_flight_does() {
+    let flicker = |t: f64| if (0.4..0.404).contains(&t) { 2.0 } else { 1.0 };
+    let [.., sticks, reversals] = friction_values(&states_over(1e-3, 1.0, flicker), &states_over(1e-3, 1.0, |_| 1.0));
+    assert_eq!([sticks, reversals], [Some(1.0), Some(0.0)]);
+    // Forwards, in the air, backwards: no reversal of a slip.
+    let flight = |t: f64| {
+        if t < 0.4 {
+            2.0
+        } else if t < 0.402 {
+            0.0
+        } else {
+            3.0
+        }
+    };
+    let [.., reversals] = friction_values(&states_over(1e-3, 1.0, flight), &states_over(1e-3, 1.0, |_| 1.0));
+    assert_eq!(reversals, Some(0.0));
+    let hop = |t: f64| if (0.4..0.404).contains(&t) { 0.0 } else { 1.0 };
+    let [.., sticks, _] = friction_values(&states_over(1e-3, 1.0, hop), &states_over(1e-3, 1.0, |_| 1.0));
+    assert_eq!(sticks, Some(2.0));
+}
+
+#[test]
+fn a_case_without_friction_has_none_of_its_metrics() {
+    let plain = Trajectory::from_data(vec!["time_s".to_owned()], vec![0.0, 1.0]);
+    let report = Report::not_run(Outcome::Completed);
+    assert_eq!(FRICTION.map(|name| measured(name, &bare(&plain, &plain, &report))), [None; 5]);
 }

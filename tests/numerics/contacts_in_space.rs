@@ -1,9 +1,17 @@
 //! Closed forms, the plane as a special case, and what is hard: redundant contacts.
 
-use super::*;
-use crate::friction::FrictionSolver;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver, SpaceSweeps};
+use rimbench::friction::{FrictionProblem, FrictionSolver};
+use rimbench::linear_algebra::dot;
+
+/// Writes `w = H P + b`.
+fn velocities(problem: SpaceProblem<'_>, impulses: &[f64], w: &mut [f64]) {
+    for (row, w) in w.iter_mut().enumerate() {
+        *w = problem.b[row] + dot(problem.delassus.row(row), impulses);
+    }
+}
 
 const G: f64 = 9.81;
 const MU: f64 = 0.3;
@@ -84,9 +92,9 @@ fn speed(v: &[f64; 6]) -> f64 {
 
 /// A slope along x with the angle α; the tangents are turned by `turn` about its normal.
 fn on_slope(alpha: f64, turn: f64, mu: f64) -> Body {
-    let (s, c) = (libm::sin(alpha), libm::cos(alpha));
+    let (s, c) = (f64::sin(alpha), f64::cos(alpha));
     let (normal, fall, across) = ([-s, 0.0, c], [c, 0.0, s], [0.0, 1.0, 0.0]);
-    let (a, b) = (libm::cos(turn), libm::sin(turn));
+    let (a, b) = (f64::cos(turn), f64::sin(turn));
     let first = std::array::from_fn(|i| a * fall[i] + b * across[i]);
     let second = std::array::from_fn(|i| a * across[i] - b * fall[i]);
     Body::point([normal, first, second], mu)
@@ -100,19 +108,19 @@ fn a_block_launched_across_a_slope_turns_down_and_keeps_half_of_its_speed() {
     let (mut low, mut high) = (0.0, 0.5 * v_0);
     for _ in 0..100 {
         let u = 0.5 * (low + high);
-        let time = (0.5 * u - 0.25 * v_0 * libm::log(1.0 - 2.0 * u / v_0)) / (G * libm::sin(alpha));
+        let time = (0.5 * u - 0.25 * v_0 * f64::ln(1.0 - 2.0 * u / v_0)) / (G * f64::sin(alpha));
         if time < end { low = u } else { high = u }
     }
     let exact = v_0 - low;
     assert!((exact - 0.504_089).abs() < 1e-6, "{exact}");
     let error = |step: f64| {
-        let body = on_slope(alpha, 0.7, libm::tan(alpha));
+        let body = on_slope(alpha, 0.7, f64::tan(alpha));
         speed(&body.run(DOWN, [0.0, v_0, 0.0, 0.0, 0.0, 0.0], step, end, |_| false).1) - exact
     };
     let (coarse, fine) = (error(1e-3), error(2.5e-4));
     assert!(coarse.abs() < 1e-3, "{coarse}");
     assert!((coarse / fine - 4.0).abs() < 0.2, "of order 1: {coarse}, {fine}");
-    let body = on_slope(alpha, 0.0, libm::tan(alpha));
+    let body = on_slope(alpha, 0.0, f64::tan(alpha));
     let left = speed(&body.run(DOWN, [0.0, v_0, 0.0, 0.0, 0.0, 0.0], 2.5e-4, 8.0, |_| false).1);
     assert!((left - 0.5).abs() < 5e-4, "facets would leave 0.707, 0.541 or 0.510: {left}");
 }
@@ -153,7 +161,7 @@ fn a_spinning_tripod_stops_when_it_should() {
     let (mass, radius, inertia, spin) = (300.0, 0.5, 50.0, 2.0);
     let arm = |k: usize| {
         let angle = std::f64::consts::PI * (0.5 + 2.0 * k as f64 / 3.0);
-        [radius * libm::cos(angle), radius * libm::sin(angle), -0.4]
+        [radius * f64::cos(angle), radius * f64::sin(angle), -0.4]
     };
     let tripod = Body::on_floor(mass, [31.25, 31.25, inertia], &[arm(0), arm(1), arm(2)], MU);
     let stops = inertia * spin / (MU * mass * G * radius);
@@ -183,7 +191,7 @@ fn the_plane_is_a_special_case() {
         FrictionSolver::new(n, 1e-9).solve(planar_problem, &mut p).unwrap();
         planar_problem.velocities(&p, &mut w);
         let turn: f64 = rng.random_range(0.0..6.0);
-        let (c, s) = (libm::cos(turn), libm::sin(turn));
+        let (c, s) = (f64::cos(turn), f64::sin(turn));
         // Rows t1, t2 = planar tangent times (c, s), plus a row of its own times (−s, c).
         let place = |row: usize| {
             if row < n {
@@ -208,7 +216,7 @@ fn the_plane_is_a_special_case() {
         let problem = SpaceProblem::with_friction(&h_3, &b_3, &friction);
         SpaceSolver::new(n, 1e-9).solve(problem, &mut p_3).unwrap();
         let mut w_3 = vec![0.0; size];
-        measure(problem, &p_3, &mut w_3);
+        velocities(problem, &p_3, &mut w_3);
         for i in 0..size {
             assert!((w_3[i] - place(i).1 * w[place(i).0]).abs() < 1e-7, "{i}: {w_3:?} is not {w:?}");
         }
@@ -220,7 +228,7 @@ fn sticking_feet(feet: usize, seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let mut rng = Pcg64::seed_from_u64(seed);
     let arm = |k: usize| {
         let angle = 2.0 * std::f64::consts::PI * (k as f64 + 0.1) / feet as f64;
-        [0.5 * libm::cos(angle), 0.5 * libm::sin(angle), -0.4]
+        [0.5 * f64::cos(angle), 0.5 * f64::sin(angle), -0.4]
     };
     let body = Body::on_floor(300.0, [31.25, 31.25, 50.0], &(0..feet).map(arm).collect::<Vec<_>>(), MU);
     let h = body.h();
@@ -229,8 +237,8 @@ fn sticking_feet(feet: usize, seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     for foot in 0..feet {
         p[foot] = rng.random_range(0.01..1.0);
         // All the same way, as in a push that is about to move it.
-        p[feet + foot] = (1.0 - 1e-7) * MU * p[foot] * libm::cos(angle);
-        p[2 * feet + foot] = (1.0 - 1e-7) * MU * p[foot] * libm::sin(angle);
+        p[feet + foot] = (1.0 - 1e-7) * MU * p[foot] * f64::cos(angle);
+        p[2 * feet + foot] = (1.0 - 1e-7) * MU * p[foot] * f64::sin(angle);
     }
     let b = h.chunks(3 * feet).map(|row| -dot(row, &p)).collect();
     (h, b, body.friction)
@@ -245,7 +253,7 @@ fn redundant_feet_that_stick_on_the_border_are_solved_where_sweeps_need_thousand
             let problem = SpaceProblem::with_friction(&h, &b, &friction);
             let (mut p, mut w) = (vec![0.0; b.len()], vec![0.0; b.len()]);
             SpaceSolver::new(feet, 1e-9).solve(problem, &mut p).unwrap();
-            measure(problem, &p, &mut w);
+            velocities(problem, &p, &mut w);
             let scale = problem.scale();
             assert!(w.iter().all(|w| w.abs() <= 1e-7 * scale), "{feet} feet, {seed}: {w:?}");
             p.fill(0.0);
@@ -271,7 +279,7 @@ fn velocities_of_redundant_feet_that_slide_with_spin_are_not_unique() {
         newton.solver.start_from(&[start, [0.0; 4], [0.0; 4]].concat());
         let (mut p, mut w) = (vec![0.0; 12], vec![0.0; 12]);
         assert!(newton.solve(problem, &mut p).unwrap().residual <= 1e-10);
-        measure(problem, &p, &mut w);
+        velocities(problem, &p, &mut w);
         found.push(w);
     }
     let differ = (0..12).map(|i| (found[0][i] - found[1][i]).abs()).collect::<Vec<_>>();
@@ -333,7 +341,10 @@ fn what_is_not_finite_is_said_and_no_answer_is_a_failure() {
     let h: Vec<f64> = (0..9).map(|k| if k / 3 == k % 3 { 2.0 } else { 0.0 }).collect();
     let mut solver = SpaceSolver::new(1, 1e-9);
     let problem = |b| SpaceProblem::with_friction(&h, b, &[MU]);
-    assert_eq!(solver.solve(problem(&[-1.0, f64::NAN, 0.0]), &mut [0.0; 3]), Err(crate::problem::Unsolved::NonFinite));
+    assert_eq!(
+        solver.solve(problem(&[-1.0, f64::NAN, 0.0]), &mut [0.0; 3]),
+        Err(rimbench::complementarity::Unsolved::NonFinite)
+    );
     assert_eq!(solver.solve(problem(&[1.0, 5.0, 0.0]), &mut [0.0; 3]).unwrap().pivots, 0);
     let zeros = SpaceProblem::with_friction(&[0.0; 9], &[-1.0, 0.0, 0.0], &[MU]);
     assert!(solver.solve(zeros, &mut [0.0; 3]).is_err(), "nothing stops it");

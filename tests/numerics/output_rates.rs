@@ -1,8 +1,8 @@
 //! What actuators say of the rates of their forces, against differences of the forces.
 
-use super::{Carriage, Cylinder, HydropneumaticStrut, Oil, Spool, SpringActuator, Strut};
-use crate::cases::ParameterSet;
-use rimbench_core::cosim::{OutputRates, Subsystem};
+use crate::support::*;
+use rimbench::cases::ParameterSet;
+use rimbench::models::{Carriage, Cylinder, HydropneumaticStrut, Oil, Spool, SpringActuator, Strut};
 
 /// Holds the rates at inputs `u` (m, m/s) against steps of `h` (s) from inputs that are moved by `by`; `error` is relative.
 fn check<A: Subsystem + Clone>(actuator: &A, u: [f64; 2], h: f64, by: [f64; 2], error: f64) {

@@ -1,0 +1,183 @@
+//! What is asked of a run, and what then determines it.
+
+use crate::support::*;
+use rimbench::cases::PossibleSteps;
+use rimbench::catalogue::Catalogue;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+#[test]
+fn a_request_written_as_texts_is_read_as_the_same() {
+    let mut request = RunRequest::of("wedge-box", "nepce");
+    for (key, text) in [
+        ("sequence", "gauss-seidel-mechanics-first"),
+        ("force_return", "profile"),
+        ("mechanics_steps", "10"),
+        ("redundancy", "regularised:1e-6"),
+        ("contact_detection", "margin:1e-3"),
+        ("gain", "0.1"),
+        ("macro_step_s", "1.3e-4"),
+        ("step_control", "energy-residual-libcosim"),
+    ] {
+        request.put(key, text).unwrap();
+    }
+    let mut again = RunRequest::default();
+    request.given().into_iter().for_each(|(key, value)| again.put(key, &value.to_string()).unwrap());
+    assert_eq!(again, request);
+    assert_eq!(request.given().len(), 10);
+    // A number stays the number that it is.
+    again.put("macro_step_s", f64::from_bits(0x3f21_2345_6789_abcd)).unwrap();
+    assert_eq!(again.macro_step_s.map(f64::to_bits), Some(0x3f21_2345_6789_abcd));
+}
+
+fn refused(change: impl FnOnce(&mut RunRequest)) -> String {
+    let mut request = RunRequest::of("wedge-box", "zero-order-hold");
+    change(&mut request);
+    request.resolve(&Catalogue::standard()).unwrap_err().to_string()
+}
+
+#[test]
+fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
+    let message = refused(|request| request.gain = Some(0.5));
+    assert!(message.contains("has no gain; schemes that have one: ") && message.contains("nepce"), "{message}");
+    for (key, text) in [("redundancy", "drop"), ("model_motion", "frozen"), ("contact_detection", "active")] {
+        let message = refused(|request| request.put(key, text).unwrap());
+        assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));
+    }
+}
+
+#[test]
+fn a_contact_detection_that_a_scheme_does_not_have_is_refused_with_what_it_has() {
+    for (scheme, text, wanted) in [
+        ("rim-nonsmooth-gap", "active", "its contacts are all that there are"),
+        ("rim-fixed-mass", "margin:1e-3", "its contacts are all that there are"),
+        ("rim-smooth", "mechanics-law", "use `active` or `margin:<m>`"),
+    ] {
+        let message = refused(|request| {
+            request.scheme = Some(scheme.into());
+            request.put("contact_detection", text).unwrap();
+        });
+        assert!(message.starts_with(&format!("contact_detection = {text}: scheme `{scheme}`")), "{message}");
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
+fn runs_that_are_equal_have_one_id_and_what_has_no_effect_is_refused() {
+    let resolved = |scheme: &str, options: &[(&str, &str)]| {
+        let mut request = RunRequest::of("wedge-box", scheme);
+        options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
+        request.resolve(&Catalogue::standard()).unwrap()
+    };
+    let steps = |steps: &'static str, phase: &'static str| {
+        let options = [("macro_step_s", "1e-3"), ("duration_s", "0.5"), ("mechanics_steps", steps), ("phase", phase)];
+        resolved("rim-smooth", &options)
+    };
+    // The micro step is 0.05 ms.
+    assert_eq!(steps("20", "1.0").id(), steps("all", "1.0").id());
+    assert_eq!(steps("20", "1.0").mechanics_steps, MechanicsSteps::AsActuator);
+    for (count, phase) in [("19", "1.0"), ("20", "0.5")] {
+        assert_ne!(steps(count, phase).id(), steps("all", phase).id());
+    }
+    let base = |carriage: &str| {
+        refused(|request| {
+            request.case = Some("impact-oscillator".into());
+            request.set = [("carriage_mass_kg", carriage), ("base_stiffness_n_m", "7"), ("mass_kg", "-1")]
+                .map(|(key, value)| (key.to_owned(), value.to_owned()))
+                .to_vec();
+        })
+    };
+    assert!(base("1").contains("mass_kg = -1"), "{}", base("1"));
+    let mut request = RunRequest::of("impact-oscillator", "zero-order-hold");
+    request.set = vec![("base_stiffness_n_m".into(), "7".into())];
+    let message = request.resolve(&Catalogue::standard()).unwrap_err().to_string();
+    assert!(message.contains("has no effect with carriage_mass_kg = 0"), "{message}");
+    assert!(message.ends_with("set carriage_mass_kg > 0"), "{message}");
+}
+
+/// A value of each option that differs from the usual one, and the scheme that takes it.
+const CHANGES: &[(&str, &str, &str)] = &[
+    ("case", "wedge-box-two-ledges", "rim-smooth"),
+    ("scheme", "rim-nonsmooth", "rim-smooth"),
+    ("sequence", "jacobi", "rim-smooth"),
+    ("force_return", "end", "rim-smooth"),
+    ("mechanics_steps", "all", "rim-smooth"),
+    ("mechanics_integrator", "midpoint", "rim-smooth"),
+    ("actuator_integrator", "midpoint", "rim-smooth"),
+    ("redundancy", "regularised:1e-6", "rim-smooth"),
+    ("model_motion", "extrapolated", "rim-smooth"),
+    ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
+    ("split", "joint", "rim-split"),
+    ("friction_rows", "slip-direction", "rim-nonsmooth"),
+    ("delivery_up", "delay:1", "rim-smooth"),
+    ("delivery_down", "loss:0.1", "rim-smooth"),
+    ("late_samples", "raw", "rim-smooth"),
+    ("late_forces", "linear", "rim-smooth"),
+    ("belief", "mass:1.2", "rim-smooth"),
+    ("solver", "lemke", "rim-smooth"),
+    ("gain", "0.25", "nepce"),
+    ("macro_step_s", "1e-3", "rim-smooth"),
+    ("phase", "0.5", "rim-smooth"),
+    ("micro_step_s", "1e-5", "rim-smooth"),
+    ("duration_s", "1.25", "rim-smooth"),
+    ("step_control", "energy-residual", "zero-order-hold"),
+    ("step_tolerance", "0.01", "zero-order-hold"),
+    ("min_macro_step_s", "1e-4", "zero-order-hold"),
+];
+
+#[test]
+fn every_option_changes_the_fact_of_its_name_and_the_id() {
+    let catalogue = Catalogue::standard();
+    let resolved = |request: &RunRequest| request.resolve(&catalogue).unwrap();
+    let by_name = |request: &RunRequest| -> HashMap<&str, String> {
+        resolved(request).facts().into_iter().map(|fact| (fact.name, fact.cell())).collect()
+    };
+    for &(key, text, scheme) in CHANGES {
+        let mut usual = RunRequest::of(if key == "friction_rows" { "tripod" } else { "wedge-box" }, scheme);
+        if ["step_tolerance", "min_macro_step_s"].contains(&key) {
+            usual.put("step_control", "energy-residual").unwrap();
+            usual.put("step_tolerance", "0.1").unwrap();
+        }
+        if key.starts_with("late_") {
+            usual.put("delivery_down", "delay:1").unwrap();
+        }
+        let mut changed = usual.clone();
+        changed.put(key, text).unwrap();
+        if key == "step_control" {
+            changed.put("step_tolerance", "0.1").unwrap();
+        }
+        assert_ne!(by_name(&usual)[key], by_name(&changed)[key], "{key}");
+        assert_ne!(resolved(&usual).id(), resolved(&changed).id(), "{key}");
+    }
+    // All but the wall limit, which is no part of what a run is.
+    let usual = resolved(&RunRequest::of("wedge-box", "rim-smooth"));
+    assert_ne!(usual.clone().audited().unwrap().id(), usual.id());
+    let missing: Vec<&str> = RunRequest::OPTIONS
+        .iter()
+        .map(|option| option.key)
+        .filter(|key| !CHANGES.iter().any(|(changed, ..)| changed == key))
+        .collect();
+    assert_eq!(missing, ["wall_limit_s"]);
+}
+
+#[test]
+fn a_side_that_takes_equal_steps_or_multiples_only_is_not_asked_for_others() {
+    let catalogue = Catalogue::standard();
+    let skipped = |equal: bool, multiple_of: Option<f64>, options: &[(&str, &str)]| {
+        let mut request = RunRequest::of("wedge-box", "zero-order-hold");
+        options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
+        let mut spec = request.resolve(&catalogue).unwrap();
+        let mut case = Case::clone(&spec.case);
+        case.steps.mechanics = PossibleSteps { equal, multiple_of };
+        spec = spec.with(|own| own.case = Arc::new(case)).unwrap();
+        run(&spec).report.outcome.name() == "skipped"
+    };
+    let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
+    let with = |more: (&'static str, &'static str)| [even[0], even[1], more];
+    assert!(!skipped(true, Some(1e-3), &even));
+    assert!(!skipped(false, None, &with(("phase", "0.5"))));
+    assert!(skipped(true, None, &with(("phase", "0.5"))));
+    assert!(skipped(true, None, &with(("duration_s", "0.105"))));
+    assert!(skipped(false, Some(4e-3), &even));
+    assert!(skipped(false, Some(1e-3), &with(("phase", "0.55"))));
+}

@@ -1,0 +1,241 @@
+//! Experiment files and the plans made of them.
+
+use rimbench::catalogue::Catalogue;
+use rimbench::error::Result;
+use rimbench::harness::{Cache, Experiment, Job, prepare_folder};
+use rimbench::runs::RunRequest;
+use std::path::Path;
+
+#[test]
+fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
+    let (folder, catalogue) = (tempfile::tempdir().unwrap(), Catalogue::standard());
+    let text = |delivery: &str| {
+        format!(
+            "question = \"?\"\nmacro_steps_s = [5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n\
+             delivery.up = {{ {delivery} }}"
+        )
+    };
+    let file = |log: &str| {
+        std::fs::write(folder.path().join("times.csv"), log).unwrap();
+        let text = text("delay = 1, log = \"times.csv\", deadline_s = 5e-3");
+        Experiment::parse(&folder.path().join("a.toml"), text)
+    };
+    let planned = |of: &Experiment| of.plan(&catalogue, false).unwrap().swap_remove(0);
+    let log = "time_s,computing_time_s,\"said \u{7f}\"\r\n0,0.006,\"a\nb\"\r\n0.005,0.001,\r\n";
+    let experiment = file(log).unwrap();
+    let other = file("time_s,computing_time_s\n0,0.006\n0.005,0.011\n").unwrap();
+    assert_ne!(planned(&experiment).id, planned(&other).id);
+    let message = file("time_s,computing_time_s\n0.1,0\n0.05,0\n").unwrap_err().to_string();
+    let wanted = ["[[schemes]] in line 5", "line 3: time_s = 0.05 goes back"];
+    assert!(wanted.iter().all(|wanted| message.contains(wanted)), "{message}");
+    // The copy in a results folder says the same where the log is not.
+    let results = tempfile::tempdir().unwrap();
+    let cache = Cache::in_folder(results.path());
+    prepare_folder(Job::new(&experiment, &catalogue, results.path(), &cache, &rimbench::BUILD)).unwrap();
+    let copy = Experiment::read_from_results(results.path()).unwrap();
+    assert!(copy.is_same_as(&experiment));
+    let run = planned(&copy);
+    assert_eq!(run.id, planned(&experiment).id);
+    assert!(run.spec.facts().iter().any(|fact| fact.name == "delivery_up" && fact.cell() == "delay:1,missed:0"));
+    assert_eq!(copy.with_scheme("zero-order-hold").unwrap().plan(&catalogue, false).unwrap().len(), 2);
+    for (log, expected) in [("log = \"none.csv\", deadline_s = 1.0", "none.csv"), ("log = \"times.csv\"", "together")] {
+        let message = Experiment::parse(Path::new("a.toml"), text(log)).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn one_more_scheme_joins_either_form_of_the_list() {
+    let head = "question = \"?\"\nmacro_steps_s = [1e-3]\n";
+    for schemes in [
+        "\nschemes = [\n{ scheme = \"nepce\" },\n]\n[[cases]]\nname = \"wedge-box\"\n",
+        "[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n",
+    ] {
+        let experiment = Experiment::parse(Path::new("a/b.toml"), format!("{head}{schemes}")).unwrap();
+        let longer = experiment.with_scheme("zero-order-hold").unwrap().with_case("cradle").unwrap();
+        // Of two cases and two schemes.
+        assert_eq!(longer.plan(&Catalogue::standard(), false).unwrap().len(), 4);
+    }
+}
+
+fn parsed(schemes: &str) -> Result<Experiment> {
+    let text = format!(
+        "question = \"?\"\nmacro_steps_s = [1e-5, 5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\n{schemes}\n"
+    );
+    Experiment::parse(Path::new("usual.toml"), text)
+}
+
+#[test]
+fn a_label_is_not_the_name_of_something_else() {
+    let plan = |label: &str| {
+        parsed(&format!("scheme = \"rim-smooth\"\nlabel = \"{label}\""))
+            .and_then(|experiment| experiment.plan(&Catalogue::standard(), false))
+    };
+    for (label, said) in [
+        ("zero-order-hold", "is the name of another scheme"),
+        ("reference", "the trace of the reference"),
+        (" smooth", "begins or ends with a blank"),
+        ("  ", "no label at all"),
+        ("", "no label at all"),
+    ] {
+        let message = plan(label).unwrap_err().to_string();
+        assert!(message.contains(said) && message.contains("[[schemes]] in line"), "`{label}`: {message}");
+    }
+    assert!(plan("rim-smooth").is_ok() && plan("my smooth").is_ok());
+}
+
+#[test]
+fn a_run_asked_for_by_name_must_be_the_one_that_a_file_with_a_case_and_a_scheme_means() {
+    let catalogue = Catalogue::standard();
+    for scheme in catalogue.schemes() {
+        // Below and above the micro step of the case.
+        let planned = parsed(&format!("scheme = \"{}\"", scheme.name)).unwrap().plan(&catalogue, false).unwrap();
+        assert_eq!(planned.len(), 2);
+        for run in planned {
+            let step = run.spec.macro_step;
+            let asked = RunRequest { macro_step_s: Some(step), ..RunRequest::of("wedge-box", &*scheme.name) };
+            assert_eq!(asked.resolve(&catalogue).unwrap().id(), run.id, "{} at H = {step}", scheme.name);
+        }
+    }
+}
+
+#[test]
+fn rows_of_one_scheme_get_labels_of_what_differs() {
+    let labels = |schemes: &str| {
+        let planned = parsed(schemes).and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
+        let mut labels: Vec<String> = planned.unwrap().into_iter().map(|run| run.label).collect();
+        labels.dedup();
+        labels
+    };
+    let two =
+        "scheme = \"nepce\"\ngain = 0.5\nsolver = \"lemke\"\n[[schemes]]\nsolver = \"lemke\"\nscheme = \"nepce\"\n";
+    assert_eq!(labels(two), ["nepce/gain=0.5", "nepce"]);
+    assert_eq!(labels(&format!("{two}gain = 1.5\n")), ["nepce/gain=0.5", "nepce/gain=1.5"]);
+    assert_eq!(labels("scheme = \"nepce\"\ngain = 0.5\nlabel = \"half\""), ["half"]);
+    // One scheme, one setting, other macro steps: one label.
+    let steps = "scheme = \"nepce\"\nmacro_steps_s = [1e-3]\n[[schemes]]\nscheme = \"nepce\"\nmacro_steps_s = [2e-3]";
+    assert_eq!(labels(steps), ["nepce"]);
+}
+
+#[test]
+fn a_row_with_several_tolerances_is_run_with_each_at_each_macro_step() {
+    let row = |keys: &str| {
+        let row = format!(
+            "scheme = \"zero-order-hold\"\nstep_control = \"energy-residual\"\nmin_macro_step_s = 1e-5\n{keys}"
+        );
+        parsed(&row).and_then(|experiment| experiment.plan(&Catalogue::standard(), false))
+    };
+    let planned = row("step_tolerances = [0.1, 0.01]").unwrap();
+    let settings: Vec<_> =
+        planned.iter().map(|run| (run.spec.macro_step, run.spec.step_control.unwrap().tolerance)).collect();
+    assert_eq!(settings, [(1e-5, 0.1), (1e-5, 0.01), (5e-3, 0.1), (5e-3, 0.01)]);
+    assert!(planned.iter().all(|run| run.label == "zero-order-hold"));
+    for (keys, wanted) in [
+        ("step_tolerances = [0.1]\nstep_tolerance = 0.2", "give one of the two"),
+        ("step_tolerances = 0.1", "step_tolerances: invalid type"),
+        ("step_tolerances = []", "the grid is empty"),
+        ("step_tolerances = [0.1, 0.1]", "the plan holds one run twice"),
+        ("step_tolerances = [-1.0]", "step_tolerance = -1 is not valid"),
+    ] {
+        let message = row(keys).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_row_is_said_with_its_line() {
+    let refused = |schemes: &str| {
+        let planned = parsed(schemes).and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
+        planned.unwrap_err().to_string()
+    };
+    for (row, wanted) in [
+        ("scheme = \"nepce\"\ngian = 0.5", "unknown key of [[schemes]] `gian` (did you mean `gain`?); valid: label, "),
+        ("scheme = \"nepce\"\nphase = 0.5", "unknown key of [[schemes]] `phase`"),
+        ("scheme = \"nepce\"\ngain = \"high\"", "gain = high is not valid; valid: a number"),
+        (
+            "scheme = \"nepcee\"",
+            "in line 5 (`nepcee` on case `wedge-box`): unknown scheme `nepcee` (did you mean `nepce`?)",
+        ),
+        ("label = \"mine\"", "scheme = nothing is not valid; valid: the name of a scheme"),
+        ("scheme = \"nepce\"\nmacro_steps_s = 3", "macro_steps_s: one macro step is a list of one: [3.0]"),
+        ("scheme = \"nepce\"\ngain = 1e300", "(`nepce` on case `wedge-box`): gain = 1e300 is not valid"),
+        ("scheme = \"\"", "scheme = nothing"),
+    ] {
+        let message = refused(row);
+        assert!(message.starts_with("usual.toml: [[schemes]] in line 5"), "{message}");
+        assert!(message.contains(wanted), "{message}");
+    }
+    let message = refused("scheme = \"nepce\"\n[[schemes]]\nscheme = \"nepce\"\nlabel = \"nepce\"\ngain = 0.5");
+    assert!(message.contains("line 7: label `nepce` is that of line 5"), "{message}");
+    let message = refused("scheme = \"nepce\"\nlabel = \"nepce\"\n[[schemes]]\nscheme = \"nepce\"\ngain = 0.5");
+    assert!(message.contains("could not be told apart"), "{message}");
+}
+
+#[test]
+fn a_reference_step_that_is_no_step_is_refused_before_anything_runs() {
+    for (step, wanted) in
+        [("1.0", "reference_step_s = 1e0"), ("1e-300", "reference_step_s = 1e-300"), ("2.5e299", "5e-5 s")]
+    {
+        let text = format!(
+            "question = \"?\"\nmacro_steps_s = [1e-3]\nreference_step_s = {step}\n[[cases]]\nname = \"wedge-box\"\n\
+             [[schemes]]\nscheme = \"nepce\"\n"
+        );
+        let planned = Experiment::parse(Path::new("usual.toml"), text).unwrap().plan(&Catalogue::standard(), false);
+        let message = planned.unwrap_err().to_string();
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
+fn a_file_whose_name_is_nothing_but_dots_names_no_experiment() {
+    let text =
+        "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n";
+    for name in ["..toml", "...toml"] {
+        let message = Experiment::parse(Path::new(name), text.to_owned()).unwrap_err().to_string();
+        assert!(message.contains("is no name for an experiment"), "{message}");
+    }
+}
+
+/// The newcomer's most likely slips, and input that is long: one line that says where and what, and how long it was.
+#[test]
+fn what_is_no_experiment_is_told_by_line_with_what_would_be_valid() {
+    let refused = |text: &str| {
+        let planned = Experiment::parse(Path::new("mine.toml"), text.to_owned())
+            .and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
+        planned.unwrap_err().to_string()
+    };
+    let good =
+        "question = \"?\"\nmacro_steps_s = [5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n";
+    let long = format!("\"{}\"", "x".repeat(400_000));
+    for (from, to, wanted) in [
+        ("[5e-3]", "5e-3", "line 2, column 17: `macro_steps_s = 5e-3`: one macro step is a list of one: [0.005]"),
+        ("[5e-3]", "5", "one macro step is a list of one: [5.0]"),
+        ("[5e-3]", "\"5 ms\"", "expected a list of macro steps in s, [1e-3, 5e-3], or a range"),
+        ("[5e-3]", "{ from = 1e-3 }", "missing field `to`"),
+        ("[5e-3]", "[5e-3]\nphases = 0.5", "line 3, column 10: `phases = 0.5`: one phase is a list of one, [0.5]"),
+        ("[5e-3]", "[5e-3]\nphases = -1", "a number of phases is not below 0: -1"),
+        ("[5e-3]", "[5e-3]\nphasis = 1", "unknown field `phasis`"),
+        (
+            "wedge-box",
+            "wedge-bx",
+            "[[cases]] in line 3 (`wedge-bx`): unknown case `wedge-bx` (did you mean `wedge-box`?)",
+        ),
+        (
+            "\"wedge-box\"",
+            "\"wedge-box\"\nset = { box_mass_kg = -1e300 }",
+            "[[cases]] in line 3 (`wedge-box`): box_mass_kg = -1e300 is not valid",
+        ),
+        ("[5e-3]", "[1e300]", "[[schemes]] in line 5 (`nepce` on case `wedge-box`): macro-step = 1e300 is not valid"),
+        ("\"?\"", &long, "unknown"),
+        ("[5e-3]", &long, "expected a list of macro steps"),
+        ("\"nepce\"", &long, "… (400000 characters)"),
+        ("\"wedge-box\"", &long, "… (400000 characters)"),
+    ] {
+        // A long question is no fault, one without an end is.
+        let text = good.replace(from, if wanted == "unknown" { &to[..to.len() - 1] } else { to });
+        let message = refused(&text);
+        assert!(message.starts_with("mine.toml: "), "{message}");
+        assert!(message.contains(wanted) || wanted == "unknown", "{wanted}: {message}");
+        assert!(message.len() < 2500 && message.lines().count() == 1, "{} characters: {message}", message.len());
+    }
+}

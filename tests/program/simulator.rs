@@ -1,0 +1,111 @@
+//! The simulator of the page: the program's digits, in words and numbers.
+
+use crate::program::root;
+use rimbench::cases::offered_steps_ms;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Bounds, StopFlag};
+use rimbench::metrics::USABLE;
+use rimbench::runs::{Reference, RunRequest, evaluate, simulate_inside};
+use rimbench_web::{Answer, Simulator};
+
+const RUN: &str = "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nphase 0.5\nset.box_mass_kg 180\n";
+
+fn value<'a>(answer: &'a Answer, key: &str) -> &'a str {
+    let line = answer.words.lines().find(|line| line.split(' ').next() == Some(key));
+    line.and_then(|line| line.split_once(' ')).map_or("", |(_, value)| value)
+}
+
+#[test]
+fn a_run_is_that_of_the_program_to_the_bit() {
+    let mut simulator = Simulator::default();
+    let answer = simulator.answer(RUN);
+    assert_eq!(value(&answer, "outcome"), "completed", "{}", answer.words);
+    let request = RunRequest {
+        macro_step_s: Some(5e-3),
+        phase: Some(0.5),
+        set: vec![("box_mass_kg".to_owned(), "180".to_owned())],
+        ..RunRequest::of("wedge-box", "rim-nonsmooth-gap")
+    };
+    let spec = request.resolve(&Catalogue::standard()).unwrap();
+    assert_eq!(value(&answer, "run_id"), spec.id());
+    let result = simulate_inside(&spec, Bounds::default(), None, StopFlag::never()).unwrap();
+    assert_eq!(answer.numbers, result.trajectory.data());
+    assert_eq!(value(&answer, "columns").split(' ').count(), result.trajectory.columns().len());
+    // The error is that of the program, but for what the references differ by: 25 N, and at most a tenth of a newton.
+    let error: f64 = value(&answer, "force_error_rms_n").parse().unwrap();
+    let reference = Reference::solution(&spec, 1, StopFlag::never()).unwrap();
+    let unknown = vec![f64::NAN; reference.columns().len()];
+    let packed = [reference.data(), &unknown, &unknown, &[2.5e-5]].concat();
+    let of_program = evaluate(&spec, result, &Reference::unpack(&spec.case, packed).unwrap()).unwrap();
+    let of_program = of_program.found.metric("force_error_rms_n").unwrap();
+    assert!(of_program > 1.0 && (error - of_program).abs() < 0.1, "{error} {of_program}");
+}
+
+#[test]
+fn a_reference_serves_all_runs_of_its_parameters_and_no_others() {
+    let mut simulator = Simulator::default();
+    let mut reference = |of: &str| simulator.answer(&of.replacen("run", "reference", 1)).numbers;
+    let first = reference(RUN);
+    assert!(first == reference(&RUN.replace("5e-3", "2e-3").replace("rim-nonsmooth-gap", "zero-order-hold")));
+    assert!(first != reference(&RUN.replace("180", "220")));
+}
+
+#[test]
+fn nonsense_is_one_error_that_says_what_would_be_valid() {
+    let mut simulator = Simulator::default();
+    for (request, named) in [
+        ("dance", "reference"),
+        ("", "run"),
+        ("run\ncase wedge-bx\nscheme zero-order-hold", "wedge-box"),
+        ("run\ncase wedge-box\nscheme zero-order-hold\nmacro_step_s much", "a number"),
+        ("run\ncase wedge-box\nscheme zero-order-hold\nmacro_step_s -1", "macro-step"),
+        ("run\ncase wedge-box\nscheme zero-order-hold\nset.box_mass_kg -3", "box_mass_kg"),
+    ] {
+        let answer = simulator.answer(request);
+        assert!(answer.words.starts_with("error ") && answer.words.lines().count() == 1, "{}", answer.words);
+        assert!(answer.words.contains(named), "{request}: {}", answer.words);
+        assert!(answer.numbers.is_empty());
+    }
+}
+
+#[test]
+fn cases_are_listed_in_json_with_the_schemes_they_are_not_run_with() {
+    let words = Simulator::default().answer("cases").words;
+    let (open, shut) = (words.matches(['{', '[']).count(), words.matches(['}', ']']).count());
+    assert!(open == shut && words.starts_with("[{\"name\":\"wedge-box\","), "{words}");
+    assert!(!words.contains("NaN") && !words.contains("inf"), "{words}");
+}
+
+#[test]
+fn the_step_that_a_case_is_shown_at_is_where_the_first_scheme_gets_worse() {
+    let mut simulator = Simulator::default();
+    let catalogue = Catalogue::standard();
+    // A case without a picture in the book has not been looked at yet.
+    let pictures = root().join("docs/cases/pictures");
+    for case in catalogue.cases().iter().filter(|case| pictures.join(format!("{}.svg", case.name)).is_file()) {
+        let Some(drawing) = (case.drawing)(&case.default_parameters()) else { continue };
+        let mut became = |step_ms: f64| {
+            let [first, _] = drawing.schemes;
+            let answer =
+                simulator.answer(&format!("run\ncase {}\nscheme {first}\nmacro_step_s {step_ms}e-3", case.name));
+            let error: f64 = value(&answer, "force_error_rms_of_peak").parse().unwrap_or(f64::INFINITY);
+            match value(&answer, "outcome") {
+                "completed" => 1 + usize::from(error > USABLE),
+                "" => panic!("{}: {}", case.name, answer.words),
+                _ => 3,
+            }
+        };
+        let steps = offered_steps_ms(case.defaults.macro_step_s);
+        let shown = case.shown_step_ms;
+        let place = steps.iter().position(|step| *step == shown).unwrap_or_else(|| panic!("{}: {shown}", case.name));
+        assert!(became(steps[place - 1]) < became(shown), "{} at {shown} ms", case.name);
+    }
+}
+
+#[test]
+fn all_schemes_are_listed_with_what_they_are() {
+    let answer = Simulator::default().answer("schemes");
+    assert!(answer.words.contains("scheme zero-order-hold plain\n"));
+    assert!(answer.words.contains("scheme rim-nonsmooth-gap model\n"));
+    assert_eq!(answer.words.lines().count(), Catalogue::standard().schemes().len());
+}

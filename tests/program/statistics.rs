@@ -1,0 +1,326 @@
+//! What is computed of a table of runs: selection, pools, medians, intervals, orders, profiles.
+
+use rimbench::statistics::*;
+use std::path::Path;
+
+#[test]
+fn quantiles_interpolate_between_order_statistics() {
+    assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(|p| quantile(&[4.0, 1.0, 3.0, 2.0], p)), [1.0, 1.75, 2.5, 3.25, 4.0]);
+    assert_eq!(quantile(&[7.0], 0.9), 7.0);
+    assert!(quantile(&[], 0.5).is_nan());
+}
+
+#[test]
+fn the_slope_of_a_line_is_found_and_an_oscillation_has_next_to_none() {
+    let points =
+        |y: fn(f64) -> f64| -> Vec<[f64; 2]> { (0..=1000).map(|k| f64::from(k) * 0.01).map(|t| [t, y(t)]).collect() };
+    approx::assert_relative_eq!(slope(&points(|t| 3.0 - 0.5 * t)).unwrap(), -0.5, epsilon = 1e-12);
+    let swing = slope(&points(|t| (20.0 * std::f64::consts::PI * t).cos())).unwrap();
+    assert!(swing.abs() < 1e-4, "{swing}");
+    assert_eq!(slope(&[[1.0, 2.0]]), None);
+    assert_eq!(slope(&[]), None);
+}
+
+#[test]
+fn the_order_of_a_power_law_is_its_exponent() {
+    let points: Vec<_> = (1..6).map(|i| (i as f64, 3.0 * (i as f64).powf(1.7))).collect();
+    approx::assert_relative_eq!(order_of_convergence(&points).unwrap(), 1.7, epsilon = 1e-12);
+    assert_eq!(order_of_convergence(&[(1.0, 1.0), (2.0, f64::NAN)]), None);
+}
+
+#[test]
+fn whatever_rises_with_the_other_has_rank_correlation_one_and_whatever_falls_minus_one() {
+    let pairs = |y: fn(f64) -> f64| -> Vec<[f64; 2]> { [3.0, -1.0, 2.0, 7.0, 0.5].map(|x| [x, y(x)]).to_vec() };
+    assert_eq!(rank_correlation(&pairs(|x| x.powi(3))), Some(1.0));
+    assert_eq!(rank_correlation(&pairs(|x| -x.exp())), Some(-1.0));
+    assert_eq!(rank_correlation(&pairs(|_| 4.0)), None);
+    assert_eq!(rank_correlation(&[[1.0, 2.0], [2.0, 3.0]]), None);
+    assert_eq!(rank_correlation(&[[1.0, 2.0], [2.0, 3.0], [f64::NAN, 4.0]]), None);
+}
+
+/// Ranks 0 1 2 3 against 1 0 2 3: 1 − 6·2/(4·15) = 0.8. With the first two equal, 0.5 0.5 2 3 against 0 1 2 3: 4.5/√(4.5·5).
+#[test]
+fn ranks_are_compared_as_by_hand_and_equal_values_share_theirs() {
+    let swapped = [[1.0, 20.0], [2.0, 10.0], [3.0, 30.0], [4.0, 40.0]];
+    approx::assert_relative_eq!(rank_correlation(&swapped).unwrap(), 0.8, epsilon = 1e-15);
+    let tied = [[1.0, 10.0], [1.0, 20.0], [3.0, 30.0], [4.0, 40.0]];
+    approx::assert_relative_eq!(rank_correlation(&tied).unwrap(), 4.5 / 22.5_f64.sqrt(), epsilon = 1e-15);
+}
+
+const FAILED: f64 = f64::INFINITY;
+
+#[test]
+fn the_profile_of_two_solvers_on_four_problems_is_the_one_counted_by_hand() {
+    // The third problem is solved by nobody and counts against both, the fourth by the second alone.
+    let costs = [vec![1.0, 4.0, FAILED, f64::NAN], vec![2.0, 1.0, FAILED, 7.0]];
+    let ratios = performance_ratios(&costs);
+    assert_eq!(ratios, [vec![1.0, 4.0, FAILED, FAILED], vec![2.0, 1.0, FAILED, 1.0]]);
+    assert_eq!(performance_profile(&ratios[0]), [(1.0, 0.25), (4.0, 0.5)]);
+    assert_eq!(performance_profile(&ratios[1]), [(1.0, 0.5), (2.0, 0.75)]);
+}
+
+#[test]
+fn a_data_profile_is_counted_by_hand_and_knows_no_rival() {
+    assert_eq!(data_profile(&[4.0, FAILED, 1.0, 4.0, f64::NAN]), [(1.0, 0.2), (4.0, 0.6)]);
+    assert_eq!(data_profile(&[FAILED]), []);
+    assert_eq!(data_profile(&[]), []);
+    // Nothing to compare is no profile above zero.
+    assert_eq!(performance_ratios(&[]), Vec::<Vec<f64>>::new());
+    assert_eq!(performance_profile(&performance_ratios(&[vec![FAILED]])[0]), [(1.0, 0.0)]);
+    assert_eq!(performance_ratios(&[vec![0.0], vec![0.0]]), [[1.0], [1.0]]);
+}
+
+fn mean(values: Vec<f64>) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn alone(values: impl Iterator<Item = f64>) -> Vec<Vec<f64>> {
+    values.map(|value| vec![value]).collect()
+}
+
+#[test]
+fn the_interval_of_a_mean_is_that_of_the_normal_distribution() {
+    // 400 equally spaced values in [0, 1]: standard error √(1/12)/20; a quantile of 2000 draws is uncertain by some 3 % of it.
+    let values = alone((0..400).map(|k| (f64::from(k) + 0.5) / 400.0));
+    let [low, high] = bootstrap_interval(&values, mean).unwrap();
+    let reach = 1.96 * (1.0_f64 / 12.0).sqrt() / 20.0;
+    approx::assert_relative_eq!(0.5 - low, reach, max_relative = 0.1);
+    approx::assert_relative_eq!(high - 0.5, reach, max_relative = 0.1);
+}
+
+#[test]
+fn copies_of_a_witness_are_no_further_witnesses() {
+    let values: Vec<f64> = (0..12).map(f64::from).collect();
+    let grouped: Vec<Vec<f64>> = values.iter().map(|value| vec![*value; 8]).collect();
+    let apart = alone(values.iter().flat_map(|value| [*value; 8]));
+    let width = |groups: &[Vec<f64>]| bootstrap_interval(groups, mean).map(|[low, high]| high - low).unwrap();
+    // Eight times the witnesses, if they were any: √8 times the certainty; the intervals themselves are uncertain by some 3 %.
+    approx::assert_relative_eq!(width(&grouped), 8.0_f64.sqrt() * width(&apart), max_relative = 0.1);
+}
+
+#[test]
+fn the_same_values_have_the_same_interval_and_one_group_has_none() {
+    let values = alone([3.0, 1.0, 4.0, 1.0, 5.0].into_iter());
+    assert_eq!(bootstrap_interval(&values, mean), bootstrap_interval(&values, mean));
+    assert_eq!(bootstrap_interval(&values[..1], mean), None);
+    assert_eq!(bootstrap_interval(&[Vec::new(), Vec::new()], mean), None);
+}
+
+#[test]
+fn a_median_leaves_out_what_is_no_number_and_groups_are_drawn_as_a_whole() {
+    assert_eq!(Pool::of([4.0, 1.0, f64::NAN, 3.0, 2.0]).median(), Some(2.5));
+    assert_eq!(Pool::of([f64::NAN]).range(), None);
+    assert!(Pool::of([1.0, 2.0, 3.0, 4.0]).interval().is_some());
+    assert_eq!(Pool::grouped([vec![1.0, 2.0, 3.0, 4.0]]).interval(), None);
+}
+
+#[test]
+fn values_of_one_abscissa_come_together() {
+    let pairs = [(2.0, 'a'), (1.0, 'b'), (2.0, 'c'), (f64::NAN, 'd')];
+    assert_eq!(by_abscissa(pairs), [(1.0, vec!['b']), (2.0, vec!['a', 'c'])]);
+    let errors = [(1.0, 2.0), (2.0, 8.0), (1.0, 2.0), (2.0, 1e9), (2.0, 0.0)];
+    approx::assert_relative_eq!(order_of_medians(errors).unwrap(), 2.0, epsilon = 1e-12);
+}
+
+/// The ratio of two rows of points (cost, error), each of a setting of its own.
+fn ratio_at_equal_cost(own: &[[f64; 2]], other: &[[f64; 2]]) -> Option<f64> {
+    let runs = [(false, own), (true, other)].into_iter().flat_map(|(is_other, points)| {
+        let run = move |(k, &[cost, error]): (usize, &[f64; 2])| Costed {
+            problem: ["", ""],
+            setting: [k as f64, 0.0],
+            is_other,
+            cost,
+            error,
+        };
+        points.iter().enumerate().map(run)
+    });
+    ratios_at_equal_cost(runs).first().copied()
+}
+
+/// Errors of 8/c² against 1/c² at costs between those of the other: 8, whatever the costs.
+#[test]
+fn a_power_law_is_met_on_its_line() {
+    let other = [4.0, 1.0, 16.0].map(|cost: f64| [cost, cost.powi(-2)]);
+    let own = [2.0, 3.0, 10.0].map(|cost: f64| [cost, 8.0 * cost.powi(-2)]);
+    approx::assert_relative_eq!(ratio_at_equal_cost(&own, &other).unwrap(), 8.0, max_relative = 1e-14);
+    approx::assert_relative_eq!(ratio_at_equal_cost(&other, &other).unwrap(), 1.0, max_relative = 1e-14);
+}
+
+#[test]
+fn what_costs_more_or_less_than_all_of_the_other_is_no_comparison() {
+    let other = [[1.0, 1.0], [4.0, 1.0]];
+    assert_eq!(ratio_at_equal_cost(&[[0.5, 9.0], [5.0, 9.0], [2.0, 3.0]], &other).map(f64::round), Some(3.0));
+    assert_eq!(ratio_at_equal_cost(&[[5.0, 9.0], [2.0, f64::NAN], [2.0, 0.0]], &other), None);
+    assert_eq!(ratio_at_equal_cost(&other, &[[2.0, 1.0]]), None);
+}
+
+#[test]
+fn a_threshold_tells_what_is_in_order_and_half_of_what_is_not() {
+    let group =
+        |holds: [bool; 4]| holds.into_iter().enumerate().map(|(k, holds)| (k as f64, holds)).collect::<Vec<_>>();
+    let share = |groups: &[[bool; 4]]| share_told_by_threshold(groups.iter().copied().map(group));
+    assert_eq!(share(&[[true, true, false, false]]), Some(1.0));
+    assert_eq!([share(&[[true; 4]]), share(&[[false; 4]])], [Some(1.0); 2]);
+    assert_eq!(share(&[[false, false, true, true]]), Some(0.5));
+    // Two groups have a threshold each, and one for both is right less often.
+    let (early, late) = ([true, false, false, false], [true, true, true, false]);
+    assert_eq!(share(&[early, late]), Some(1.0));
+    assert_eq!(share_told_by_threshold([[group(early), group(late)].concat()]), Some(0.75));
+    assert_eq!(share(&[]), None);
+}
+
+#[test]
+fn the_interval_of_a_share_is_wilson_s() {
+    // Newcombe (1998), method 3: 81 of 263, and 0 of 20.
+    let [low, high] = wilson_interval(81, 263).unwrap();
+    approx::assert_abs_diff_eq!(low, 0.2553, epsilon = 5e-5);
+    approx::assert_abs_diff_eq!(high, 0.3662, epsilon = 5e-5);
+    let [low, high] = wilson_interval(0, 20).unwrap();
+    approx::assert_abs_diff_eq!(low, 0.0, epsilon = 1e-15);
+    approx::assert_abs_diff_eq!(high, 0.1611, epsilon = 5e-5);
+    assert_eq!(wilson_interval(0, 0), None);
+}
+
+#[test]
+fn each_stratum_of_each_coordinate_holds_one_point() {
+    for points in [1, 7, 48] {
+        let drawn = latin_hypercube(points, 5, 3);
+        for dimension in 0..5 {
+            let strata = drawn.iter().map(|point| (point[dimension] * points as f64) as usize);
+            let mut strata: Vec<usize> = strata.collect();
+            strata.sort_unstable();
+            assert_eq!(strata, (0..points).collect::<Vec<_>>());
+        }
+    }
+}
+
+#[test]
+fn a_seed_has_its_points_and_coordinates_are_not_alike() {
+    assert_eq!(latin_hypercube(16, 3, 9), latin_hypercube(16, 3, 9));
+    assert_ne!(latin_hypercube(16, 3, 9), latin_hypercube(16, 3, 10));
+    // One point has no strata to permute: the first outputs for this seed of the authors' program, as java.util.SplittableRandom has them.
+    let known = [6_457_827_717_110_365_317_u64, 3_203_168_211_198_807_973];
+    assert_eq!(latin_hypercube(1, 2, 1_234_567)[0], known.map(|bits| (bits >> 11) as f64 * 2.0_f64.powi(-53)));
+    // The correlation of two coordinates has the standard deviation 1/√(n − 1) of random permutations.
+    let drawn = latin_hypercube(400, 2, 1);
+    let correlation: f64 = drawn.iter().map(|point| 12.0 * (point[0] - 0.5) * (point[1] - 0.5) / 400.0).sum();
+    assert!(correlation.abs() < 5.0 / 399.0_f64.sqrt(), "{correlation}");
+}
+
+#[test]
+fn settings_are_compared_by_medians_a_failure_is_infinite_and_ties_are_told_apart() {
+    let failed = f64::INFINITY;
+    // Per setting the errors of one, of the other, and what the reference can tell.
+    let settings: [(&[f64], &[f64], f64); 7] = [
+        (&[1.0, 2.0, 9.0], &[3.0, 3.0, 3.0], 0.1),
+        (&[1.0, 2.0], &[1.0, failed], f64::NAN),
+        (&[4.0], &[3.0], 0.1),
+        (&[failed], &[failed], 0.1),
+        (&[0.05], &[0.09], 0.1),
+        (&[2.0], &[2.0], 0.1),
+        (&[f64::NAN], &[2.0], 0.1),
+    ];
+    let mut runs = Vec::new();
+    for (index, (own, other, floor)) in settings.into_iter().enumerate() {
+        for (is_other, errors) in [(false, own), (true, other)] {
+            let macro_step = 1e-3 * (1.0 + index as f64);
+            let run = |&error| PairedRun { problem: ["box", ""], macro_step, is_other, error, floor };
+            runs.extend(errors.iter().map(run));
+        }
+    }
+    let share = Share::of(runs);
+    assert_eq!(share, Share { better: 2, worse: 1, ties: 3 });
+    assert_eq!(share.share(), Some(2.0 / 3.0));
+    assert_eq!((Share::of([]).share(), Share::of([]).interval()), (None, None));
+}
+
+fn table(text: &str) -> ResultsTable {
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let mut lines = text.lines();
+    ResultsTable::of(Path::new("runs.csv"), cells(lines.next().unwrap()), lines.map(cells).collect())
+}
+
+const RUNS: &str = "label,case,set,macro_step_s,phase,outcome,error,model_exact,u,relative\n\
+                    x,a,,0.001,0.5,completed,1,false,0.1,0.01\nx,a,,0.001,1.0,diverged,1e9,false,0.1,9\n\
+                    x,a,m=2,0.002,0.5,completed,3,false,,\ny,b,,0.001,0.5,skipped,,true,0.1,\n\
+                    y,b,,0.002,0.5,completed,5,false,0.1,0.1";
+
+#[test]
+fn runs_are_selected_by_label_case_and_set() {
+    let table = table(RUNS);
+    let runs = Runs::of(&table).unwrap();
+    assert_eq!(runs.labels(&[]), ["x", "y"]);
+    assert_eq!(runs.of_label("x").completed().rows(), [0, 2]);
+    assert_eq!(runs.of_problem(Some("a"), Some("")).rows(), [0, 1]);
+    assert_eq!(runs.of_problem(Some("a"), Some(ALL)).rows(), [0, 1, 2]);
+    assert_eq!(runs.of_problem(None, None).problems().len(), 3);
+    assert_eq!(runs.of_problem(None, Some("m=")).rows(), [0_usize; 0]);
+    assert_eq!(runs.without_exact().unwrap().rows(), [0, 1, 2]);
+}
+
+#[test]
+fn a_set_is_named_or_where_none_has_the_name_by_words_of_it() {
+    let table = table(
+        "label,case,set,macro_step_s,outcome\nx,a,e=0.0 m=1,1,completed\nx,a,e=0.0 m=2,1,completed\n\
+         x,a,e=0.3 m=1,1,completed\nx,b,e=0.0,1,completed\nx,b,e=0.0 m=1,1,completed",
+    );
+    let runs = Runs::of(&table).unwrap();
+    let rows = |case: &str, set: &str| runs.of_problem(Some(case), Some(set)).rows().to_vec();
+    assert_eq!(rows("a", "e=0.0"), [0, 1]);
+    assert_eq!(rows("a", "m=1 e=0.0"), [0]);
+    assert_eq!(rows("b", "e=0.0"), [3]);
+    assert_eq!((rows("a", ""), rows("a", "e=0")), (vec![], vec![]));
+}
+
+#[test]
+fn what_did_not_complete_is_lost_and_in_no_pool() {
+    let table = table(RUNS);
+    let runs = Runs::of(&table).unwrap();
+    let error = |row: usize| table.number(row, 6);
+    let points = runs.over(|row| runs.macro_step_ms(row), error);
+    assert_eq!((points[0].x, points[0].tally.failed_share(), points[0].pool.median()), (1.0, 0.5, Some(1.0)));
+    assert_eq!((points[1].x, points[1].tally.failed_share(), points[1].pool.range()), (2.0, 0.0, Some([3.0, 5.0])));
+    assert_eq!(runs.of_label("y").share_completed(), Some(1.0));
+    assert_eq!(runs.with_rows(vec![3]).share_completed(), None);
+    let groups = runs.by_columns(["case", "macro_step_s"]).unwrap();
+    assert_eq!(groups.iter().map(|(key, runs)| (key[0], runs.rows().len())).collect::<Vec<_>>().len(), 4);
+    assert_eq!((groups[0].0, groups[0].1.rows()), (["a", "0.001"], &[0, 1][..]));
+}
+
+#[test]
+fn what_gave_no_answer_is_no_failure_and_in_no_share() {
+    let table = table(
+        "label,case,set,macro_step_s,outcome\nx,a,,1,completed\nx,a,,1,timeout\nx,a,,1,panicked\nx,a,,1,diverged\n\
+         x,a,,1,skipped\ny,a,,1,timeout",
+    );
+    let runs = Runs::of(&table).unwrap();
+    let tally = runs.of_label("x").tally();
+    assert_eq!([tally.completed, tally.failed, tally.no_answer, tally.skipped], [1, 1, 2, 1]);
+    assert_eq!((tally.failed_share(), tally.silent_share()), (0.5, 0.5));
+    let only = runs.of_label("y");
+    assert_eq!((only.share_completed(), only.tally().failed_share(), only.tally().silent_share()), (None, 0.0, 1.0));
+}
+
+#[test]
+fn cases_are_drawn_or_phases_of_one_case() {
+    let table = table(RUNS);
+    let runs = Runs::of(&table).unwrap();
+    assert_eq!(runs.witnesses(), [vec![0, 1], vec![2], vec![3, 4]]);
+    assert_eq!(runs.of_problem(Some("a"), Some("")).witnesses(), [vec![0], vec![1]]);
+}
+
+#[test]
+fn an_error_has_the_floor_of_its_reference_in_its_own_unit() {
+    let table = table(RUNS);
+    let runs = Runs::of(&table).unwrap();
+    let own = Floor { uncertainty: "u", in_unit: None };
+    assert_eq!(runs.floor(0, "error", own).unwrap(), 0.1);
+    assert!(runs.floor(2, "error", own).unwrap().is_nan());
+    assert!(runs.floor(0, "error", Floor { uncertainty: "v", ..own }).unwrap().is_nan());
+    let has_order = |row: usize, floor: Option<Floor>| runs.has_order(row, "error", floor).unwrap();
+    // Without an uncertainty of its own, and where nothing is known of the reference.
+    assert!(!has_order(0, None) && has_order(0, Some(Floor { uncertainty: "v", ..own })));
+    let relative = Floor { in_unit: Some("error"), ..own };
+    approx::assert_relative_eq!(runs.floor(0, "relative", relative).unwrap(), 1e-3, max_relative = 1e-14);
+    assert!(runs.floor(0, "nothing", own).is_err());
+}
