@@ -19,6 +19,9 @@ struct Variant {
     delivery: Option<Delivery>,
 }
 
+/// Several in each macro step, and no more than it takes to run to the end, s.
+const MICRO_STEP: f64 = 2.5e-4;
+
 /// Both sides as they always stepped.
 const FIRST_ORDER: (MechanicsIntegrator, ActuatorIntegrator) =
     (MechanicsIntegrator::SemiImplicit, ActuatorIntegrator::Euler);
@@ -44,7 +47,7 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         delivery: variant.delivery.clone(),
         mechanics_steps: variant.mechanics_steps,
         actuator_integrator,
-        ..Setup::new(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
+        ..Setup::new(grid, MICRO_STEP, variant.sequence, variant.force_return)
     };
     let points = setup.expected_macro_steps() + 1;
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);
@@ -246,7 +249,14 @@ fn the_macro_loop_must_allocate_nothing_with_late_samples_and_late_forces() {
     let lasts = |scheme: &SchemeEntry| scheme.family == Family::Model || scheme.name.ends_with("-order-hold");
     let of = |solver: &Arc<SolverEntry>| {
         let variants = variants(solver).into_iter().filter(|variant| lasts(variant.scheme));
-        variants.map(|variant| Variant { macro_step: 5e-4, ..variant }).flat_map(late).collect()
+        let mut variants: Vec<Variant> = variants.map(|variant| Variant { macro_step: 5e-4, ..variant }).collect();
+        // What is closed for a model that is late is no other path.
+        variants.dedup_by(|next, before| {
+            let of =
+                |own: &Variant| (own.scheme.name.clone(), own.force_return, own.options.motion, own.options.redundancy);
+            of(next) == of(before)
+        });
+        variants.into_iter().flat_map(late).collect()
     };
     nothing_is_allocated(|solver| solver.name == DEFAULT, of);
 }
@@ -266,7 +276,13 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
             let mut variants = variants(solver);
             variants.retain(|variant| {
                 let options = &variant.options;
-                !variant.scheme.needs.contains(&Requirement::NoFriction)
+                // In space there are other problems for the solver, and no other sequences. Of the schemes without a model one shows what
+                // the mechanics does.
+                let own = variant.scheme.sequence_and_return(None, None).unwrap();
+                let own = (variant.sequence, variant.force_return) == own || variant.mechanics_steps == ALL;
+                (case == "wedge-box-friction" || own)
+                    && (variant.scheme.has_model() || variant.scheme.name == "zero-order-hold")
+                    && !variant.scheme.needs.contains(&Requirement::NoFriction)
                     && options.redundancy == Redundancy::Drop
                     && (variant.scheme.family == Family::Model || variant.macro_step <= longest_of_holds)
             });

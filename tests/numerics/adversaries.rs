@@ -7,7 +7,7 @@ const KINDS: [&str; 6] = ["spring", "cubic", "damped", "saturating", "varying", 
 /// Bounds were set before the first run, from another implementation: none of 750, and 30 to 56 %.
 #[test]
 fn none_of_six_passive_actuators_gains_energy_against_the_admissible_model_and_many_do_against_the_smooth_one() {
-    let (mut admissible, mut smooth, systems) = (Vec::new(), 0, 120);
+    let (mut admissible, mut smooth, systems) = (Vec::new(), 0, 60);
     for (seed, actuator) in (0..systems).zip(KINDS.iter().cycle()) {
         let set = [("seed", seed.to_string()), ("actuator", (*actuator).to_owned())];
         let growth = |scheme: &str| {
@@ -34,8 +34,8 @@ fn a_random_body_and_its_actuator_gain_no_energy_in_one_loop_and_lose_none_witho
     for actuator in KINDS {
         let (mut least, mut free): (f64, usize) = (1.0, 0);
         for seed in ["0", "1", "2", "3", "4", "5"] {
-            // ωh is 4e-3 at most, and a step changes the energy by half of it.
-            let alone = march("random-body", &[("seed", seed), ("actuator", actuator)], 1e-5, 50_000, 100);
+            // ωh is 8e-3 at most, and a step changes the energy by half of it.
+            let alone = march("random-body", &[("seed", seed), ("actuator", actuator)], 2e-5, 25_000, 50);
             let (growth, closed) = (column(&alone, "energy_growth"), column(&alone, "closed_contacts"));
             assert!(largest(growth.iter().copied()) < 1.005, "{actuator} {seed}");
             let before = closed.iter().skip(1).take_while(|closed| **closed == 0.0).count();

@@ -13,12 +13,11 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macr
 
 #[test]
 fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
-    // Each case with each coupling it has, and each solver; inputs swing, so that contacts open and close and the warm
-    // start of the solver matters.
+    // Each case with each coupling it has, and each solver on a case of few contacts and on one of many. Inputs swing, so that contacts open and close and the warm start of the solver matters.
     let couplings = ["force-displacement", "displacement-displacement", "force-force", "pressure-displacement"];
     let others = [("published_driver", "true"), ("damper", "nonlinear")];
     let variants = couplings.map(|coupling| ("coupling", coupling)).into_iter().chain(others);
-    let mut seen = 0;
+    let (mut seen, mut solved) = (0, std::collections::HashSet::new());
     for case in cases() {
         let mut all = vec![case.default_parameters()];
         for (key, value) in variants.clone() {
@@ -37,12 +36,13 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
             let mut system = (case.build)(parameters, entry).unwrap();
             let model = system.sides.mechanics.capabilities().empty_interface_model();
             let contacts = model.map_or(0, |model| model.contacts());
+            let many = contacts > 20;
             if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT
-                || entry.name != "active-set" && contacts == 0
+                || entry.name != "active-set" && (contacts == 0 || !solved.insert((&entry.name, many)))
             {
                 continue;
             }
-            let steps = if contacts > 20 { 50 } else { 150 };
+            let steps = if many { 50 } else { 150 };
             // Inputs swing about what the other side puts out at the start: lengths must stay within a stroke.
             let of = |side: &mut dyn Subsystem, u: &[f64]| {
                 let mut y = vec![0.0; side.ports().outputs.len()];

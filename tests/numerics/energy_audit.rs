@@ -66,7 +66,7 @@ fn buckets_of_the_cylinder_must_be_the_integrals_that_physics_says() {
 fn the_audit_must_close_for_every_scheme_whatever_becomes_of_the_run() {
     let mut astray = 0;
     for scheme in schemes() {
-        for macro_step in [1e-3, 5e-3, 2e-2] {
+        for macro_step in [1e-3, 2e-2] {
             let case = if scheme.splits { "gripper" } else { "wedge-box" };
             let result = run(&usual_spec(case, &scheme.name, macro_step));
             let audit = result.report.audit;

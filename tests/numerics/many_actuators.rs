@@ -53,7 +53,7 @@ fn splitting_costs_an_error_of_second_order_or_less_before_anything_touches() {
 fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do() {
     const H: f64 = 1.0;
     let rng = &mut Pcg64::seed_from_u64(39);
-    for star in 0..8 {
+    for star in 0..4 {
         let arms = draw(rng, 2, 0.3);
         let rows: Vec<[f64; 2]> = arms.iter().map(|arm| [1.0, *arm]).collect();
         let inertia = rng.random_range(0.1..1.0);
@@ -64,7 +64,7 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
             let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), Springs::new(&springs, &[0.0; 2]));
             let sequence = Sequence::GaussSeidel { first: Side::Actuator };
             let setup =
-                Setup::new(CommunicationGrid::new(H, 1.0, 1000.0 * H).unwrap(), 2e-3, sequence, ForceReturn::Mean);
+                Setup::new(CommunicationGrid::new(H, 1.0, 1000.0 * H).unwrap(), 5e-3, sequence, ForceReturn::Mean);
             let options = ModelOptions { split, ..ModelOptions::default() };
             let coupling =
                 scheme_by_name("rim-split").couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();
@@ -80,7 +80,7 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
             });
             most
         };
-        // Micro steps of 2e-3 at up to 3 rad/s: an oscillation of 3e-3 of the energy, without growth.
+        // Micro steps of 5e-3 at up to 3 rad/s: an oscillation of 8e-3 of the energy, without growth.
         for split in [Split::BlindShares, Split::BlindRows] {
             assert!(growth(split) < 1.01, "star {star}: {split} grows by {}", growth(split));
         }

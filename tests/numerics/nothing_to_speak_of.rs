@@ -14,25 +14,22 @@ const AT_REST: [(&str, &[(&str, &str)]); 4] = [
     ("gripper", &[("spool_close", "0.5"), ("spool_open", "0.5")]),
 ];
 
-fn reference_of(spec: &RunSpec) -> Reference {
-    Reference::compute(spec, StopFlag::never()).unwrap()
-}
-
 #[test]
 fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
     for (case, set) in AT_REST {
-        for scheme in ["zero-order-hold", "rim-nonsmooth", "rim-nonsmooth-gap"] {
-            let spec = spec_with(case, scheme, &[("macro_step_s", "1e-3"), ("duration_s", "0.5")], set);
-            let reference = reference_of(&spec);
-            for row in &spec.case.interface_columns {
-                assert_eq!(reference.force_peak(&spec.case, &row.force), None, "{case}: {}", row.force);
-                assert!(reference.uncertainty_of(&row.force).unwrap() > 0.0, "{case}: ± 0");
-            }
+        let spec = |scheme| spec_with(case, scheme, &[("macro_step_s", "1e-3"), ("duration_s", "0.5")], set);
+        let spec_of_hold = spec("zero-order-hold");
+        let reference = coarse_reference(&spec_of_hold);
+        for row in &spec_of_hold.case.interface_columns {
+            assert_eq!(reference.force_peak(&spec_of_hold.case, &row.force), None, "{case}: {}", row.force);
+            assert!(reference.uncertainty_of(&row.force).unwrap() > 0.0, "{case}: ± 0");
+        }
+        for spec in [spec_of_hold, spec("rim-nonsmooth"), spec("rim-nonsmooth-gap")] {
             let run = run_within(&spec, reference.bounds(&spec).unwrap());
-            assert_eq!(run.report.outcome, Outcome::Completed, "{case} {scheme}");
+            assert_eq!(run.report.outcome, Outcome::Completed, "{case} {}", spec.scheme.name);
             let facts = evaluate(&spec, run, &reference).unwrap().found.facts();
             let share = facts.iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap().cell();
-            assert!(share.is_empty(), "{case} {scheme}: {share}");
+            assert!(share.is_empty(), "{case} {}: {share}", spec.scheme.name);
         }
     }
 }
@@ -42,7 +39,7 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
 fn a_system_near_rest_must_not_count_as_diverged_for_what_its_case_would_not_notice() {
     let set = [("spool_final", "0.499")];
     let spec = spec_with("wedge-box", "zero-order-hold", &[("macro_step_s", "1e-3"), ("duration_s", "0.5")], &set);
-    let reference = reference_of(&spec);
+    let reference = coarse_reference(&spec);
     let (scale, bounds) = (spec.case.scale.unwrap(), reference.bounds(&spec).unwrap());
     let peak = reference.largest[reference.trajectory.index_of("actuator_velocity_m_s").unwrap()];
     assert!(peak < 0.1 * scale.velocity_m_s, "{peak} m/s is not near rest");
@@ -60,7 +57,7 @@ fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
         let spec = spec.changed(|own| own.duration = spec.duration.min(10.0));
         let solution = match Reference::exact(&spec, StopFlag::never()).unwrap() {
             Some(reference) => reference.trajectory,
-            None => Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).unwrap(),
+            None => Reference::solution(&with_coarse_reference(&spec), 1, StopFlag::never()).unwrap(),
         };
         let most = |name: &str| largest(column(&solution, name).iter().map(|value| value.abs()));
         let over = |of: fn(&rimbench::cases::InterfaceColumns) -> &Name| {
@@ -200,7 +197,7 @@ fn the_least_of_many_gaps_must_be_no_contact() {
         }
     }
     let spec = spec_with("n-wedge-box", "zero-order-hold", &[("duration_s", "0.05")], &[]);
-    let reference = reference_of(&spec);
+    let reference = coarse_reference(&spec);
     assert!(!reference.is_contact_gap("gap_supports_least_m") && reference.is_contact_gap("gap_left_support_m"));
     let unpacked = Reference::unpack(&spec.case, reference.pack()).unwrap();
     assert!(unpacked.trajectory == reference.trajectory && unpacked.contacts == reference.contacts);

@@ -471,14 +471,14 @@ fn the_nonlinear_quarter_car_converges() {
     for (hold, expected) in [(HOLDS[0], 1.0), (HOLDS[1], 2.0)] {
         let points = [4e-3, 2e-3, 1e-3].map(|macro_step| {
             let mut spec = spec("quarter-car", &[("damper", "nonlinear")], hold, "jacobi", macro_step);
-            spec = spec.changed(|own| (own.micro_step, own.mechanics_steps, own.duration) = (1e-5, ALL, 2.0));
+            spec = spec.changed(|own| (own.micro_step, own.mechanics_steps, own.duration) = (2e-5, ALL, 2.0));
             let ReferenceMethod::Own(solve) = (spec.case.reference)(&spec.parameters).unwrap() else {
                 panic!("no reference")
             };
             let trajectory = completed(&spec).trajectory;
             let mut reference = Trajectory::with_capacity(spec.case.recorded_columns(), trajectory.len());
-            let every = (macro_step / 1e-5).round() as usize;
-            let steps = reference_steps(1e-5, (trajectory.len() - 1) * every, every);
+            let every = (macro_step / 2e-5).round() as usize;
+            let steps = reference_steps(2e-5, (trajectory.len() - 1) * every, every);
             solve(steps, StopFlag::never(), &mut reference).unwrap();
             let pairs = trajectory.rows().zip(reference.rows());
             let sum: f64 = pairs.map(|(own, theirs)| (own[2] - theirs[2]).powi(2)).sum();

@@ -9,7 +9,7 @@ mod event_driven {
     use crate::plain_wedge_box::{
         ATTACHMENT, FRICTION, GRAVITY, LEDGE_HEIGHT, MASS, OTHER_TIP, PIN, PISTON_AREA, RADIUS, TIP, pressure_rates,
     };
-    use nalgebra::{Matrix3, Matrix6, Rotation2, SVector, Vector2, Vector3, Vector6};
+    use nalgebra::{Matrix3, Rotation2, SVector, Vector2, Vector3};
 
     const BOX_MASS: f64 = MASS[0];
     const DISC_MASS: f64 = MASS[3];
@@ -122,18 +122,21 @@ mod event_driven {
         load: Vector3<f64>,
         share: f64,
     ) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let (mut a, mut b) = (Matrix6::identity(), Vector6::zeros());
-        a.fixed_view_mut::<3, 3>(0, 0).copy_from(&mass_matrix(s));
-        b.fixed_rows_mut::<3>(0).copy_from(&load);
+        let inverse = mass_matrix(s).try_inverse()?;
+        let free = inverse * load;
+        let (mut rows, mut a, mut b) = (Matrix3::zeros(), Matrix3::identity(), Vector3::zeros());
         for (k, &kind) in closed.iter().enumerate() {
             let (_, row, bias) = contact(machine, kind, s);
-            a.fixed_view_mut::<3, 1>(0, 3 + k).copy_from(&-row);
-            a.fixed_view_mut::<1, 3>(3 + k, 0).copy_from(&row.transpose());
-            (a[(3 + k, 3 + k)], b[3 + k]) = (0.0, -share * bias);
+            rows.set_row(k, &row.transpose());
+            b[k] = -share * bias - row.dot(&free);
         }
-        let factors = a.full_piv_lu();
-        let x = if factors.u().diagonal().amin() < 1e-9 { None } else { factors.solve(&b) }?;
-        Some((x.fixed_rows::<3>(0).into_owned(), x.fixed_rows::<3>(3).into_owned()))
+        let effect = inverse * rows.transpose();
+        let n = closed.len();
+        a.view_mut((0, 0), (n, n)).copy_from(&(rows * effect).view((0, 0), (n, n)));
+        // Each entry some 1/100 kg⁻¹.
+        let independent = a.determinant() > 1e-9 * a.diagonal().product();
+        let f = a.try_inverse().filter(|_| independent)? * b;
+        Some((free + effect * f, f))
     }
 
     /// Accelerations and contact forces with the contacts of `closed` held.

@@ -1,13 +1,11 @@
 //! What little restitution changes: hardly anything.
 
 use crate::support::*;
-use rimbench::cases::Case;
-use rimbench::cosim::{Outcome, StopFlag};
-use rimbench::runs::{Reference, evaluate};
-use rimbench_statistics::Pool;
 
 /// Machines that are not at rest with 5 ms, of which one lasts 1.2 ms: their own macro step.
 const OWN_STEP: [&str; 2] = ["slider-crank", "elastic-bar"];
+/// The wedge box once more, on other ground and in another manoeuvre.
+const SAME_MACHINE: [&str; 2] = ["wedge-box-two-ledges", "wedge-box-reversal"];
 /// A jaw that just touches at the end of a step, or is 4 µm short of that and touches a step later: with the one phase of five at which that
 /// happens the error is 3.99 instead of 2.25 % of the peak.
 const GRAZES: [(&str, &str); 1] = [("gripper", "rim-nonsmooth")];
@@ -15,27 +13,28 @@ const GRAZES: [(&str, &str); 1] = [("gripper", "rim-nonsmooth")];
 /// peak apart (rms), and the one without is uncertain by 1.5 %. With gaps 17 instead of 10 %.
 const SENSITIVE: &str = "woodpecker";
 
-/// Force errors (N, relative to the peak) at five phases.
-fn errors(case: &Case, scheme: &str, restitution: &str) -> Option<Vec<f64>> {
+const SCHEMES: [&str; 2] = ["rim-nonsmooth", "rim-nonsmooth-gap"];
+
+/// Force errors (N) of each scheme at three phases, against a reference without uncertainty; none of a machine without restitution.
+fn errors(case: &Case, restitution: &str) -> Option<[Vec<f64>; 2]> {
     let own = if OWN_STEP.contains(&&*case.name) { case.defaults.macro_step_s } else { 5e-3 };
-    let usual = usual_spec(&case.name, scheme, own);
-    let mut parameters = usual.parameters.clone();
+    let mut parameters = case.default_parameters();
     parameters.set("restitution", restitution).ok()?;
     if has_friction(&parameters) {
         // Along the surface as well, where it can be set.
         let _ = parameters.set("tangential_restitution", restitution);
     }
-    let spec = usual.changed(|own| own.parameters = parameters);
-    let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
-    let error = |phase: u32| {
-        let spec = spec.changed(|own| own.phase = f64::from(phase) / 5.0);
-        let run = run(&spec);
-        assert_eq!(run.report.outcome, Outcome::Completed, "{} {scheme} e = {restitution} {phase}/5", case.name);
-        let facts = evaluate(&spec, run, &reference).unwrap().found.facts();
-        let error = facts.into_iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap();
-        error.cell().parse().unwrap()
-    };
-    Some((1..=5).map(error).collect())
+    let spec = |scheme| usual_spec(&case.name, scheme, own).changed(|own| own.parameters = parameters.clone());
+    let coarse = with_coarse_reference(&spec(SCHEMES[0]));
+    let solution = Reference::solution(&coarse, 2, StopFlag::never()).unwrap();
+    let reference = Reference::of_one(&coarse, solution, f64::NAN).unwrap();
+    Some(SCHEMES.map(|scheme| {
+        let error = |phase: u32| {
+            let spec = spec(scheme).changed(|own| own.phase = f64::from(phase) / 5.0);
+            metric(&spec, completed(&spec), &reference, "force_error_rms_n")
+        };
+        [1, 3, 5].map(error).into()
+    }))
 }
 
 /// The law with e → 0 is that with e = 0: errors were up to eleven times those without, when each contact that closed was stopped above its
@@ -47,10 +46,10 @@ fn errors(case: &Case, scheme: &str, restitution: &str) -> Option<Vec<f64>> {
 #[test]
 fn a_thousandth_of_restitution_must_leave_force_errors_as_they_are_without() {
     let mut machines = 0;
-    for case in cases() {
-        for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap"] {
-            let Some(without) = errors(case, scheme, "0") else { continue };
-            let with = errors(case, scheme, "0.001").unwrap();
+    for case in cases().iter().filter(|case| !SAME_MACHINE.contains(&&*case.name)) {
+        let Some(without) = errors(case, "0") else { continue };
+        let with = errors(case, "0.001").unwrap();
+        for ((scheme, without), with) in SCHEMES.into_iter().zip(without).zip(with) {
             machines += 1;
             let each = largest(with.iter().zip(&without).map(|(with, without)| with / without));
             let [with, without] = [with, without].map(|errors| Pool::of(errors).median().unwrap());

@@ -27,10 +27,10 @@ fn measured_order(scheme: &SchemeEntry, (case, set, finest): SmoothCase, couplin
     for times in [1.0, 2.0, 4.0] {
         let mut spec = set_spec(case, &set, &scheme.name, times * finest);
         spec =
-            spec.changed(|own| (own.micro_step, own.mechanics_steps, own.duration, own.phase) = (1e-5, ALL, 1.0, 0.01));
+            spec.changed(|own| (own.micro_step, own.mechanics_steps, own.duration, own.phase) = (2e-5, ALL, 0.5, 0.01));
         if scheme.family == Family::Model {
-            spec = spec.changed(|own| (own.macro_step, own.micro_step) = (2.0 * times * finest, 1e-6));
-            spec = spec.changed(|own| (own.mechanics_steps, own.duration, own.phase) = (ONE, 0.4, 1.0));
+            spec = spec.changed(|own| (own.macro_step, own.micro_step) = (2.0 * times * finest, 2e-6));
+            spec = spec.changed(|own| (own.mechanics_steps, own.duration, own.phase) = (ONE, 0.2, 1.0));
         }
         points.push((spec.macro_step, error(&spec)?));
     }

@@ -55,7 +55,10 @@ fn the_position_converges_at_second_order_through_the_impacts_of_the_wedge_box()
 fn the_event_driven_reference_has_order_two_and_lies_where_the_first_order_solution_tends_to() {
     for case in ["wedge-box", "half-car", "crane-set-down"] {
         let spec = usual_spec(case, "zero-order-hold", 1e-3);
-        let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
+        let reference = match case {
+            "half-car" => Reference::compute(&spec, StopFlag::never()).unwrap(),
+            _ => coarse_reference(&spec),
+        };
         let row = &spec.case.interface_columns[0];
         let column = reference.trajectory.index_of(&row.position).unwrap();
         let order = reference.order[column];
@@ -113,8 +116,7 @@ fn forces_that_depend_on_the_velocity_keep_order_two() {
 
 #[test]
 fn the_beam_goes_on_beyond_the_limit_of_its_highest_mode_and_is_only_as_wrong_as_both_sides_in_one_loop() {
-    let reference =
-        Reference::compute(&usual_spec("beam-on-stops", "zero-order-hold", 1e-3), StopFlag::never()).unwrap();
+    let reference = coarse_reference(&usual_spec("beam-on-stops", "zero-order-hold", 1e-3));
     // 2/ω₄ is 5.5 ms.
     for macro_step in [7e-3, 10e-3, 20e-3] {
         let error = |scheme: &str, micro_step: f64, phase: f64| {
@@ -184,8 +186,7 @@ fn in_pieces(case: &str, macro_step: f64) -> RunSpec {
 
 #[test]
 fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_own() {
-    let reference = Reference::compute(&usual_spec("slider-between-stops", "zero-order-hold", 1e-3), StopFlag::never());
-    let reference = reference.unwrap();
+    let reference = coarse_reference(&usual_spec("slider-between-stops", "zero-order-hold", 1e-3));
     let points = |force_return: ForceReturn| -> Vec<(f64, f64)> {
         let of = |macro_step: f64| {
             let errors = (1..=4).map(|phase| {
@@ -201,7 +202,7 @@ fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_ow
             });
             (macro_step, Pool::of(errors).median().unwrap())
         };
-        [3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3].map(of).to_vec()
+        [3e-3, 5e-3, 10e-3, 20e-3].map(of).to_vec()
     };
     let (mean, pieces) = (points(ForceReturn::Mean), points(ForceReturn::Pieces));
     let [of_mean, of_pieces] = [&mean, &pieces].map(|points| order_of_convergence(points).unwrap());

@@ -1,7 +1,7 @@
 //! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours; SIGTERM does at once.
 #![cfg(unix)]
 
-use crate::fmi::{CARRIAGE, case_file};
+use crate::fmi::{CARRIAGE, case_file, exported};
 use crate::program::process;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
@@ -32,15 +32,7 @@ fn lives(pid: &str) -> bool {
 #[test]
 fn ctrl_c_in_a_terminal_does_not_end_the_processes_of_fmus() {
     use std::os::unix::process::CommandExt;
-    let folder = tempfile::tempdir().unwrap();
-    for side in ["mechanics", "actuator"] {
-        let out = format!("{side}.fmu");
-        let made = process()
-            .args(["fmu", "--case", "bouncing-ball", "--side", side, "--out", &out])
-            .current_dir(folder.path())
-            .output();
-        assert!(made.unwrap().status.success());
-    }
+    let folder = exported("bouncing-ball", &[]);
     let case = case_file(CARRIAGE, "duration_s = 1.0\nmacro_step_s = 5e-3\nmicro_step_s = 5e-3");
     std::fs::write(folder.path().join("case.toml"), case).unwrap();
     std::fs::write(folder.path().join("endless.toml"), ENDLESS.replace("linear-oscillator", "of-fmus")).unwrap();
@@ -61,7 +53,7 @@ fn ctrl_c_in_a_terminal_does_not_end_the_processes_of_fmus() {
     // What reads the file, or computes the reference, is gone sooner.
     let (mut seen, mut since) = (workers(), std::time::Instant::now());
     while seen.len() < 2 || since.elapsed().as_secs() < 3 {
-        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::thread::sleep(std::time::Duration::from_millis(100));
         assert!(child.0.try_wait().unwrap().is_none(), "it has ended by itself");
         let now = workers();
         if now != seen {

@@ -107,7 +107,26 @@ pub fn completed(spec: &RunSpec) -> RunResult {
 /// The reference of the wedge box, computed once.
 pub fn wedge_box_reference() -> &'static Reference {
     static REFERENCE: OnceLock<Reference> = OnceLock::new();
-    REFERENCE.get_or_init(|| Reference::compute(&wedge_box_spec("zero-order-hold", 1e-3), StopFlag::never()).unwrap())
+    REFERENCE.get_or_init(|| {
+        let mut case = Case::clone(wedge_box_case());
+        case.defaults.reference_step_s = case.defaults.reference_sampling_s;
+        let spec = wedge_box_spec("zero-order-hold", 1e-3).changed(|own| own.case = Arc::new(case));
+        Reference::compute(&spec, StopFlag::never()).unwrap()
+    })
+}
+
+/// The reference of a run by longer steps, which leave errors of schemes to three digits.
+pub fn coarse_reference(spec: &RunSpec) -> Reference {
+    Reference::compute(&with_coarse_reference(spec), StopFlag::never()).unwrap()
+}
+
+/// A run whose reference takes one step per stored point, up to four times as long as usual.
+pub fn with_coarse_reference(spec: &RunSpec) -> RunSpec {
+    let mut case = Case::clone(&spec.case);
+    let defaults = &mut case.defaults;
+    defaults.reference_sampling_s = defaults.reference_sampling_s.max(4.0 * defaults.reference_step_s.min(5e-5));
+    defaults.reference_step_s = defaults.reference_sampling_s;
+    spec.changed(|own| own.case = Arc::new(case))
 }
 
 /// A metric of a run against its reference.

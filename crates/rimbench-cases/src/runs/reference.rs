@@ -452,16 +452,16 @@ pub(super) const GAP: &str = "gap_";
 /// The recorded columns that are the gap of one contact each: those of the contacts that the mechanics names; all gap columns of a
 /// mechanics from outside that names none.
 fn contact_gaps(spec: &RunSpec) -> Result<Vec<String>> {
-    let gaps = spec.case.recorded_columns().into_iter().filter(|name| name.starts_with(GAP));
-    if spec.case.from_outside {
-        return Ok(gaps.collect());
+    let gaps: Vec<String> = spec.case.recorded_columns().into_iter().filter(|name| name.starts_with(GAP)).collect();
+    if spec.case.from_outside || gaps.is_empty() {
+        return Ok(gaps);
     }
     let mut system = (spec.case.build)(&spec.parameters, &SolverEntry::active_set())?;
     let contacts = system.sides.mechanics.capabilities().contact_mechanics();
     let contacts = contacts.map_or(&[][..], |mechanics| mechanics.contact_names());
     let is_of = |gap: &str| contacts.iter().any(|name| *gap == format!("{GAP}{name}_m"));
     let of_contact = |gap: &String| contacts.is_empty() || is_of(gap);
-    Ok(gaps.filter(of_contact).collect())
+    Ok(gaps.into_iter().filter(of_contact).collect())
 }
 
 /// Refuses a solution with a value that is not finite.
