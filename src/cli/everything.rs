@@ -45,7 +45,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     check_writable_folder(out)?;
     let mut total = 0;
     for experiment in &experiments {
-        total += experiment.plan(catalogue, false)?.len();
+        total += experiment.plan_at_first_draw(catalogue, false)?.len();
     }
     // Of a part, what rests on all of them is left as it is.
     let whole = only.is_empty();

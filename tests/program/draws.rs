@@ -58,10 +58,16 @@ fn a_setting_without_the_event_is_drawn_again_and_counted() {
             "duration_s = 2.5\nset = {{ restitution = [0.0, 0.3] }}\n[cases.draw]\nsettings = 2\nseed = 201\n{requires}\n\
              [cases.draw.ranges]\nvalve_area_m2 = [1e-6, 1e-4]\nspool_final = [0.2, 0.4]\n"
         );
-        parsed(&case).unwrap().plan(&Catalogue::standard(), false).unwrap()
+        let (experiment, catalogue) = (parsed(&case).unwrap(), Catalogue::standard());
+        let plan = experiment.plan(&catalogue, false).unwrap();
+        let first = experiment.plan_at_first_draw(&catalogue, false).unwrap();
+        (plan, first.iter().map(|run| run.id.clone()).collect::<Vec<String>>())
     };
     let sets = |plan: &[PlannedRun]| -> Vec<String> { plan.iter().map(|run| run.spec.parameters.given()).collect() };
-    let (any, landing) = (plan(""), plan("requires = \"closing\""));
+    let ((any, first_of_any), (landing, first)) = (plan(""), plan("requires = \"closing\""));
+    // Without a search it is the draw of the seed.
+    assert_eq!(first, first_of_any);
+    assert_eq!(first, any.iter().map(|run| run.id.clone()).collect::<Vec<String>>());
     assert_eq!((any.len(), landing.len()), (2 * 2 * 2, 2 * 2 * 2));
     assert_ne!(sets(&any), sets(&landing));
     assert!(any.iter().all(|run| run.rejected_draws.is_none()));

@@ -18,6 +18,7 @@ use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
 use draw::Draw;
 use rimbench_cases::cases::Case;
+use rimbench_cases::metrics::ContactEvent;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
 pub use rimbench_results::claims::{Claimant, Verdict};
@@ -272,6 +273,11 @@ impl Experiment {
     /// Whether there is a plan of its own for a quick look.
     pub(super) fn has_quick_plan(&self) -> bool {
         self.quick.is_some()
+    }
+
+    /// What must happen in settings that are drawn, case by case.
+    pub(super) fn events_required(&self) -> impl Iterator<Item = ContactEvent> {
+        self.cases.iter().filter_map(|case| case.draw.as_ref()?.requires)
     }
 
     /// What the rows depend on besides the run: part of the identity of the store.

@@ -205,7 +205,12 @@ impl<'a> Folder<'a> {
         let traced = plan.iter().filter(|run| self.experiment.trace_of(&run.label).is_some());
         results::write_checksums(self.path, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
         let pooled = plan.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string())));
-        keep(self.path, &PooledSets::from_iter(pooled), &plan_sha256(self.experiment, plan))
+        let first_draw = match self.experiment.events_required().next() {
+            Some(_) => Some(self.experiment.plan_at_first_draw(job.catalogue, job.quick)?),
+            None => None,
+        };
+        let plan_sha256 = plan_sha256(self.experiment, first_draw.as_deref().unwrap_or(plan));
+        keep(self.path, &PooledSets::from_iter(pooled), &plan_sha256)
     }
 }
 

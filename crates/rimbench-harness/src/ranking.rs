@@ -126,7 +126,7 @@ impl Ranking {
         let mut rows: BTreeMap<String, Row> = BTreeMap::new();
         for file in self.experiments() {
             let experiment = Experiment::read(&file)?;
-            for run in experiment.plan(catalogue, false)? {
+            for run in experiment.plan_at_first_draw(catalogue, false)? {
                 let row = rows.entry(run.label).or_default();
                 // Control of the macro step takes steps again, whatever the scheme.
                 let controlled = run.spec.step_control.map(|_| InformationClass::Repetition);

@@ -32,7 +32,7 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
     if folder.join("runs.csv").exists() {
         digest.check_rows(folder)?;
     }
-    let (planned, of) = (experiment.plan(catalogue, false)?, experiment.path().display());
+    let (planned, of) = (experiment.plan_at_first_draw(catalogue, false)?, experiment.path().display());
     let other = match digest.rows == planned.len() {
         true if digest.plan_sha256 == plan_sha256(experiment, &planned) => None,
         true => Some(format!("is not of the runs that {of} has: a setting or a label is another")),

@@ -81,7 +81,7 @@ fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> 
 
 impl Draw {
     /// Draws the settings. Where an event is required, hypercubes are drawn one after the other, and their settings kept in order where
-    /// `search` tells that it happens.
+    /// `search` tells that it happens; without a search they are those of the first one.
     ///
     /// # Errors
     /// A parameter that the case does not have, that is no number or is set as well, a range that is no range or leaves what is valid; an
@@ -90,7 +90,7 @@ impl Draw {
         &self,
         case: &Case,
         set: &BTreeMap<String, toml::Value>,
-        search: &Search<'_>,
+        search: Option<&Search<'_>>,
     ) -> Result<Vec<Drawn>> {
         let ranges = self.ranges(case)?;
         if ranges.is_empty() {
@@ -109,7 +109,7 @@ impl Draw {
             let points = latin_hypercube(self.settings, ranges.len(), seed);
             points.iter().map(|point| point.iter().zip(&ranges).map(value).collect()).collect()
         };
-        let Some(event) = self.requires else {
+        let (Some(event), Some(search)) = (self.requires, search) else {
             return Ok(hypercube(0).into_iter().map(|values| Drawn { values, rejected: None }).collect());
         };
         let places = self.places(case, event, search, &hypercube)?;

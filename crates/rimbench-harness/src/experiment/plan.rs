@@ -26,11 +26,24 @@ impl Experiment {
     /// # Errors
     /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
     pub fn plan(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
+        self.plan_with(catalogue, quick, true)
+    }
+
+    /// Lists as many runs of the same labels, with the settings of the first draw whether or not they have the event that they must: to find
+    /// the others takes references of hundreds of settings.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan).
+    pub fn plan_at_first_draw(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
+        self.plan_with(catalogue, quick, false)
+    }
+
+    fn plan_with(&self, catalogue: &Catalogue, quick: bool, search: bool) -> Result<Vec<PlannedRun>> {
         let planned = || {
             self.check_options()?;
             self.check_labels(catalogue)?;
             self.check_size(quick)?;
-            let runs = self.lay_out(catalogue, quick)?;
+            let runs = self.lay_out(catalogue, quick, search)?;
             refuse_duplicates(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
@@ -92,7 +105,7 @@ impl Experiment {
     }
 
     /// Lays the grid out.
-    fn lay_out(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
+    fn lay_out(&self, catalogue: &Catalogue, quick: bool, search: bool) -> Result<Vec<PlannedRun>> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
@@ -101,7 +114,7 @@ impl Experiment {
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
             let case = &self.with_own_reference(case);
-            let settings = entry.settings(case, |parameters| self.any_run(entry, catalogue, case, parameters));
+            let settings = entry.settings(case, search, |parameters| self.any_run(entry, catalogue, case, parameters));
             for Setting { parameters, pooled_set, rejected_draws } in &settings.map_err(|error| entry.place(&error))? {
                 for row in &self.schemes {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
@@ -167,7 +180,12 @@ struct Setting {
 
 impl CaseEntry {
     /// Every point of its grid with every setting drawn; `any_run` makes a run of parameters.
-    fn settings(&self, case: &Case, any_run: impl Fn(&Parameters) -> Result<RunSpec> + Sync) -> Result<Vec<Setting>> {
+    fn settings(
+        &self,
+        case: &Case,
+        search: bool,
+        any_run: impl Fn(&Parameters) -> Result<RunSpec> + Sync,
+    ) -> Result<Vec<Setting>> {
         let grid = parameter_grid(case, &self.set)?;
         let Some(draw) = &self.draw else {
             let alone = |parameters| Setting { parameters, pooled_set: None, rejected_draws: None };
@@ -189,9 +207,13 @@ impl CaseEntry {
             Ok(happens)
         };
         // Without an event nothing has to be found out.
-        let runs = grid.iter().filter(|_| draw.requires.is_some()).map(|point| Ok(content_key(&any_run(point)?)));
-        let search = Search { has_event: &has_event, key: runs.collect::<Result<Vec<_>>>()?.concat() };
-        let drawn = draw.settings(case, &self.set, &search)?;
+        let search = if search && draw.requires.is_some() {
+            let runs = grid.iter().map(|point| Ok(content_key(&any_run(point)?)));
+            Some(Search { has_event: &has_event, key: runs.collect::<Result<Vec<_>>>()?.concat() })
+        } else {
+            None
+        };
+        let drawn = draw.settings(case, &self.set, search.as_ref())?;
         let mut settings = Vec::with_capacity(grid.len() * drawn.len());
         for point in &grid {
             let pooled_set: Arc<str> = point.given().into();
@@ -204,10 +226,12 @@ impl CaseEntry {
     }
 }
 
-/// Checksum of a plan: which runs under which labels, held against which reference.
-pub(crate) fn plan_sha256(experiment: &Experiment, planned: &[PlannedRun]) -> String {
-    let runs = planned.iter().map(|run| format!("{} {}\n", run.id, run.label));
-    sha256(std::iter::once(experiment.reference_identity() + "\n").chain(runs).collect::<String>())
+/// Checksum of a plan: which runs under which labels, held against which reference. Where settings must have an event, it is that of the
+/// first draw and of the event, which say which settings these are without a search.
+pub(crate) fn plan_sha256(experiment: &Experiment, planned_at_first_draw: &[PlannedRun]) -> String {
+    let events = experiment.events_required().map(|event| format!("requires {}\n", event.name()));
+    let runs = planned_at_first_draw.iter().map(|run| format!("{} {}\n", run.id, run.label));
+    sha256(std::iter::once(experiment.reference_identity() + "\n").chain(events).chain(runs).collect::<String>())
 }
 
 /// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is computed once.
