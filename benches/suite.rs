@@ -5,13 +5,9 @@
 //! `wedge-box/zero-order-hold`. With the *least* it takes the first active set that fits and records three numbers. That its
 //! forces are ours is a test of its own.
 
-#[allow(dead_code)] // What it records is looked at by the test.
-#[path = "../tests/support/plain_wedge_box.rs"]
-mod plain_wedge_box;
-
 use criterion::{Criterion, criterion_group, criterion_main};
-use plain_wedge_box::{Effort, PlainWedgeBox};
 use rimbench::perf::BENCHMARKS;
+use rimbench_independent::plain_wedge_box::{Effort, PlainWedgeBox};
 use std::hint::black_box;
 
 fn suite(c: &mut Criterion) {

@@ -3,9 +3,6 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-#[path = "../support/plain_wedge_box.rs"]
-mod plain_wedge_box;
-
 mod acceleration_jumps;
 mod adversaries;
 mod ceilings;

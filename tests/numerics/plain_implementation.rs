@@ -1,7 +1,7 @@
 //! The reference run against an implementation that shares no code with it.
 
-use crate::plain_wedge_box::{EFFECTIVE_MASS, Effort, PlainWedgeBox, RANK, Row};
 use crate::support::*;
+use rimbench_independent::plain_wedge_box::{EFFECTIVE_MASS, Effort, PlainWedgeBox, RANK, Row};
 
 #[test]
 fn the_reference_run_follows_the_plain_implementation_to_round_off() {

@@ -2,7 +2,7 @@
 //!
 //! Everything is written down as in the textbook: a heap-allocated matrix for each symbol of paper Eqs. 3 and 4, inverses
 //! as inverses, the complementarity problem by trying one active set after the other, nothing kept from one step to the
-//! next. It shares no code with rimbench; parameters are those of SCIENCE, section 5.
+//! next. Parameters are those of the case's page.
 
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
@@ -29,18 +29,28 @@ pub const EFFECTIVE_MASS: usize = 0;
 /// Position of the rank of `H_cc`.
 pub const RANK: usize = 1;
 
+/// m/s².
 pub const GRAVITY: f64 = 9.81;
 const STABILISATION: f64 = 0.2;
+/// Of box and disc in their coordinates, kg and kg·m².
 pub const MASS: [f64; 6] = [200.0, 200.0, 200.0 * (1.0 + 0.36) / 12.0, 50.0, 50.0, 0.5 * 50.0 * 0.04];
+/// From the centre of the box to the tip of its right wedge, m.
 pub const TIP: Vector2<f64> = Vector2::new(0.4, -0.4);
+/// To that of its left wedge, m.
 pub const OTHER_TIP: Vector2<f64> = Vector2::new(-0.4, -0.4);
+/// To the pin of the disc, m.
 pub const PIN: Vector2<f64> = Vector2::new(-0.8, -0.19);
+/// To where the cylinder pushes, m.
 pub const ATTACHMENT: Vector2<f64> = Vector2::new(-0.5, 0.3);
+/// Of the disc, m.
 pub const RADIUS: f64 = 0.2;
+/// Above the ground, m.
 pub const LEDGE_HEIGHT: f64 = 0.06;
 
+/// m².
 pub const PISTON_AREA: f64 = 0.0065;
 const CYLINDER_LENGTH: f64 = 2.0;
+/// Of the piston, N·s/m.
 pub const FRICTION: f64 = 1e4;
 const VALVE_AREA: f64 = 5e-5;
 const DISCHARGE: f64 = 0.67;
