@@ -56,7 +56,7 @@ impl CoupledPair<'_> {
         let PairState { y, exchange, .. } = &*self.state;
         let sample = Sample {
             model: exchange.interface_model.as_ref(),
-            ..Sample::of_outputs(step, &y.mechanics, self.actuator_micro_step(step))
+            ..Sample::of_outputs(step, &y.mechanics, self.setup.actuator_micro_step(step))
         };
         self.scheme.receive(Side::Mechanics, &sample)?;
         let rates = exchange.output_rates.as_ref();
@@ -80,10 +80,9 @@ impl CoupledPair<'_> {
 
     /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let mechanics_steps = self.setup.own_mechanics_steps(step);
         let PairState { exchange, u, .. } = &mut *self.state;
         if let Some(model) = &mut exchange.interface_model
-            && !self.sides.mechanics.capabilities().interface_model(step.length / mechanics_steps as f64, model)?
+            && !self.sides.mechanics.capabilities().interface_model(self.setup.mechanics_step(step), model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
         }
@@ -132,7 +131,7 @@ impl CoupledPair<'_> {
             return self.send_fresh_sample_late(MacroInterval { step, end });
         }
         let sample =
-            Sample { time: end, ..Sample::of_outputs(step, &self.state.y[from], self.actuator_micro_step(step)) };
+            Sample { time: end, ..Sample::of_outputs(step, &self.state.y[from], self.setup.actuator_micro_step(step)) };
         self.scheme.receive(from, &sample)
     }
 
@@ -143,7 +142,7 @@ impl CoupledPair<'_> {
         effective_mass: Option<f64>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) {
-        let mechanics_step = self.mechanics_step(step);
+        let mechanics_step = self.setup.mechanics_step(step);
         observe(CommunicationPoint {
             time: self.state.time,
             y: self.state.y.as_ref().map(Vec::as_slice),

@@ -79,4 +79,14 @@ impl Setup {
             MechanicsSteps::AsActuator => self.actuator_steps(step),
         }
     }
+
+    /// Returns the mechanics' own step in a macro step, s.
+    pub fn mechanics_step(&self, step: MacroStep) -> f64 {
+        step.length / self.own_mechanics_steps(step) as f64
+    }
+
+    /// Returns the actuator's own step in a macro step, s.
+    pub fn actuator_micro_step(&self, step: MacroStep) -> f64 {
+        step.length / self.actuator_steps(step) as f64
+    }
 }

@@ -174,16 +174,6 @@ impl CoupledPair<'_> {
         }
         Ok(())
     }
-
-    /// Returns the mechanics' own step in a macro step, s.
-    pub(crate) fn mechanics_step(&self, step: MacroStep) -> f64 {
-        step.length / self.setup.own_mechanics_steps(step) as f64
-    }
-
-    /// Returns the actuator's own step in a macro step, s.
-    pub(crate) fn actuator_micro_step(&self, step: MacroStep) -> f64 {
-        step.length / self.setup.actuator_steps(step) as f64
-    }
 }
 
 /// Lets the mechanics take a step of `h` (s) in pieces, each under its own mean of the forces.

@@ -20,7 +20,7 @@ impl CoupledPair<'_> {
     /// The actuator starts the macro step with the motion that it knows; the outputs that are recorded are those with the true one.
     #[cold]
     pub(super) fn exchange_late(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let (k, micro_step) = (step.index, self.actuator_micro_step(step));
+        let (k, micro_step) = (step.index, self.setup.actuator_micro_step(step));
         let known = self.state.late.as_ref().map_or(k, |late| late.newest_motion(k));
         if let (Some(late), true) = (&self.state.late, known < k) {
             self.state.u.actuator.copy_from_slice(&late.kept(known).motion);
@@ -69,7 +69,7 @@ impl CoupledPair<'_> {
     /// Sends the outputs of the mechanics at the end of a macro step on their way, and hands the newest that has arrived to the scheme.
     #[cold]
     pub(super) fn send_fresh_sample_late(&mut self, MacroInterval { step, end }: MacroInterval) -> Result<(), Failure> {
-        let micro_step = self.actuator_micro_step(step);
+        let micro_step = self.setup.actuator_micro_step(step);
         let PairState { y, late, .. } = &mut *self.state;
         let Some(late) = late else { return Ok(()) };
         let next = late.kept_mut(step.index + 1);
