@@ -147,14 +147,15 @@ fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> S
         let Choice { scheme, form, time_is_of, .. } = choice;
         lines.push(row(label, &format!("{scheme}, {form}, H = {}", step(choice))));
         let (error, cost) = (percent(choice.worst_error.unwrap_or(f64::NAN)), with_digits(choice.cost, "-", 3));
-        lines.push(row("", &format!("error {error} at the worst of {} phases; cost {cost}", question.phases)));
+        let unit = if question.prices == USUAL_PRICES { "micro steps" } else { "in the unit of the prices" };
+        lines.push(row("", &format!("error {error} at the worst of {} phases; cost {cost} {unit}", question.phases)));
         let time = quantity(choice.time_per_macro_step_s, "s");
         lines.push(row("computing time", &format!("{time} per macro step ({time_is_of} time)")));
     }
     if question.prices != USUAL_PRICES {
         let [exchange, mechanics, micro, model] = question.prices.map(|price| with_digits(price, "-", 2));
         let prices = format!("exchange {exchange}, mechanics step {mechanics}, micro step {micro}, model {model}");
-        lines.push(row("prices", &prices));
+        lines.push(row("prices", &format!("{prices}; unit: a micro step of the wedge box")));
     }
     lines.extend(advice.notes.iter().map(|note| format!("  {}", paragraph(note, 2))));
     lines.extend(advice.advised.as_ref().map(|choice| command_row("try it", &command(choice))));

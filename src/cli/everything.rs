@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
-use rimbench::checksums::sha256_of_file;
+use rimbench::checksums::{sha256, sha256_of_file};
 use rimbench::error::{Error, Result};
+use rimbench::figures::report::DATE_LINE;
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
 use rimbench::harness::{
@@ -54,8 +55,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
     let figures: Vec<&FigureEntry> =
         figures.figures.iter().filter(|figure| names.contains(&figure.experiment)).collect();
-    let watched = watched(out, &experiments, &figures, &pages, whole);
-    let before = sums(&watched);
+    let kept = Kept::look(out, &experiments, &figures, &pages, (whole, whole));
 
     let interruption = Interruption::listen();
     let progress = Progress::begin("reproduce", Some(total));
@@ -111,16 +111,8 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     progress.end();
     warn_of_cache(&cache);
 
-    let after = sums(&watched);
-    let differing: Vec<&PathBuf> = watched.iter().filter(|file| before.get(*file) != after.get(*file)).collect();
-    for file in &differing {
-        let what = match (before.get(*file), after.get(*file)) {
-            (None, _) => "was not kept",
-            (_, None) => "is no longer made",
-            _ => "comes out otherwise than was kept",
-        };
-        print(&format!("{}: {what}", file.display()))?;
-    }
+    let remade = kept.remade();
+    remade.differing.iter().try_for_each(|sentence| print(sentence))?;
     print(&format!(
         "{} experiments, {total} runs ({computed} of them computed now), {} figures, {} pages in {:.0} s: {} of {} files differ from what was \
          kept, {changed} claims from the recorded finding",
@@ -128,10 +120,10 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         figures.len(),
         pages.len(),
         started.elapsed().as_secs_f64(),
-        differing.len(),
-        watched.len(),
+        remade.differing.len(),
+        remade.files,
     ))?;
-    Ok(if differing.is_empty() && changed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if remade.differing.is_empty() && changed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Those of the experiments that are asked for.
@@ -143,36 +135,87 @@ fn chosen(experiments: Vec<Experiment>, only: &[String]) -> Result<Vec<Experimen
     Ok(experiments.into_iter().filter(|own| only.is_empty() || only.contains(&own.full_name())).collect())
 }
 
-/// The files that are kept: of each experiment digest, medians, claims and figures; the ranking; pages with numbers in them.
-pub(super) fn watched(
-    out: &Path,
-    experiments: &[Experiment],
-    figures: &[&FigureEntry],
-    pages: &[PathBuf],
-    whole: bool,
-) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    for experiment in experiments {
-        let folder = experiment.results_folder(out);
-        files.extend([DIGEST, SUMMARY].map(|name| folder.join(name)));
-        if experiment.group() != PAPER && !experiment.claims().is_empty() {
-            files.push(folder.join("claims.csv"));
-        }
-        let own = figures.iter().filter(|figure| figure.experiment == experiment.full_name());
-        files.extend(own.map(|figure| folder.join(format!("figures/{}.svg", figure.id))));
-    }
-    if whole {
-        files.extend(
-            ["paper/claims.csv", "paper/claims.md", "ranking/ranking.csv", "ranking/claims.csv"]
-                .map(|name| out.join(name)),
-        );
-    }
-    files.extend(pages.iter().cloned());
-    files
+/// What is kept of results, with the checksums that it has by now.
+pub(super) struct Kept {
+    before: BTreeMap<PathBuf, Option<String>>,
 }
 
-pub(super) fn sums(files: &[PathBuf]) -> BTreeMap<PathBuf, String> {
-    files.par_iter().filter_map(|file| Some((file.clone(), sha256_of_file(file)?))).collect()
+/// What has become of what was kept.
+pub(super) struct Remade {
+    /// How many files were looked at.
+    pub(super) files: usize,
+    /// Those that are not as they were, each in a sentence.
+    pub(super) differing: Vec<String>,
+}
+
+impl Kept {
+    /// Looks at what is kept below a folder of results: of each experiment digest, medians, claims, figures, and rows where they are; of a
+    /// `whole` group its claims and its page; the ranking with `everything`; pages with numbers in them.
+    pub(super) fn look(
+        out: &Path,
+        experiments: &[Experiment],
+        figures: &[&FigureEntry],
+        pages: &[PathBuf],
+        (whole, everything): (bool, bool),
+    ) -> Self {
+        let mut files = Vec::new();
+        for experiment in experiments {
+            let folder = experiment.results_folder(out);
+            files.extend([DIGEST, SUMMARY].map(|name| folder.join(name)));
+            if experiment.group() == PAPER {
+                // Of the two figures of the paper rows are kept as well.
+                files.extend(
+                    ["runs.csv", "experiment.toml"]
+                        .map(|name| folder.join(name))
+                        .into_iter()
+                        .filter(|file| file.exists()),
+                );
+            } else if !experiment.claims().is_empty() {
+                files.push(folder.join("claims.csv"));
+            }
+            let own = figures.iter().filter(|figure| figure.experiment == experiment.full_name());
+            files.extend(own.map(|figure| folder.join(format!("figures/{}.svg", figure.id))));
+        }
+        if whole {
+            let paper = out.join(PAPER);
+            files.extend(["claims.csv", "claims.md", "report.html", "preview.png"].map(|name| paper.join(name)));
+        }
+        if everything {
+            files.extend(["ranking/ranking.csv", "ranking/claims.csv"].map(|name| out.join(name)));
+        }
+        files.extend(pages.iter().cloned());
+        Kept { before: files.into_par_iter().map(|file| (file.clone(), sum(&file))).collect() }
+    }
+
+    /// Leaves out files that are not there.
+    pub(super) fn there(mut self) -> Self {
+        self.before.retain(|_, sum| sum.is_some());
+        self
+    }
+
+    /// Looks again.
+    pub(super) fn remade(self) -> Remade {
+        let after: Vec<Option<String>> = self.before.par_iter().map(|(file, _)| sum(file)).collect();
+        let differing = self.before.iter().zip(&after).filter_map(|((file, before), after)| {
+            let what = match (before, after) {
+                (None, Some(_)) => "was not kept",
+                (Some(_), None) => "is no longer made",
+                (before, after) if before != after => "comes out otherwise than was kept",
+                _ => return None,
+            };
+            Some(format!("{}: {what}", file.display()))
+        });
+        Remade { files: self.before.len(), differing: differing.collect() }
+    }
+}
+
+/// The SHA-256 of a file, of a page without the line that says of which day, commit and machine it is.
+fn sum(file: &Path) -> Option<String> {
+    if file.extension().is_none_or(|extension| extension != "html") {
+        return sha256_of_file(file);
+    }
+    let text = std::fs::read_to_string(file).ok()?;
+    Some(sha256(text.split_inclusive('\n').filter(|line| !line.contains(DATE_LINE)).collect::<String>()))
 }
 
 /// Pages of the project that have markers: README and all below `docs`.

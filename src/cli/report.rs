@@ -23,13 +23,13 @@ use std::process::{Command, ExitCode, Stdio};
 /// Arguments of `report`.
 #[derive(Debug, Args)]
 pub struct ReportCommand {
-    /// A study, a group of studies, or all results; the page is written into it, as report.html. Figures take all results
+    /// A study, a group of studies, or all results; the page is written into it, as report.html
     #[arg(value_name = "DIR", default_value = "results")]
     folder: PathBuf,
     /// Show the page in the browser
     #[arg(long, conflicts_with = "part")]
     open: bool,
-    /// No page: draw all figures whose results exist, and name the others
+    /// No page: draw the figures of all experiments whose rows are there
     #[arg(long, group = "part")]
     figures: bool,
     /// No page: set the technical report, every number of it from stored results
@@ -192,7 +192,7 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
         let list = if study.is_shipped { figures } else { &none };
         let listed = match has_kept {
             true => {
-                Ok(list.of_group(None).into_iter().filter(|figure| figure.experiment == study.name).cloned().collect())
+                Ok(list.of_part(None).into_iter().filter(|figure| figure.experiment == study.name).cloned().collect())
             }
             false => list.of_experiment(&study.name, folder),
         };

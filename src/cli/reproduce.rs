@@ -1,6 +1,6 @@
 //! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
 
-use super::everything::{everything, sums, watched, write_both};
+use super::everything::{Kept, everything, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
@@ -53,9 +53,8 @@ impl Reproduce {
         let total: usize = runs.sum::<Result<usize>>()?;
         check_writable_folder(&out)?;
 
-        let drawn = figures.of_group(Some(GROUP));
-        let watched = watched(&out, &experiments, &drawn, &[], false);
-        let before = sums(&watched);
+        let drawn = figures.of_part(Some(GROUP));
+        let kept = Kept::look(&out, &experiments, &drawn, &[], (true, false)).there();
         let progress = Progress::begin("reproduce", Some(total));
         let group = out.join(GROUP);
         let cache = Cache::of_user();
@@ -81,16 +80,13 @@ impl Reproduce {
 
         let open = |claim: &&CheckedClaim| claim.superseded.is_empty() && claim.verdict != Verdict::Reproduced;
         print(&claims_list(&claims.iter().filter(open).cloned().collect::<Vec<_>>()))?;
-        let after = sums(&watched);
-        let differing: Vec<&PathBuf> = before.keys().filter(|file| before.get(*file) != after.get(*file)).collect();
-        for file in &differing {
-            print(&format!("{}: comes out otherwise than was kept", file.display()))?;
-        }
-        if !before.is_empty() {
+        let remade = kept.remade();
+        if remade.files > 0 {
+            remade.differing.iter().try_for_each(|sentence| print(sentence))?;
             print(&format!(
-                "{} of {} files that were there came out to the byte; the page's date line, with day, commit and machine, is new",
-                before.len() - differing.len(),
-                before.len()
+                "{} of {} kept files came out to the byte, the page but for its line with day, commit and machine",
+                remade.files - remade.differing.len(),
+                remade.files
             ))?;
         }
         let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.counts()).collect();
@@ -101,6 +97,6 @@ impl Reproduce {
             started.elapsed().as_secs_f64(),
             page.display()
         ))?;
-        Ok(ExitCode::SUCCESS)
+        Ok(if remade.differing.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }

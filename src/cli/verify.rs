@@ -5,9 +5,8 @@ use super::screen::{Mood, verdict};
 use super::{claims_list, print};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::checksums::CHECKSUMS;
-use rimbench::harness::{CheckedClaim, Verdict, check_claims, check_kept_claims};
-use rimbench::kept::{DIGEST, Digest};
+use rimbench::harness::{CheckedClaim, Verdict, verify_results};
+use rimbench::kept::DIGEST;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -20,7 +19,7 @@ pub struct Verify {
     /// Every claim, not only those that differ
     #[arg(long)]
     all: bool,
-    /// Where results are: <DIR>/<group>/<name>
+    /// Where results are: <DIR>/<group>/<name>, or the folder that `run --out` wrote
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
 }
@@ -32,18 +31,12 @@ impl Verify {
         let mut kept = 0;
         for file in &self.files {
             let checked = Project::experiment(file).and_then(|experiment| {
-                let folder = experiment.results_folder(&self.results);
-                let sealed = [CHECKSUMS, "runs.csv"].map(|name| folder.join(name).exists());
-                if sealed == [false; 2] && !folder.join(DIGEST).exists() || sealed[0] {
-                    let claims = check_claims(&experiment, catalogue, &folder)?;
-                    // A quick plan keeps nothing, and what others made may have no digest.
-                    if folder.join(DIGEST).exists() {
-                        Digest::read(&folder)?.check_rows(&folder)?;
-                    }
-                    return Ok(claims);
-                }
-                let found = check_kept_claims(&experiment, catalogue, &folder)?;
-                kept += found.claims.len();
+                let usual = experiment.results_folder(&self.results);
+                // What `run --out` wrote is not in folders by group and name.
+                let is_own =
+                    !usual.exists() && ["runs.csv", DIGEST].iter().any(|name| self.results.join(name).exists());
+                let found = verify_results(&experiment, catalogue, if is_own { &self.results } else { &usual })?;
+                kept += if found.from_rows { 0 } else { found.claims.len() };
                 Ok(found.claims)
             });
             // What is wrong with one file leaves the claims of the others.

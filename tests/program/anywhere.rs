@@ -1,7 +1,7 @@
 //! The program works from any folder: it reads nothing from the folder it was built in, and writes only below the current one or
 //! where it is told to.
 
-use crate::program::{assert_has, below, read, rimbench, root, said};
+use crate::program::{assert_has, below, copy, read, rimbench, root, said};
 use assert_cmd::Command;
 use rimbench::perf::History;
 use rimbench::shipped::{EXPERIMENTS, experiments_of};
@@ -37,8 +37,40 @@ fn the_figures_are_those_that_the_program_carries() {
     let mut report = called(folder.path(), &["report", "--figures"]);
     assert_has(&said(&mut report, 2), &["results: is not a folder of results"]);
     std::fs::create_dir(folder.path().join("results")).unwrap();
-    assert_has(&said(&mut report, 0), &["not drawn: fig1: no results in results/paper/fig1"]);
+    assert_has(&said(&mut report, 2), &["results: holds no results"]);
     assert_eq!(files(folder.path()), [""; 0], "nothing is made for figures without results");
+}
+
+#[test]
+fn a_study_a_group_and_all_results_draw_what_has_rows_and_count_the_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join("results").join(name);
+    // As in a checkout: of two figures of the paper some rows are kept, of others pictures.
+    copy(&root().join("results/paper/fig1"), &place("paper/fig1"));
+    ["SHA256SUMS", "cost.csv"].map(|name| std::fs::remove_file(place("paper/fig1").join(name)).unwrap_or_default());
+    copy(&root().join("results/study/wedge_box/figures"), &place("study/wedge_box/figures"));
+    std::fs::copy(root().join("results/study/wedge_box/digest.toml"), place("study/wedge_box/digest.toml")).unwrap();
+    std::fs::create_dir_all(place("study/mine")).unwrap();
+    let runs = "run_id,case,set,label,macro_step_s,phase,outcome,force_error_rms_of_peak\n\
+                1,box,,rim-smooth,0.001,1.0,completed,0.1\n2,box,,rim-smooth,0.002,1.0,completed,0.2\n";
+    std::fs::write(place("study/mine/runs.csv"), runs).unwrap();
+    rimbench::checksums::write(&place("study/mine"), ["runs.csv".to_owned()]).unwrap();
+    let says = |arguments: &[&str], code: i32| {
+        said(&mut called(folder.path(), &[&["report", "--figures"], arguments].concat()), code)
+    };
+    let all = says(&[], 0);
+    assert_has(
+        &all,
+        &["study-mine-stability.svg", "study-mine-error.svg", "2 figures drawn, ", "of experiments without rows here"],
+    );
+    assert!(all.lines().count() == 3 && !all.contains("error:"), "{all}");
+    for own in
+        [&["results/study/mine"][..], &["results/study"], &["--group", "study"], &["results", "--group", "study"]]
+    {
+        assert_has(&says(own, 0), &["study-mine-stability.svg", "2 figures drawn"]);
+    }
+    // What is asked for by name and has no rows is said, and is an exit code.
+    assert_has(&says(&["results/study/wedge_box"], 1), &["not drawn: ", "run experiments/study/wedge_box.toml"]);
 }
 
 #[test]

@@ -357,3 +357,15 @@ fn a_run_without_claims_shows_medians_and_failures_by_case_scheme_and_step_and_g
         assert!(printed.contains("Of all 8 runs of plain, 2 did not complete."), "{printed}");
     }
 }
+
+#[test]
+fn a_range_of_more_macro_steps_than_there_may_be_runs_is_refused_wherever_it_is_given() {
+    let huge = "--from 1e-300 --to 1e300 --per-decade 1000";
+    for (command, to) in [("limit --scheme zero-order-hold", "1e300"), ("limit --scheme rim-smooth", "1e-1")] {
+        let range = huge.replace("1e300", to);
+        let said = refused(&mut call(&format!("{command} --case bouncing-ball {range}")));
+        assert!(said.contains("at most 100000 macro steps between"), "{said}");
+    }
+    let said = refused(&mut call("advise --case bouncing-ball --error 1% --from 1e-300 --to 1 --per-decade 1000"));
+    assert!(said.contains("at most 100000 macro steps between"), "{said}");
+}

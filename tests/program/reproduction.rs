@@ -1,6 +1,6 @@
 //! The main job, in quick form, from an empty folder: files, claims, figures, and that a second run changes nothing.
 
-use crate::program::{files, printed, rimbench, root, rows_of};
+use crate::program::{files, printed, rimbench, root, rows_of, said};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -54,4 +54,47 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
     }
     let last = printed.lines().last().unwrap();
     assert!(last.contains(" claims reproduce") && last.contains("report.html"), "{last}");
+}
+
+#[test]
+fn what_is_kept_of_the_paper_is_compared_file_by_file_and_a_difference_is_an_exit_code() {
+    let place = tempfile::tempdir().unwrap();
+    printed(rimbench().current_dir(root()).args(["reproduce", "--quick", "--out"]).arg(place.path()));
+    let again = |code: i32| {
+        said(rimbench().current_dir(root()).args(["reproduce", "--quick", "--out"]).arg(place.path()), code)
+    };
+    // Whatever is kept of it in this repository is looked at, but for the PDF, which another command sets.
+    let kept = files(&root().join("results/paper"));
+    let kept: Vec<&PathBuf> = kept.iter().filter(|file| is_in_repository(file)).collect();
+    let looked_at = kept.len() - usize::from(kept.iter().any(|file| file.ends_with("paper.pdf")));
+    let same = again(0);
+    // Of every experiment rows are there now, and not of two alone.
+    let line = same.lines().find(|line| line.contains("kept files came out to the byte")).unwrap();
+    let count: usize = line.split_whitespace().nth(2).unwrap().parse().unwrap();
+    assert!(line.starts_with(&format!("{count} of ")) && count >= looked_at, "{looked_at}: {line}");
+    for (name, from, to) in [
+        ("claims.csv", ",reproduced,", ",not-reproduced,"),
+        ("claims.md", "reproduced", "seen"),
+        ("fig1/runs.csv", "completed", "diverged"),
+        ("fig2/summary.csv", "0", "1"),
+        ("report.html", "<title>", "<title>Not "),
+    ] {
+        let path = place.path().join("paper").join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let edited = text.replacen(from, to, 1);
+        assert_ne!(edited, text);
+        std::fs::write(&path, edited).unwrap();
+    }
+    let other = again(1);
+    for name in ["claims.csv", "claims.md", "fig1/runs.csv", "fig2/summary.csv", "report.html"] {
+        assert!(other.contains(&format!("{name}: comes out otherwise than was kept")), "{name}: {other}");
+    }
+    assert!(other.contains(&format!("{} of {count} kept files", count - 5)), "{other}");
+}
+
+/// Whether a file is one that the rules of the repository keep.
+fn is_in_repository(file: &Path) -> bool {
+    let git =
+        std::process::Command::new("git").current_dir(root()).args(["ls-files", "--error-unmatch"]).arg(file).output();
+    git.is_ok_and(|output| output.status.success())
 }

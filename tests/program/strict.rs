@@ -187,13 +187,144 @@ fn verify_counts_the_runs_and_refuses_what_is_not_the_plan() {
     place.verify_says(&["reference.csv is missing"]);
     place.run(EXPERIMENT);
     place.verify(0);
-    // Without it rows are held against the digest that is kept of them; claims were not kept here.
+    // Without the list, what was run here is not known to be whole.
     place.vanish("SHA256SUMS");
-    place.verify_says(&["claims.csv"]);
+    place.verify_says(&["SHA256SUMS", "missing or empty"]);
+    // Of a checkout few files are kept: rows are held against the digest.
+    place.vanish("cost.csv");
+    place.vanish("records");
+    place.verify(0);
     std::fs::write(&path, &completed).unwrap();
     place.verify_says(&["is not that of digest.toml"]);
     place.vanish("digest.toml");
     place.verify_says(&["digest.toml"]);
+}
+
+/// Writes the checksums of a folder again, as a forger would.
+fn seal(folder: &Path) {
+    let sums = rimbench::checksums::read(folder).unwrap().unwrap();
+    rimbench::checksums::write(folder, sums.into_keys()).unwrap();
+}
+
+#[test]
+fn whatever_is_made_of_something_that_is_there_is_made_again_and_compared() {
+    let place = Place::new();
+    place.run(EXPERIMENT);
+    place.verify(0);
+    let path = |name: &str| place.results().join(name);
+    let text = |name: &str| std::fs::read_to_string(path(name)).unwrap();
+    let [summary, digest, runs] = ["summary.csv", "digest.toml", "runs.csv"].map(text);
+    let with_sum =
+        |text: &str| digest.replacen(&rimbench::checksums::sha256(&summary), &rimbench::checksums::sha256(text), 1);
+    let forged = summary.replacen(",4,4,", ",4,3,", 1);
+    assert!(forged != summary && with_sum(&forged) != digest);
+    let other_rows = runs.replacen(",0.0", ",1.0", 1);
+    let of_other_rows = digest.replace(&rimbench::checksums::sha256(&runs), &rimbench::checksums::sha256(&other_rows));
+    let other_plan = digest.lines().map(|line| match line.starts_with("plan_sha256") {
+        true => format!("plan_sha256 = \"{}\"\n", "0".repeat(64)),
+        false => format!("{line}\n"),
+    });
+    for (files, sealed, wanted) in [
+        // Changed alone, any file is missed by its checksum.
+        (vec![("summary.csv", forged.clone())], false, "summary.csv has been changed"),
+        (vec![("digest.toml", digest.replace("rows = 16", "rows = 5"))], false, "digest.toml has been changed"),
+        // With the checksums of the list, by that of the digest, by the plan and by the rows.
+        (vec![("summary.csv", forged.clone())], true, "is not that of digest.toml"),
+        (vec![("digest.toml", digest.replace("rows = 16", "rows = 5"))], true, "is of 5 runs"),
+        (vec![("digest.toml", other_plan.collect())], true, "is not of the runs"),
+        (vec![("summary.csv", forged.clone()), ("digest.toml", with_sum(&forged))], true, "is not that of runs.csv"),
+        (vec![("runs.csv", other_rows), ("digest.toml", of_other_rows)], true, ""),
+    ] {
+        files.iter().for_each(|(name, text)| std::fs::write(path(name), text).unwrap());
+        if sealed {
+            seal(&place.results());
+        }
+        place.verify_says(&[wanted, "run the experiment again"]);
+        [("summary.csv", &summary), ("digest.toml", &digest), ("runs.csv", &runs)]
+            .map(|(name, text)| std::fs::write(path(name), text).unwrap());
+        seal(&place.results());
+        place.verify(0);
+    }
+    // All that is made of rows may fit together: what was stored when they were run does not.
+    let outcome = runs.replacen(",completed,", ",completed ,", 1);
+    assert_ne!(outcome, runs);
+    let number = place.column("force_error_rms_n")[0].clone();
+    let (fake, scratch) = (runs.replacen(&number, "1.25", 1), tempfile::tempdir().unwrap());
+    std::fs::write(scratch.path().join("runs.csv"), &fake).unwrap();
+    rimbench::kept::keep(
+        scratch.path(),
+        &Default::default(),
+        &rimbench::kept::Digest::read(&place.results()).unwrap().plan_sha256,
+    )
+    .unwrap();
+    for name in ["runs.csv", "summary.csv", "digest.toml"] {
+        std::fs::copy(scratch.path().join(name), path(name)).unwrap();
+    }
+    seal(&place.results());
+    place.verify_says(&["runs.csv", "is not what is stored in records/"]);
+    place.vanish("records");
+    place.verify(0);
+}
+
+#[test]
+fn claims_that_are_written_are_those_that_the_rows_give() {
+    let place = Place::new();
+    place.run(EXPERIMENT);
+    let experiment = rimbench::harness::Experiment::read(&place.path("group/strict.toml")).unwrap();
+    let catalogue = rimbench::catalogue::Catalogue::standard();
+    let claims = rimbench::harness::check_claims(&experiment, &catalogue, &place.results()).unwrap();
+    let path = place.results().join("claims.csv");
+    rimbench::harness::write_claims(&path, &claims).unwrap();
+    place.verify(0);
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, wanted) in [
+        (",0.0,", ",0.1,", "something else of `stable` than the rows"),
+        (",reproduced,reproduced", ",not-reproduced,reproduced", "something else of `stable` than the rows"),
+        ("strict,stable,", "strict,other,", "holds other claims than"),
+    ] {
+        let edited = text.replacen(from, to, 1);
+        assert_ne!(edited, text);
+        std::fs::write(&path, edited).unwrap();
+        place.verify_says(&["claims.csv", wanted]);
+    }
+}
+
+#[test]
+fn verify_finds_what_run_wrote_to_a_folder_of_its_own_and_says_how_to_make_what_is_not_there() {
+    let place = Place::new();
+    let file = place.write(EXPERIMENT);
+    let verify = |results: &str, code| {
+        said(rimbench().current_dir(&place.0).arg("verify").arg(&file).args(["--results", results]), code)
+    };
+    assert_has(&verify("elsewhere", 2), &["--out elsewhere/group/strict` makes it"]);
+    printed(rimbench().current_dir(&place.0).arg("run").arg(&file).args(["--out", "elsewhere"]));
+    assert_has(&verify("elsewhere", 0), &["1 claim: every verdict is the recorded one"]);
+}
+
+#[test]
+fn a_defect_of_another_build_is_computed_again_and_one_of_this_build_is_not() {
+    let place = Place::new();
+    place.run(EXPERIMENT);
+    let records = place.results().join("records");
+    let table = std::fs::read_dir(&records).unwrap().next().unwrap().unwrap().path();
+    let whole = std::fs::read_to_string(&table).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    let names: Vec<&str> = lines[1].split(',').collect();
+    let place_of = |name: &str| names.iter().position(|own| *own == name).unwrap();
+    let with = |changes: &[(&str, &str)]| {
+        let mut cells: Vec<&str> = lines[2].split(',').collect();
+        changes.iter().for_each(|(name, text)| cells[place_of(name)] = text);
+        let line = cells[..cells.len() - 1].join(",");
+        let sealed = format!("{line},{}", &rimbench::checksums::sha256(&line)[..16]);
+        std::fs::write(&table, whole.replace(lines[2], &sealed)).unwrap();
+    };
+    with(&[("outcome", "panicked"), ("reason", "defect of rimbench: clock")]);
+    place.run_computing(0, EXPERIMENT);
+    with(&[("outcome", "panicked"), ("reason", "defect of rimbench: clock"), ("git_revision", "0123456789ab")]);
+    place.run_computing(1, EXPERIMENT);
+    // The new row stands, though the old one is there as well.
+    place.run_computing(0, EXPERIMENT);
+    assert_eq!(place.count("outcome", "panicked"), 0);
 }
 
 #[test]
@@ -529,6 +660,8 @@ fn rows_are_those_of_the_digest_that_is_kept() {
     let whole = std::fs::read_to_string(&digest).unwrap();
     let (before, sum) = whole.split_once("runs_sha256 = \"").unwrap();
     std::fs::write(&digest, format!("{before}runs_sha256 = \"{}{}", "0".repeat(8), &sum[8..])).unwrap();
+    place.verify_says(&["digest.toml has been changed"]);
+    seal(&place.results());
     place.verify_says(&["runs.csv", "is not that of digest.toml"]);
 }
 

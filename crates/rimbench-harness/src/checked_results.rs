@@ -1,17 +1,29 @@
-//! Results that an experiment may rest on: every planned run once, with its settings, and every file as it was written.
+//! Results that an experiment may rest on: every planned run once, with its settings, and every file as it was written, or as what is
+//! beside it says.
 
 use super::experiment::{Experiment, PlannedRun};
+use super::folder::{Folder, pooled_sets, sum_of_plan};
 use super::results::{plan_cells, plan_header};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::checksums;
+use rimbench_results::checksums::{self, CHECKSUMS};
+use rimbench_results::kept::{Digest, check_summary};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan. Its files must be as
-/// they were written, unless they are `fresh`: this process has just written them, and another that finishes the same job at once may be
-/// replacing what it has measured.
+/// How far files are trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Trust {
+    /// This process has just written them, and another that finishes the same job at once may be replacing what it has measured.
+    Fresh,
+    /// As far as their checksums say that they are as they were written.
+    Sealed,
+    /// Not at all: what can be made of something else that is there is made, and compared.
+    Nothing,
+}
+
+/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan.
 ///
 /// # Errors
 /// [`Error::File`] with the counts of what is missing, unplanned, there twice or different; with the files that are not as they
@@ -20,28 +32,43 @@ pub(super) fn checked_runs(
     experiment: &Experiment,
     catalogue: &Catalogue,
     folder: &Path,
-    fresh: bool,
+    trust: Trust,
 ) -> Result<ResultsTable> {
     let rows = folder.join("runs.csv");
     if !rows.exists() {
-        let message = format!("is not there: `rimbench run {}` makes it", experiment.path().display());
-        return Err(Error::file(rows, message));
+        let (file, usual) = (experiment.path().display(), experiment.results_folder("results".as_ref()));
+        let out = if folder == usual { String::new() } else { format!(" --out {}", folder.display()) };
+        return Err(Error::file(rows, format!("is not there: `rimbench run {file}{out}` makes it")));
     }
     let runs = read_table(&rows)?;
-    let planned = experiment.plan(catalogue, false)?;
+    let (mut planned, mut quick) = (experiment.plan(catalogue, false)?, false);
     if let Err(incomplete) = check_rows(experiment, &planned, &runs) {
-        let quick_plan = || check_rows(experiment, &experiment.plan(catalogue, true)?, &runs);
-        if !experiment.has_quick_plan() || quick_plan().is_err() {
+        if !experiment.has_quick_plan() {
             return Err(incomplete);
         }
+        (planned, quick) = (experiment.plan(catalogue, true)?, true);
+        check_rows(experiment, &planned, &runs).map_err(|_| incomplete)?;
     }
-    if !fresh {
-        checksums::verify(folder)?;
+    // What was run here is sealed; of a checkout few files are kept, and a digest.
+    let is_checkout = || !folder.join(CHECKSUMS).exists() && !folder.join("cost.csv").exists();
+    match trust {
+        Trust::Fresh => {}
+        Trust::Nothing if is_checkout() => {}
+        Trust::Sealed | Trust::Nothing => checksums::verify(folder)?,
     }
     let copy = Experiment::read_from_results(folder)?;
     if copy.reference_identity() != experiment.reference_identity() {
         let message = format!("was computed with another reference_step_s than {} has", experiment.path().display());
         return Err(Error::file(folder, format!("{message}: run the experiment again")));
+    }
+    if trust == Trust::Nothing {
+        let digest = Digest::of_this_version(folder)?;
+        digest.check_rows(folder)?;
+        digest.check_plan(folder, planned.len(), &sum_of_plan(experiment, catalogue, &planned, quick)?)?;
+        check_summary(folder, &runs, &pooled_sets(&planned))?;
+        if folder.join("records").is_dir() {
+            Folder::check(folder, experiment, &planned)?;
+        }
     }
     Ok(runs)
 }

@@ -6,6 +6,7 @@
 //! keep, one row per run ─► finish: read again, others may have stored theirs ─► result files
 //! ```
 
+use super::build_info::BuildInfo;
 use super::experiment::{COPY, Experiment, PlannedRun, plan_sha256};
 use super::files::make_folder;
 use super::job::{Job, Summary};
@@ -14,6 +15,7 @@ use super::references::{References, has_none, obtain_reference};
 use super::results;
 use super::run_row::{Asked, RunRow, TraceMark};
 use super::store::Store;
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{EvaluatedRun, Reference};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
@@ -32,6 +34,7 @@ const TOLD: usize = 20;
 pub(super) struct Folder<'a> {
     path: &'a Path,
     experiment: &'a Experiment,
+    build: &'a BuildInfo,
     /// Its rows.
     pub(super) store: Store,
 }
@@ -64,7 +67,7 @@ impl<'a> Folder<'a> {
 
     /// Reads the rows of a folder without files of others.
     fn read(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
-        let folder = Self::of(job.folder, job.experiment)?;
+        let folder = Self::of(job.folder, job.experiment, job.build)?;
         if !job.fresh && !job.experiment.is_copied_in(job.folder) {
             folder.refuse_rows_of_others(job, plan)?;
         }
@@ -75,9 +78,9 @@ impl<'a> Folder<'a> {
     ///
     /// # Errors
     /// Those of [`Store::open`].
-    fn of(path: &'a Path, experiment: &'a Experiment) -> Result<Self> {
+    fn of(path: &'a Path, experiment: &'a Experiment, build: &'a BuildInfo) -> Result<Self> {
         let store = Store::open(path, experiment.path(), &experiment.reference_identity())?;
-        Ok(Folder { path, experiment, store })
+        Ok(Folder { path, experiment, build, store })
     }
 
     /// Refuses rows of another experiment file of the same name: one that is there still, and says something else.
@@ -103,15 +106,10 @@ impl<'a> Folder<'a> {
         }
     }
 
-    /// The row of a run that [answers](RunRow::answers) what is asked of it.
-    fn row_of(&self, run: &PlannedRun) -> Option<&RunRow> {
-        let asked = Asked::of(&run.spec);
-        self.store.rows_of(&run.id).find(|row| row.answers(asked, run.spec.wall_limit))
-    }
-
-    /// The same, which need not be computed: it has the trace that is asked for, as it was written with it.
+    /// The same, which need not be computed: it is no defect of another build, and has the trace that is asked for, as it was written with
+    /// it.
     pub(super) fn finished(&self, run: &PlannedRun) -> Option<&RunRow> {
-        let row = self.row_of(run)?;
+        let row = row_of(&self.store, run).filter(|row| !row.is_defect() || row.origin.is_of(self.build))?;
         let Some(every_s) = self.experiment.trace_of(&run.label) else { return Some(row) };
         let path = self.path.join("traces").join(results::trace_name(&run.id));
         let found = || Some(TraceMark { every_s, sha256: sha256_of_file(&path)? });
@@ -157,13 +155,13 @@ impl<'a> Folder<'a> {
         held: Option<(usize, Reference)>,
         stop: StopFlag<'_>,
     ) -> Result<(Vec<usize>, usize)> {
-        let Folder { path, experiment, .. } = self;
+        let Folder { path, experiment, build, .. } = self;
         let folder = match self.store.is_up_to_date() {
             true => self,
             false => {
                 // The rows are held once.
                 drop(self);
-                Self::of(path, experiment)?
+                Self::of(path, experiment, build)?
             }
         };
         let missing = folder.missing(plan);
@@ -184,7 +182,7 @@ impl<'a> Folder<'a> {
         mut held: Option<(usize, Reference)>,
         stop: StopFlag<'_>,
     ) -> Result<()> {
-        results::write_tables(self.path, self.experiment, plan, |run| self.row_of(run))?;
+        results::write_tables(self.path, self.experiment, plan, |run| row_of(&self.store, run))?;
         let mut needed = References::default();
         plan.iter().for_each(|run| needed.note(&run.spec));
         let names = needed.names();
@@ -198,19 +196,53 @@ impl<'a> Folder<'a> {
                 found => Ok((spec, Some(found?))),
             }
         });
-        let problem = |run: &PlannedRun| (run.spec.case.name.to_string(), run.spec.parameters.given());
         let rejected = plan.iter().filter_map(|run| Some((problem(run), run.rejected_draws?))).collect();
         let every = self.experiment.trace_every_s;
         let of_references = results::write_references(self.path, references, &names, &rejected, every)?;
+        keep(self.path, &pooled_sets(plan), &sum_of_plan(self.experiment, job.catalogue, plan, job.quick)?)?;
         let traced = plan.iter().filter(|run| self.experiment.trace_of(&run.label).is_some());
-        results::write_checksums(self.path, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
-        let pooled = plan.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string())));
-        let first_draw = match self.experiment.events_required().next() {
-            Some(_) => Some(self.experiment.plan_at_first_draw(job.catalogue, job.quick)?),
-            None => None,
-        };
-        let plan_sha256 = plan_sha256(self.experiment, first_draw.as_deref().unwrap_or(plan));
-        keep(self.path, &PooledSets::from_iter(pooled), &plan_sha256)
+        results::write_checksums(self.path, traced.map(|run| results::trace_name(&run.id)).chain(of_references))
+    }
+
+    /// Holds the `runs.csv` of a folder against the rows that are stored beside it.
+    ///
+    /// # Errors
+    /// [`Error::File`] if one says what the other does not.
+    pub(super) fn check(path: &Path, experiment: &Experiment, plan: &[PlannedRun]) -> Result<()> {
+        let store = Store::open(path, experiment.path(), &experiment.reference_identity())?;
+        results::check_runs(path, experiment, plan, |run| row_of(&store, run))
+    }
+}
+
+/// The row of a run that [answers](RunRow::answers) what is asked of it.
+fn row_of<'s>(store: &'s Store, run: &PlannedRun) -> Option<&'s RunRow> {
+    let asked = Asked::of(&run.spec);
+    store.rows_of(&run.id).find(|row| row.answers(asked, run.spec.wall_limit))
+}
+
+/// Case and set of a run.
+fn problem(run: &PlannedRun) -> (String, String) {
+    (run.spec.case.name.to_string(), run.spec.parameters.given())
+}
+
+/// The sets of parameters of a plan that are pooled.
+pub(super) fn pooled_sets(plan: &[PlannedRun]) -> PooledSets {
+    plan.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string()))).collect()
+}
+
+/// The checksum of a plan, full or quick, which is that at the first draw where settings are drawn until an event happens.
+///
+/// # Errors
+/// Those of the plan.
+pub(super) fn sum_of_plan(
+    experiment: &Experiment,
+    catalogue: &Catalogue,
+    plan: &[PlannedRun],
+    quick: bool,
+) -> Result<String> {
+    match experiment.events_required().next() {
+        Some(_) => Ok(plan_sha256(experiment, &experiment.plan_at_first_draw(catalogue, quick)?)),
+        None => Ok(plan_sha256(experiment, plan)),
     }
 }
 
@@ -225,7 +257,7 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
     let mut summary = Summary { planned: plan.len(), damaged: own.store.damaged.clone(), ..Summary::default() };
     let mut wanted = own.missing(&plan);
     for folder in folders {
-        let other = Folder::of(folder, job.experiment)?;
+        let other = Folder::of(folder, job.experiment, job.build)?;
         summary.damaged.extend(other.store.damaged.iter().cloned());
         let mut still_wanted = Vec::new();
         for index in wanted {

@@ -1,5 +1,6 @@
 //! The axes of an experiment's grid as its file gives them: macro steps, phases, values of parameters.
 
+use super::experiment::MOST_RUNS;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::runs::Given;
 use rimbench_core::error::{Error, Result};
@@ -84,7 +85,11 @@ pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64
     if !(1..=1000).contains(&per_decade) {
         return Err(Error::invalid("per-decade", per_decade, "a whole number from 1 to 1000"));
     }
-    let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0) as usize;
+    let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0);
+    if intervals >= MOST_RUNS as f64 {
+        return Err(Error::invalid("to", to, format!("at most {MOST_RUNS} macro steps between {from} s and it")));
+    }
+    let intervals = intervals as usize;
     if intervals == 0 {
         return Ok(vec![from]);
     }

@@ -31,7 +31,10 @@ mod store;
 pub use advice::{Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of};
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{CheckedClaim, KeptClaims, check_claims, check_fresh_claims, check_kept_claims, write_claims};
+pub use claims::{
+    CheckedClaim, KeptClaims, VerifiedClaims, check_claims, check_fresh_claims, check_kept_claims, verify_results,
+    write_claims,
+};
 pub use clock::{monotonic_clock, processor_clock};
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use deadline_log::replay_log;

@@ -35,6 +35,13 @@ impl RunOrigin {
     }
 }
 
+impl RunOrigin {
+    /// Whether it is a build of this source.
+    pub(super) fn is_of(&self, build: &BuildInfo) -> bool {
+        [&*self.0[0], &*self.0[1]] == [build.git_revision, build.git_dirty]
+    }
+}
+
 impl Provenance {
     /// Collects what is known of a program built like this, here.
     pub fn collect(build: &BuildInfo) -> Self {

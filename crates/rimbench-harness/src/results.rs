@@ -8,11 +8,12 @@
 //! settings.csv    what scales the coupling of each set of parameters, and how many draws were rejected before it
 //! reference.csv   uncertainty and observed order of the reference, per column
 //! traces/         one file per run, and the reference, where the experiment asks for them
+//! summary.csv     medians, and digest.toml: what is kept where rows are made
 //! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
 //! records/        the store (see [`Store`](super::Store)); not a result
 //! ```
 
-use super::experiment::{Experiment, PlannedRun};
+use super::experiment::{COPY, Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
@@ -22,6 +23,7 @@ use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
+use rimbench_results::kept::{DIGEST, SUMMARY};
 use rimbench_results::trace;
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -79,6 +81,36 @@ pub(super) fn write_tables<'a>(
     planned: &[PlannedRun],
     row_of: impl Fn(&PlannedRun) -> Option<&'a RunRow>,
 ) -> Result<()> {
+    let tables = tables(folder, experiment, planned, row_of)?;
+    for (name, table) in ["runs.csv", "cost.csv", "provenance.csv"].into_iter().zip(tables).rev() {
+        write_atomically(&folder.join(name), |file| file.write_all(table.as_bytes()))?;
+    }
+    Ok(())
+}
+
+/// Checks that `runs.csv` says what the rows of runs say.
+///
+/// # Errors
+/// [`Error::File`] if it says something else, or if the row of a run is not there.
+pub(super) fn check_runs<'a>(
+    folder: &Path,
+    experiment: &Experiment,
+    planned: &[PlannedRun],
+    row_of: impl Fn(&PlannedRun) -> Option<&'a RunRow>,
+) -> Result<()> {
+    let [runs, ..] = tables(folder, experiment, planned, row_of)?;
+    let path = folder.join("runs.csv");
+    let same = std::fs::read(&path).is_ok_and(|written| written == runs.as_bytes());
+    if same { Ok(()) } else { Err(Error::file(path, "is not what is stored in records/: run the experiment again")) }
+}
+
+/// The texts of `runs.csv`, `cost.csv` and `provenance.csv`.
+fn tables<'a>(
+    folder: &Path,
+    experiment: &Experiment,
+    planned: &[PlannedRun],
+    row_of: impl Fn(&PlannedRun) -> Option<&'a RunRow>,
+) -> Result<[String; 3]> {
     let (plan, kept) = (plan_header(planned), findings_header(experiment, planned));
     let costs = names_of(|each| Costs::default().columns(each));
     let of_cost: Vec<usize> = (0..plan.len()).filter(|&at| COST_PLAN.contains(&plan[at])).collect();
@@ -109,10 +141,7 @@ pub(super) fn write_tables<'a>(
         *provenance += &[&run.id, &*line_of(|each| stored.origin.columns(each))].join(",");
         tables.iter_mut().for_each(|table| table.push('\n'));
     }
-    for (name, table) in ["runs.csv", "cost.csv", "provenance.csv"].into_iter().zip(tables).rev() {
-        write_atomically(&folder.join(name), |file| file.write_all(table.as_bytes()))?;
-    }
-    Ok(())
+    Ok(tables)
 }
 
 /// Writes `parameters.csv`, `settings.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
@@ -182,7 +211,7 @@ const MEASURED: [&str; 2] = ["cost.csv", "provenance.csv"];
 /// # Errors
 /// [`Error::File`] naming a file that has gone meanwhile.
 pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String>) -> Result<()> {
-    let others = ["parameters.csv", "settings.csv", "reference.csv", "experiment.toml"];
+    let others = ["parameters.csv", "settings.csv", "reference.csv", COPY, SUMMARY, DIGEST];
     let tables = ["runs.csv"].into_iter().chain(MEASURED).chain(others).map(str::to_owned);
     let files: Vec<String> = tables.chain(traces.map(|name| format!("traces/{name}"))).collect();
     loop {

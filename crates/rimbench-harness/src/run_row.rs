@@ -128,7 +128,13 @@ impl RunRow {
 
     /// Whether it says at least as much as an earlier row of the same run of which the same was asked.
     pub(crate) fn replaces(&self, earlier: &Self) -> bool {
-        self.allowed_s() >= earlier.allowed_s()
+        let says = |row: &Self| (!row.is_defect(), row.allowed_s());
+        says(self) >= says(earlier)
+    }
+
+    /// Whether it ended by a defect of the program: of what was run it says nothing, and another build may say something.
+    pub(crate) fn is_defect(&self) -> bool {
+        self.found.outcome == OutcomeKind::Panicked
     }
 
     /// Wall time that it was given before it was ended, s; infinite if it came to an end.

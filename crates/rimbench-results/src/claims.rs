@@ -49,7 +49,7 @@ impl fmt::Display for Verdict {
 }
 
 /// A claim with what was measured.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CheckedClaim {
     /// Experiment the claim stands in.
     pub experiment: String,

@@ -138,20 +138,9 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
 pub fn keep(folder: &Path, pooled: &PooledSets, plan_sha256: &str) -> Result<()> {
     let path = folder.join("runs.csv");
     let runs = read_table(&path)?;
-    let rows = summarise(&runs, pooled)?;
-    let header = header(!pooled.is_empty());
+    let text = summary_csv(&runs, pooled)?;
     let summary = folder.join(SUMMARY);
-    write_atomically(&summary, |file| {
-        let mut table = csv::Writer::from_writer(file);
-        table.write_record(&header)?;
-        for row in &rows {
-            let counts = [row.runs, row.completed, row.failed, row.no_answer].map(|count| count.to_string());
-            let metrics = if row.worst.is_some() { &row.quartiles[1..2] } else { &row.quartiles[..] };
-            let values = metrics.iter().flatten().copied().chain(row.worst).map(short);
-            table.write_record(row.keys.iter().cloned().chain(counts).chain(values))?;
-        }
-        table.flush()
-    })?;
+    write_atomically(&summary, |file| file.write_all(&text))?;
     let sum = |path: &Path| sha256_of_file(path).ok_or_else(|| Error::file(path, "has gone as soon as it was written"));
     let (runs_sha256, summary_sha256) = (sum(&path)?, sum(&summary)?);
     let text = format!(
@@ -159,6 +148,32 @@ pub fn keep(folder: &Path, pooled: &PooledSets, plan_sha256: &str) -> Result<()>
         runs.len()
     );
     write_atomically(&folder.join(DIGEST), |file| file.write_all(text.as_bytes()))
+}
+
+/// Checks that the `summary.csv` in a folder is the one that its rows give.
+///
+/// # Errors
+/// [`Error::File`] if it is another, or not there.
+pub fn check_summary(folder: &Path, runs: &ResultsTable, pooled: &PooledSets) -> Result<()> {
+    let path = folder.join(SUMMARY);
+    let written = std::fs::read(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
+    let same = written == summary_csv(runs, pooled)?;
+    if same { Ok(()) } else { Err(Error::file(&path, "is not that of runs.csv beside it: run the experiment again")) }
+}
+
+/// The text of `summary.csv`.
+fn summary_csv(runs: &ResultsTable, pooled: &PooledSets) -> Result<Vec<u8>> {
+    let rows = summarise(runs, pooled)?;
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let lines = rows.iter().map(|row| {
+        let counts = [row.runs, row.completed, row.failed, row.no_answer].map(|count| count.to_string());
+        let metrics = if row.worst.is_some() { &row.quartiles[1..2] } else { &row.quartiles[..] };
+        let values = metrics.iter().flatten().copied().chain(row.worst).map(short);
+        row.keys.iter().cloned().chain(counts).chain(values).collect()
+    });
+    let text = std::iter::once(header(!pooled.is_empty())).chain(lines).try_for_each(|line| table.write_record(line));
+    let text = text.and_then(|()| table.into_inner().map_err(|error| error.into_error().into()));
+    text.map_err(|error| Error::file(runs.path(), format!("has no summary: {error}")))
 }
 
 fn header(pooled: bool) -> Vec<String> {
@@ -178,18 +193,8 @@ fn short(value: f64) -> String {
 /// # Errors
 /// [`Error::File`] if one of the two is missing or damaged, or of another numerics version.
 pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
-    let digest = Digest::read(folder)?;
+    Digest::of_this_version(folder)?;
     let path = folder.join(SUMMARY);
-    if sha256_of_file(&path).as_ref() != Some(&digest.summary_sha256) {
-        return Err(Error::file(&path, format!("is not that of {DIGEST} beside it: run the experiment again")));
-    }
-    if digest.numerics_version != NUMERICS_VERSION {
-        let message = format!(
-            "is of numerics version {}, this program of {NUMERICS_VERSION}: run the experiment again",
-            digest.numerics_version
-        );
-        return Err(Error::file(folder.join(DIGEST), message));
-    }
     let table = read_table(&path)?;
     let is = |pooled: bool| table.names() == header(pooled);
     let pooled = is(true);
@@ -233,6 +238,39 @@ impl Digest {
             return Err(wrong(format!("`{sum}` is no SHA-256")));
         }
         Ok(digest)
+    }
+
+    /// Reads the digest in a folder, which must be that of the summary beside it, and of this program's numerics.
+    ///
+    /// # Errors
+    /// [`Error::File`] if one of the two is missing or damaged, or of another numerics version.
+    pub fn of_this_version(folder: &Path) -> Result<Self> {
+        let digest = Self::read(folder)?;
+        let path = folder.join(SUMMARY);
+        if sha256_of_file(&path).as_ref() != Some(&digest.summary_sha256) {
+            return Err(Error::file(&path, format!("is not that of {DIGEST} beside it: run the experiment again")));
+        }
+        if digest.numerics_version != NUMERICS_VERSION {
+            let message = format!(
+                "is of numerics version {}, this program of {NUMERICS_VERSION}: run the experiment again",
+                digest.numerics_version
+            );
+            return Err(Error::file(folder.join(DIGEST), message));
+        }
+        Ok(digest)
+    }
+
+    /// Checks that it is of a plan, of so many runs and with this checksum.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it is of another.
+    pub fn check_plan(&self, folder: &Path, runs: usize, plan_sha256: &str) -> Result<()> {
+        let other = match (self.rows == runs, self.plan_sha256 == plan_sha256) {
+            (true, true) => return Ok(()),
+            (true, false) => "is not of the runs that the experiment has: a setting or a label is another".to_owned(),
+            (false, _) => format!("is of {} runs, and the experiment has {runs}", self.rows),
+        };
+        Err(Error::file(folder.join(DIGEST), format!("{other}: run the experiment again")))
     }
 
     /// Checks that the `runs.csv` in a folder is the one of this digest.

@@ -24,8 +24,9 @@ use super::style::Styles;
 use super::vector;
 use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, shortened};
-use rimbench_results::checksums;
+use rimbench_results::checksums::{self, CHECKSUMS};
 use rimbench_results::input::read_text;
+use rimbench_results::kept::DIGEST;
 use rimbench_results::text_place::{line_of, said_at};
 use rimbench_statistics::Runs;
 use serde::Deserialize;
@@ -146,6 +147,18 @@ pub struct FigureKey {
     pub about: &'static str,
 }
 
+/// Whether an experiment `group/name` is one, or is of one group; of none is all.
+fn is_in(experiment: &str, part: Option<&str>) -> bool {
+    part.is_none_or(|part| experiment.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')))
+}
+
+/// Whether a folder has the results of a run from which figures are drawn; where only a few files are kept, the figures are among them.
+fn has_rows(folder: &Path) -> bool {
+    let is_checkout =
+        || folder.join(DIGEST).exists() && !["cost.csv", CHECKSUMS].iter().any(|name| folder.join(name).exists());
+    folder.join("runs.csv").is_file() && !is_checkout()
+}
+
 /// Every key of the list of figures.
 pub fn figure_keys() -> Vec<FigureKey> {
     let described = |(place, key): (String, &'static keys::Key)| FigureKey {
@@ -206,8 +219,8 @@ impl FigureList {
         if own.is_empty() { default_figures(name, folder) } else { Ok(own) }
     }
 
-    /// Experiments below a folder of results that the list does not name, `group/name`.
-    fn not_listed(&self, results: &Path, group: Option<&str>) -> Vec<String> {
+    /// Experiments below a folder of results that the list does not name, `group/name`, of one group or one by name, or all.
+    fn not_listed(&self, results: &Path, part: Option<&str>) -> Vec<String> {
         let folders = |folder: &Path| -> Vec<String> {
             let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
             let named =
@@ -216,26 +229,24 @@ impl FigureList {
             names.sort();
             names
         };
-        let groups = folders(results).into_iter().filter(|name| group.is_none_or(|group| group == name));
-        let names = groups.flat_map(|group| {
+        let names = folders(results).into_iter().flat_map(|group| {
             let inside = folders(&results.join(&group));
             inside.into_iter().map(move |name| format!("{group}/{name}"))
         });
-        let has_runs = |name: &String| results.join(name).join("runs.csv").is_file();
         let is_listed = |name: &String| self.figures.iter().any(|figure| figure.experiment == *name);
-        names.filter(|name| has_runs(name) && !is_listed(name)).collect()
+        names.filter(|name| is_in(name, part) && has_rows(&results.join(name)) && !is_listed(name)).collect()
     }
 
-    /// The figures of one group of experiments, or of all.
-    pub fn of_group(&self, group: Option<&str>) -> Vec<&FigureEntry> {
-        self.figures.iter().filter(|figure| group.is_none_or(|group| figure.group() == group)).collect()
+    /// The figures of one group of experiments, of one experiment `group/name`, or of all.
+    pub fn of_part(&self, part: Option<&str>) -> Vec<&FigureEntry> {
+        self.figures.iter().filter(|figure| is_in(&figure.experiment, part)).collect()
     }
 
-    /// The list, with the figures of [`of_experiment`](Self::of_experiment) for every experiment below a folder of results, in one group or
-    /// in all, that it does not name. Also returned: experiments whose results no figure can be made of, with the reason.
-    pub fn completed(mut self, results: &Path, group: Option<&str>) -> (Self, Vec<(String, String)>) {
+    /// The list, with the figures of [`of_experiment`](Self::of_experiment) for every experiment below a folder of results, in a part of it
+    /// or in all, that it does not name. Also returned: experiments whose results no figure can be made of, with the reason.
+    pub fn completed(mut self, results: &Path, part: Option<&str>) -> (Self, Vec<(String, String)>) {
         let mut failed = Vec::new();
-        for name in self.not_listed(results, group) {
+        for name in self.not_listed(results, part) {
             match default_figures(&name, &results.join(&name)) {
                 Ok(figures) => self.figures.extend(figures),
                 Err(error) => failed.push((name, error.to_string())),
@@ -244,24 +255,24 @@ impl FigureList {
         (self, failed)
     }
 
-    /// Draws the figures of one group of experiments, or of all, whose results are there; names the others.
+    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there; names the others.
     ///
     /// Results that lack a file, a column or a label (older than the figure, say) are a failure, with the reason.
     ///
     /// # Errors
-    /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a group without figures.
-    pub fn make_all(&self, results: &Path, group: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
+    /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a part without figures.
+    pub fn make_all(&self, results: &Path, part: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
         if !results.is_dir() {
             return Err(Error::file(results, "is not a folder of results"));
         }
-        if let Some(group) = group.filter(|group| self.of_group(Some(group)).is_empty()) {
+        if let Some(part) = part.filter(|part| self.of_part(Some(part)).is_empty()) {
             let groups: BTreeSet<&str> = self.figures.iter().map(FigureEntry::group).collect();
-            return Err(Error::unknown("group of figures", group, groups));
+            return Err(Error::unknown("group of figures", part, groups));
         }
         let mut made = MadeFigures::default();
-        for figure in self.of_group(group) {
+        for figure in self.of_part(part) {
             let folder = results.join(&figure.experiment);
-            if !folder.join("runs.csv").is_file() {
+            if !has_rows(&folder) {
                 let reason = format!("no results in {}: run experiments/{}.toml", folder.display(), figure.experiment);
                 made.missing.push((figure.id.clone(), reason));
                 continue;

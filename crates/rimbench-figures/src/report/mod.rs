@@ -28,6 +28,9 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use std::path::Path;
 
+/// How the one line of a page begins that says of which day, commit and machine it is.
+pub const DATE_LINE: &str = "<p class=\"made\">";
+
 /// No page is larger.
 pub const MOST_BYTES: usize = 2_500_000;
 

@@ -1,7 +1,7 @@
 //! Head, text, studies, and what is missing.
 
 use super::store::{Made, Study};
-use super::{Report, claims, folded, grid};
+use super::{DATE_LINE, Report, claims, folded, grid};
 use crate::days::day_of;
 use crate::live_part;
 use crate::vector::escaped;
@@ -119,7 +119,7 @@ impl Report<'_> {
         let studies =
             if self.studies.len() == 1 { "1 study".to_owned() } else { format!("{} studies", self.studies.len()) };
         format!(
-            "<p class=\"made\">{runs} in {studies}, {date}{}. Page written by {}, numerics version {NUMERICS_VERSION}.</p>\n",
+            "{DATE_LINE}{runs} in {studies}, {date}{}. Page written by {}, numerics version {NUMERICS_VERSION}.</p>\n",
             [("commit", "git_revision", dirty), ("compiler", "rustc", ""), ("machine", "cpu", "")]
                 .map(|(title, column, more)| (named(title, all(column)), more))
                 .into_iter()

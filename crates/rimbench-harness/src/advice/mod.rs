@@ -97,6 +97,9 @@ pub struct Choice {
     /// Place of the form.
     #[serde(skip)]
     place: usize,
+    /// Macro steps in a run.
+    #[serde(skip)]
+    points: f64,
     #[serde(skip)]
     model_exact: bool,
     #[serde(skip)]
@@ -107,6 +110,9 @@ pub struct Choice {
     #[serde(skip)]
     fault: Option<String>,
 }
+
+/// A run of fewer macro steps is judged at so few points that it has to be said.
+const FEW_POINTS: f64 = 30.0;
 
 /// Finds the advice.
 ///
@@ -249,7 +255,8 @@ impl Search<'_> {
             }
         }
         cell.cost = self.cost(cell.work);
-        cell.time_per_macro_step_s = time / cell.runs as f64 / (first.duration / macro_step_s).max(1.0);
+        cell.points = (first.duration / macro_step_s).max(1.0);
+        cell.time_per_macro_step_s = time / cell.runs as f64 / cell.points;
         Ok(cell)
     }
 
@@ -299,6 +306,12 @@ impl Search<'_> {
         if let Some(best) = self.best.first() {
             if best.macro_step_s == to {
                 notes.push(format!("{to:e} s is the largest macro step that was tried: --to asks for larger ones."));
+            }
+            if best.points < FEW_POINTS {
+                notes.push(format!(
+                    "A run has {:.0} macro steps of this length: the error is judged at the points between them, and nowhere within one.",
+                    best.points.ceil()
+                ));
             }
             let uncertainty = self.advice.reference_uncertainty_of_peak.unwrap_or(0.0);
             if 3.0 * uncertainty > self.question.error {

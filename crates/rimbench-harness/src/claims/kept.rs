@@ -4,9 +4,12 @@ use crate::experiment::{Claim, Experiment, Statistic, plan_sha256};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
-use rimbench_results::kept::{DIGEST, Digest, SUMMARY_METRICS, SummaryRow, read_summary};
+use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_statistics::ALL;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The group whose claims stand together.
+const GROUP: &str = "paper";
 
 /// Relative difference that six written digits explain, of a ratio of two of them as well.
 const ROUNDING: f64 = 3e-5;
@@ -28,40 +31,15 @@ pub struct KeptClaims {
 /// experiment, and for a number that is not that of the summary.
 pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<KeptClaims> {
     let summary = read_summary(folder)?;
-    let digest = Digest::read(folder)?;
-    if folder.join("runs.csv").exists() {
-        digest.check_rows(folder)?;
-    }
-    let (planned, of) = (experiment.plan_at_first_draw(catalogue, false)?, experiment.path().display());
-    let other = match digest.rows == planned.len() {
-        true if digest.plan_sha256 == plan_sha256(experiment, &planned) => None,
-        true => Some(format!("is not of the runs that {of} has: a setting or a label is another")),
-        false => Some(format!("is of {} runs, and {of} has {}", digest.rows, planned.len())),
-    };
-    if let Some(other) = other {
-        return Err(Error::file(folder.join(DIGEST), format!("{other}: run the experiment again")));
-    }
+    let planned = experiment.plan_at_first_draw(catalogue, false)?;
+    Digest::read(folder)?.check_plan(folder, planned.len(), &plan_sha256(experiment, &planned))?;
     let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
-    if experiment.claims().is_empty() {
-        return Ok(kept);
-    }
-    let own = folder.join("claims.csv");
-    // Those of a group that is run as a whole stand together.
-    let path = if own.is_file() { own } else { folder.with_file_name("claims.csv") };
-    let wrong = |message: String| Err(Error::file(&path, format!("{message}: run the experiment again")));
-    let mut written = read_claims(&path)?;
-    written.retain(|claim| claim.experiment == experiment.name());
-    if written.len() != experiment.claims().len() {
-        let (found, wanted) = (written.len(), experiment.claims().len());
-        return wrong(format!("holds {found} claims of {}, which makes {wanted}", experiment.name()));
-    }
+    let Some((path, written)) = written_claims(experiment, folder)? else { return Ok(kept) };
+    let wrong = |message: String| Err(Error::file(&path, format!("{message}: {}", remedy(experiment))));
     for (claim, mut checked) in experiment.claims().iter().zip(written) {
-        if checked.id != claim.id || checked.expected != claim.expect.to_string() {
-            return wrong(format!(
-                "says another claim than {} where that has `{}`",
-                experiment.path().display(),
-                claim.id
-            ));
+        if checked.expected != claim.expect.to_string() {
+            let file = experiment.path().display();
+            return wrong(format!("expects something else of `{}` than {file}", claim.id));
         }
         checked.finding = claim.finding;
         if let (Some(expected), Some(measured)) = (claim.said_by(&summary), checked.measured) {
@@ -73,6 +51,56 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
         kept.claims.push(checked);
     }
     Ok(kept)
+}
+
+/// Checks that the claims that are written of an experiment, if any are, are those that its rows give.
+///
+/// # Errors
+/// [`Error::File`] naming the first that is not.
+pub(super) fn check_written(experiment: &Experiment, folder: &Path, measured: &[CheckedClaim]) -> Result<()> {
+    if !path_of_claims(folder).is_file() {
+        return Ok(());
+    }
+    let Some((path, written)) = written_claims(experiment, folder)? else { return Ok(()) };
+    for (own, written) in measured.iter().zip(written) {
+        // What was found before is the experiment file's to say.
+        let same = CheckedClaim { finding: own.finding, run_ids: own.run_ids.clone(), ..written };
+        if same != *own {
+            let message = format!("says something else of `{}` than the rows: {}", own.id, remedy(experiment));
+            return Err(Error::file(path, message));
+        }
+    }
+    Ok(())
+}
+
+/// Where claims are written: those of a group that is run as a whole stand together.
+fn path_of_claims(folder: &Path) -> PathBuf {
+    let group = folder.parent().filter(|group| group.ends_with(GROUP));
+    group.unwrap_or(folder).join("claims.csv")
+}
+
+/// Reads the claims that are written of an experiment, which must be those that it makes; none if it makes none.
+fn written_claims(experiment: &Experiment, folder: &Path) -> Result<Option<(PathBuf, Vec<CheckedClaim>)>> {
+    if experiment.claims().is_empty() {
+        return Ok(None);
+    }
+    let path = path_of_claims(folder);
+    let mut written = read_claims(&path)?;
+    written.retain(|claim| claim.experiment == experiment.name());
+    let made = experiment.claims().iter().map(|claim| &claim.id);
+    if !written.iter().map(|claim| &claim.id).eq(made) {
+        let message = format!("holds other claims than {}: {}", experiment.path().display(), remedy(experiment));
+        return Err(Error::file(path, message));
+    }
+    Ok(Some((path, written)))
+}
+
+/// What writes the claims of an experiment.
+fn remedy(experiment: &Experiment) -> String {
+    match &*experiment.group() {
+        GROUP => "`rimbench reproduce` writes it".to_owned(),
+        _ => format!("`rimbench reproduce --everything --only {}` writes it", experiment.full_name()),
+    }
 }
 
 impl Claim {
