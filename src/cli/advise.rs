@@ -147,8 +147,8 @@ fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> S
         let Choice { scheme, form, time_is_of, .. } = choice;
         lines.push(row(label, &format!("{scheme}, {form}, H = {}", step(choice))));
         let (error, cost) = (percent(choice.worst_error.unwrap_or(f64::NAN)), with_digits(choice.cost, "-", 3));
-        let unit = if question.prices == USUAL_PRICES { "micro steps" } else { "in the unit of the prices" };
-        lines.push(row("", &format!("error {error} at the worst of {} phases; cost {cost} {unit}", question.phases)));
+        let unit = if question.prices == USUAL_PRICES { "micro steps" } else { "units of price" };
+        lines.push(row("", &format!("error {error}, worst of {} phases; cost {cost} {unit}", question.phases)));
         let time = quantity(choice.time_per_macro_step_s, "s");
         lines.push(row("computing time", &format!("{time} per macro step ({time_is_of} time)")));
     }

@@ -1,5 +1,6 @@
 //! `rimbench report --figures`: all figures again, from stored results; also of experiments that no list of figures names.
 
+use super::number::counted;
 use super::print;
 use super::project::Project;
 use rimbench::catalogue::Catalogue;
@@ -44,13 +45,13 @@ pub(super) fn draw_figures(
     for (id, reason) in &made.failed {
         eprintln!("error: {id} cannot be drawn: {reason}");
     }
-    let count = |count: usize| format!("{count} figure{}", if count == 1 { "" } else { "s" });
-    let mut said = format!("{} drawn", count(made.files.len()));
+    let mut said = format!("{} drawn", counted(made.files.len(), "figure"));
     if !made.failed.is_empty() {
         said += &format!(", {} could not be", made.failed.len());
     }
     if !made.missing.is_empty() {
-        said += &format!(", {} of experiments without rows here left as they are", count(made.missing.len()));
+        said +=
+            &format!(", {} of experiments without rows here left as they are", counted(made.missing.len(), "figure"));
     }
     print(&said)?;
     let is_whole = made.failed.is_empty() && (made.missing.is_empty() || !by_name);

@@ -51,6 +51,11 @@ pub(super) fn with_digits(value: f64, unit: &str, digits: usize) -> String {
     join(trimmed(&format!("{:.places$}", number / 10_f64.powi(shift))).to_owned(), prefix)
 }
 
+/// Writes how many there are of something whose plural ends in s, `1 run`, `2 runs`.
+pub(super) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Writes a share as a percentage of three significant digits.
 pub(super) fn percent(share: f64) -> String {
     let share = 100.0 * share;

@@ -1,5 +1,6 @@
 //! `rimbench perf`: has the program become slower?
 
+use super::number::counted;
 use super::print;
 use super::screen::Table;
 use anyhow::Context;
@@ -86,7 +87,7 @@ impl Measuring {
             table.add_row([&row.benchmark, &count, &row.status]);
         }
         print(&table.to_string())?;
-        print(&format!("record {}: {} rows appended to {}", rows[0].record, rows.len(), path.display()))
+        print(&format!("record {}: {} appended to {}", rows[0].record, counted(rows.len(), "row"), path.display()))
     }
 }
 

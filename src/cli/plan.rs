@@ -1,6 +1,7 @@
 //! `rimbench run --dry-run`: the runs of an experiment, without running them.
 
 use super::json::Object;
+use super::number::counted;
 use super::screen::{Table, paragraph};
 use super::{Format, print, print_json};
 use rimbench::catalogue::Catalogue;
@@ -19,7 +20,7 @@ pub(super) fn show(experiment: &Experiment, catalogue: &Catalogue, all: bool, fo
         return print_json(&json(experiment, &planned));
     }
     print(&format!("{}\n", paragraph(&experiment.question, 0)))?;
-    print(&format!("{} runs, {} claims", planned.len(), experiment.claims().len()))?;
+    print(&[counted(planned.len(), "run"), counted(experiment.claims().len(), "claim")].join(", "))?;
     let facts: Vec<Vec<Fact>> = planned.iter().map(|run| run.spec.facts()).collect();
     // What is the same in all runs is said once.
     let varies = |column: &usize| facts.iter().any(|of_run| of_run[*column] != facts[0][*column]);

@@ -67,7 +67,12 @@ impl Reproduce {
                 Job { quick: self.quick, fresh: true, ..Job::new(experiment, catalogue, &folder, &cache, &BUILD) };
             let summary = run_job(job, &|step| progress.after(step), StopFlag::never())?;
             not_completed += summary.not_completed;
-            progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
+            progress.group_done(&format!(
+                "{}: {} runs, {} of them did not complete, as data",
+                experiment.name(),
+                summary.computed,
+                summary.not_completed
+            ));
             claims.extend(check_fresh_claims(experiment, catalogue, &folder)?);
         }
         progress.about("drawing figures");

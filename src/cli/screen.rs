@@ -74,7 +74,9 @@ pub(super) fn row(label: &str, text: &str) -> String {
 fn row_within(width: usize, label: &str, text: &str) -> String {
     let indent = (2 + LABEL).min(width / 2);
     let lines = wrap(text, width - indent);
-    let first = format!("  {label:<own$}{}", lines.first().map_or("", String::as_str), own = indent - 2);
+    // On a narrow screen a label may be longer than its column.
+    let own = (indent - 2).max(label.chars().count() + 1);
+    let first = format!("  {label:<own$}{}", lines.first().map_or("", String::as_str));
     lines.iter().skip(1).fold(first.trim_end().to_owned(), |text, line| format!("{text}\n{}{line}", " ".repeat(indent)))
 }
 
@@ -201,7 +203,7 @@ const LISTS: [(&str, &str); 6] = [
     ("scheme", "rimbench list schemes"),
     ("solver", "rimbench list solvers"),
     ("metric", "rimbench list metrics"),
-    ("parameter", "rimbench list parameters"),
+    ("parameter", "rimbench list parameters --case NAME"),
     ("statistic or metric", "rimbench list metrics"),
 ];
 

@@ -1,7 +1,7 @@
 //! What came of an experiment, for reading: medians and what did not complete, by case, scheme row and macro step.
 
 use super::number::{percent, quantity, with_digits};
-use super::screen::Table;
+use super::screen::{Table, paragraph};
 use rimbench::error::Result;
 use rimbench::harness::Experiment;
 use rimbench::results_table::read_table;
@@ -29,7 +29,7 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
     let groups = Runs::of(&file)?.by_columns(["case", "set", "label", "macro_step_s"])?;
     let mut header = vec!["scheme row", "H", "done"];
     header.extend(MEDIANS.map(|(_, heading, _)| heading));
-    let mut text = "Medians of completed runs: rms errors of force and position, energy residual".to_owned();
+    let mut text = paragraph("Medians of completed runs: rms errors of force and position, energy residual", 0);
     let shown = &groups[..groups.len().min(MOST_ROWS)];
     for of_case in shown.chunk_by(|a, b| a.0[..2] == b.0[..2]) {
         let mut table = Table::new(&header);

@@ -1,5 +1,6 @@
 //! `rimbench verify`: claims against stored results.
 
+use super::number::counted;
 use super::project::Project;
 use super::screen::{Mood, verdict};
 use super::{claims_list, print};
@@ -52,19 +53,18 @@ impl Verify {
         }
         let shown: Vec<CheckedClaim> = claims.iter().filter(|claim| self.all || claim.differs()).cloned().collect();
         let changed = claims.iter().filter(|claim| claim.differs()).count();
-        let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let is_new = |claim: &&CheckedClaim| claim.finding == Verdict::NotMeasured && claim.verdict != claim.finding;
         let new = claims.iter().filter(is_new).count();
         let mut said = match changed {
-            0 if new > 0 => format!("{}: of {new} no verdict is recorded", count(claims.len(), "claim")),
-            0 => format!("{}: every verdict is the recorded one", count(claims.len(), "claim")),
-            changed => format!("{}: {} from the recorded verdict", count(claims.len(), "claim"), differing(changed)),
+            0 if new > 0 => format!("{}: of {new} no verdict is recorded", counted(claims.len(), "claim")),
+            0 => format!("{}: every verdict is the recorded one", counted(claims.len(), "claim")),
+            changed => format!("{}: {} from the recorded verdict", counted(claims.len(), "claim"), differing(changed)),
         };
         if kept > 0 {
             said += &format!(" ({kept} from summaries)");
         }
         if !faults.is_empty() {
-            said += &format!("; {} of {} could not be checked", faults.len(), count(self.files.len(), "file"));
+            said += &format!("; {} of {} could not be checked", faults.len(), counted(self.files.len(), "file"));
         }
         if !shown.is_empty() {
             print(&claims_list(&shown))?;

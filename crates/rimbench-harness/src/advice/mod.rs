@@ -291,7 +291,7 @@ impl Search<'_> {
         let distance = cell.worst_error.unwrap_or(if is_skipped { f64::INFINITY } else { f64::MAX });
         if self.nearest.as_ref().is_none_or(|(known, _)| distance < *known) {
             let phase = cell.request.phase.map_or_else(String::new, |phase| format!(", phase {phase:.4}"));
-            let cell = format!("{}, {}, at {:e} s", cell.scheme, cell.form, cell.macro_step_s);
+            let cell = format!("{}, {}, at H = {}", cell.scheme, cell.form, ms(cell.macro_step_s));
             self.nearest = Some((distance, format!("{cell}{phase}: {fault}")));
         }
         if is_skipped {
@@ -305,11 +305,11 @@ impl Search<'_> {
         let [from, to] = [steps[0], steps[steps.len() - 1]];
         if let Some(best) = self.best.first() {
             if best.macro_step_s == to {
-                notes.push(format!("{to:e} s is the largest macro step that was tried: --to asks for larger ones."));
+                notes.push(format!("{} is the largest macro step that was tried: --to asks for larger ones.", ms(to)));
             }
             if best.points < FEW_POINTS {
                 notes.push(format!(
-                    "A run has {:.0} macro steps of this length: the error is judged at the points between them, and nowhere within one.",
+                    "The error is judged at the ends of {:.0} macro steps, nowhere within one.",
                     best.points.ceil()
                 ));
             }
@@ -321,7 +321,11 @@ impl Search<'_> {
                 notes.push("Here the model is the mechanics itself (model_exact): elsewhere expect more.".to_owned());
             }
         } else if let Some((_, reason)) = &self.nearest {
-            notes.push(format!("None: no form meets the error at every phase between H = {from:e} and {to:e} s."));
+            notes.push(format!(
+                "None: no form meets the error at every phase between H = {} and {}.",
+                ms(from),
+                ms(to)
+            ));
             notes.push(format!("The nearest: {reason}."));
         }
         if self.advice.undecided > 0 {
@@ -329,4 +333,9 @@ impl Search<'_> {
         }
         notes
     }
+}
+
+/// A macro step in milliseconds, without the round-off of the factor.
+fn ms(step: f64) -> String {
+    format!("{} ms", format!("{:.9e}", step * 1e3).parse::<f64>().unwrap_or(step * 1e3))
 }
