@@ -1,7 +1,6 @@
-//! The documents: links lead somewhere, tests that they name exist, everything that runs by name has its page, and numbers that
-//! they repeat are those of the committed files.
+//! The documents: links lead somewhere, everything that runs by name has its page, programs compile, and numbers that they repeat are
+//! those of the committed files.
 
-pub use crate::prose::{documents, files, prose, read, root};
 use crate::support::{cases, schemes};
 use rimbench::cases::ReferenceMethod;
 use rimbench::catalogue::Catalogue;
@@ -11,10 +10,47 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Longest line, in characters; a table's row is one line.
-const LONGEST_LINE: usize = 120;
-/// Longest METHODOLOGY.md, in lines: a contract is read in one go.
-const LONGEST_CONTRACT: usize = 150;
+/// The project's folder.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The text of a file.
+pub fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// All files with an extension below a folder.
+pub fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|own| own == extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Pages of the book, and the documents beside it.
+fn documents() -> Vec<PathBuf> {
+    let mut documents = files(&root().join("docs"), "md");
+    documents.extend(["README.md", "METHODOLOGY.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
+    documents
+}
+
+/// The lines of a text with their numbers, without blocks of code.
+fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut code = false;
+    text.lines().enumerate().filter_map(move |(index, line)| {
+        let fence = line.trim_start().starts_with("```");
+        code ^= fence;
+        (!fence && !code).then_some((index + 1, line))
+    })
+}
 
 /// Targets of the links of a line, in either form.
 fn links(line: &str) -> impl Iterator<Item = &str> {
@@ -84,25 +120,6 @@ fn every_page_is_in_the_summary_and_the_reverse() {
     assert_eq!(listed, pages);
 }
 
-#[test]
-fn lines_are_short_and_so_is_the_contract() {
-    let too_long = |document: &PathBuf| {
-        let text = read(document);
-        // Markers do not show.
-        let shown = |line: &str| {
-            line.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, shown)| shown)).collect()
-        };
-        let long = prose(&text).filter(|(_, line)| {
-            let shown: String = shown(line);
-            !line.starts_with('|') && !line.starts_with("![") && shown.chars().count() > LONGEST_LINE
-        });
-        long.map(|(number, _)| format!("{}:{number}", document.display())).collect::<Vec<_>>()
-    };
-    let found: Vec<String> = documents().iter().flat_map(too_long).collect();
-    assert!(found.is_empty(), "longer than {LONGEST_LINE} characters:\n{}", found.join("\n"));
-    assert!(read(&root().join("METHODOLOGY.md")).lines().count() <= LONGEST_CONTRACT);
-}
-
 /// The page of a case or a scheme, below its folder of the book: that of its family, to which the list of the folder leads, or its own; none of
 /// one that no experiment has judged yet.
 pub fn page_of(folder: &str, name: &str) -> Option<PathBuf> {
@@ -135,32 +152,6 @@ fn every_case_and_scheme_that_an_experiment_names_has_a_page_and_each_page_is_of
     let strangers = own.filter(|page| !pages.contains(&*page.file_name().unwrap().to_string_lossy()));
     missing.extend(strangers.map(|page| format!("{} is the page of nothing in the catalogue", page.display())));
     assert!(missing.is_empty(), "{}", missing.join("\n"));
-}
-
-/// Whether a word may be the name of a test: a sentence has at least five words.
-fn is_sentence(word: &str) -> bool {
-    word.matches('_').count() >= 4 && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
-}
-
-#[test]
-fn every_test_that_a_document_names_exists() {
-    let folders = ["crates", "src", "tests"].map(|folder| root().join(folder));
-    let code: String = folders.iter().flat_map(|folder| files(folder, "rs")).map(|file| read(&file)).collect();
-    let (mut missing, mut seen) = (Vec::new(), 0);
-    for document in documents() {
-        for (number, line) in prose(&read(&document)) {
-            for sentence in line.split('`').skip(1).step_by(2).filter(|word| is_sentence(word)) {
-                seen += 1;
-                // Columns and keys may be as long; they are known to the code in quotes.
-                let known = [format!("fn {sentence}("), format!("\"{sentence}\""), format!("{sentence}: ")];
-                if !known.iter().any(|known| code.contains(known)) {
-                    missing.push(format!("{}:{number}: {sentence}", document.display()));
-                }
-            }
-        }
-    }
-    assert!(seen > 30, "only {seen} names of tests found: the check reads nothing");
-    assert!(missing.is_empty(), "no such test:\n{}", missing.join("\n"));
 }
 
 /// Blocks of Rust in a text: number of the line before, whether it is quoted (`rust,ignore`), lines without their indentation.
@@ -292,93 +283,29 @@ fn every_number_between_markers_is_that_of_the_data() {
     assert!(faults.is_empty(), "{}\nRIMBENCH_FILL_PAGES=1 fills them from what is kept", faults.join("\n"));
 }
 
-/// Pages that repeat what others have published, between `<!-- cited -->` and `<!-- /cited -->`.
-const CITING: [&str; 2] = ["published-crane.md", "published-oscillators.md"];
-/// Numbers before these are conditions.
-const UNITS_OF_TIME: [&str; 5] = ["ms", "µs", "s", "min", "h"];
-/// Numbers before these are too, in a sentence that says that it is about a margin.
-const UNITS_OF_A_MARGIN: [&str; 2] = ["mm", "µm"];
-
-/// Text with what is between two others left out, line ends excepted.
-fn without(text: &str, open: &str, close: &str) -> String {
-    let (mut left, mut rest) = (String::new(), text);
-    while let Some((before, behind)) = rest.split_once(open) {
-        let (inside, after) = behind.split_once(close).unwrap_or((behind, ""));
-        left += before;
-        left.extend(inside.chars().filter(|c| *c == '\n'));
-        rest = after;
-    }
-    left + rest
-}
-
-/// Numerals of a page that may be results, with their sentences. Conditions may be typed by hand: a number before a unit of time, the
-/// numbers of a list that ends so, what follows `=`, a margin; and the number of an item of a list.
-fn typed_results(page: &str) -> Vec<String> {
-    let shown: Vec<&str> = page.split("\n\n").filter(|block| !block.starts_with('#')).collect();
-    let unnumbered = |line: &str| {
-        let item = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
-        item.strip_prefix(". ").map_or_else(|| line.to_owned(), |item| format!("- {item}")) + "\n"
-    };
-    let text = prose(&shown.join("\n\n")).map(|(_, line)| unnumbered(line)).collect::<String>();
-    let text = [("<!--", "-->"), ("`", "`"), ("![", "]"), ("](", ")")]
-        .into_iter()
-        .fold(text, |text, (open, close)| without(&text, open, close));
-    // A sentence, an item or a cell ends there.
-    let text = text.replace(" | ", " .\n").replace(". ", ".\n").replace("\n\n", ".\n").replace("\n- ", ".\n");
-    text.split(".\n")
-        .filter(|sentence| numerals_of_results(sentence))
-        .map(|sentence| sentence.trim().to_owned())
-        .collect()
-}
-
-/// Whether one of the numerals of a sentence is no condition.
-fn numerals_of_results(sentence: &str) -> bool {
-    let words: Vec<&str> = sentence.split([' ', '\n', '\u{a0}', '–', '/']).filter(|word| !word.is_empty()).collect();
-    let bare = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric() && c != '%').to_owned();
-    let numeral =
-        |word: &str| word.trim_start_matches(|c: char| !c.is_alphanumeric()).starts_with(|c: char| c.is_ascii_digit());
-    (0..words.len()).any(|at| {
-        if !numeral(words[at]) || at > 0 && matches!(words[at - 1], "=" | "≤" | "≥") {
-            return false;
-        }
-        // What stands behind the list of which it is one.
-        let behind = words[at + 1..].iter().find(|word| !numeral(word) && !matches!(**word, "to" | "and" | "or"));
-        let unit = behind.map(|word| bare(word)).unwrap_or_default();
-        let margin = sentence.contains("margin") && UNITS_OF_A_MARGIN.contains(&&*unit);
-        !(margin || UNITS_OF_TIME.contains(&&*unit))
-    })
-}
-
 #[test]
-fn no_number_of_a_result_is_typed_by_hand() {
-    let mut faults = Vec::new();
-    for page in files(&root().join("docs/results"), "md") {
-        let name = page.file_name().unwrap().to_string_lossy().into_owned();
-        let text = without_filled(&read(&page));
-        let cited = without(&text, "<!-- cited -->", "<!-- /cited -->");
-        assert!(cited == text || CITING.contains(&&*name), "{name} is no page on data of others");
-        faults.extend(typed_results(&cited).into_iter().map(|sentence| format!("{name}: {sentence}")));
+fn every_item_that_the_page_on_the_paper_names_must_exist() {
+    let folder = root().join("docs/method");
+    let page = read(&folder.join("from-the-paper-to-the-code.md"));
+    let links = page.split("[`").skip(1).map(|rest| {
+        let (item, rest) = rest.split_once("`](").expect("an item and its file");
+        (item, rest.split_once(')').expect("a file").0)
+    });
+    let mut seen = 0;
+    for (item, file) in links {
+        let text = read(&folder.join(file));
+        let declares = |line: &str| {
+            let line = line.split("//").next().unwrap_or_default().trim_start();
+            let kinds = ["fn ", "struct ", "enum ", "trait "];
+            let named =
+                |rest: &str| rest.strip_prefix(item).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric));
+            let variant = [format!("{item},"), format!("{item}(")].iter().any(|start| line.starts_with(start.as_str()));
+            variant
+                || line.strip_prefix("pub ").is_some_and(|field| field.starts_with(&format!("{item}:")))
+                || kinds.iter().any(|kind| line.split_once(kind).is_some_and(|(_, rest)| named(rest)))
+        };
+        assert!(text.lines().any(declares), "{file} has no `{item}`");
+        seen += 1;
     }
-    let rule = "a number of a result comes from a marker (docs/development/regenerate.md), or is not said";
-    assert!(faults.is_empty(), "{rule}:\n{}", faults.join("\n"));
-}
-
-#[test]
-fn the_check_must_see_a_number_of_a_result() {
-    for condition in [
-        "At 5 ms, at 0.5 to 20 ms, at 1, 2 and 5 ms and with H = 5 it is so.\n\n1. With a margin of 1 mm `x 7` locks.",
-        "## Part 2\n\nA [first](page-2.md) one: ![of 3](a4.svg).\n\n```sh\nrun 5\n```\n<!-- note 6 -->\n2. M1 is κ₀.",
-        "| at 10 ms | μ = 0.3 |\n|---|---|\n| one | two |",
-    ] {
-        assert_eq!(typed_results(condition), Vec::<String>::new(), "{condition}");
-    }
-    for (result, sentence) in [
-        ("It is fine. The error is\n16.6 N at 5 ms.", "The error is\n16.6 N at 5 ms"),
-        ("All is well: 5 mm at a margin.\nBut 1 mm here.", "But 1 mm here"),
-        ("| a | 7 % | c |\n|---|---|---|", "7 %"),
-        ("1. Of 13 fail at 5 ms", "- Of 13 fail at 5 ms"),
-        ("12 of 13 fail at 5 ms", "12 of 13 fail at 5 ms"),
-    ] {
-        assert!(typed_results(result).iter().any(|found| found == sentence), "{result}: {:?}", typed_results(result));
-    }
+    assert!(seen > 30, "only {seen} items found");
 }

@@ -2,9 +2,8 @@
 //!
 //! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
 
-use crate::documents::page_of;
+use crate::documents::{files, page_of};
 use crate::program::{assert_has, root};
-use crate::prose::files;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -790,12 +789,20 @@ fn case_picture(catalogue: &Catalogue, case: &Case) -> String {
 #[test]
 fn every_page_of_a_case_or_a_scheme_shows_its_picture_and_each_picture_is_shown() {
     let (catalogue, write) = (Catalogue::standard(), std::env::var_os("RIMBENCH_FILL_PAGES").is_some());
-    let cases = catalogue.cases().iter().map(|case| ("cases", &case.name, case_picture(&catalogue, case)));
-    let timelines = catalogue.schemes().iter().map(|scheme| (&scheme.name, svg(&timeline(scheme).unwrap())));
+    type Make<'a> = Box<dyn Fn() -> String + 'a>;
+    let cases = catalogue.cases().iter().map(|case| {
+        let make: Make = Box::new(|| case_picture(&catalogue, case));
+        ("cases", &case.name, make)
+    });
+    let timelines = catalogue.schemes().iter().map(|scheme| {
+        let make: Make = Box::new(|| svg(&timeline(scheme).unwrap()));
+        ("schemes", &scheme.name, make)
+    });
     let (mut faults, mut shown) = (Vec::new(), BTreeSet::new());
-    for (folder, name, made) in cases.chain(timelines.map(|(name, made)| ("schemes", name, made))) {
-        assert!(!made.contains("NaN"), "{name}");
+    for (folder, name, make) in cases.chain(timelines) {
         let Some(page) = page_of(folder, name) else { continue };
+        let made = make();
+        assert!(!made.contains("NaN"), "{name}");
         let path = root().join(format!("docs/{folder}/pictures/{name}.svg"));
         if write {
             std::fs::write(&path, &made).unwrap();

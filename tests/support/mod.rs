@@ -71,6 +71,11 @@ pub fn cases() -> &'static [Arc<Case>] {
     catalogue().cases()
 }
 
+/// Whether an experiment of the project names a case or a scheme: from then on it has a page, a picture and a verdict, and keeps its order.
+pub fn is_published(name: &str) -> bool {
+    rimbench::shipped::EXPERIMENTS.iter().any(|(_, text)| text.contains(&format!("\"{name}\"")))
+}
+
 pub fn solver_by_name(name: &str) -> &'static Arc<SolverEntry> {
     catalogue().solver(name).unwrap()
 }
