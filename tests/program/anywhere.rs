@@ -47,7 +47,9 @@ fn a_study_a_group_and_all_results_draw_what_has_rows_and_count_the_rest() {
     let place = |name: &str| folder.path().join("results").join(name);
     // As in a checkout: of two figures of the paper some rows are kept, of others pictures.
     copy(&root().join("results/paper/fig1"), &place("paper/fig1"));
-    ["SHA256SUMS", "cost.csv"].map(|name| std::fs::remove_file(place("paper/fig1").join(name)).unwrap_or_default());
+    for name in ["SHA256SUMS", "cost.csv"] {
+        std::fs::remove_file(place("paper/fig1").join(name)).unwrap_or_default();
+    }
     copy(&root().join("results/study/wedge_box/figures"), &place("study/wedge_box/figures"));
     std::fs::copy(root().join("results/study/wedge_box/digest.toml"), place("study/wedge_box/digest.toml")).unwrap();
     std::fs::create_dir_all(place("study/mine")).unwrap();

@@ -1,12 +1,14 @@
 //! The axes of an experiment's grid as its file gives them: macro steps, phases, values of parameters.
 
-use super::experiment::MOST_RUNS;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::runs::Given;
 use rimbench_core::error::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
+
+/// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
+pub const MOST_RUNS: usize = 100_000;
 
 /// Macro steps one by one, or evenly spread in logarithms.
 #[derive(Debug, Clone)]

@@ -14,7 +14,7 @@
 //! of those the one that was given most time, and else the newest.
 //!
 //! All rows are held in memory, which an experiment has no more runs than there is room for
-//! ([`MOST_RUNS`](super::experiment::MOST_RUNS)).
+//! ([`MOST_RUNS`](super::grid::MOST_RUNS)).
 
 use super::run_row::{Asked, RunRow, line_of};
 use rayon::prelude::*;

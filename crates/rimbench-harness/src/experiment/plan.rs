@@ -4,6 +4,7 @@ use super::claims_of_plan::check_claims_against_plan;
 use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
 use super::{CaseEntry, Experiment};
+use crate::grid::MOST_RUNS;
 use crate::grid::parameter_grid;
 use crate::references::content_key;
 use rayon::prelude::*;
@@ -16,9 +17,6 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
 use std::collections::HashSet;
 use std::sync::Arc;
-
-/// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
-pub const MOST_RUNS: usize = 100_000;
 
 impl Experiment {
     /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the catalogue.
