@@ -83,6 +83,9 @@ pub struct CheckedClaim {
     pub variant_of: String,
     /// Number of runs it rests on.
     pub runs: usize,
+    /// Number of runs that failed among those it speaks of, whether it rests on them or not.
+    #[serde(default)]
+    pub failed: usize,
     /// Their ids; known where the rows are, and not written.
     #[serde(skip)]
     pub run_ids: Vec<String>,

@@ -318,6 +318,7 @@ mod tests {
             superseded: String::new(),
             variant_of: String::new(),
             runs: 0,
+            failed: 0,
             run_ids: Vec::new(),
         };
         let shaded = |claim: &CheckedClaim| {

@@ -23,6 +23,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         claim.check_ends()?;
         claim.check_within()?;
         claim.check_threshold()?;
+        claim.check_witnesses()?;
         claim.check_variant(claims)?;
         if !claim_metrics().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
@@ -94,6 +95,17 @@ impl Claim {
         let id = &self.id;
         Err(Error::Incompatible(format!(
             "claim `{id}`: a threshold takes no relative_to, at_equal, macro_step_s, above or within"
+        )))
+    }
+
+    /// Checks that runs are not chosen by how they end where these ends are counted.
+    fn check_witnesses(&self) -> Result<()> {
+        if self.witnesses.is_none() || !self.counts_ends() {
+            return Ok(());
+        }
+        Err(Error::Incompatible(format!(
+            "claim `{}`: witnesses chooses runs by how they end, which {}, within and thresholds count: leave it out",
+            self.id, self.metric
         )))
     }
 
