@@ -28,6 +28,7 @@ mod verify;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
 use rimbench::catalogue::Catalogue;
+use rimbench::claims::digits_of;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
@@ -258,14 +259,16 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
     let mut lines = Vec::with_capacity(2 * claims.len());
     for claim in claims {
         let (quantity, unit) = quantity_in_words(&claim.quantity);
-        let two = |value: f64| with_digits(value, unit, 2);
+        let two = |value: f64| with_digits(value, unit, claim.digits(value, 2));
         let interval = match (claim.low, claim.high) {
             (Some(low), Some(high)) => format!(" [{}, {}]", two(low), two(high)),
             _ => String::new(),
         };
         let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{}{interval}", two(value)));
         let expected = match claim.bound() {
-            Some((at_least, bound)) => format!("{} {}", if at_least { "≥" } else { "≤" }, two(bound)),
+            Some((at_least, bound)) => {
+                format!("{} {}", if at_least { "≥" } else { "≤" }, with_digits(bound, unit, digits_of(bound)))
+            }
             None => claim.expected.clone(),
         };
         let changed = match claim.finding {
