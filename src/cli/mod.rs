@@ -289,3 +289,37 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
     }
     lines.join("\n")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench::claims::Claimant;
+
+    /// "is 0.9, expected ≥ 0.9, not reproduced" was 0.895.
+    #[test]
+    fn a_measured_value_is_told_from_its_bound() {
+        let mut claim = CheckedClaim {
+            experiment: String::new(),
+            id: "seen".to_owned(),
+            by: Claimant::Ours,
+            text: "a peak".to_owned(),
+            quantity: "median of ratio".to_owned(),
+            measured: Some(0.895_24),
+            low: Some(0.816),
+            high: Some(0.9004),
+            without_exact: None,
+            expected: "≥ 0.9".to_owned(),
+            verdict: Verdict::NotReproduced,
+            finding: Verdict::NotReproduced,
+            superseded: String::new(),
+            variant_of: String::new(),
+            runs: 2,
+            failed: 0,
+            run_ids: Vec::new(),
+        };
+        let said = |claim: &CheckedClaim| claims_list(std::slice::from_ref(claim)).replace(['\n', number::TIED], " ");
+        assert!(said(&claim).contains("is 0.895 [0.82, 0.9004], expected ≥ 0.9"), "{}", said(&claim));
+        (claim.measured, claim.expected) = (Some(0.994), "≥ 0.995".to_owned());
+        assert!(said(&claim).contains("is 0.99 ") && said(&claim).contains("≥ 0.995"), "{}", said(&claim));
+    }
+}

@@ -341,7 +341,7 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
         ),
         (
             &format!("{good}\n[parameters.phase]\ndefault = 1.0\nmechanics = \"ball_mass_kg\""),
-            &["[parameters.phase]", "valid: another"],
+            &["[parameters.phase]", "use another"],
         ),
     ] {
         assert_said(text, &[words, &["case.toml"]].concat());

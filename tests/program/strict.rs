@@ -229,7 +229,7 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         (several.clone(), "say set = one of \"box_mass_kg=200.0\", \"box_mass_kg=210.0\", or set = \"all\""),
         (cases.clone(), "say case = one of \"bouncing-ball\", \"wedge-box\", or case = \"all\""),
         (said(&several, "set = \"box_mass_kg=220.0\""), "unknown set of a claim"),
-        (said(EXPERIMENT, "set = \"x\""), "unknown set of a claim `x`; valid: \"\""),
+        (said(EXPERIMENT, "set = \"x\""), "unknown set of a claim `x`\nhelp: use \"\""),
         (said(&cases, "case = \"wedge-bocks\""), "unknown case of a claim `wedge-bocks`"),
         (format!("{EXPERIMENT}\n[[claims]]{claim}"), "two claims have the id `stable`"),
         (claim_with("id = \"stable\"", "id = \"\""), "id of a claim = \"\" is not valid"),

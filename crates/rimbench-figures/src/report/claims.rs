@@ -349,5 +349,15 @@ mod tests {
             assert_eq!(row.contains("crosses the bound"), crosses, "{row}");
             assert!(row.contains("experiment mine/&lt;b&gt;") && !row.contains("<b>"), "{row}");
         }
+        // What is told from its bound by the fourth digit has four.
+        claim = CheckedClaim { measured: Some(0.89952), expected: "≥ 0.9".to_owned(), ..claim };
+        assert!(
+            row(&claim, &study, [0, 0]).contains("measured 0.8995 ")
+                || row(&claim, &study, [0, 0]).contains("measured 0.8995<")
+        );
+        claim.measured = Some(0.8952);
+        let study = Study { claims: vec![claim.clone()], ..study };
+        assert!(under(&study).contains("measured 0.895, expected ≥ 0.9"), "{}", under(&study));
+        assert!(claims_table::claims_markdown(&[claim]).contains("| 0.895 | ≥ 0.9 |"));
     }
 }
