@@ -28,6 +28,7 @@ mod verify;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
 use rimbench::catalogue::Catalogue;
+use rimbench::claims::digits_of;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
@@ -258,14 +259,16 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
     let mut lines = Vec::with_capacity(2 * claims.len());
     for claim in claims {
         let (quantity, unit) = quantity_in_words(&claim.quantity);
-        let two = |value: f64| with_digits(value, unit, 2);
+        let two = |value: f64| with_digits(value, unit, claim.digits(value, 2));
         let interval = match (claim.low, claim.high) {
             (Some(low), Some(high)) => format!(" [{}, {}]", two(low), two(high)),
             _ => String::new(),
         };
         let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{}{interval}", two(value)));
         let expected = match claim.bound() {
-            Some((at_least, bound)) => format!("{} {}", if at_least { "≥" } else { "≤" }, two(bound)),
+            Some((at_least, bound)) => {
+                format!("{} {}", if at_least { "≥" } else { "≤" }, with_digits(bound, unit, digits_of(bound)))
+            }
             None => claim.expected.clone(),
         };
         let changed = match claim.finding {
@@ -285,4 +288,38 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
         lines.push(format!("  {}", paragraph(&said, 2)));
     }
     lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench::claims::Claimant;
+
+    /// "is 0.9, expected ≥ 0.9, not reproduced" was 0.895.
+    #[test]
+    fn a_measured_value_is_told_from_its_bound() {
+        let mut claim = CheckedClaim {
+            experiment: String::new(),
+            id: "seen".to_owned(),
+            by: Claimant::Ours,
+            text: "a peak".to_owned(),
+            quantity: "median of ratio".to_owned(),
+            measured: Some(0.895_24),
+            low: Some(0.816),
+            high: Some(0.9004),
+            without_exact: None,
+            expected: "≥ 0.9".to_owned(),
+            verdict: Verdict::NotReproduced,
+            finding: Verdict::NotReproduced,
+            superseded: String::new(),
+            variant_of: String::new(),
+            runs: 2,
+            failed: 0,
+            run_ids: Vec::new(),
+        };
+        let said = |claim: &CheckedClaim| claims_list(std::slice::from_ref(claim)).replace(['\n', number::TIED], " ");
+        assert!(said(&claim).contains("is 0.895 [0.82, 0.9004], expected ≥ 0.9"), "{}", said(&claim));
+        (claim.measured, claim.expected) = (Some(0.994), "≥ 0.995".to_owned());
+        assert!(said(&claim).contains("is 0.99 ") && said(&claim).contains("≥ 0.995"), "{}", said(&claim));
+    }
 }

@@ -339,6 +339,10 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
             &format!("{good}\n[parameters.fmu_digest]\ndefault = 1.0\nmechanics = \"ball_mass_kg\""),
             &["[parameters.fmu_digest]", "is taken"],
         ),
+        (
+            &format!("{good}\n[parameters.phase]\ndefault = 1.0\nmechanics = \"ball_mass_kg\""),
+            &["[parameters.phase]", "use another"],
+        ),
     ] {
         assert_said(text, &[words, &["case.toml"]].concat());
     }

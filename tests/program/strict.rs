@@ -352,13 +352,25 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
     let said = |text: &str, key: &str| {
         text.replace("scheme = \"rim-nonsmooth\"\nmetric", &format!("{key}\nscheme = \"rim-nonsmooth\"\nmetric"))
     };
+    let claim_with = |key: &str, other: &str| {
+        let (head, claim) = EXPERIMENT.split_once("[[claims]]").unwrap();
+        format!("{head}[[claims]]{}", claim.replacen(key, other, 1))
+    };
     let place = Place::new();
     for (text, wanted) in [
         (several.clone(), "say set = one of \"box_mass_kg=200.0\", \"box_mass_kg=210.0\", or set = \"all\""),
         (cases.clone(), "say case = one of \"bouncing-ball\", \"wedge-box\", or case = \"all\""),
         (said(&several, "set = \"box_mass_kg=220.0\""), "unknown set of a claim"),
+        (said(EXPERIMENT, "set = \"x\""), "unknown set of a claim `x`\nhelp: use \"\""),
         (said(&cases, "case = \"wedge-bocks\""), "unknown case of a claim `wedge-bocks`"),
         (format!("{EXPERIMENT}\n[[claims]]{claim}"), "two claims have the id `stable`"),
+        (claim_with("id = \"stable\"", "id = \"\""), "id of a claim = \"\" is not valid"),
+        (claim_with("id = \"stable\"", "id = \"a b\""), "letters, digits"),
+        (claim_with("id = \"stable\"", "id = \"../x\""), "letters, digits"),
+        (claim_with("id = \"stable\"", "id = \"a\\nb\""), "letters, digits"),
+        (claim_with("metric", "relative_to = \"rim-nonsmooth\"\nmetric"), "relative to itself"),
+        (claim_with("metric", "witnesses = \"all\"\nmetric"), "witnesses chooses runs by how they end"),
+        (claim_with("metric", "witnesses = \"some\"\nmetric"), "unknown variant `some`"),
         (EXPERIMENT.replace("<= 0", ">= nan"), "is no comparison"),
         (EXPERIMENT.replace("<= 0", "<= inf"), "the number finite"),
     ] {

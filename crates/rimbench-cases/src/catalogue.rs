@@ -1,6 +1,7 @@
 //! What a program can run, by name: cases, schemes, solvers.
 
 use crate::cases::{Case, standard_cases};
+use crate::runs::is_taken;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name, find_by_name};
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
@@ -68,9 +69,17 @@ impl Catalogue {
     /// Adds a case.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for a name that is not kebab-case or already taken.
+    /// [`Error::InvalidValue`] for a name that is not kebab-case or already taken, and for a parameter whose name another one, an option of a
+    /// run or a column of results has.
     pub fn add_case(&mut self, case: Case) -> Result<()> {
         check_new_name("case", &case.name, self.cases.iter().map(|known| &*known.name))?;
+        for (index, parameter) in case.parameters.iter().enumerate() {
+            let name = &parameter.name;
+            if is_taken(name) || case.parameters[..index].iter().any(|earlier| earlier.name == *name) {
+                let expected = "a name that no other parameter, no option of a run and no column of results has";
+                return Err(Error::invalid(format!("parameter of {}", case.name), name, expected));
+            }
+        }
         self.cases.push(Arc::new(case));
         Ok(())
     }
@@ -104,5 +113,35 @@ impl Catalogue {
     /// Schemes that have a gain.
     pub(crate) fn tunable_schemes(&self) -> Vec<Name> {
         self.schemes.iter().filter(|scheme| scheme.gain.is_some()).map(|scheme| scheme.name.clone()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::{CaseDefaults, Parameter, Range};
+
+    /// In JSON and from Python a name is said once.
+    #[test]
+    fn a_parameter_has_a_name_of_its_own() {
+        let known = Catalogue::standard().cases()[0].clone();
+        let case = |names: &[&str]| {
+            let parameter = |name: &&str| Parameter::number((*name).to_owned(), "-", 1.0, Range::Finite, "", "");
+            let build = known.build.clone();
+            let defaults: CaseDefaults = known.defaults;
+            let parameters = names.iter().map(parameter).collect();
+            Case::with_parameters("own", "", defaults, parameters, move |parameters, solver| build(parameters, solver))
+        };
+        let add = |names: &[&str]| Catalogue::standard().add_case(case(names));
+        assert!(add(&["stiffness_n_m", "mass_kg"]).is_ok());
+        for names in [["mass_kg", "phase"], ["mass_kg", "outcome"], ["mass_kg", "exchanges"], ["mass_kg", "mass_kg"]] {
+            let message = add(&names).unwrap_err().to_string();
+            assert!(message.contains(&format!("parameter of own = {}", names[1])), "{message}");
+        }
+        for case in Catalogue::standard().cases() {
+            for parameter in &case.parameters {
+                assert!(!is_taken(&parameter.name), "{} of {}", parameter.name, case.name);
+            }
+        }
     }
 }

@@ -53,7 +53,8 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::UnknownName { kind, found, valid } => {
-                write!(f, "unknown {kind} `{found}`{}; valid: {}", did_you_mean(found, valid), valid.join(", "))
+                let named = valid.iter().map(|name| if name.is_empty() { "\"\"" } else { name }).collect::<Vec<_>>();
+                write!(f, "unknown {kind} `{found}`{}; valid: {}", did_you_mean(found, valid), named.join(", "))
             }
             Error::InvalidValue { key, found, expected } => {
                 write!(f, "{key} = {found} is not valid; valid: {expected}")
@@ -268,7 +269,9 @@ pub fn with_short_numbers(text: &str) -> String {
 }
 
 fn did_you_mean(found: &str, valid: &[String]) -> String {
-    let nearest = valid.iter().map(|name| (strsim::damerau_levenshtein(found, name), name)).min();
+    // What has no letters is not mistyped.
+    let named = valid.iter().filter(|name| !name.is_empty());
+    let nearest = named.map(|name| (strsim::damerau_levenshtein(found, name), name)).min();
     match nearest {
         Some((distance, name)) if distance <= 1 + name.len() / 3 => format!(" (did you mean `{name}`?)"),
         _ => String::new(),
@@ -306,5 +309,6 @@ mod tests {
     #[test]
     fn a_name_that_resembles_nothing_gets_no_suggestion() {
         assert!(!Error::unknown("scheme", "qqqqqq", ["rim-smooth"]).to_string().contains("did you mean"));
+        assert_eq!(Error::unknown("set", "x", ["", "mass=20"]).to_string(), "unknown set `x`; valid: \"\", mass=20");
     }
 }

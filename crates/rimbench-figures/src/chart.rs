@@ -164,6 +164,41 @@ pub struct Loss {
     pub silent: f64,
 }
 
+/// Why there are no runs, which is neither a failure nor none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Absent {
+    /// None was asked for.
+    NotRun,
+    /// They were left out for a reason: the scheme cannot be run there.
+    LeftOut,
+}
+
+impl Absent {
+    /// Both.
+    pub const ALL: [Self; 2] = [Absent::NotRun, Absent::LeftOut];
+
+    /// Says which it is of runs that are skipped, or not there.
+    pub fn of(skipped: usize) -> Self {
+        if skipped > 0 { Absent::LeftOut } else { Absent::NotRun }
+    }
+
+    /// What stands at its place.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Absent::NotRun => "–",
+            Absent::LeftOut => "/",
+        }
+    }
+
+    /// What is said of it.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Absent::NotRun => "not run",
+            Absent::LeftOut => "left out",
+        }
+    }
+}
+
 /// What is said of runs that failed.
 pub const FAILED: &str = "failed";
 /// What is said of those that gave no answer.

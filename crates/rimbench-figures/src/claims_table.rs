@@ -13,7 +13,7 @@ pub fn claims_markdown(claims: &[CheckedClaim]) -> String {
         if !claim.variant_of.is_empty() {
             let _ = write!(more, " *(variant of {})*", claim.variant_of);
         }
-        let measured = significant(claim.measured.unwrap_or(f64::NAN), 3) + &trust(claim);
+        let measured = shown(claim, claim.measured.unwrap_or(f64::NAN), 3) + &trust(claim);
         let [by, verdict] = [claim.by.to_string(), claim.verdict.to_string()];
         let cells = [&(claim.text.clone() + &more), &by, &claim.quantity, &measured, &claim.expected, &verdict];
         let cells = cells.map(|cell| cell.replace('|', "\\|")).join(" | ");
@@ -27,9 +27,14 @@ fn trust(claim: &CheckedClaim) -> String {
     let known = |value: Option<f64>| value.filter(|value| !value.is_nan());
     let interval = known(claim.low)
         .zip(known(claim.high))
-        .map_or_else(String::new, |(low, high)| format!(" [{}, {}]", significant(low, 3), significant(high, 3)));
-    let without = known(claim.without_exact).map(|value| format!("; {} without exact models", significant(value, 3)));
+        .map_or_else(String::new, |(low, high)| format!(" [{}, {}]", shown(claim, low, 3), shown(claim, high, 3)));
+    let without = known(claim.without_exact).map(|value| format!("; {} without exact models", shown(claim, value, 3)));
     interval + &without.unwrap_or_default()
+}
+
+/// A value of a claim beside its bound, with so many significant digits or as many as tell them apart.
+pub(crate) fn shown(claim: &CheckedClaim, value: f64, digits: usize) -> String {
+    significant(value, claim.digits(value, digits))
 }
 
 /// So many significant digits, for reading; the CSV holds all of them.

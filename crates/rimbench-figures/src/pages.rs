@@ -11,6 +11,7 @@
 
 use crate::claims_table::significant;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::claims::{bound_of, digits_apart};
 use rimbench_results::kept::read_summary;
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::BTreeMap;
@@ -239,11 +240,19 @@ fn claims_table(claims: &ResultsTable, rows: Vec<usize>, keys: &Keys<'_>) -> Res
     let columns = ["text", "measured", "expected", "verdict"].map(|name| claims.column(name));
     let [text, measured, expected, verdict] = columns;
     let (text, measured, expected, verdict) = (text?, measured?, expected?, verdict?);
+    let failed = claims.column("failed").ok();
     let wanted = keys.rows(claims)?;
     let mut table = String::from("| claim | measured | expected | |\n|---|---|---|---|\n");
     for row in rows.into_iter().filter(|row| wanted.contains(row)) {
         let [text, expected] = [text, expected].map(|column| claims.text(row, column).replace('|', "\\|"));
-        let measured = significant(claims.number(row, measured), 3);
+        let (value, bound) = (claims.number(row, measured), bound_of(&expected));
+        let mut measured = significant(value, bound.map_or(3, |(_, bound)| digits_apart(value, bound, 3)));
+        // What a number does not show.
+        let meets = bound.is_some_and(|(at_least, bound)| if at_least { value >= bound } else { value <= bound });
+        let failed = failed.map_or(0.0, |column| claims.number(row, column));
+        if failed > 0.0 && claims.text(row, verdict) == "not-reproduced" && (meets || value.is_nan()) {
+            measured += &format!(", {failed} failed");
+        }
         table += &format!("| {text} | {measured} | {expected} | {} |\n", claims.text(row, verdict).replace('-', " "));
     }
     Ok(table)

@@ -4,7 +4,7 @@
 use super::axes::{
     AXIS, BELOW, GRID, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks, labels, tick_below, ticks_below,
 };
-use super::chart::{Axis, Loss, NO_ANSWER};
+use super::chart::{Absent, Axis, Loss, NO_ANSWER};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Anchor, Color, Datum, Drawing, PanelData, SeriesData, Stroke, Text, Weight};
@@ -65,8 +65,8 @@ pub struct Dot {
     pub value: f64,
     /// From the least to the largest, where that is known.
     pub range: Option<[f64; 2]>,
-    /// What is lost of its runs; none where nothing was run.
-    pub lost: Option<Loss>,
+    /// What is lost of its runs, or why there are none.
+    pub lost: Result<Loss, Absent>,
 }
 
 /// What a kind of sign stands for.
@@ -115,7 +115,7 @@ impl Sample {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell {
     /// None was run.
-    NotRun,
+    Absent(Absent),
     /// All completed, and are right.
     Right,
     /// All completed, and are wrong.
@@ -212,8 +212,9 @@ impl RowsPlot {
 
     /// Room for lost runs, px.
     fn lost_width(&self) -> f64 {
-        let lost = self.dots().any(|dot| dot.lost.is_some_and(|lost| lost.is_any()));
-        if lost { self.lost_column() * self.signs.len() as f64 + 12.0 } else { 0.0 }
+        // Without it what was not run would look like what lost none.
+        let said = self.dots().any(|dot| dot.lost.is_err() || dot.lost.is_ok_and(|lost| lost.is_any()));
+        if said { self.lost_column() * self.signs.len() as f64 + 12.0 } else { 0.0 }
     }
 
     /// Whether all panels lose the same runs: the last one of a line says it for all.
@@ -380,14 +381,19 @@ impl RowsPlot {
                 marker::draw(drawing, SIGNS[index % SIGNS.len()], at, MARKER, row.color);
             }
             let column = lost_left.map(|left| left + (index as f64 + 0.5) * self.lost_column());
-            let lost = column.zip(dot.lost.filter(Loss::is_any));
-            if let Some((column, loss)) = lost {
-                let failed = format!("{:.0}", (100.0 * loss.failed).max(1.0));
-                let share = Text::new(if loss.failed > 0.0 { &failed } else { SILENT }, (column, y), TICK_SIZE);
-                drawing.text(share.anchored(Anchor::Middle).centred());
+            if let Some(column) = column {
+                let (said, color) = match dot.lost {
+                    Ok(loss) if loss.failed > 0.0 => (format!("{:.0}", (100.0 * loss.failed).max(1.0)), Color::INK),
+                    Ok(loss) if loss.silent > 0.0 => (SILENT.to_owned(), Color::INK),
+                    Ok(_) => ("0".to_owned(), Color::SOFT_INK),
+                    Err(absent) => (absent.sign().to_owned(), Color::SOFT_INK),
+                };
+                let said = Text::new(&said, (column, y), TICK_SIZE).anchored(Anchor::Middle);
+                drawing.text(said.colored(color).centred());
             }
-            let note = dot.lost.map_or_else(|| "not run".to_owned(), |loss| loss.in_words());
-            let at = at.or(lost.map(|(column, _)| (column, y)));
+            let note = dot.lost.map_or_else(|absent| absent.in_words().to_owned(), |loss| loss.in_words());
+            let lost = column.filter(|_| dot.lost.is_ok_and(|loss| loss.is_any()));
+            let at = at.or(lost.map(|column| (column, y)));
             points.push(Datum { x: sign.value, y: dot.value, range: dot.range, note, at });
         }
         SeriesData { name: row.name.clone(), points }
@@ -421,9 +427,15 @@ impl RowsPlot {
         if self.panels.iter().any(has_floor) {
             entries.push((Sample::Shade, "below the reference's uncertainty".to_owned()));
         }
-        let is_silent = |dot: &Dot| dot.lost.is_some_and(|loss| loss.failed == 0.0 && loss.silent > 0.0);
-        if self.dots().any(is_silent) {
+        let is_silent = |dot: &Dot| dot.lost.is_ok_and(|loss| loss.failed == 0.0 && loss.silent > 0.0);
+        if self.dots().any(is_silent) || self.cells().any(|cell| *cell == Cell::Silent) {
             entries.push((Sample::Nothing, format!("{SILENT}  {NO_ANSWER}")));
+        }
+        for absent in Absent::ALL {
+            if self.dots().any(|dot| dot.lost == Err(absent)) || self.cells().any(|cell| *cell == Cell::Absent(absent))
+            {
+                entries.push((Sample::Nothing, format!("{}  {}", absent.sign(), absent.in_words())));
+            }
         }
         let any = |test: fn(&Cell) -> bool| self.cells().any(test);
         let of_cells = [
@@ -431,8 +443,6 @@ impl RowsPlot {
             (any(|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), WRONG),
             (any(|cell| matches!(cell, Cell::Lost(share) if *share < 1.0)), Sample::SomeLost, "some fail"),
             (any(|cell| matches!(cell, Cell::Lost(share) if *share >= 1.0)), Sample::Sign(Marker::Cross), "all fail"),
-            (any(|cell| *cell == Cell::NotRun), Sample::Nothing, "–  not run"),
-            (any(|cell| *cell == Cell::Silent), Sample::Nothing, "?  no answer"),
         ];
         let used = of_cells.into_iter().filter(|(used, ..)| *used);
         entries.extend(used.map(|(_, sample, words)| (sample, words.to_owned())));
@@ -512,7 +522,7 @@ impl Grid {
 /// The value of a cell in the data, and what else is said of it.
 fn said(cell: Cell, column: &str) -> (f64, String) {
     match cell {
-        Cell::NotRun => (f64::NAN, "not run".to_owned()),
+        Cell::Absent(absent) => (f64::NAN, absent.in_words().to_owned()),
         Cell::Right => (1.0, String::new()),
         Cell::Wrong => (1.0, WRONG.to_owned()),
         Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs failed", 100.0 * share)),
@@ -526,8 +536,8 @@ fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, mo
         drawing.text(Text::new(words, at, TICK_SIZE).anchored(Anchor::Middle).colored(color).centred());
     };
     match cell {
-        Cell::NotRun => letters(drawing, "–", Color::SOFT_INK),
-        Cell::Silent => letters(drawing, "?", Color::SOFT_INK),
+        Cell::Absent(absent) => letters(drawing, absent.sign(), Color::SOFT_INK),
+        Cell::Silent => letters(drawing, SILENT, Color::SOFT_INK),
         Cell::Right => marker::draw(drawing, Marker::Circle, at, 1.5 * MARKER, color),
         Cell::Wrong => marker::draw(drawing, Marker::OpenCircle, at, 1.4 * MARKER, color),
         Cell::Lost(share) if share >= 1.0 => {
@@ -600,9 +610,10 @@ fn line_width(entries: &[(Sample, String)]) -> f64 {
 
 /// What is said of a row without any sign in a panel; nothing of one that has some.
 fn without_sign(dots: &[Dot]) -> Option<&'static str> {
-    let shown = |dot: &Dot| dot.value.is_finite() || dot.lost.is_some_and(|loss| loss.is_any());
-    let run = dots.iter().any(|dot| dot.lost.is_some());
-    (!dots.iter().any(shown)).then_some(if run { "no value" } else { "not run" })
+    let shown = |dot: &Dot| dot.value.is_finite() || dot.lost.is_ok_and(|loss| loss.is_any());
+    let absent = dots.iter().map(|dot| dot.lost.err()).collect::<Option<Vec<Absent>>>();
+    let why = absent.map(|absent| absent.first().map_or("not run", |absent| absent.in_words()));
+    (!dots.iter().any(shown)).then_some(why.unwrap_or("no value"))
 }
 
 #[cfg(test)]
@@ -615,7 +626,7 @@ mod tests {
         let dot = |value: f64| Dot {
             value,
             range: None,
-            lost: Some(Loss { failed: if value.is_nan() { lost } else { 0.0 }, silent: 0.0 }),
+            lost: Ok(Loss { failed: if value.is_nan() { lost } else { 0.0 }, silent: 0.0 }),
         };
         let sign = |value: f64| Sign { value, short: format!("{value}"), label: format!("H = {value} ms") };
         RowsPlot {
@@ -699,7 +710,7 @@ mod tests {
     #[test]
     fn a_run_without_an_answer_is_not_drawn_as_failed() {
         let mut silent = plot(&[[1.0, f64::NAN]], 0.0);
-        dots_of(&mut silent).dots[0][1].lost = Some(Loss { failed: 0.0, silent: 1.0 });
+        dots_of(&mut silent).dots[0][1].lost = Ok(Loss { failed: 0.0, silent: 1.0 });
         let drawing = silent.draw();
         assert!(words(&drawing).contains(&"?") && words(&drawing).contains(&"?  no answer"));
         assert!(!words(&drawing).contains(&"100"));
@@ -725,9 +736,21 @@ mod tests {
     #[test]
     fn a_row_without_a_sign_says_why() {
         let mut none = plot(&[[1.0, 2.0], [f64::NAN, f64::NAN], [f64::NAN, f64::NAN]], 0.0);
-        dots_of(&mut none).dots[2].iter_mut().for_each(|dot| dot.lost = None);
+        dots_of(&mut none).dots[2].iter_mut().for_each(|dot| dot.lost = Err(Absent::NotRun));
         let drawing = none.draw();
         let count = |word: &str| words(&drawing).iter().filter(|said| **said == word).count();
         assert_eq!((count("no value"), count("not run")), (1, 1));
+    }
+
+    /// A blank was read as either.
+    #[test]
+    fn what_lost_none_what_was_not_run_and_what_was_left_out_look_different() {
+        let mut plot = plot(&[[1.0, 2.0], [3.0, f64::NAN], [4.0, f64::NAN]], 0.0);
+        dots_of(&mut plot).dots[1][1].lost = Err(Absent::NotRun);
+        dots_of(&mut plot).dots[2][1].lost = Err(Absent::LeftOut);
+        let drawing = plot.draw();
+        let count = |word: &str| words(&drawing).iter().filter(|said| **said == word).count();
+        assert_eq!(["0", "–", "/"].map(count), [4, 1, 1], "{:?}", words(&drawing));
+        assert_eq!(["–  not run", "/  left out"].map(count), [1, 1]);
     }
 }

@@ -13,7 +13,7 @@
 //! twenty pairs that are equal in truth, one is told apart. Source: Goldstein, Spiegelhalter: League tables and their limitations,
 //! J. R. Stat. Soc. A 159 (1996).
 
-use super::experiment::{Experiment, Verdict};
+use super::experiment::{Experiment, Verdict, check_claim_id};
 use super::files::make_folder;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
@@ -102,6 +102,11 @@ impl Ranking {
         path.clone_into(&mut ranking.path);
         if ranking.experiments.is_empty() {
             return Err(Error::file(path, "experiments = [] is not valid; valid: at least one experiment file"));
+        }
+        let checked = ranking.claims.iter().try_for_each(|claim| check_claim_id(&claim.id));
+        checked.map_err(|error| Error::file(path, error))?;
+        if let Some(RankClaim { id, row, .. }) = ranking.claims.iter().find(|claim| claim.row == claim.ahead_of) {
+            return Err(Error::file(path, format!("claim `{id}`: `{row}` is ahead of itself; valid: another row")));
         }
         let mut ids = BTreeSet::new();
         match ranking.claims.iter().find(|claim| !ids.insert(&claim.id)) {

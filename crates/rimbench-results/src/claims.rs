@@ -83,6 +83,9 @@ pub struct CheckedClaim {
     pub variant_of: String,
     /// Number of runs it rests on.
     pub runs: usize,
+    /// Number of runs that failed among those it speaks of, whether it rests on them or not.
+    #[serde(default)]
+    pub failed: usize,
     /// Their ids; known where the rows are, and not written.
     #[serde(skip)]
     pub run_ids: Vec<String>,
@@ -97,8 +100,12 @@ impl CheckedClaim {
 
     /// Returns whether at least the bound is expected, and the bound.
     pub fn bound(&self) -> Option<(bool, f64)> {
-        let (sign, bound) = self.expected.split_once(' ')?;
-        Some((sign == "≥", bound.parse().ok()?))
+        bound_of(&self.expected)
+    }
+
+    /// Returns the significant digits with which a value of it is to be shown beside its bound, at least `least`: as many as tell the two apart.
+    pub fn digits(&self, value: f64, least: usize) -> usize {
+        self.bound().map_or(least, |(_, bound)| digits_apart(value, bound, least))
     }
 
     /// Tells whether it counts as a statement: no other claim has replaced it, and it is no variant of one.
@@ -111,6 +118,29 @@ impl CheckedClaim {
         self.finding != Verdict::NotMeasured && self.verdict != self.finding
     }
 }
+
+/// Returns whether at least the bound is expected, and the bound, of an expectation as it is written.
+pub fn bound_of(expected: &str) -> Option<(bool, f64)> {
+    let (sign, bound) = expected.split_once(' ')?;
+    Some((sign == "≥", bound.parse().ok()?))
+}
+
+/// Returns the significant digits, at least `least`, from which on a rounded value lies on the same side of a bound, which has all of its
+/// own, as the value itself: 0.895 is not 0.9.
+pub fn digits_apart(value: f64, bound: f64, least: usize) -> usize {
+    let rounded = |digits: usize| format!("{value:.*e}", digits - 1).parse::<f64>().unwrap_or(value);
+    (least..MOST_DIGITS)
+        .find(|digits| rounded(*digits).partial_cmp(&bound) == value.partial_cmp(&bound))
+        .unwrap_or(MOST_DIGITS)
+}
+
+/// Returns the significant digits of a number as short as it can be written.
+pub fn digits_of(number: f64) -> usize {
+    format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
+}
+
+/// Digits that tell any two numbers apart.
+const MOST_DIGITS: usize = 17;
 
 /// Writes checked claims to `claims.csv`.
 ///
@@ -134,4 +164,28 @@ pub fn read_claims(path: &Path) -> Result<Vec<CheckedClaim>> {
     check_regular(path)?;
     let wrong = |error: csv::Error| Error::file(path, error);
     csv::Reader::from_path(path).map_err(wrong)?.deserialize().collect::<csv::Result<_>>().map_err(wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_as_many_digits_as_tell_it_from_its_bound() {
+        for (value, bound, digits) in [
+            (0.895_240_19, 0.9, 3),
+            (0.5, 0.9, 2),
+            (0.9, 0.9, 2),
+            (0.899_999_9, 0.9, 7),
+            (-1.000_4, -1.0, 5),
+            (1e9, 0.9, 2),
+            (f64::INFINITY, 0.9, 2),
+            (f64::NAN, 0.9, 2),
+            (0.949, 0.95, 3),
+            (0.994_9, 0.995, 2),
+        ] {
+            assert_eq!(digits_apart(value, bound, 2), digits, "{value} beside {bound}");
+        }
+        assert_eq!([0.995, 100.0, 2e-5, 1.0].map(digits_of), [3, 1, 1, 1]);
+    }
 }

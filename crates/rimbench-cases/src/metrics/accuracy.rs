@@ -46,7 +46,7 @@ metrics! {
         })
     };
 
-    TOUCH_DOWN_SHOWN: "reference_touch_down_peak_ratio" in "-" of Claimed,
+    TOUCH_DOWN_SHOWN: "reference_touch_down_peak_ratio" in "-" (ideal_one) of Claimed,
     "The same of the reference at the communication points of the run: what of its peak can be seen there at all"
     => |evidence| {
         worst(evidence, |row| {

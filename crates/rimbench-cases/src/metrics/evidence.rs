@@ -76,8 +76,10 @@ pub struct Metric {
     pub only: Option<Only>,
     /// Whether it may be below 0, so that how much it is lies in its magnitude.
     pub signed: bool,
-    /// The value of a run without error: 0, or 1 of a ratio that is then 1.
+    /// The value of a run without error: 0, or 1 of a ratio or a correlation that is then 1.
     pub ideal: f64,
+    /// Whether it tells how the run ended, so that one that failed says as much as one that completed.
+    pub ends: bool,
     /// What it must exceed to say more than that it is small; none for what is no error of force or position.
     pub floor: Option<Floor>,
     /// One line.
@@ -103,7 +105,7 @@ pub enum Only {
     Claimed,
 }
 
-/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)` or has its `(ideal_one)` at 1, the runs that it is for (`of`, where these are not
+/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)`, has its `(ideal_one)` at 1, is both, a `(correlation)`, or tells how a run `(ends)`, the runs that it is for (`of`, where these are not
 /// all), what it must exceed to say more than that it is small (`above`, for errors of force and position), one line about it, and how it is
 /// computed.
 macro_rules! metrics {
@@ -111,9 +113,13 @@ macro_rules! metrics {
     (@floor $floor:path) => { Some($floor) };
     (@signed) => { false };
     (@signed signed) => { true };
-    (@signed ideal_one) => { false };
+    (@signed correlation) => { true };
+    (@signed $other:ident) => { false };
     (@ideal ideal_one) => { 1.0 };
+    (@ideal correlation) => { 1.0 };
     (@ideal $($signed:ident)?) => { 0.0 };
+    (@ends ends) => { true };
+    (@ends $($other:ident)?) => { false };
     (@only) => { None };
     (@only $only:ident) => { Some($crate::metrics::Only::$only) };
     ($($(#[$doc:meta])* $constant:ident: $name:literal in $unit:literal $(($signed:ident))? $(of $only:ident)? $(above $floor:path)?, $about:literal => $compute:expr;)+) => {$(
@@ -124,6 +130,7 @@ macro_rules! metrics {
             only: metrics!(@only $($only)?),
             signed: metrics!(@signed $($signed)?),
             ideal: metrics!(@ideal $($signed)?),
+            ends: metrics!(@ends $($signed)?),
             floor: metrics!(@floor $($floor)?),
             about: $about,
             compute: $compute,

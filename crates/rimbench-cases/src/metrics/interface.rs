@@ -13,14 +13,14 @@ metrics! {
     "Largest correlation |H_ij|/√(H_ii H_jj) of two rows of the interface over the run"
     => |evidence| Some(evidence.report.scheme.interface?.largest);
 
-    AS_PREDICTED: "completed_as_predicted" in "-" of Claimed,
+    AS_PREDICTED: "completed_as_predicted" in "-" (ends) of Claimed,
     "1 if the run completed and its coupling, linearised at the start, does not grow, or if neither; 0 if only one of the two"
     => |evidence| {
         let [completed, predicted] = found_and_predicted(evidence)?;
         Some(f64::from(completed == predicted))
     };
 
-    UNFORESEEN: "failed_unforeseen" in "-" of Claimed,
+    UNFORESEEN: "failed_unforeseen" in "-" (ends) of Claimed,
     "1 if the run did not complete although its coupling, linearised at the start, does not grow: a prediction that errs on the unsafe side; else 0"
     => |evidence| {
         let [completed, predicted] = found_and_predicted(evidence)?;

@@ -5,7 +5,7 @@ use rimbench_statistics::rank_correlation;
 
 metrics! {
     /// Spearman's ρ of what the run knew of its error and what the reference knows.
-    DEFECT_RANK: "model_defect_rank" in "-" (signed),
+    DEFECT_RANK: "model_defect_rank" in "-" (correlation),
     "Rank correlation of the model's defect in each macro step with the force error at its end; with step control model-defect"
     => |evidence| rank_correlation(&defects_and_errors(evidence));
 }

@@ -112,6 +112,11 @@ pub fn is_signed(name: &str) -> bool {
     METRICS.iter().any(|metric| metric.name == name && metric.signed)
 }
 
+/// Tells whether a metric, by name, says how a run ends.
+pub fn is_of_ends(name: &str) -> bool {
+    METRICS.iter().any(|metric| metric.name == name && metric.ends)
+}
+
 /// Finds the value of a metric, by name, of a run without error: 0 of what is no metric.
 pub fn ideal_of(name: &str) -> f64 {
     METRICS.iter().find(|metric| metric.name == name).map_or(0.0, |metric| metric.ideal)

@@ -1,6 +1,7 @@
 //! What is kept of a run, as one list of columns: tables, the store and JSON write it by that list, and the store reads it back.
 
 use super::facts::{Fact, FactValue};
+use super::request::RunRequest;
 use crate::metrics::METRICS;
 use rimbench_core::cosim::{Outcome, OutcomeKind, Work};
 use rimbench_statistics::nearest_rank;
@@ -79,6 +80,14 @@ pub fn facts_of(columns: impl FnOnce(Columns<'_>)) -> Vec<Fact> {
     let mut facts = Vec::new();
     columns(&mut |name, cell| facts.push(Fact::new(name, cell.value())));
     facts
+}
+
+/// Tells whether a name means something already where parameters of a case are asked for or told: an option of a run, or what is said of
+/// one.
+pub fn is_taken(name: &str) -> bool {
+    const SAID: [&str; 8] = ["run_id", "case", "set", "label", "scheme", "parameters", "not_finite", "diverged_at_s"];
+    let is_column = || Findings::nothing(&Outcome::Completed).facts().iter().any(|fact| fact.name == name);
+    SAID.contains(&name) || RunRequest::OPTIONS.iter().any(|option| option.key == name) || is_column()
 }
 
 /// Lists the names of columns.

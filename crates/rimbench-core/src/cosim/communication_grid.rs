@@ -8,6 +8,9 @@ const COMMENSURATE: f64 = 1e-9;
 /// Shortest first macro step as a part of H: one of no length at all would be a division by nothing.
 const SHORTEST_PHASE: f64 = 1e-9;
 
+/// Least number that may have been meant in ms where s are asked for: shorter steps are told in µs.
+const LEAST_TOLD: f64 = 0.1;
+
 /// The communication points `t_0 = 0, t_k = (k − 1 + φ) H, …, t_K = T`.
 ///
 /// The first macro step is `φH` long, so that an ensemble over φ moves the communication points relative to a contact
@@ -44,9 +47,9 @@ impl CommunicationGrid {
             return Err(Error::invalid("macro-step", macro_step, "a finite time above 0 s"));
         }
         if macro_step > duration {
-            // Steps are told in ms, and typed in s.
-            let meant =
-                if 1e-3 * macro_step <= duration { format!("; did you mean {macro_step}ms?") } else { String::new() };
+            // Steps are told in ms, and typed in s: of a number as it is told.
+            let told = macro_step >= LEAST_TOLD && 1e-3 * macro_step <= duration;
+            let meant = if told { format!("; did you mean {macro_step}ms?") } else { String::new() };
             return Err(Error::invalid("macro-step", macro_step, format!("at most the duration, {duration} s{meant}")));
         }
         if !(SHORTEST_PHASE..=1.0).contains(&phase) {

@@ -2,7 +2,7 @@
 
 use super::keys::*;
 use super::statistics::{Bars, ONLY, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
-use crate::chart::Axis;
+use crate::chart::{Absent, Axis};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
 use crate::style::Styles;
@@ -46,7 +46,7 @@ const MOST_SIGNS: usize = 9;
 
 impl DotsFigure {
     /// Draws the figure from `runs.csv`: median over phases, bars from the best to the worst. Runs that did not complete are counted
-    /// beside the panel. Rows are ranked by how they do in all panels, the best on top.
+    /// beside the panel. Rows are ranked by how they do in all panels, failures first, then errors, the best on top.
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
@@ -69,11 +69,11 @@ impl DotsFigure {
                 let rows = runs.of_label(label);
                 let step_of = |row: usize| runs.macro_step_ms(row);
                 let points = over_phases(&rows, step_of, &spec.metric, f64::abs, self.bars)?;
-                let tried = |step: f64| rows.select(|row| step_of(row) == step).tally().run() > 0;
                 let dot = |index: usize| {
-                    let step = steps.get(index).copied();
-                    let point = step.and_then(|step| points.iter().find(|point| point.x == step && tried(step)));
-                    point.map_or(NOTHING, of_point)
+                    let Some(&step) = steps.get(index) else { return nothing(Absent::NotRun) };
+                    let tally = rows.select(|row| step_of(row) == step).tally();
+                    let point = points.iter().find(|point| point.x == step && tally.run() > 0);
+                    point.map_or(nothing(Absent::of(tally.skipped)), of_point)
                 };
                 Ok((0..most).map(dot).collect())
             };
@@ -149,34 +149,41 @@ impl DotsFigure {
 }
 
 /// What stands where nothing was run.
-const NOTHING: Dot = Dot { value: f64::NAN, range: None, lost: None };
+fn nothing(absent: Absent) -> Dot {
+    Dot { value: f64::NAN, range: None, lost: Err(absent) }
+}
 
 fn of_point(point: &OverPhases) -> Dot {
     let range = (point.least < point.most).then_some([point.least, point.most]);
-    Dot { value: point.median, range, lost: Some(point.lost) }
+    Dot { value: point.median, range, lost: Ok(point.lost) }
 }
 
-/// Rows by their mean rank over all panels and signs, the value nearest to the ideal of its panel first; what is lost is last, and of equals the first stays first.
+/// Rows by their mean rank over all panels and signs: of those that were run there, fewer failures first, and of as few the value nearest to
+/// the ideal of its panel. What gave no answer, or was not run, has no rank there; what has none anywhere is last, and of equals the first
+/// stays first.
 fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
-    let mut total = vec![0.0; rows];
+    let mut ranks: Vec<Vec<f64>> = vec![Vec::new(); rows];
     for (panel, ideal) in dots.iter().zip(ideals) {
         let signs = panel.first().map_or(0, Vec::len);
         for dots in (0..signs).map(|sign| panel.iter().map(|row| row[sign]).collect::<Vec<Dot>>()) {
-            let value = |row: usize| {
-                let dot = &dots[row];
-                if dot.value.is_finite() && dot.lost.is_some_and(|loss| loss.failed < 1.0) {
-                    (dot.value - ideal).abs()
-                } else {
-                    f64::INFINITY
-                }
+            // A failure is worse than every number.
+            let place = |dot: &Dot| match dot.lost {
+                Ok(loss) if loss.failed >= 1.0 => Some([1.0, f64::INFINITY]),
+                Ok(loss) if dot.value.is_finite() => Some([loss.failed, (dot.value - ideal).abs()]),
+                _ => None,
             };
-            for (row, total) in total.iter_mut().enumerate() {
-                *total += (0..rows).filter(|&other| value(other) < value(row)).count() as f64;
+            let places: Vec<Option<[f64; 2]>> = dots.iter().map(place).collect();
+            for (own, ranks) in places.iter().zip(&mut ranks).filter_map(|(own, ranks)| Some((own.as_ref()?, ranks))) {
+                ranks.push(places.iter().flatten().filter(|other| *other < own).count() as f64);
             }
         }
     }
+    let mean = |row: usize| match &ranks[row][..] {
+        [] => f64::INFINITY,
+        ranks => ranks.iter().sum::<f64>() / ranks.len() as f64,
+    };
     let mut order: Vec<usize> = (0..rows).collect();
-    order.sort_by(|&a, &b| total[a].total_cmp(&total[b]));
+    order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
     order
 }
 
@@ -190,12 +197,26 @@ mod tests {
         let dot = |value: f64| Dot {
             value,
             range: None,
-            lost: Some(Loss { failed: if value.is_nan() { 1.0 } else { 0.0 }, silent: 0.0 }),
+            lost: Ok(Loss { failed: if value.is_nan() { 1.0 } else { 0.0 }, silent: 0.0 }),
         };
         let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
         assert_eq!(ranked(std::slice::from_ref(&panel), &[0.0], 3), [2, 1, 0]);
         assert_eq!(ranked(&[], &[], 2), [0, 1]);
         // Of a ratio the least is not the best: 3 and 4 are nearer to 3.5 than 1 and 2.
         assert_eq!(ranked(&[panel], &[3.5], 3), [0, 2, 1]);
+    }
+
+    /// The best of those that are left says nothing of those that are not.
+    #[test]
+    fn a_failure_is_worse_than_every_number_and_a_time_out_is_neither() {
+        let dot = |value: f64, failed: f64, silent: f64| Dot { value, range: None, lost: Ok(Loss { failed, silent }) };
+        let column = |dots: &[Dot]| vec![dots.iter().map(|dot| vec![*dot]).collect::<Vec<_>>()];
+        let some_fail = [dot(1.0, 0.25, 0.0), dot(9.0, 0.0, 0.0), dot(1.0, 0.5, 0.0)];
+        assert_eq!(ranked(&column(&some_fail), &[0.0], 3), [1, 0, 2]);
+        let some_last = [nothing(Absent::NotRun), dot(9.0, 1.0, 0.0), dot(f64::NAN, 0.0, 1.0), dot(2.0, 0.0, 0.5)];
+        assert_eq!(ranked(&column(&some_last), &[0.0], 4), [3, 1, 0, 2]);
+        // Not run at one of two steps, and ahead at the other.
+        let two = [vec![dot(1.0, 0.0, 0.0), nothing(Absent::LeftOut)], vec![dot(2.0, 0.0, 0.0), dot(1.0, 0.0, 0.0)]];
+        assert_eq!(ranked(&[two.to_vec()], &[0.0], 2), [0, 1]);
     }
 }

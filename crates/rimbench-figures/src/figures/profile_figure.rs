@@ -105,7 +105,7 @@ impl ProfileFigure {
         let total = |row: usize| panels.iter().map(|(_, shares)| shares[row].iter().sum::<f64>()).sum::<f64>();
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| total(b).total_cmp(&total(a)));
-        let dot = |value: &f64| Dot { value: *value, range: None, lost: Some(Loss::default()) };
+        let dot = |value: &f64| Dot { value: *value, range: None, lost: Ok(Loss::default()) };
         let panel = |(spec, shares): &(&ProfilePanel, Vec<Vec<f64>>)| RowsPanel {
             title: spec.title.clone(),
             content: Content::Dots(Dots {

@@ -2,6 +2,7 @@
 
 use super::keys::*;
 use super::statistics::{Bars, ONLY, Only, over_phases, read_runs, rounded, row, unit_of};
+use crate::chart::Absent;
 use crate::drawing::Drawing;
 use crate::rows::{Cell, Column, Content, Grid, RowsPanel, RowsPlot};
 use crate::style::Styles;
@@ -93,7 +94,7 @@ impl StabilityFigure {
         let here = runs.select(|row| runs.macro_step_ms(row) == step);
         let tally = here.tally();
         Ok(match tally.failed_share() {
-            _ if tally.run() == 0 => Cell::NotRun,
+            _ if tally.run() == 0 => Cell::Absent(Absent::of(tally.skipped)),
             share if share > 0.0 => Cell::Lost(share),
             // Of some phases nothing is known.
             _ if tally.no_answer > 0 => Cell::Silent,
@@ -137,7 +138,7 @@ impl StabilityFigure {
                 let own = part.of_label(label);
                 let cells = steps.iter().map(|&step| self.cell(&own, step)).collect::<Result<Vec<_>>>()?;
                 let tried: Vec<(f64, Cell)> =
-                    steps.iter().copied().zip(cells).filter(|(_, cell)| *cell != Cell::NotRun).collect();
+                    steps.iter().copied().zip(cells).filter(|(_, cell)| !matches!(cell, Cell::Absent(_))).collect();
                 let good = tried.iter().take_while(|(_, cell)| *cell == Cell::Right).count();
                 let limit = match good {
                     _ if tried.is_empty() => continue,

@@ -268,6 +268,7 @@ impl XyPanel {
             // What did not complete has no cost at which to mark it.
             let lost = match all.of_label(label).share_completed() {
                 None if all.of_label(label).tally().run() > 0 => ": no answer",
+                None if all.of_label(label).tally().skipped > 0 => ": left out",
                 None => ": not run",
                 Some(0.0) => ": all runs failed",
                 Some(share) if share < 1.0 => ": some runs failed",

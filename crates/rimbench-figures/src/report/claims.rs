@@ -2,7 +2,7 @@
 
 use super::store::Study;
 use super::{Report, folded};
-use crate::claims_table::significant;
+use crate::claims_table;
 use crate::vector::escaped;
 use rimbench_cases::cases::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
@@ -69,13 +69,14 @@ fn row(claim: &CheckedClaim, study: &Study, place: [usize; 2]) -> String {
     let anchor = anchor(claim, study);
     let (quantity, unit) = words(&claim.quantity);
     let unit = |value: &str| if unit.is_empty() { value.to_owned() } else { format!("{value} {unit}") };
-    let mut measured = unit(&significant(claim.measured.unwrap_or(f64::NAN), 3));
+    let digits = |value: f64| claims_table::shown(claim, value, 3);
+    let mut measured = unit(&digits(claim.measured.unwrap_or(f64::NAN)));
     if let Some(ends) = claim.interval() {
-        let [low, high] = ends.map(|end| significant(end, 3));
+        let [low, high] = ends.map(digits);
         let _ = write!(measured, " <span class=\"soft\">[{low}, {high}]</span>");
     }
     if let Some(value) = claim.without_exact.filter(|value| value.is_finite()) {
-        let _ = write!(measured, "<br><span class=\"soft\">{} without exact models</span>", significant(value, 3));
+        let _ = write!(measured, "<br><span class=\"soft\">{} without exact models</span>", digits(value));
     }
     let replaced = match claim.superseded.as_str() {
         "" => String::new(),
@@ -130,7 +131,7 @@ pub(super) fn under(study: &Study) -> String {
     let line = |claim: &&CheckedClaim| {
         let [class, sign, word] = shown(claim.verdict);
         let unit = words(&claim.quantity).1;
-        let measured = format!("{} {unit}", significant(claim.measured.unwrap_or(f64::NAN), 2));
+        let measured = format!("{} {unit}", claims_table::shown(claim, claim.measured.unwrap_or(f64::NAN), 2));
         format!(
             "<li><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span> <a href=\"#{}\">{}</a> \
              <span class=\"soft\">measured {}, expected {} {unit}</span></li>\n",
@@ -318,6 +319,7 @@ mod tests {
             superseded: String::new(),
             variant_of: String::new(),
             runs: 0,
+            failed: 0,
             run_ids: Vec::new(),
         };
         let shaded = |claim: &CheckedClaim| {
@@ -347,5 +349,15 @@ mod tests {
             assert_eq!(row.contains("crosses the bound"), crosses, "{row}");
             assert!(row.contains("experiment mine/&lt;b&gt;") && !row.contains("<b>"), "{row}");
         }
+        // What is told from its bound by the fourth digit has four.
+        claim = CheckedClaim { measured: Some(0.89952), expected: "≥ 0.9".to_owned(), ..claim };
+        assert!(
+            row(&claim, &study, [0, 0]).contains("measured 0.8995 ")
+                || row(&claim, &study, [0, 0]).contains("measured 0.8995<")
+        );
+        claim.measured = Some(0.8952);
+        let study = Study { claims: vec![claim.clone()], ..study };
+        assert!(under(&study).contains("measured 0.895, expected ≥ 0.9"), "{}", under(&study));
+        assert!(claims_table::claims_markdown(&[claim]).contains("| 0.895 | ≥ 0.9 |"));
     }
 }

@@ -22,11 +22,16 @@ pub(super) fn section(studies: &[Study]) -> String {
         collect(runs, &mut all);
     }
     // With one choice of options: that with most runs.
+    let mut unknown: BTreeSet<(&str, &str)> = BTreeSet::new();
     let limits: BTreeMap<&Pair, Option<f64>> = all
         .iter()
         .filter_map(|(pair, choices)| {
             let most = choices.values().max_by_key(|tried| tried.values().map(BTreeMap::len).sum::<usize>())?;
-            limit(most).filter(|_| most.len() > 1).map(|limit| (pair, limit))
+            let limit = Some(limit(most)).filter(|_| most.len() > 1)?;
+            if limit.is_none() {
+                unknown.insert((&pair.0, &pair.1));
+            }
+            limit.map(|limit| (pair, limit))
         })
         .collect();
     // Where few schemes were tried, the best of them says little.
@@ -72,6 +77,7 @@ pub(super) fn section(studies: &[Study]) -> String {
         let _ = write!(rows, "<tr><th scope=\"row\">{}</th>", escaped(case));
         for scheme in &schemes {
             let cell = match of(case, scheme) {
+                None if unknown.contains(&(case, scheme)) => "<td class=\"none\">?</td>".to_owned(),
                 None => "<td></td>".to_owned(),
                 Some(None) => "<td class=\"none\">none</td>".to_owned(),
                 Some(Some(step)) => {
@@ -91,8 +97,8 @@ pub(super) fn section(studies: &[Study]) -> String {
     format!(
         "<section id=\"grid\"><h2>Largest usable step</h2>\n<p>Macro step in milliseconds up to which, at every step tried, all \
          runs completed and the median rms force error was at most a tenth of the reference’s peak; schemes as they are, without \
-         options of an experiment. Darker is closer to the best of the row; <em>none</em>: not even at the shortest step tried; an \
-         empty cell was not tried. A limit is one of the steps tried, and no more than the longest of them. Schemes stand from the best \
+         options of an experiment. Darker is closer to the best of the row; <em>none</em>: not even at the shortest step tried; ?: a \
+         run beyond gave no answer; an empty cell was not tried at two steps. A limit is one of the steps tried, and no more than the longest of them. Schemes stand from the best \
          to the worst by their mean shade.{few}</p>\n\
          <div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Largest usable step\"><table class=\"grid\"><thead><tr><th scope=\"col\">case</th>{head}</tr></thead><tbody>\n{rows}</tbody></table></div></section>\n"
     )

@@ -2,6 +2,7 @@
 
 use crate::export::side_name;
 use rimbench_cases::cases::{Parameter, Range};
+use rimbench_cases::runs::is_taken;
 use rimbench_core::cosim::Side;
 use rimbench_core::error::Error;
 use rimbench_core::name::check_new_name;
@@ -217,6 +218,11 @@ const SHORTEST_ANSWER: f64 = 1e-3;
 fn check_parameter(name: &str, table: &ParameterTable) -> Result<(), String> {
     if name == DIGEST {
         return Err(format!("[parameters.{name}]: that name is taken by the hash of FMUs"));
+    }
+    if is_taken(name) {
+        return Err(format!(
+            "[parameters.{name}]: an option of a run or a column of results has that name; valid: another"
+        ));
     }
     if name.is_empty() || name.trim() != name || name.contains(['=', ',', '"']) || name.contains(char::is_control) {
         return Err(format!(

@@ -232,9 +232,11 @@ impl Search<'_> {
             }
             (self.question.progress)(Step::Done(run.outcome.class()));
             (cell.runs, cell.last) = (cell.runs + 1, Some(run.outcome.kind()));
-            let error = run.found.metric(METRIC).filter(|error| error.is_finite());
+            // What a run had come to before it failed is no error of the form.
+            let has_completed = run.outcome.class() == OutcomeClass::Completed;
+            let error = run.found.metric(METRIC).filter(|error| error.is_finite() && has_completed);
             cell.fault = match error {
-                _ if run.outcome.class() != OutcomeClass::Completed => {
+                _ if !has_completed => {
                     let fault = format!("{}: {}", run.outcome.kind(), run.outcome.reason());
                     Some(fault.trim_end_matches(": ").to_owned())
                 }

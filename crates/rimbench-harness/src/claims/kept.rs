@@ -1,6 +1,7 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
-use crate::experiment::{Claim, Experiment, Statistic, plan_sha256};
+use super::witnesses::OfFailed;
+use crate::experiment::{Claim, Experiment, Statistic, Witnesses, plan_sha256};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
@@ -24,7 +25,8 @@ pub struct KeptClaims {
 }
 
 /// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which must be that of
-/// its digest, and the digest of the experiment's plan. Claims about other statistics than a median, or about runs that did not complete, need the rows.
+/// its digest, and the digest of the experiment's plan. Each verdict must follow from what was measured; claims about other statistics than a
+/// median, or about what failed runs had come to, need the rows.
 ///
 /// # Errors
 /// [`Error::File`] for a file that is missing, damaged, or of another numerics version; for runs or claims that are not those of the
@@ -42,9 +44,25 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
             return wrong(format!("expects something else of `{}` than {file}", claim.id));
         }
         checked.finding = claim.finding;
-        if let (Some(expected), Some(measured)) = (claim.said_by(&summary), checked.measured) {
-            if (measured - expected).abs() > ROUNDING * expected.abs() {
+        let refutable = [false, true].map(|other| claim.of_failed(other) == OfFailed::Against).contains(&true);
+        let verdicts = [false, checked.failed > 0 && refutable].map(|refuted| claim.verdict(checked.measured, refuted));
+        if !verdicts.contains(&checked.verdict) {
+            return wrong(format!(
+                "says {} of `{}`, which does not follow from what was measured",
+                checked.verdict, claim.id
+            ));
+        }
+        if let Some((expected, failed)) = claim.said_by(&summary) {
+            let far = |measured: f64| (measured - expected).abs() > ROUNDING * expected.abs();
+            if let Some(measured) = checked.measured.filter(|measured| far(*measured)) {
                 return wrong(format!("measured {measured} for `{}`, and the summary says {expected}", claim.id));
+            }
+            if checked.failed != failed {
+                let found = checked.failed;
+                return wrong(format!(
+                    "says that {found} runs of `{}` failed, and the summary says {failed}",
+                    claim.id
+                ));
             }
             kept.said_by_summary += 1;
         }
@@ -104,13 +122,15 @@ fn remedy(experiment: &Experiment) -> String {
 }
 
 impl Claim {
-    /// What the summary says of it: where it is about the median of one row, all of whose runs completed, or about a ratio of two.
-    fn said_by(&self, summary: &[SummaryRow]) -> Option<f64> {
+    /// What the summary says of it, with the number of runs that failed: where it is about the median of the completed runs of one row, or
+    /// about a ratio of two.
+    fn said_by(&self, summary: &[SummaryRow]) -> Option<(f64, usize)> {
         let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric)?;
         // Of pooled settings the summary has no single problem.
         let is_pooled = summary.iter().any(|row| row.worst.is_some());
         // It holds medians with their sign.
-        let other = self.at_equal.is_some() || self.is_by_magnitude();
+        let counts = self.above.is_some() || self.within.is_some() || self.witnesses == Some(Witnesses::All);
+        let other = self.at_equal.is_some() || self.is_by_magnitude() || counts;
         if self.statistic != Statistic::Median || other || is_pooled {
             return None;
         }
@@ -125,13 +145,17 @@ impl Claim {
                     && is(set, &self.set)
                     && step.parse().is_ok_and(|step| self.is_about(step))
             });
-            let only = rows.next().filter(|row| row.completed == row.runs)?;
-            Some(only.quartiles[metric][1]).filter(|value| rows.next().is_none() && !value.is_nan())
+            let only = rows.next()?;
+            let median = Some(only.quartiles[metric][1]).filter(|value| rows.next().is_none() && !value.is_nan())?;
+            Some((median, only.failed))
         };
         let own = middle(&self.scheme)?;
         match &self.relative_to {
             None => Some(own),
-            Some(other) => middle(other).map(|other| own / other).filter(|ratio| ratio.is_finite()),
+            Some(other) => {
+                let (other, failed) = middle(other)?;
+                Some((own.0 / other, own.1 + failed)).filter(|(ratio, _)| ratio.is_finite())
+            }
         }
     }
 }

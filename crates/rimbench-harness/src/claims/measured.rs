@@ -1,6 +1,7 @@
 //! What was measured of a claim.
 
-use crate::experiment::{COMPLETED, Claim, FAILED, FAILED_AT, Statistic, Verdict};
+use super::witnesses::OfFailed;
+use crate::experiment::{COMPLETED, Claim, FAILED, FAILED_AT, Statistic};
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
@@ -21,7 +22,14 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         labels.into_iter().flatten().flat_map(|label| about.of_label(label).rows().to_vec()).collect();
     let all = about.with_rows(rows);
     let values = Values::of(claim, &all)?;
-    let known = all.select(|row| !values.value[row].is_nan());
+    let is_known = |row: usize| !values.value[row].is_nan();
+    let known = all.select(is_known);
+    // A macro step beyond those of an order is none on the way to H = 0.
+    let fitted = known.iter().map(|run| run.macro_step_s).fold(0.0, f64::max);
+    let is_fitted = |row| claim.statistic != Statistic::Order || runs.macro_step(row) < fitted;
+    let has_failed = |row| runs.class(row) == OutcomeClass::Failed;
+    let refutes = |row| has_failed(row) && values.of_failed(row) == OfFailed::Against && is_fitted(row);
+    let [failed, refuting] = [all.select(has_failed), all.select(refutes)];
     let measured = values.measured(known.rows());
     let interval = match claim.statistic {
         Statistic::Median if claim.at_equal.is_some() => Pool::of(values.ratios(known.rows())).interval(),
@@ -34,37 +42,37 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         true => values.measured(known.select(|row| !exact.contains(&runs.problem(row))).rows()),
         false => None,
     };
-    let verdict = match measured {
-        None => Verdict::NotMeasured,
-        Some(value) if claim.expect.at_least && value >= claim.expect.bound => Verdict::Reproduced,
-        Some(value) if !claim.expect.at_least && value <= claim.expect.bound => Verdict::Reproduced,
-        Some(_) => Verdict::NotReproduced,
-    };
     let settings = match claim.statistic {
         Statistic::ShareBetter => values.share(known.rows()).in_words(),
         _ => String::new(),
     };
-    let left_out = match all.rows().len() - known.rows().len() {
-        0 => String::new(),
-        count => format!(" ({count} of {} runs left out: {})", all.rows().len(), claim.why_left_out()),
-    };
+    let mut remarks = if claim.counts_ends() { Vec::new() } else { values.failed_in_words([&all, &failed, &refuting]) };
+    // Those that failed are told already.
+    let is_told = |row| has_failed(row) && !claim.counts_ends();
+    let left_out = all.select(|row| !is_known(row) && !is_told(row)).rows().len();
+    if left_out > 0 {
+        remarks.push(format!("{left_out} of {} runs left out: {}", all.rows().len(), claim.why_left_out()));
+    }
+    let remarks = if remarks.is_empty() { String::new() } else { format!(" ({})", remarks.join("; ")) };
+    let asked = all.select(|row| is_known(row) || refutes(row));
     Ok(CheckedClaim {
         experiment: experiment.to_owned(),
         id: claim.id.clone(),
         by: claim.by,
         text: claim.text.clone(),
-        quantity: format!("{}{settings}{left_out}", claim.quantity()),
+        quantity: format!("{}{settings}{remarks}", claim.quantity()),
         measured,
         low: interval.map(|[low, _]| low),
         high: interval.map(|[_, high]| high),
         without_exact,
         expected: claim.expect.to_string(),
-        verdict,
+        verdict: claim.verdict(measured, !refuting.rows().is_empty()),
         finding: claim.finding,
         superseded: claim.superseded.clone(),
         variant_of: claim.variant_of.clone(),
-        runs: known.rows().len(),
-        run_ids: known.iter().map(|run| run.id.to_owned()).collect(),
+        runs: asked.rows().len(),
+        failed: failed.rows().len(),
+        run_ids: asked.iter().map(|run| run.id.to_owned()).collect(),
     })
 }
 
@@ -105,6 +113,7 @@ impl<'a> Values<'a> {
             let has_order = claim.statistic == Statistic::Order && runs.has_order(row, &claim.metric, floor)?;
             let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
             let failed = runs.class(row) == OutcomeClass::Failed;
+            let of_failed = failed.then(|| values.of_failed(row));
             values.value[row] = match claim.metric.as_str() {
                 _ if runs.class(row) == OutcomeClass::NoAnswer => f64::NAN,
                 COMPLETED => f64::from(!failed),
@@ -114,9 +123,8 @@ impl<'a> Values<'a> {
                     f64::from(!failed && claim.within.is_some_and(|most| number.abs() <= most))
                 }
                 _ if claim.statistic.is_threshold() && !number.is_nan() => f64::from(!failed),
-                _ if claim.statistic == Statistic::ShareBetter && failed => f64::INFINITY,
-                // What a run that failed has is no point on the way to H = 0.
-                _ if (claim.statistic == Statistic::Order || cost.is_some()) && failed => f64::NAN,
+                _ if of_failed == Some(OfFailed::Infinite) => f64::INFINITY,
+                _ if matches!(of_failed, Some(OfFailed::Against | OfFailed::LeftOut)) => f64::NAN,
                 _ if claim.statistic == Statistic::Order && !has_order => f64::NAN,
                 _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
@@ -126,6 +134,23 @@ impl<'a> Values<'a> {
             values.cost[row] = cost.map_or(0.0, |column| table.number(row, column));
         }
         Ok(values)
+    }
+
+    /// What a run says of the claim if it failed.
+    fn of_failed(&self, row: usize) -> OfFailed {
+        self.claim.of_failed(self.runs.label(row) != self.claim.scheme)
+    }
+
+    /// How many runs of each of the rows compared failed, of all, and whether they speak against the claim; nothing of those of which none
+    /// did.
+    fn failed_in_words(&self, runs: [&Runs<'_>; 3]) -> Vec<String> {
+        let of = |label: &String| {
+            let [all, failed, refuting] = runs.map(|runs| runs.of_label(label).rows().len());
+            let whose = if self.claim.relative_to.is_some() { format!(" of {label}") } else { String::new() };
+            let worse = if refuting > 0 { ", which is worse than every number" } else { "" };
+            (failed > 0).then(|| format!("{failed} of {all}{whose} failed{worse}"))
+        };
+        [Some(&self.claim.scheme), self.claim.relative_to.as_ref()].into_iter().flatten().filter_map(of).collect()
     }
 
     /// The statistic of some rows, or the ratio of the two schemes' ones.
@@ -205,7 +230,8 @@ impl Claim {
         let above = self.above.map(|above| format!(" > {above}")).unwrap_or_default();
         let metric = if self.is_by_magnitude() { format!("|{}|", self.metric) } else { self.metric.clone() };
         let within = self.within.map(|within| format!(" ≤ {within}, completed,")).unwrap_or_default();
-        format!("{statistic} {metric}{above}{within} of {}{relative}{equal}{step}{}", self.scheme, problem.concat())
+        let [scheme, problem, whom] = [&*self.scheme, &problem.concat(), self.witnesses_in_words()];
+        format!("{statistic} {metric}{above}{within} of {scheme}{relative}{equal}{step}{problem}{whom}")
     }
 
     /// Why a run can be left out.
@@ -214,10 +240,7 @@ impl Claim {
             COMPLETED | FAILED => "skipped, timed out or failed by a defect",
             _ if self.within.is_some() => "skipped, timed out or failed by a defect",
             FAILED_AT => "not failed",
-            _ if self.statistic == Statistic::Order => {
-                "not completed, without a value, or within the reference's uncertainty"
-            }
-            _ if self.at_equal.is_some() => "not completed, or without a value",
+            _ if self.statistic == Statistic::Order => "without a value, or within the reference's uncertainty",
             _ => "without a value",
         }
     }
@@ -243,6 +266,7 @@ impl Statistic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::Verdict;
     use rimbench_results::results_table::read_table;
 
     #[test]
@@ -293,9 +317,15 @@ mod tests {
         let header = "run_id,label,case,set,macro_step_s,outcome,force_error_rms_n,outcome_at_s";
         let claim = check_in(&table_of(header), "metric = \"force_error_rms_n\"\nstatistic = \"order\"");
         approx::assert_relative_eq!(claim.measured.unwrap(), 1.0, epsilon = 1e-12);
-        assert!(claim.quantity.contains("(2 of 5 runs left out: not completed"), "{}", claim.quantity);
+        assert!(claim.quantity.ends_with("(2 of 5 failed)"), "{}", claim.quantity);
         assert_eq!(claim.run_ids, ["0", "1", "2"]);
-        assert_eq!(checked("metric = \"error\"\nstatistic = \"max\"", &rows).measured, Some(1e9));
+        assert_eq!(claim.failed, 2);
+        // A step that fails between two that hold leaves no order to speak of.
+        let unsteady = rows[4].replace("0.008", "0.002");
+        let text = [&rows[..4], &[&unsteady]].concat();
+        let text: String = text.iter().enumerate().map(|(id, row)| format!("{id},x,{row},\n")).collect();
+        let claim = check_in(&table(header, &text), "metric = \"force_error_rms_n\"\nstatistic = \"order\"");
+        assert_eq!(claim.verdict, Verdict::NotReproduced);
     }
 
     #[test]
@@ -339,7 +369,8 @@ mod tests {
         approx::assert_relative_eq!(checked.measured.unwrap(), 2.0, max_relative = 1e-12);
         assert_eq!(
             checked.quantity,
-            "median of error of x relative to y at equal exchanges, all cases (3 of 15 runs left out: not completed, or without a value)"
+            "median of error of x relative to y at equal exchanges, all cases \
+             (3 of 9 of x failed, which is worse than every number)"
         );
     }
 
@@ -388,7 +419,7 @@ mod tests {
         assert_eq!(
             claim.quantity,
             "share of settings with less force_error_rms_n of x than y, all sets: 1 of 3, and 2 ties \
-             (2 of 12 runs left out: without a value)"
+             (2 of 6 of x failed; 1 of 6 of y failed; 2 of 12 runs left out: without a value)"
         );
         let completed = check_in(&table(header, &rows), "set = \"all\"\nmetric = \"completed\"\nstatistic = \"mean\"");
         assert_eq!((completed.measured, completed.runs), (Some(0.6), 5));
@@ -475,10 +506,89 @@ mod tests {
         ];
         let all = table(header.trim_end(), &rows.concat());
         let of = |metric: &str| check_in(&all, &format!("metric = \"{metric}\"\nstatistic = \"max\""));
-        assert_eq!((of("error").measured, of("error").run_ids), (Some(1.0), vec!["2".to_owned()]));
+        let alive = of("error");
+        assert_eq!((alive.measured, alive.failed, alive.verdict), (None, 1, Verdict::NotReproduced));
+        assert_eq!(of("error\"\nwitnesses = \"all").run_ids, ["2"]);
         assert_eq!(["failed", "completed", "failed_at_s"].map(|name| of(name).measured), [1.0, 0.0, 0.2].map(Some));
         let silent = table(header.trim_end(), &rows[..2].concat());
         assert_eq!(check_in(&silent, "metric = \"error\"").verdict, Verdict::NotMeasured);
+    }
+
+    /// A hold that breaks down misses no touch-down.
+    #[test]
+    fn a_run_that_failed_is_no_witness_of_how_good_it_is() {
+        let rows = [
+            "box,,0.001,completed,0.1",
+            "box,,0.001,completed,0.3",
+            "box,,0.001,diverged,0.0",
+            "box,,0.001,timeout,9.0",
+        ];
+        let of = |keys: &str| checked(&format!("metric = \"error\"\n{keys}"), &rows);
+        for (statistic, measured) in [("median", 0.2), ("min", 0.1), ("max", 0.3), ("mean", 0.2)] {
+            let good = of(&format!("statistic = \"{statistic}\"\nexpect = \"<= 1\""));
+            assert_eq!((good.verdict, good.failed), (Verdict::NotReproduced, 1), "{statistic}");
+            approx::assert_relative_eq!(good.measured.unwrap(), measured, max_relative = 1e-14);
+            assert!(good.quantity.contains("(1 of 4 failed, which is worse than every number; 1 of 4 runs left out"));
+            assert_eq!(good.run_ids, ["0", "1", "2"]);
+            // That it is bad is told by those that came to their end.
+            let bad = of(&format!("statistic = \"{statistic}\"\nexpect = \">= 0.1\""));
+            assert_eq!((bad.verdict, bad.run_ids), (Verdict::Reproduced, vec!["0".to_owned(), "1".to_owned()]));
+            let survivors = of(&format!("statistic = \"{statistic}\"\nexpect = \"<= 1\"\nwitnesses = \"completed\""));
+            assert_eq!((survivors.verdict, survivors.measured), (Verdict::Reproduced, good.measured));
+            assert!(survivors.quantity.contains(", completed runs only (1 of 4 failed;"), "{}", survivors.quantity);
+        }
+        let before = of("statistic = \"min\"\nwitnesses = \"all\"\nexpect = \"<= 0\"");
+        assert_eq!((before.verdict, before.measured, before.runs), (Verdict::Reproduced, Some(0.0), 3));
+        assert!(before.quantity.contains(", before it fails (1 of 4 failed;"), "{}", before.quantity);
+        let share = of("above = 0.2\nstatistic = \"mean\"\nexpect = \"<= 0.9\"");
+        assert_eq!((share.verdict, share.measured), (Verdict::NotReproduced, Some(0.5)));
+    }
+
+    #[test]
+    fn a_time_out_is_no_failure() {
+        let rows = ["box,,0.001,completed,0.1", "box,,0.001,timeout,9.0", "box,,0.001,panicked,9.0"];
+        let claim = checked("metric = \"error\"\nstatistic = \"max\"\nexpect = \"<= 1\"", &rows);
+        assert_eq!((claim.verdict, claim.measured, claim.failed), (Verdict::Reproduced, Some(0.1), 0));
+        assert!(claim.quantity.ends_with("(2 of 3 runs left out: without a value)"), "{}", claim.quantity);
+    }
+
+    #[test]
+    fn of_a_ratio_the_row_that_is_said_to_be_good_must_have_lived() {
+        let header = "run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s";
+        let of = |own: &str, other: &str, keys: &str| {
+            let rows = [("x", "completed,1.0"), ("x", own), ("y", "completed,4.0"), ("y", other)];
+            let rows = rows.map(|(label, row)| format!("r,{label},box,,0.001,{row},\n")).concat();
+            check_in(&table(header, &rows), &format!("metric = \"error\"\nrelative_to = \"y\"\n{keys}"))
+        };
+        let [lived, died] = ["completed,2.0", "diverged,1e9"];
+        let [better, worse] = ["expect = \"<= 0.5\"", "expect = \">= 0.2\""];
+        assert_eq!(of(lived, lived, better).verdict, Verdict::Reproduced);
+        assert_eq!(of(died, lived, better).verdict, Verdict::NotReproduced);
+        // What the baseline made before it diverged is no measure of it.
+        let baseline = of(lived, died, better);
+        assert_eq!((baseline.measured, baseline.verdict), (Some(0.375), Verdict::Reproduced));
+        assert!(baseline.quantity.ends_with("(1 of 2 of y failed)"), "{}", baseline.quantity);
+        assert_eq!(of(lived, died, worse).verdict, Verdict::NotReproduced);
+        assert_eq!(of(died, lived, worse).verdict, Verdict::Reproduced);
+    }
+
+    /// Of what is best at one or has a sign, what is good lies on either side.
+    #[test]
+    fn what_a_run_without_error_would_meet_speaks_well_of_it() {
+        let of = |metric: &str, keys: &str| {
+            let header = format!("run_id,label,case,set,macro_step_s,outcome,{metric},outcome_at_s");
+            let rows = "0,x,box,,0.001,completed,0.95,\n1,x,box,,0.001,solver-failed,0.95,0.1\n";
+            check_in(&table(&header, rows), &format!("metric = \"{metric}\"\n{keys}")).verdict
+        };
+        assert_eq!(of("touch_down_peak_ratio", "expect = \">= 0.9\""), Verdict::NotReproduced);
+        assert_eq!(of("touch_down_peak_ratio", "expect = \"<= 1.1\""), Verdict::NotReproduced);
+        assert_eq!(of("touch_down_peak_ratio", "expect = \"<= 0.96\""), Verdict::Reproduced);
+        assert_eq!(of("model_defect_rank", "expect = \">= 0.9\""), Verdict::NotReproduced);
+        assert_eq!(of("interface_residual_j", "expect = \">= -1\""), Verdict::NotReproduced);
+        assert_eq!(of("interface_residual_j", "expect = \">= 0.5\""), Verdict::Reproduced);
+        // That a run fails as predicted is what is asked.
+        let predicted = "statistic = \"mean\"\nexpect = \"<= 0.95\"";
+        assert_eq!(of("completed_as_predicted", predicted), Verdict::Reproduced);
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! Claims: what an experiment file says should come out, held against what did.
 //!
 //! ```text
-//! a claim of an experiment → what was measured of it (measured) → claims.csv → held against the summary (kept)
+//! a claim of an experiment → what each run says of it (witnesses) → what was measured (measured) → claims.csv
+//!                          → held against the summary (kept)
 //! ```
 
 mod kept;
 mod measured;
+mod witnesses;
 
 pub use kept::{KeptClaims, check_kept_claims};
 pub use rimbench_results::claims::{CheckedClaim, write_claims};

@@ -1,6 +1,6 @@
 //! What a claim says.
 
-use rimbench_cases::metrics::{METRICS, is_signed};
+use rimbench_cases::metrics::{METRICS, is_of_ends, is_signed};
 use rimbench_core::cosim::OutcomeKind;
 use rimbench_results::claims::{Claimant, Verdict};
 use serde::Deserialize;
@@ -41,6 +41,8 @@ pub struct Claim {
     /// What to make of several runs.
     #[serde(default)]
     pub(crate) statistic: Statistic,
+    /// Whether runs that failed are witnesses, where the claim says so.
+    pub(crate) witnesses: Option<Witnesses>,
     /// A comparison with a number, for example `>= 2`.
     pub(crate) expect: Expectation,
     /// What was found when the experiment was last looked at.
@@ -52,6 +54,16 @@ pub struct Claim {
     /// and statements are counted once.
     #[serde(default)]
     pub(crate) variant_of: String,
+}
+
+/// Which runs a claim on a metric asks, where it says so itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Witnesses {
+    /// Those that completed, whatever became of the others.
+    Completed,
+    /// Those that failed too, with what they had come to by then.
+    All,
 }
 
 /// What to make of several runs.
@@ -87,6 +99,13 @@ impl Statistic {
 pub(crate) struct Expectation {
     pub(crate) at_least: bool,
     pub(crate) bound: f64,
+}
+
+impl Expectation {
+    /// Tells whether a value is as expected.
+    pub(crate) fn admits(self, value: f64) -> bool {
+        if self.at_least { value >= self.bound } else { value <= self.bound }
+    }
 }
 
 impl TryFrom<String> for Expectation {
@@ -129,6 +148,11 @@ impl Claim {
     /// Whether it is about how runs end.
     pub(crate) fn is_about_ends(&self) -> bool {
         [COMPLETED, FAILED, FAILED_AT].contains(&self.metric.as_str())
+    }
+
+    /// Whether it counts runs by how they end, so that one that failed says as much as one that completed.
+    pub(crate) fn counts_ends(&self) -> bool {
+        self.is_about_ends() || self.within.is_some() || self.statistic.is_threshold() || is_of_ends(&self.metric)
     }
 
     /// Whether it is about runs at a macro step (s).

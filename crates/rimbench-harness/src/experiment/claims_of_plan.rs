@@ -18,11 +18,18 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
             return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
         }
+        check_claim_id(&claim.id)?;
+        if claim.relative_to.as_ref() == Some(&claim.scheme) {
+            let Claim { id, scheme, .. } = claim;
+            let message = format!("claim `{id}` is about `{scheme}` relative to itself; valid: another label");
+            return Err(Error::Incompatible(message));
+        }
         claim.check_equal_cost()?;
         claim.check_share()?;
         claim.check_ends()?;
         claim.check_within()?;
         claim.check_threshold()?;
+        claim.check_witnesses()?;
         claim.check_variant(claims)?;
         if !claim_metrics().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
@@ -45,6 +52,22 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
     }
     Ok(())
 }
+
+/// Checks that an id can stand in a table, an address and a path of one, as in `fig2/smooth-unstable`.
+///
+/// # Errors
+/// [`Error::InvalidValue`] for one that cannot.
+pub(crate) fn check_claim_id(id: &str) -> Result<()> {
+    let is_letter = |c: char| c.is_ascii_alphanumeric();
+    if id.starts_with(is_letter) && id.len() <= LONGEST_ID && id.chars().all(|c| is_letter(c) || "-_.".contains(c)) {
+        return Ok(());
+    }
+    let expected = format!("letters, digits, `-`, `_` and `.`, a letter or digit first, at most {LONGEST_ID}");
+    Err(Error::invalid("id of a claim", format!("{id:?}"), expected))
+}
+
+/// Longest id of a claim.
+const LONGEST_ID: usize = 100;
 
 impl Claim {
     /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
@@ -94,6 +117,17 @@ impl Claim {
         let id = &self.id;
         Err(Error::Incompatible(format!(
             "claim `{id}`: a threshold takes no relative_to, at_equal, macro_step_s, above or within"
+        )))
+    }
+
+    /// Checks that runs are not chosen by how they end where these ends are counted.
+    fn check_witnesses(&self) -> Result<()> {
+        if self.witnesses.is_none() || !self.counts_ends() {
+            return Ok(());
+        }
+        Err(Error::Incompatible(format!(
+            "claim `{}`: witnesses chooses runs by how they end, which {}, within and thresholds count: leave it out",
+            self.id, self.metric
         )))
     }
 
