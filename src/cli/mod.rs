@@ -197,10 +197,15 @@ fn file_option(option: &str, file: &Path) -> String {
 /// The same catalogue, with the case of a request in it where that is given as a file that makes it of FMUs.
 fn with_files<'a>(catalogue: &'a Catalogue, notes: &SideNotes, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
     let mut catalogue = Cow::Borrowed(catalogue);
-    if let Some(file) = request.case.as_ref().filter(|name| name.ends_with(".toml")) {
+    if let Some(file) = request.case.as_ref().filter(|name| is_file_of_case(&catalogue, name)) {
         request.case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
     }
     Ok(catalogue)
+}
+
+/// Whether a case is given as a file and not by a name: names have neither dots nor separators.
+fn is_file_of_case(catalogue: &Catalogue, name: &str) -> bool {
+    catalogue.case(name).is_err() && (name.contains(['.', '/', '\\']) || Path::new(name).is_file())
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.

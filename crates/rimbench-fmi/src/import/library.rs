@@ -19,6 +19,7 @@ use self::three::Three;
 use self::two::Two;
 use self::version::{Common, Instance, Keep, Made, Opened, Version};
 use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Type};
+use super::member::NEEDS_TOOL;
 use crate::model_parts::PartType;
 use std::cell::{Cell, RefCell};
 use std::ffi::{c_char, c_int, c_void};
@@ -26,7 +27,7 @@ use std::io::Write;
 use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// How much of the end of the log of one call is repeated, characters.
 const LONGEST_LOG: usize = 400;
@@ -59,6 +60,11 @@ pub(super) fn leave_at_once() -> ! {
     unsafe { system::_exit(1) }
 }
 
+/// Ends the program with a code, whatever FMUs in this process are at.
+pub fn leave(code: u8) -> ! {
+    lodger::leave(code)
+}
+
 /// Our own standard output, where an FMU in this process has the usual one.
 pub fn standard_output() -> Option<std::fs::File> {
     lodger::standard_output()
@@ -68,10 +74,19 @@ pub fn standard_output() -> Option<std::fs::File> {
 #[derive(Default)]
 struct Said {
     text: Mutex<String>,
+    /// What the instance is called, which is another name in each run, and its side, which stands for that in what is recorded.
+    instance: String,
+    side: String,
     /// Whether one of it was a warning.
     warned: AtomicBool,
     /// Whether it is shown as it comes, and how the FMU is called there.
     shown_as: Option<String>,
+}
+
+/// What is said where an FMU fails and says nothing, with its log on or off.
+fn without_reason(log: bool) -> String {
+    let more = if log { "" } else { "; `log = true` of its side in the case file asks for its log" };
+    format!("it does not say why{more}")
 }
 
 /// The status of a warning.
@@ -89,13 +104,15 @@ unsafe fn note(said: *mut c_void, status: c_int, message: *const c_char) {
         if from > 0 {
             text.push_str("; ");
         }
+        let message = message.replace(&said.instance, &said.side);
         text.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }));
         if status == WARNING {
             said.warned.store(true, Ordering::Relaxed);
         }
         if let Some(name) = &said.shown_as {
-            // Where nobody listens nobody is told.
-            let _ = writeln!(std::io::stderr().lock(), "{name}: {}", text[from..].trim_start_matches("; "));
+            // One write, so that lines of several processes stay lines. Where nobody listens nobody is told.
+            let line = format!("{name}: {}\n", text[from..].trim_start_matches("; "));
+            let _ = std::io::stderr().lock().write_all(line.as_bytes());
         }
         // Why a call failed is said last.
         if let Some((beyond, _)) = text.char_indices().rev().nth(LONGEST_LOG - 1) {
@@ -115,16 +132,17 @@ struct Slot {
     time: f64,
 }
 
-/// An array of which elements are coupled.
+/// What goes to the FMU as a whole: an array of which elements are coupled, or a variable of type Float32.
 struct Array {
     reference: u32,
+    kind: Type,
     values: Vec<f64>,
 }
 
 /// Where numbers that cross the boundary are in an FMU.
 #[derive(Default)]
 struct Places {
-    /// Variables of one value, in order.
+    /// Variables of one value and of type Float64, in order.
     single: Vec<u32>,
     arrays: Vec<Array>,
     /// Elements: place among all numbers, which array, place in it.
@@ -134,14 +152,16 @@ struct Places {
 impl Places {
     fn of(list: &[Scaled]) -> Places {
         let mut places = Places::default();
-        for (place, Scaled { reference, element, .. }) in list.iter().enumerate() {
-            let Some(Element { at, of }) = *element else {
-                places.single.push(*reference);
+        for (place, scaled) in list.iter().enumerate() {
+            if scaled.is_single() {
+                places.single.push(scaled.reference);
                 continue;
-            };
+            }
+            let Scaled { reference, kind, element, .. } = scaled;
+            let Element { at, of } = element.unwrap_or(Element { at: 0, of: 1 });
             let known = places.arrays.iter().position(|array| array.reference == *reference);
             let array = known.unwrap_or_else(|| {
-                places.arrays.push(Array { reference: *reference, values: vec![0.0; of] });
+                places.arrays.push(Array { reference: *reference, kind: *kind, values: vec![0.0; of] });
                 places.arrays.len() - 1
             });
             places.of_arrays.push((place, array, at));
@@ -183,21 +203,27 @@ unsafe impl Send for Loaded {}
 impl Loaded {
     /// Loads, makes an instance, sets its start values, and lets it begin.
     pub(super) fn new(plan: Plan) -> Result<Self, String> {
+        static MADE: AtomicU64 = AtomicU64::new(0);
         let house = plan.lodger.then(House::enter).transpose().map_err(|error| error.to_string())?;
         let shown_as = plan.log.then(|| plan.file.display().to_string());
-        let said = Box::new(Said { shown_as, ..Said::default() });
+        // The standard wants names of instances to be unique: those of a run and its reference, of all threads and all processes.
+        let instance = format!("{}-{}-{}", plan.side, std::process::id(), MADE.fetch_add(1, Ordering::Relaxed));
+        let said = Box::new(Said { shown_as, instance, side: plan.side.clone(), ..Said::default() });
         let environment: *mut c_void = (&raw const *said).cast_mut().cast();
+        let at_work = house.as_ref().map(|_| lodger::AtWork::on(&plan.file, &plan.side));
         let opened = Opened::new(&plan)?;
         let make = if plan.version_2 { Two::make } else { Three::make };
-        let made = make(&opened, &plan, environment);
+        let made = make(&opened, &plan, &said.instance, environment);
+        drop(at_work);
         if let Some(house) = &house {
             house.tidy();
         }
         let Made { instance, common, version } = made?;
         if instance.is_null() {
             let said = said.text.lock().map(|text| text.clone()).unwrap_or_default();
-            let said = if said.is_empty() { "it does not say why".to_owned() } else { said };
-            return Err(opened.wrong(format_args!("no instance can be made: {said}")));
+            let said = if said.is_empty() { without_reason(plan.log) } else { said };
+            let tool = if plan.needs_tool { format!("; {NEEDS_TOOL}") } else { String::new() };
+            return Err(opened.wrong(format_args!("no instance can be made: {said}{tool}")));
         }
         let mut loaded = Loaded {
             instance,
@@ -220,7 +246,9 @@ impl Loaded {
             worst: Cell::new(0),
             plan,
         };
+        let at_work = loaded.at_work();
         let entered = loaded.enter();
+        drop(at_work);
         loaded.tidy();
         entered.map(|()| loaded)
     }
@@ -233,23 +261,42 @@ impl Loaded {
         }
         // An array that is coupled in part is set as a whole, and begins with what it has.
         let mut arrays = std::mem::take(&mut self.inputs.arrays);
-        for array in &mut arrays {
-            self.get(&[array.reference], &mut array.values)?;
+        for array in arrays.iter_mut().filter(|array| array.values.len() > 1) {
+            self.get_array(array)?;
         }
         self.inputs.arrays = arrays;
-        let end = self.plan.stop.map(|stop| stop / self.plan.time_unit);
-        let (status, what) = self.version.enter(&self.opened, self.instance, end)?;
+        let begin = self.plan.begin;
+        let end = self.plan.stop.map(|stop| begin + stop / self.plan.time_unit);
+        let (status, what) = self.version.enter(&self.opened, self.instance, begin, end)?;
         self.check(status, what)
     }
 
     /// From initialisation to step mode, with these inputs.
     fn begin(&mut self, u: &[f64]) -> Result<(), String> {
+        self.check_limits(u)?;
         self.put(u)?;
         // SAFETY: the instance is alive and being initialised.
         let status = unsafe { (self.common.exit_initialization)(self.instance) };
         self.check(status, "ExitInitializationMode")?;
         self.stepping = true;
         Ok(())
+    }
+
+    /// Refuses inputs (in SI) beyond what the FMU says that they may be.
+    fn check_limits(&self, u: &[f64]) -> Result<(), String> {
+        for (at, name, limits) in &self.plan.limits {
+            let Some((u, scale)) = u.get(*at).zip(self.plan.inputs.get(*at)) else { continue };
+            let value = scale.inwards(*u);
+            limits.check(value).map_err(|valid| {
+                self.opened.wrong(format_args!("input `{name}` = {value} is not valid; valid: {valid}"))
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Says that its code is at work until what this gives is dropped, where that is in our process.
+    fn at_work(&self) -> Option<lodger::AtWork> {
+        self.house.as_ref().map(|_| lodger::AtWork::on(&self.plan.file, &self.plan.side))
     }
 
     /// Sets back what the library may have changed of the process that it is in.
@@ -280,8 +327,8 @@ impl Loaded {
             .copied()
             .unwrap_or("a status that there is not");
         let said = self.said.text.lock().map(|mut text| std::mem::take(&mut *text)).unwrap_or_default();
-        let said = if said.is_empty() { String::new() } else { format!(": {said}") };
-        Err(self.opened.wrong(format_args!("{what} returned {name}{said}")))
+        let said = if said.is_empty() { without_reason(self.plan.log) } else { said };
+        Err(self.opened.wrong(format_args!("{what} returned {name}: {said}")))
     }
 
     fn set(&self, references: &[u32], values: &[f64]) -> Result<(), String> {
@@ -304,6 +351,15 @@ impl Loaded {
         self.check(status, "getting a number")
     }
 
+    /// Gets all values of what goes as a whole.
+    fn get_array(&self, array: &mut Array) -> Result<(), String> {
+        if array.kind == Type::Float64 {
+            return self.get(&[array.reference], &mut array.values);
+        }
+        let status = self.version.read(&self.opened, self.instance, array.kind, array.reference, &mut array.values)?;
+        self.check(status, "getting a number of type Float32")
+    }
+
     /// Sets the inputs, given in SI.
     fn put(&mut self, u: &[f64]) -> Result<(), String> {
         if u.len() != self.plan.inputs.len() {
@@ -318,7 +374,7 @@ impl Loaded {
             return done;
         }
         let Places { single, arrays, of_arrays } = &mut self.inputs;
-        for (u, scale) in u.iter().zip(&self.plan.inputs).filter(|(_, scale)| scale.element.is_none()) {
+        for (u, scale) in u.iter().zip(&self.plan.inputs).filter(|(_, scale)| scale.is_single()) {
             room.push(scale.inwards(*u));
         }
         for &(place, array, at) in &*of_arrays {
@@ -328,8 +384,12 @@ impl Loaded {
         let mut done = self.check(status, "setting a number");
         for array in &self.inputs.arrays {
             done = done.and_then(|()| {
-                let status = self.version.set(self.instance, &[array.reference], &array.values);
-                self.check(status, "setting an array")
+                let (reference, values) = (&[array.reference], &array.values);
+                if array.kind == Type::Float64 {
+                    return self.check(self.version.set(self.instance, reference, values), "setting an array");
+                }
+                let status = self.version.set_short(&self.opened, self.instance, array.reference, values)?;
+                self.check(status, "setting a number of type Float32")
             });
         }
         self.room = room;
@@ -361,11 +421,11 @@ impl Loaded {
             let mut singles = vec![0.0; places.single.len()];
             self.get(&places.single, &mut singles)?;
             for array in &mut places.arrays {
-                self.get(&[array.reference], &mut array.values)?;
+                self.get_array(array)?;
             }
             let mut singles = singles.into_iter();
             output.extend(
-                scales.iter().map(|scale| scale.element.map_or_else(|| singles.next().unwrap_or(f64::NAN), |_| 0.0)),
+                scales.iter().map(|scale| if scale.is_single() { singles.next().unwrap_or(f64::NAN) } else { 0.0 }),
             );
             for &(place, array, at) in &places.of_arrays {
                 output[from + place] = places.arrays[array].values[at];
@@ -498,7 +558,7 @@ impl Loaded {
         let unit = self.plan.time_unit;
         // Some take no step for good as long as one may go back behind it.
         let no_way_back = !self.copies.iter().any(|copy| copy.used && copy.time < t);
-        let status = self.version.step(self.instance, [t, h].map(|time| time / unit), no_way_back);
+        let status = self.version.step(self.instance, [self.plan.begin + t / unit, h / unit], no_way_back);
         let status = status.map_err(|why| self.opened.wrong(why))?;
         self.check(status, "DoStep")
     }
@@ -514,7 +574,9 @@ impl Host for Loaded {
         if let Ok(mut text) = self.said.text.lock() {
             text.clear();
         }
+        let at_work = self.at_work();
         let done = self.answer(ask, id, input, output);
+        drop(at_work);
         if let Some(house) = &self.house {
             house.tidy();
         }
@@ -544,6 +606,7 @@ impl Loaded {
             Ask::Begin => self.begin(input),
             Ask::Step => {
                 let [t, h, u @ ..] = input else { return Err("a step needs a time and a length".to_owned()) };
+                self.check_limits(u)?;
                 self.put(u)?;
                 self.copies[self.present].time = *t;
                 self.step(*t, *h)?;
@@ -610,6 +673,7 @@ impl Drop for Loaded {
         if self.worst.get() == FATAL {
             return;
         }
+        let _at_work = self.at_work();
         for id in 0..self.copies.len() {
             let kept = self.copies[id].kept.take();
             self.release(kept);
