@@ -5,7 +5,7 @@ use super::number::{percent, quantity};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, seconds, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_files};
+use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_file};
 use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
@@ -56,7 +56,7 @@ impl Simulate {
                 .map_err(|why| Error::file(log, why))?;
         }
         let asked = request.clone();
-        let catalogue = with_files(catalogue, notes, &mut request)?;
+        let catalogue = with_file(catalogue, notes, &mut request.case)?;
         let spec = request.resolve(&catalogue)?;
         let spec = if self.audit { spec.audited()? } else { spec };
         let mut prepared = spec.prepare()?;

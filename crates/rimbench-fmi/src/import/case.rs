@@ -222,7 +222,8 @@ fn named(path: &Path, file: &Path, side: Side) -> Result<PathBuf> {
     }
     let side = side_name(side);
     let folder = found.parent().map(|folder| std::path::absolute(folder).unwrap_or_default()).unwrap_or_default();
-    let message = format!("cannot be read: it is not in {}, where [{side}] of {} names it", folder.display(), path.display());
+    let message =
+        format!("cannot be read: it is not in {}, where [{side}] of {} names it", folder.display(), path.display());
     Err(Error::file(found, message))
 }
 
@@ -232,11 +233,9 @@ fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Opti
     let open = |side: Side| {
         let table = file.side(side);
         let opened = match (&table.fmu, &table.python, &table.class) {
-            (Some(fmu), None, None) => {
-                named(path, fmu, side)
-                    .and_then(|fmu| FmuMember::open((path, file), &fmu, side, rows))
-                    .map(|fmu| Member::Fmu(Box::new(fmu)))
-            }
+            (Some(fmu), None, None) => named(path, fmu, side)
+                .and_then(|fmu| FmuMember::open((path, file), &fmu, side, rows))
+                .map(|fmu| Member::Fmu(Box::new(fmu))),
             (None, Some(script), Some(class)) => {
                 let usual = Parameters::defaults(file.name.clone().into(), &parameters(file, String::new()));
                 let (python, usual) = (python.unwrap_or(Path::new("python3")), usual.lasting(file.duration_s));

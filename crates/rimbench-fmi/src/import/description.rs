@@ -38,6 +38,8 @@ pub(super) struct FmuVariable {
     pub(super) causality: String,
     /// Whether it may be given a value before a run.
     pub(super) settable: bool,
+    /// An output that begins with its start value.
+    pub(super) exact: bool,
     /// What one of its unit is in SI base units; 1 where it says none.
     pub(super) factor: f64,
     pub(super) offset: f64,
@@ -142,7 +144,8 @@ impl Description {
             let Some(node) = node else { continue };
             let element = node.tag_name().name();
             for name in check(of, node, two).map_err(|what| format!("<{element}> {what}"))? {
-                notes.push(format!("<{element}> has {name}, which is no attribute of FMI {version}, and has no effect"));
+                notes
+                    .push(format!("<{element}> has {name}, which is no attribute of FMI {version}, and has no effect"));
             }
         }
         let number = |node: Option<Node<'_, '_>>, name: &str| -> Option<f64> {
@@ -226,10 +229,14 @@ impl Description {
             let (on, kinds) = (list("dependencies"), list("dependenciesKind"));
             if let Some(kinds) = kinds.filter(|kinds| on.as_ref().is_none_or(|on| on.len() != kinds.len())) {
                 let on = on.map_or(0, |on| on.len());
-                return Err(wrong(format!("dependenciesKind has {} words; valid: one for each of {on} dependencies", kinds.len())));
+                return Err(wrong(format!(
+                    "dependenciesKind has {} words; valid: one for each of {on} dependencies",
+                    kinds.len()
+                )));
             }
             let Some(on) = on else { continue };
-            let on: Vec<(usize, u32)> = on.into_iter().map(|text| of("dependencies", text)).collect::<Result<_, _>>()?;
+            let on: Vec<(usize, u32)> =
+                on.into_iter().map(|text| of("dependencies", text)).collect::<Result<_, _>>()?;
             // In FMI 2.0 whole numbers have references of their own, which may be those of numbers.
             let is_number = |place: usize| !two || variables[place].kind == Type::Float64;
             if is_number(place) {
@@ -367,7 +374,10 @@ fn read_variable(
     let name = node.attribute("name").ok_or("a variable has no name")?.to_owned();
     let said = node.attribute("valueReference").ok_or_else(|| format!("variable `{name}` has no valueReference"))?;
     let reference = said.trim().parse().map_err(|_| {
-        format!("variable `{name}`: valueReference = {said:?} is not valid; valid: a whole number from 0 to {}", u32::MAX)
+        format!(
+            "variable `{name}`: valueReference = {said:?} is not valid; valid: a whole number from 0 to {}",
+            u32::MAX
+        )
     })?;
     let inner = of_type(node, two).ok_or_else(|| format!("variable `{name}` has no type"))?;
     let kind = Type::of_element(inner.tag_name().name(), two);
@@ -421,6 +431,7 @@ fn read_variable(
         kind,
         causality: causality.to_owned(),
         settable,
+        exact: causality == "output" && settable && node.attribute("initial") == Some("exact"),
         factor: known.map_or(1.0, |unit| unit.factor),
         offset: known.map_or(0.0, |unit| if relative { 0.0 } else { unit.offset }),
         exponents: known.and_then(|unit| unit.exponents).or_else(coherent),

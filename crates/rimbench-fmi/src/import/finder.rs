@@ -146,7 +146,9 @@ impl Finder<'_> {
         }
         if !found.is_one() {
             let first = vec!["1"; dimensions.len()].join(",");
-            let message = format!("variable `{name}` is an array of {dimensions:?}; valid: an element, such as `{name}[{first}]`");
+            let message = format!(
+                "variable `{name}` is an array of {dimensions:?}; valid: an element, such as `{name}[{first}]`"
+            );
             return Err(self.wrong(message));
         }
         Ok(())
@@ -159,8 +161,9 @@ impl Finder<'_> {
         let unknown = variable.unknown.iter().map(|attribute| {
             format!("variable `{name}` has {attribute}, which is no attribute of FMI {version}, and has no effect")
         });
-        let short = (variable.kind == Type::Float32)
-            .then(|| format!("variable `{name}` is of type Float32: its values are converted, and have some seven digits"));
+        let short = (variable.kind == Type::Float32).then(|| {
+            format!("variable `{name}` is of type Float32: its values are converted, and have some seven digits")
+        });
         unknown.chain(short).collect()
     }
 
@@ -201,9 +204,9 @@ impl Finder<'_> {
             )));
         }
         let values = self.values(side, name, found.variable.kind, &list)?;
-        values
-            .check(&found.variable.limits)
-            .map_err(|(value, valid)| self.wrong(format!("variable `{name}` = {value} is not valid; valid: {valid}")))?;
+        values.check(&found.variable.limits).map_err(|(value, valid)| {
+            self.wrong(format!("variable `{name}` = {value} is not valid; valid: {valid}"))
+        })?;
         self.put_start(&found, name, values, starts)
     }
 
@@ -215,14 +218,14 @@ impl Finder<'_> {
         values: Values,
         starts: &mut Vec<Start>,
     ) -> Result<()> {
-        let (reference, kind) = (found.variable.reference, found.variable.kind);
+        let FmuVariable { reference, kind, exact, .. } = *found.variable;
         let same = |start: &Start| start.reference == reference && start.kind == kind;
         let known = starts.iter().position(same);
         let Some(Element { at, .. }) = found.element else {
             if known.is_some() {
                 return Err(self.wrong(format!("variable `{name}` is set twice")));
             }
-            starts.push(Start { variable: name.to_owned(), reference, kind, values });
+            starts.push(Start { variable: name.to_owned(), reference, kind, values, exact });
             return Ok(());
         };
         let place = match known {
@@ -236,7 +239,7 @@ impl Finder<'_> {
                     )));
                 }
                 let whole = self.values(Side::Mechanics, name, kind, &written.iter().collect::<Vec<_>>())?;
-                starts.push(Start { variable: name.to_owned(), reference, kind, values: whole });
+                starts.push(Start { variable: name.to_owned(), reference, kind, values: whole, exact });
                 starts.len() - 1
             }
         };

@@ -197,6 +197,8 @@ pub(super) struct Start {
     pub(super) reference: u32,
     pub(super) kind: Type,
     pub(super) values: Values,
+    /// Whether it is an output, which begins with it whatever initialisation makes of it.
+    pub(super) exact: bool,
 }
 
 /// What values of a variable may be, in its own unit.

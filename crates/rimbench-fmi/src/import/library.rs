@@ -18,7 +18,7 @@ use self::probing::Probed;
 use self::three::Three;
 use self::two::Two;
 use self::version::{Common, Instance, Keep, Made, Opened, Version};
-use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Type};
+use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Start, Type};
 use super::member::NEEDS_TOOL;
 use crate::model_parts::PartType;
 use std::cell::{Cell, RefCell};
@@ -255,10 +255,7 @@ impl Loaded {
 
     /// From instantiation to initialisation mode.
     fn enter(&mut self) -> Result<(), String> {
-        for start in &self.plan.starts {
-            let status = self.version.set_start(&self.opened, self.instance, start)?;
-            self.check(status, &format!("setting the start value of `{}`", start.variable))?;
-        }
+        self.plan.starts.iter().try_for_each(|start| self.set_start(start))?;
         // An array that is coupled in part is set as a whole, and begins with what it has.
         let mut arrays = std::mem::take(&mut self.inputs.arrays);
         for array in arrays.iter_mut().filter(|array| array.values.len() > 1) {
@@ -268,7 +265,14 @@ impl Loaded {
         let begin = self.plan.begin;
         let end = self.plan.stop.map(|stop| begin + stop / self.plan.time_unit);
         let (status, what) = self.version.enter(&self.opened, self.instance, begin, end)?;
-        self.check(status, what)
+        self.check(status, what)?;
+        // What an output begins with may follow from parameters as initialisation begins; as it is exact, it may be set then.
+        self.plan.starts.iter().filter(|start| start.exact).try_for_each(|start| self.set_start(start))
+    }
+
+    fn set_start(&self, start: &Start) -> Result<(), String> {
+        let status = self.version.set_start(&self.opened, self.instance, start)?;
+        self.check(status, &format!("setting the start value of `{}`", start.variable))
     }
 
     /// From initialisation to step mode, with these inputs.

@@ -49,6 +49,7 @@ struct Taken {
     kind: Type,
     element: Option<Element>,
     limits: Limits,
+    exact: bool,
 }
 
 /// One FMU with what the case makes of it.
@@ -135,12 +136,7 @@ impl Motion {
 
 impl FmuMember {
     /// Opens the FMU of a side and finds all that the case file names in it.
-    pub(super) fn open(
-        (path, file): (&Path, &CaseFile),
-        fmu: &Path,
-        side: Side,
-        rows: &[[String; 3]],
-    ) -> Result<Self> {
+    pub(super) fn open((path, file): (&Path, &CaseFile), fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<Self> {
         let table = file.side(side);
         let unpacked = Unpacked::open(fmu)?;
         if unpacked.description.only_once && file.process == ProcessKind::Same {
@@ -165,7 +161,9 @@ impl FmuMember {
         }
         if description.begin != 0.0 {
             let (begin, file) = (description.begin, fmu.display());
-            tell_once(&format!("note: {file}: its time is {begin} when a run begins (startTime of <DefaultExperiment>)\n"));
+            tell_once(&format!(
+                "note: {file}: its time is {begin} when a run begins (startTime of <DefaultExperiment>)\n"
+            ));
         }
         let offers = motion.offers(side, description, &table.observe, work.is_some());
         let Coupled { outputs, inputs, limits, ports, shape, .. } = coupled;
@@ -240,7 +238,7 @@ impl FmuMember {
         plan.lodger = matches!(process, Process::Same);
         // Probing at the end of a run goes beyond it.
         plan.stop = parameters.duration().map(|end| end + plan.probe.map_or(0.0, |probe| probe.step));
-        for Taken { parameter, variable, reference, kind, element, limits } in &self.parameters {
+        for Taken { parameter, variable, reference, kind, element, limits, exact } in &self.parameters {
             let number =
                 parameters.setting(parameter).ok_or_else(|| format!("parameter {parameter} is not one of the case"))?;
             let value = limits.check(number).and_then(|()| number_as(*kind, number)).map_err(|valid| {
@@ -255,6 +253,7 @@ impl FmuMember {
                     reference: *reference,
                     kind: *kind,
                     values: value,
+                    exact: *exact,
                 });
                 continue;
             };
@@ -383,8 +382,16 @@ fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start
         if element.is_some() {
             finder.put_start(&found, to, value, &mut starts)?;
         }
-        let limits = variable.limits.clone();
-        taken.push(Taken { parameter: parameter.clone(), variable: to.clone(), reference, kind, element, limits });
+        let (limits, exact) = (variable.limits.clone(), variable.exact);
+        taken.push(Taken {
+            parameter: parameter.clone(),
+            variable: to.clone(),
+            reference,
+            kind,
+            element,
+            limits,
+            exact,
+        });
     }
     Ok((starts, taken))
 }
@@ -405,9 +412,8 @@ fn check_roles(
     let roles = [inputs, outputs].concat();
     for (at, role) in roles.iter().enumerate() {
         let name = || name(role.reference, role.kind);
-        let same = |other: &Scaled| {
-            (other.reference, other.kind, other.element) == (role.reference, role.kind, role.element)
-        };
+        let same =
+            |other: &Scaled| (other.reference, other.kind, other.element) == (role.reference, role.kind, role.element);
         if roles[..at].iter().any(same) {
             return Err(finder.wrong(format!(
                 "variable `{}` is named in two places of the case; valid: one for each quantity",

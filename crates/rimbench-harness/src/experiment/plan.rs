@@ -110,10 +110,20 @@ impl Experiment {
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
         let predict_growth = self.claims.iter().any(|claim| only_of(&claim.metric) == Some(Only::Claimed));
-        let mut runs = Vec::new();
+        let (mut runs, mut named) = (Vec::new(), Vec::new());
         for entry in &self.cases {
-            let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
-            let case = &self.with_own_reference(case);
+            let case = entry.find(catalogue).map_err(|error| entry.place(&error))?;
+            let same =
+                |other: &&(Arc<Case>, &CaseEntry)| other.0.name == case.name && other.0.parameters != case.parameters;
+            if let Some((_, other)) = named.iter().find(same) {
+                let line = other.line;
+                let taken = format!(
+                    "that of line {line} is another case of that name; valid: a name of its own in the case file"
+                );
+                return Err(entry.place(&Error::Incompatible(taken)));
+            }
+            named.push((case.clone(), entry));
+            let case = &self.with_own_reference(&case);
             let settings = entry.settings(case, search, |parameters| self.any_run(entry, catalogue, case, parameters));
             for Setting { parameters, pooled_set, rejected_draws } in &settings.map_err(|error| entry.place(&error))? {
                 for row in &self.schemes {
@@ -127,7 +137,7 @@ impl Experiment {
                         let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
                             let spec = request.resolve_for(catalogue, case, parameters);
-                            let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
+                            let mut spec = spec.map_err(|error| row.place(&error, &case.name))?;
                             let audit = self.audit && spec.not_auditable().is_none();
                             if audit || predict_growth {
                                 spec = spec.with(|own| (own.audit, own.predict_growth) = (audit, predict_growth))?;

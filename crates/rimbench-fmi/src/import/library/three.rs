@@ -96,7 +96,10 @@ impl Version for Three {
         type Enter = unsafe extern "C" fn(Instance, bool, f64, f64, bool, f64) -> c_int;
         let enter: Enter = opened.find("fmi3EnterInitializationMode")?;
         // SAFETY: the type is that of the standard for this name, and the instance is alive and has just been made.
-        Ok((unsafe { enter(instance, false, 0.0, begin, end.is_some(), end.unwrap_or(0.0)) }, "EnterInitializationMode"))
+        Ok((
+            unsafe { enter(instance, false, 0.0, begin, end.is_some(), end.unwrap_or(0.0)) },
+            "EnterInitializationMode",
+        ))
     }
 
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String> {
@@ -182,13 +185,7 @@ impl Version for Three {
         unsafe { (self.get)(instance, references.as_ptr(), references.len(), values.as_mut_ptr(), values.len()) }
     }
 
-    fn set_short(
-        &self,
-        opened: &Opened,
-        instance: Instance,
-        reference: u32,
-        values: &[f64],
-    ) -> Result<c_int, String> {
+    fn set_short(&self, opened: &Opened, instance: Instance, reference: u32, values: &[f64]) -> Result<c_int, String> {
         let set: Set<f32> = opened.find("fmi3SetFloat32")?;
         let values: Vec<f32> = values.iter().map(|value| *value as f32).collect();
         // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all of its values.
