@@ -34,7 +34,7 @@ pub use cache::Cache;
 pub use claims::{CheckedClaim, KeptClaims, check_claims, check_fresh_claims, check_kept_claims, write_claims};
 pub use clock::{monotonic_clock, processor_clock};
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use deadline_log::replay_log;
+pub use deadline_log::DeadlineLog;
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict};
 pub use folder::collect_shards;

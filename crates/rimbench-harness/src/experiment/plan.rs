@@ -3,6 +3,7 @@
 use super::claims_of_plan::check_claims_against_plan;
 use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
+use super::scheme_row::SchemeRow;
 use super::{CaseEntry, Experiment};
 use crate::grid::parameter_grid;
 use crate::references::content_key;
@@ -11,10 +12,10 @@ use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::Only;
 use rimbench_cases::runs::{Reference, RunRequest, RunSpec, only_of};
-use rimbench_core::cosim::StopFlag;
+use rimbench_core::cosim::{CommunicationGrid, StopFlag};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
 /// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
@@ -55,6 +56,23 @@ impl Experiment {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
         })
+    }
+
+    /// Says of logs that are replayed where they are longer or shorter than runs.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan).
+    pub fn notes(&self, catalogue: &Catalogue, quick: bool) -> Result<BTreeSet<String>> {
+        let mut notes = BTreeSet::new();
+        if !self.schemes.iter().any(SchemeRow::has_logs) {
+            return Ok(notes);
+        }
+        for run in self.plan_at_first_draw(catalogue, quick)? {
+            let grid = CommunicationGrid::new(run.spec.macro_step, run.spec.phase, run.spec.duration)?;
+            let row = self.schemes.iter().find(|row| row.label == run.label);
+            notes.extend(row.map_or(Ok(Vec::new()), |row| row.replay(&grid, &mut RunRequest::default()))?);
+        }
+        Ok(notes)
     }
 
     /// Refuses a label under which something else is looked for: another scheme, or the reference.
@@ -135,7 +153,13 @@ impl Experiment {
                     {
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
-                            let request = self.request(entry, request, macro_step, phase);
+                            let mut request = self.request(entry, request, macro_step, phase);
+                            if row.has_logs() {
+                                let duration = request.duration_s.unwrap_or(case.defaults.duration_s);
+                                let grid = CommunicationGrid::new(macro_step, phase, duration);
+                                let replayed = grid.and_then(|grid| row.replay(&grid, &mut request));
+                                replayed.map_err(|error| row.place(&error, &case.name))?;
+                            }
                             let spec = request.resolve_for(catalogue, case, parameters);
                             let mut spec = spec.map_err(|error| row.place(&error, &case.name))?;
                             let audit = self.audit && spec.not_auditable().is_none();
