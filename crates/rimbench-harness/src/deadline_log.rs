@@ -33,9 +33,9 @@ impl DeadlineLog {
             match (found.next(), found.next()) {
                 (Some(column), None) => Ok(column),
                 (Some(_), Some(_)) => Err(format!("has two columns `{name}`; valid: one")),
-                (None, _) => Err(format!(
-                    "has no column `{name}`; valid: time_s and computing_time_s, one row per macro step"
-                )),
+                (None, _) => {
+                    Err(format!("has no column `{name}`; valid: time_s and computing_time_s, one row per macro step"))
+                }
             }
         };
         let (time, computing) = (place("time_s")?, place("computing_time_s")?);
@@ -58,7 +58,9 @@ impl DeadlineLog {
                 return Err(format!("line {line}: computing_time_s = {computing}; valid: 0 or more"));
             }
             if (computing / deadline).ceil() - 1.0 > f64::from(MOST_LATE) {
-                return Err(format!("line {line}: computing_time_s = {computing}; valid: at most {MOST_LATE} deadlines"));
+                return Err(format!(
+                    "line {line}: computing_time_s = {computing}; valid: at most {MOST_LATE} deadlines"
+                ));
             }
             rows.push((line, time, computing));
         }
@@ -96,8 +98,12 @@ impl DeadlineLog {
         }
         let rows = self.rows.len();
         Ok(match rows {
-            _ if rows > count => Some(format!("has {rows} macro steps and the run {count}: those beyond its end are left out")),
-            _ if rows < count => Some(format!("has {rows} macro steps and the run {count}: those beyond its end are in time")),
+            _ if rows > count => {
+                Some(format!("has {rows} macro steps and the run {count}: those beyond its end are left out"))
+            }
+            _ if rows < count => {
+                Some(format!("has {rows} macro steps and the run {count}: those beyond its end are in time"))
+            }
             _ => None,
         })
     }

@@ -243,3 +243,118 @@ pub(super) fn check_start(kind: Type, values: &[String]) -> Result<(), String> {
     };
     Err(format!("start = {wrong} is not valid; valid: {valid}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::description::Description;
+    use super::*;
+
+    /// A description with an attribute in its place, instead of one that may be there already.
+    fn described(row: &Attribute, value: &str, two: bool) -> String {
+        let at = |of: Of, usual: &[(&str, &str)]| {
+            let own = (row.of == of).then_some((row.name, value));
+            let usual = usual.iter().filter(|(name, _)| own.is_none_or(|(own, _)| own != *name)).copied();
+            usual.chain(own).map(|(name, value)| format!(" {name}=\"{value}\"")).collect::<String>()
+        };
+        let version = if two { "2.0" } else { "3.0" };
+        let variable = [("name", "f"), ("valueReference", "1"), ("causality", "output")];
+        let variable = if two
+            && ["min", "max", "nominal", "start", "derivative", "relativeQuantity", "unbounded", "reinit"]
+                .contains(&row.name)
+        {
+            format!(
+                "<ScalarVariable name=\"f\" valueReference=\"1\" causality=\"output\"><Real {}=\"{value}\"/></ScalarVariable>",
+                row.name
+            )
+        } else if two {
+            format!("<ScalarVariable{}><Real/></ScalarVariable>", at(Of::Variable, &variable))
+        } else {
+            format!("<Float64{}/>", at(Of::Variable, &variable))
+        };
+        let output = at(Of::Output, &[(if two { "index" } else { "valueReference" }, "1"), ("dependencies", "1")]);
+        let output = if two { format!("<Outputs><Unknown{output}/></Outputs>") } else { format!("<Output{output}/>") };
+        format!(
+            "<fmiModelDescription{}><CoSimulation{}/><DefaultExperiment{}/><ModelVariables>{variable}</ModelVariables>\
+             <ModelStructure>{output}</ModelStructure></fmiModelDescription>",
+            at(Of::Model, &[("fmiVersion", version), (if two { "guid" } else { "instantiationToken" }, "x")]),
+            at(Of::CoSimulation, &[("modelIdentifier", "x")]),
+            at(Of::DefaultExperiment, &[]),
+        )
+    }
+
+    #[test]
+    fn each_attribute_that_says_what_it_may_not_is_named_with_what_is_valid() {
+        let mut tried = 0;
+        for row in ATTRIBUTES {
+            for two in row.versions.iter().map(|version| *version == 2) {
+                let bad: &[&str] = match (row.valid, row.name) {
+                    (Valid::Text, "start") => &["x", "1 y"],
+                    (Valid::Text, "dependencies") => &["77", "two"],
+                    (Valid::Text, "declaredType") if !two => &["Force"],
+                    // A text may be any, or what it means is tried with the library (tests/program/attributes.rs).
+                    (Valid::Text, _) => continue,
+                    (Valid::Truth, _) => &["maybe", "yes", ""],
+                    (Valid::Number, _) => &["low", "NaN"],
+                    (Valid::Finite, _) => &["soon", "INF"],
+                    (Valid::Time, _) => &["-1", "INF", "short"],
+                    (Valid::Whole, _) => &["two", "-1", "1.5"],
+                    (Valid::OneOf(_), _) => &["sideways", "Input"],
+                    (Valid::ListOf(_), _) => &["perhaps", "dependent dependent"],
+                    (Valid::Version, _) => &["1.0", "3.0-beta.2", "3", "2.1", "3.x", "4.0"],
+                };
+                for value in bad {
+                    let text = described(row, value, two);
+                    let said = match Description::parse(&text) {
+                        Err(message) => message,
+                        Ok(description) => description.variables[0].fault.clone().unwrap_or_default(),
+                    };
+                    let named = said.contains(row.name) || said.contains("declared type");
+                    assert!(
+                        named && said.contains(value) || said.contains("2 words"),
+                        "{} = {value}, {two}: {said:?}",
+                        row.name
+                    );
+                    assert!(said.contains("valid: ") || said.contains("not among"), "{} = {value}: {said}", row.name);
+                    tried += 1;
+                }
+            }
+        }
+        assert!(tried > 100, "{tried}");
+        // What it may say is taken.
+        for (of, name, value) in [
+            (Of::Model, "fmiVersion", "3.1"),
+            (Of::Model, "fmiVersion", "3.0.2"),
+            (Of::CoSimulation, "needsExecutionTool", "0"),
+            (Of::DefaultExperiment, "startTime", "-1.5"),
+            (Of::Variable, "max", "INF"),
+            (Of::Variable, "start", "1e3"),
+            (Of::Output, "dependenciesKind", "fixed"),
+        ] {
+            let row = ATTRIBUTES.iter().find(|row| row.of == of && row.name == name).unwrap();
+            let description = Description::parse(&described(row, value, false)).unwrap();
+            assert_eq!((&description.variables[0].fault, description.notes.len()), (&None, 0), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_a_coupled_variable_may_not_be_is_named_and_what_it_may_be_is_taken() {
+        for (name, value, causality, refused) in [
+            ("variability", "constant", "input", true),
+            ("variability", "constant", "output", false),
+            ("variability", "fixed", "output", true),
+            ("variability", "tunable", "input", true),
+            ("variability", "discrete", "input", false),
+            ("initial", "calculated", "input", true),
+            ("initial", "exact", "input", false),
+            ("initial", "calculated", "output", false),
+            ("clocks", "5", "output", true),
+            ("clocks", "5", "input", true),
+        ] {
+            let text = format!("<Float64 name=\"f\" causality=\"{causality}\" {name}=\"{value}\"/>");
+            let document = roxmltree::Document::parse(&text).unwrap();
+            let said = uncoupled(document.root_element(), false);
+            assert_eq!(said.is_some(), refused, "{text}: {said:?}");
+            assert!(said.is_none_or(|said| said.contains(&format!("{name} = {value}")) && said.contains("valid: ")));
+        }
+    }
+}

@@ -251,7 +251,8 @@ pub(super) fn with_labels(mut rows: Vec<SchemeRow>) -> Result<Vec<SchemeRow>> {
         row.label = made.unwrap_or_else(|| std::mem::take(&mut row.label));
     }
     for (index, row) in rows.iter().enumerate() {
-        let same = |other: &&SchemeRow| other.label == row.label && (&other.request, &other.logs) != (&row.request, &row.logs);
+        let same =
+            |other: &&SchemeRow| other.label == row.label && (&other.request, &other.logs) != (&row.request, &row.logs);
         if let Some(earlier) = rows[..index].iter().find(same) {
             return Err(in_row(
                 row.line,
