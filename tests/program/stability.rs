@@ -2,7 +2,7 @@
 
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Channel, StopFlag};
+use rimbench::cosim::{Channel, CommunicationGrid, StopFlag};
 use rimbench::error::Error;
 use rimbench::harness::*;
 use rimbench::runs::RunRequest;

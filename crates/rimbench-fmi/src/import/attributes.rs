@@ -288,7 +288,7 @@ mod tests {
         for row in ATTRIBUTES {
             for two in row.versions.iter().map(|version| *version == 2) {
                 let bad: &[&str] = match (row.valid, row.name) {
-                    (Valid::Text, "start") => &["x", "1 y"],
+                    (Valid::Text, "start") => &["x", "1,0"],
                     (Valid::Text, "dependencies") => &["77", "two"],
                     (Valid::Text, "declaredType") if !two => &["Force"],
                     // A text may be any, or what it means is tried with the library (tests/program/attributes.rs).

@@ -426,7 +426,7 @@ fn check_roles(
         let by_parameter = by_parameter.map(|taken| format!("[parameters.{}]", taken.parameter));
         if let Some(by) = by_start.or(by_parameter) {
             return Err(finder.wrong(format!(
-                "variable `{}` is a coupled input and has {by} as well; valid: one of both, for the other side says what it starts with",
+                "variable `{}` is coupled and has {by} as well; valid: one of both, for the other side says what it starts with",
                 name()
             )));
         }
