@@ -335,6 +335,25 @@ fn where_an_fmu_fails_without_a_word_its_log_is_named() {
 }
 
 #[test]
+fn lines_of_a_log_stay_lines_when_several_workers_write() {
+    let Some(folder) = case(&Guest { faults: &["WARNS_AT=0.02"], ..MASS }, &SPRING, &[]) else { return };
+    write_case(folder.path(), &[("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nlog = true")]);
+    let sweep = "question = \"?\"\nmacro_steps_s = [1e-3]\nphases = 8\n[[cases]]\nfile = \"case.toml\"\n[[schemes]]\nscheme = \
+                 \"zero-order-hold\"\n";
+    fs::write(folder.path().join("sweep.toml"), sweep).unwrap();
+    let output = inside(folder.path()).args(["run", "sweep.toml", "--out", "out", "--jobs", "8"]).output().unwrap();
+    let shown = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<&str> = shown.lines().filter(|line| line.contains("step refused")).collect();
+    assert!(lines.len() > 1000, "{}: {shown}", lines.len());
+    let whole = |line: &&&str| {
+        line.starts_with("mass.fmu: step refused at t = ") && line.ends_with(": not the time that was expected")
+            || line.starts_with("warning: mass.fmu returned Warning: ")
+    };
+    let torn: Vec<&&str> = lines.iter().filter(|line| !whole(line)).collect();
+    assert!(torn.is_empty(), "{} of {}: {:?}", torn.len(), lines.len(), torn.first());
+}
+
+#[test]
 fn a_case_file_is_found_by_a_link_and_what_is_none_says_what_one_is() {
     let Some(folder) = case(&MASS, &SPRING, &[]) else { return };
     let path = |name: &str| folder.path().join(name);

@@ -199,8 +199,7 @@ impl Experiment {
             let Some(file) = &case.file else { continue };
             case.place = beside(path, experiment.case_files.get(file).unwrap_or(file));
         }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mut logs = Logs { folder, kept: &experiment.logs, read: BTreeMap::new() };
+        let mut logs = Logs { file: path, kept: &experiment.logs, read: BTreeMap::new() };
         let rows = std::mem::take(&mut experiment.raw_schemes).into_iter();
         let rows = rows.map(|row| SchemeRow::read(row, &text, &mut logs));
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);

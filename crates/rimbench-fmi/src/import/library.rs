@@ -20,7 +20,6 @@ use self::two::Two;
 use self::version::{Common, Instance, Keep, Made, Opened, Version};
 use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Start, Type};
 use super::member::NEEDS_TOOL;
-use crate::model_parts::PartType;
 use std::cell::{Cell, RefCell};
 use std::ffi::{c_char, c_int, c_void};
 use std::io::Write;
@@ -182,8 +181,6 @@ pub(super) struct Loaded {
     outputs: Places,
     rates: Places,
     room: Vec<f64>,
-    truths: Vec<u8>,
-    integers: Vec<i32>,
     said: ManuallyDrop<Box<Said>>,
     opened: ManuallyDrop<Opened>,
     probed: Probed,
@@ -235,8 +232,6 @@ impl Loaded {
             outputs: Places::of(&plan.outputs),
             rates: plan.rates.as_deref().map(Places::of).unwrap_or_default(),
             room: Vec::new(),
-            truths: Vec::new(),
-            integers: Vec::new(),
             said: ManuallyDrop::new(said),
             opened: ManuallyDrop::new(opened),
             probed: Probed::default(),
@@ -259,7 +254,7 @@ impl Loaded {
         // An array that is coupled in part is set as a whole, and begins with what it has.
         let mut arrays = std::mem::take(&mut self.inputs.arrays);
         for array in arrays.iter_mut().filter(|array| array.values.len() > 1) {
-            self.get_array(array)?;
+            self.get_all(array.kind, array.reference, &mut array.values)?;
         }
         self.inputs.arrays = arrays;
         let begin = self.plan.begin;
@@ -355,13 +350,13 @@ impl Loaded {
         self.check(status, "getting a number")
     }
 
-    /// Gets all values of what goes as a whole.
-    fn get_array(&self, array: &mut Array) -> Result<(), String> {
-        if array.kind == Type::Float64 {
-            return self.get(&[array.reference], &mut array.values);
+    /// Gets all values of a variable of any type that has numbers or truths.
+    fn get_all(&self, kind: Type, reference: u32, values: &mut [f64]) -> Result<(), String> {
+        if kind == Type::Float64 {
+            return self.get(&[reference], values);
         }
-        let status = self.version.read(&self.opened, self.instance, array.kind, array.reference, &mut array.values)?;
-        self.check(status, "getting a number of type Float32")
+        let status = self.version.read(&self.opened, self.instance, kind, reference, values)?;
+        self.check(status, &format!("getting a value of type {}", kind.name()))
     }
 
     /// Sets the inputs, given in SI.
@@ -425,7 +420,7 @@ impl Loaded {
             let mut singles = vec![0.0; places.single.len()];
             self.get(&places.single, &mut singles)?;
             for array in &mut places.arrays {
-                self.get_array(array)?;
+                self.get_all(array.kind, array.reference, &mut array.values)?;
             }
             let mut singles = singles.into_iter();
             output.extend(
@@ -446,12 +441,7 @@ impl Loaded {
             let Element { at, of } = scale.element.unwrap_or(Element { at: 0, of: 1 });
             array.clear();
             array.resize(of, 0.0);
-            let status = if scale.kind == Type::Float64 {
-                self.version.get(self.instance, &[scale.reference], &mut array)
-            } else {
-                self.version.read(&self.opened, self.instance, scale.kind, scale.reference, &mut array)?
-            };
-            self.check(status, "getting a number")?;
+            self.get_all(scale.kind, scale.reference, &mut array)?;
             output.push(scale.outwards(array[at]));
         }
         Ok(())
@@ -518,14 +508,8 @@ impl Loaded {
         self.check(status, "setting its state")
     }
 
-    /// Appends the parts of the interface model, by two lists with room.
-    fn read_model(
-        &self,
-        input: &[f64],
-        output: &mut Vec<f64>,
-        truths: &mut Vec<u8>,
-        integers: &mut Vec<i32>,
-    ) -> Result<(), String> {
+    /// Appends the parts of the interface model.
+    fn read_model(&self, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
         let Some(ModelVariables { step, size, references }) = &self.plan.model else {
             return Err("it has no interface model".to_owned());
         };
@@ -533,27 +517,9 @@ impl Loaded {
         self.set(&[*step], &[*h])?;
         let kinks = wanted.first().is_some_and(|wanted| *wanted != 0.0);
         for (part, &reference) in size.parts().zip(references).filter(|(part, _)| kinks || !part.is_of_kinks()) {
-            let (from, count) = (output.len(), part.count(*size));
-            match part.part_type {
-                PartType::Number => {
-                    output.resize(from + count, 0.0);
-                    self.get(&[reference], &mut output[from..])?;
-                }
-                PartType::Truth => {
-                    truths.clear();
-                    truths.resize(count, 0);
-                    let status = self.version.truths(self.instance, reference, truths).ok_or("it gives no truths")?;
-                    self.check(status, "getting a truth")?;
-                    output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
-                }
-                PartType::Whole => {
-                    integers.clear();
-                    integers.resize(count, 0);
-                    let status = self.version.integers(self.instance, reference, integers);
-                    self.check(status.ok_or("it gives no whole numbers")?, "getting a whole number")?;
-                    output.extend(integers.iter().map(|number| f64::from(*number)));
-                }
-            }
+            let from = output.len();
+            output.resize(from + part.count(*size), 0.0);
+            self.get_all(part.part_type.into(), reference, &mut output[from..])?;
         }
         Ok(())
     }
@@ -638,13 +604,7 @@ impl Loaded {
                 self.jacobian(&self.outputs.single, 0, false, output)?;
                 self.jacobian(&self.rates.single, 0, true, output)
             }
-            Ask::Model => {
-                // Room that is there already, lent for the while.
-                let (mut truths, mut integers) = (std::mem::take(&mut self.truths), std::mem::take(&mut self.integers));
-                let read = self.read_model(input, output, &mut truths, &mut integers);
-                (self.truths, self.integers) = (truths, integers);
-                read
-            }
+            Ask::Model => self.read_model(input, output),
             Ask::Observe => {
                 if let Some(step) = self.plan.step {
                     self.set(&[step], input)?;

@@ -5,7 +5,7 @@ use crate::grid::{MacroSteps, scalar, scalar_text};
 use rimbench_cases::runs::RunRequest;
 use rimbench_core::cosim::{Channel, CommunicationGrid};
 use rimbench_core::error::{Error, Result, shortened};
-use rimbench_results::input::read_text;
+use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,8 +19,8 @@ const OWN_KEYS: [&str; 4] = ["label", "macro_steps_s", "step_tolerances", "deliv
 
 /// Logs of computing times that rows name by their path from the file.
 pub(super) struct Logs<'a> {
-    /// Folder of the experiment file.
-    pub(super) folder: &'a Path,
+    /// The experiment file.
+    pub(super) file: &'a Path,
     /// What the file holds of them, as the copy beside results does.
     pub(super) kept: &'a BTreeMap<String, String>,
     /// What was read besides.
@@ -38,7 +38,7 @@ impl Logs<'_> {
             return kept.ok_or_else(|| Error::unknown("log in [logs]", name, self.kept.keys().map(String::as_str)));
         }
         if !self.read.contains_key(name) {
-            self.read.insert(name.to_owned(), read_text(&self.folder.join(name))?);
+            self.read.insert(name.to_owned(), read_text(&beside(self.file, name.as_ref()))?);
         }
         Ok(&self.read[name])
     }

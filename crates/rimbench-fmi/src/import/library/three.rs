@@ -3,7 +3,6 @@
 use super::super::host::{Plan, Start, Type, Values};
 use super::note;
 use super::version::{Common, Instance, Made, Opened, Version};
-use crate::model_parts::PartType;
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
@@ -41,23 +40,17 @@ pub(super) struct Three {
     set: Set<f64>,
     step: Step,
     derivative: Option<Derivative>,
-    truths: Option<Get<u8>>,
-    integers: Option<Get<i32>>,
 }
 
 impl Three {
     /// Makes an instance that says what it has to say to `environment`, a `Said` that outlives it.
     pub(super) fn make(opened: &Opened, plan: &Plan, name: &str, environment: *mut c_void) -> Result<Made, String> {
         let common = Common::find(opened, plan, ["fmi3", "FMUState"])?;
-        let model = plan.model.as_ref();
-        let integers = model.is_some_and(|model| model.size.parts().any(|part| part.part_type == PartType::Whole));
         let version = Three {
             get: opened.find("fmi3GetFloat64")?,
             set: opened.find("fmi3SetFloat64")?,
             step: opened.find("fmi3DoStep")?,
             derivative: plan.derivatives.then(|| opened.find("fmi3GetDirectionalDerivative")).transpose()?,
-            truths: model.map(|_| opened.find("fmi3GetBoolean")).transpose()?,
-            integers: integers.then(|| opened.find("fmi3GetInt32")).transpose()?,
         };
         let resources = opened.text(&format!("{}/", plan.resources.display()))?;
         let (name, token) = (opened.text(name)?, opened.text(&plan.token)?);
@@ -170,6 +163,7 @@ impl Version for Three {
             Type::UInt32 => read!(u32, "UInt32", f64::from),
             Type::Int64 => read!(i64, "Int64"),
             Type::UInt64 => read!(u64, "UInt64"),
+            // What a library writes need be none of the two that a `bool` may have.
             Type::Boolean => read!(u8, "Boolean", |truth| f64::from(u8::from(truth != 0))),
             Type::Float64 | Type::Text | Type::Other => return Err(opened.wrong("asked for a number that is none")),
         })
@@ -216,15 +210,5 @@ impl Version for Three {
         let (call, rows) = (self.derivative?, unknowns.len());
         // SAFETY: the instance is alive; `rows` unknowns, one input with one seed, and each pointer goes with its count.
         Some(unsafe { call(instance, unknowns.as_ptr(), rows, &input, 1, &1.0, 1, column.as_mut_ptr(), column.len()) })
-    }
-
-    fn truths(&self, instance: Instance, reference: u32, values: &mut [u8]) -> Option<c_int> {
-        // SAFETY: the instance is alive; one reference, and room for so many bytes, which any bits may fill.
-        self.truths.map(|get| unsafe { get(instance, &reference, 1, values.as_mut_ptr(), values.len()) })
-    }
-
-    fn integers(&self, instance: Instance, reference: u32, values: &mut [i32]) -> Option<c_int> {
-        // SAFETY: the instance is alive; one reference, and room for so many numbers.
-        self.integers.map(|get| unsafe { get(instance, &reference, 1, values.as_mut_ptr(), values.len()) })
     }
 }

@@ -52,16 +52,6 @@ pub(super) trait Version {
 
     /// What each unknown changes by with an input, if there are directional derivatives.
     fn derivative(&self, instance: Instance, unknowns: &[u32], input: u32, column: &mut [f64]) -> Option<c_int>;
-
-    /// An array of truths as bytes: what a library writes need be none of the two that a `bool` may have.
-    fn truths(&self, _instance: Instance, _reference: u32, _values: &mut [u8]) -> Option<c_int> {
-        None
-    }
-
-    /// An array of whole numbers.
-    fn integers(&self, _instance: Instance, _reference: u32, _values: &mut [i32]) -> Option<c_int> {
-        None
-    }
 }
 
 /// An instance with what its library does with it.
