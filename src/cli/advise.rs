@@ -6,7 +6,7 @@ use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::{RunOptions, seconds as time, typed};
 use super::screen::{Mood, command_row, headline, paragraph, row};
-use super::{Format, INTERRUPTED, file_option, print, print_json, warn_of_cache, with_files};
+use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, warn_of_cache, with_file};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
@@ -63,10 +63,10 @@ impl Advise {
     /// `files` are the options by which files of cases were given.
     pub(super) fn run(self, catalogue: &Catalogue, mut files: String) -> anyhow::Result<ExitCode> {
         let mut fixed = self.run.request()?;
-        if let Some(file) = fixed.case.as_ref().filter(|name| name.ends_with(".toml")) {
+        if let Some(file) = fixed.case.as_ref().filter(|name| is_file_of_case(catalogue, name)) {
             files += &file_option("--case-file", file.as_ref());
         }
-        let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed)?;
+        let catalogue = &*with_file(catalogue, &SideNotes::default(), &mut fixed.case)?;
         let macro_steps = self.macro_steps(catalogue, &fixed)?;
         let prices = match self.costs.as_deref() {
             None => prices_of(catalogue, &fixed)?,

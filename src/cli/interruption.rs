@@ -21,7 +21,7 @@ static LISTENING: Mutex<Option<Interruption>> = Mutex::new(None);
 
 /// Ends the program; the processes of FMUs see to their own end.
 fn leave() -> ! {
-    std::process::exit(INTERRUPTED.into())
+    rimbench::fmi::import::leave(INTERRUPTED)
 }
 
 /// Hands what was heard to who listens.

@@ -2,11 +2,12 @@
 
 use super::json::Object;
 use super::screen::{cut_width, paragraph, wrap};
-use super::{Format, print, print_json};
+use super::{Format, print, print_json, with_file};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::figure_keys;
+use rimbench::fmi::import::SideNotes;
 use rimbench::metrics::{METRICS, Only};
 use serde_json::Value;
 
@@ -42,7 +43,8 @@ enum What {
 type Entry = Vec<(&'static str, String)>;
 
 impl List {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+    pub(super) fn run(mut self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let catalogue = &*with_file(catalogue, &SideNotes::default(), &mut self.case)?;
         let case = self.case.as_deref().map(|name| catalogue.case(name)).transpose()?;
         let entries: Vec<Entry> = match self.what {
             What::Cases => catalogue

@@ -27,6 +27,7 @@ mod verify;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
+use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
 use rimbench::claims::digits_of;
 use rimbench::error::{Error, Result};
@@ -34,7 +35,6 @@ use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
 use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell};
-use rimbench::runs::RunRequest;
 use screen::{Mood, headline, paragraph, width};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -139,6 +139,8 @@ impl Cli {
         interruption::listen()?;
         let mut catalogue = everything()?;
         let notes = &SideNotes::default();
+        let of_files = notes.clone();
+        catalogue.read_files_by(move |file| case_of(&of_files, file));
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, notes, file).map(drop))?;
         let catalogue = &catalogue;
         match self.command {
@@ -177,14 +179,18 @@ pub fn exit_code(error: &anyhow::Error) -> ExitCode {
     }
 }
 
-/// Adds the case that a file makes of FMUs, of which something may be to be said after a run; returns its name.
-fn add_case_file(catalogue: &mut Catalogue, notes: &SideNotes, file: &Path) -> Result<String> {
+/// Reads the case that a file makes of FMUs, of which something may be to be said after a run.
+fn case_of(notes: &SideNotes, file: &Path) -> Result<Case> {
     // FMUs in processes of their own: those of this program.
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
     let python = std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from);
-    let programs = Programs { worker: Some(vec![program, WORKER.into()]), python, notes: notes.clone() };
-    let case = read_case(file, programs)?;
+    read_case(file, Programs { worker: Some(vec![program, WORKER.into()]), python, notes: notes.clone() })
+}
+
+/// Adds the case that a file makes of FMUs; returns its name.
+fn add_case_file(catalogue: &mut Catalogue, notes: &SideNotes, file: &Path) -> Result<String> {
+    let case = case_of(notes, file)?;
     let name = case.name.to_string();
     catalogue.add_case(case)?;
     Ok(name)
@@ -195,13 +201,18 @@ fn file_option(option: &str, file: &Path) -> String {
     format!(" {}", in_shell(&[option.to_owned(), file.display().to_string()]))
 }
 
-/// The same catalogue, with the case of a request in it where that is given as a file that makes it of FMUs.
-fn with_files<'a>(catalogue: &'a Catalogue, notes: &SideNotes, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
+/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs.
+fn with_file<'a>(catalogue: &'a Catalogue, notes: &SideNotes, case: &mut Option<String>) -> Result<Cow<'a, Catalogue>> {
     let mut catalogue = Cow::Borrowed(catalogue);
-    if let Some(file) = request.case.as_ref().filter(|name| name.ends_with(".toml")) {
-        request.case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
+    if let Some(file) = case.as_ref().filter(|name| is_file_of_case(&catalogue, name)) {
+        *case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
     }
     Ok(catalogue)
+}
+
+/// Whether a case is given as a file and not by a name: names have neither dots nor separators.
+fn is_file_of_case(catalogue: &Catalogue, name: &str) -> bool {
+    catalogue.case(name).is_err() && (name.contains(['.', '/', '\\']) || Path::new(name).is_file())
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.

@@ -88,6 +88,9 @@ impl Run {
             (None, Some(text)) => Some(parse_places(text)?),
             (None, None) => None,
         };
+        for note in experiment.notes(catalogue, false)? {
+            eprintln!("note: {note}");
+        }
         let interruption = Interruption::listen();
         // How many there are is told when the plan is laid out.
         let progress = Progress::begin("run", Some(0));

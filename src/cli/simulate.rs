@@ -5,14 +5,14 @@ use super::number::{percent, quantity};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, seconds, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_files};
+use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_file};
 use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
+use rimbench::cosim::{CommunicationGrid, Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::error::Error;
 use rimbench::fmi::import::{ProbeQuality, SideNotes};
-use rimbench::harness::{Cache, monotonic_clock, obtain_reference, processor_clock, replay_log};
+use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
 use rimbench::input::read_text;
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, FactValue, NO_FORCE, Reference, RunRequest, RunSpec, evaluate};
@@ -51,12 +51,27 @@ impl Simulate {
     /// Exit code 1 if the run gave no answer: it was skipped, or took too long.
     pub(super) fn run(self, catalogue: &Catalogue, notes: &SideNotes) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
-        if let (Some(log), Some(deadline)) = (&self.deadline_log, self.deadline) {
-            replay_log(&read_text(log)?, deadline, request.delivery_up.get_or_insert_default())
-                .map_err(|why| Error::file(log, why))?;
+        let wrong = |file: &PathBuf, why: String| Error::file(file, why);
+        let log = match (&self.deadline_log, self.deadline) {
+            (Some(file), Some(deadline)) => {
+                let log = DeadlineLog::read(&read_text(file)?, deadline).map_err(|why| wrong(file, why))?;
+                Some((file, log))
+            }
+            _ => None,
+        };
+        let mut asked = request.clone();
+        let catalogue = with_file(catalogue, notes, &mut request.case)?;
+        if let Some((file, log)) = log {
+            // For its macro steps: what comes late is what the log says.
+            let bare = RunRequest { delivery_up: None, delivery_down: None, ..request.clone() };
+            let spec = RunRequest { late_samples: None, late_forces: None, ..bare }.resolve(&catalogue)?;
+            let grid = CommunicationGrid::new(spec.macro_step, spec.phase, spec.duration)?;
+            let channel = request.delivery_up.get_or_insert_default();
+            if let Some(note) = log.replay(&grid, channel).map_err(|why| wrong(file, why))? {
+                eprintln!("note: {} {note}", file.display());
+            }
+            asked.delivery_up.clone_from(&request.delivery_up);
         }
-        let asked = request.clone();
-        let catalogue = with_files(catalogue, notes, &mut request)?;
         let spec = request.resolve(&catalogue)?;
         let spec = if self.audit { spec.audited()? } else { spec };
         let mut prepared = spec.prepare()?;

@@ -22,7 +22,7 @@ typedef struct {
     D x, v, f, p, d, x0, n, t, rest, own;
     D table[3], before[2];
     int undone;
-    int whole, truth, begun, stop;
+    int whole, truth, begun, stop, place;
     char home[4096];
     void *env;
     void (*say)();
@@ -53,6 +53,20 @@ static int say(S *s, int status, D t, const char *why) {
     return status;
 }
 static int fail(S *s, D t, const char *why) { return say(s, 3, t, why); }
+#ifdef UNIQUE_NAME
+static char *taken[64]; /* names of the instances that there are, as the standard has them unique */
+#endif
+static S *named(S *s, const char *name) {
+    (void)name;
+#ifdef UNIQUE_NAME
+    for (int i = 0; i < 64; i++) if (taken[i] && !strcmp(taken[i], name)) { free(s); return 0; }
+    for (int i = 0; i < 64; i++) if (!taken[i]) { taken[i] = strdup(name); s->place = i + 1; break; }
+#endif
+#ifdef NO_INSTANCE
+    return 0;
+#endif
+    return s;
+}
 static S *make(void) {
     S *s = calloc(1, sizeof *s);
 #ifdef CHDIR
@@ -124,6 +138,12 @@ static int step(S *s, D t, D h, int for_good) {
 #endif
 #ifdef START
     if (s->n == 0 && t != START) return fail(s, t, "its data begin later");
+#endif
+#ifdef EXIT_AT
+    if (t > EXIT_AT) exit(0);
+#endif
+#ifdef SILENT_AT
+    if (t > SILENT_AT) return 3;
 #endif
 #ifdef FAIL_AT
     if (t > FAIL_AT) return fail(s, t, "no solution");
@@ -239,8 +259,9 @@ static int drop(void **k) {
 #if V == 2
 #define P(name) fmi2##name
 C P(Instantiate)(const char *n, int k, const char *g, const char *r, void **cb, int a, int b) {
-    (void)n, (void)k, (void)g, (void)r, (void)a, (void)b;
-    S *s = make();
+    (void)k, (void)g, (void)r, (void)a, (void)b;
+    S *s = named(make(), n);
+    if (!s) return 0;
     s->say = (void (*)())cb[0], s->env = cb[4];
     return s;
 }
@@ -258,8 +279,9 @@ int P(FreeFMUstate)(C s, void **k) { (void)s; return drop(k); }
 #else
 #define P(name) fmi3##name
 C P(InstantiateCoSimulation)(const char *n, const char *g, const char *r, B a, B b, B c, B d, const VR *e, size_t f, void *env, Log3 log, void *i) {
-    (void)n, (void)g, (void)r, (void)a, (void)b, (void)c, (void)d, (void)e, (void)f, (void)i;
-    S *s = make();
+    (void)g, (void)r, (void)a, (void)b, (void)c, (void)d, (void)e, (void)f, (void)i;
+    S *s = named(make(), n);
+    if (!s) return 0;
     s->say = (void (*)())log, s->env = env;
     return s;
 }
@@ -270,6 +292,8 @@ int P(SetInt32)(C s, const VR *r, size_t n, const int *y, size_t m) { (void)r, (
 int P(SetInt64)(C s, const VR *r, size_t n, const long *y, size_t m) { (void)r, (void)m; if (n) ((S *)s)->whole = (int)y[0]; return 0; }
 int P(GetInt64)(C s, const VR *r, size_t n, long *y, size_t m) { (void)r, (void)n, (void)m; y[0] = ((S *)s)->whole; return 0; }
 int P(SetString)(C s, const VR *r, size_t n, const char *const *y, size_t m) { (void)r, (void)m; if (n) ((S *)s)->p = atof(y[0]); return 0; }
+int P(GetFloat32)(C s, const VR *r, size_t n, float *y, size_t m) { (void)m; D z; int status = get(s, r, n, &z); y[0] = z; return status; }
+int P(SetFloat32)(C s, const VR *r, size_t n, const float *y, size_t m) { (void)m; D z = y[0]; return set(s, r, n, &z); }
 int P(DoStep)(C s, D t, D h, B q, B *ev, B *term, B *early, D *last) {
     *ev = *early = 0;
     *term = 0;
@@ -289,7 +313,12 @@ int P(FreeFMUState)(C s, void **k) { (void)s; return drop(k); }
 #endif
 int P(ExitInitializationMode)(C s) { return begin(s); }
 int P(Terminate)(C s) { (void)s; return 0; }
-void P(FreeInstance)(C s) { free(s); }
+void P(FreeInstance)(C s) {
+#ifdef UNIQUE_NAME
+    if (((S *)s)->place) free(taken[((S *)s)->place - 1]), taken[((S *)s)->place - 1] = 0;
+#endif
+    free(s);
+}
 /* What a master may ask for although it is of no use here. */
 #define STUB(name) int P(name)(void) { return 3; }
 #if V == 2
@@ -305,13 +334,13 @@ STUB(ActivateModelPartition) STUB(CompletedIntegratorStep) STUB(DeserializeFMUSt
 STUB(EnterConfigurationMode) STUB(EnterContinuousTimeMode) STUB(EnterEventMode) STUB(EnterStepMode)
 STUB(EvaluateDiscreteStates) STUB(ExitConfigurationMode) STUB(GetAdjointDerivative) STUB(GetBinary)
 STUB(GetBoolean) STUB(GetClock) STUB(GetContinuousStateDerivatives) STUB(GetContinuousStates)
-STUB(GetDirectionalDerivative) STUB(GetEventIndicators) STUB(GetFloat32) STUB(GetInt16) STUB(GetInt32)
+STUB(GetDirectionalDerivative) STUB(GetEventIndicators) STUB(GetInt16) STUB(GetInt32)
 STUB(GetInt8) STUB(GetIntervalDecimal) STUB(GetIntervalFraction)
 STUB(GetNominalsOfContinuousStates) STUB(GetNumberOfContinuousStates) STUB(GetNumberOfEventIndicators)
 STUB(GetNumberOfVariableDependencies) STUB(GetOutputDerivatives) STUB(GetShiftDecimal) STUB(GetShiftFraction)
 STUB(GetString) STUB(GetUInt16) STUB(GetUInt32) STUB(GetUInt64) STUB(GetUInt8) STUB(GetVariableDependencies)
 STUB(InstantiateModelExchange) STUB(InstantiateScheduledExecution) STUB(SerializeFMUState)
-STUB(SerializedFMUStateSize) STUB(SetBinary) STUB(SetBoolean) STUB(SetClock) STUB(SetContinuousStates) STUB(SetFloat32)
+STUB(SerializedFMUStateSize) STUB(SetBinary) STUB(SetBoolean) STUB(SetClock) STUB(SetContinuousStates)
 STUB(SetInt16) STUB(SetInt8) STUB(SetIntervalDecimal) STUB(SetIntervalFraction) STUB(SetShiftDecimal)
 STUB(SetShiftFraction) STUB(SetTime) STUB(SetUInt16) STUB(SetUInt32) STUB(SetUInt64) STUB(SetUInt8)
 STUB(UpdateDiscreteStates)

@@ -7,6 +7,7 @@ mod advice;
 mod any_edit;
 mod anywhere;
 mod architecture;
+mod attributes;
 mod command_line;
 mod conveniences;
 mod documents;

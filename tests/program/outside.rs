@@ -16,17 +16,17 @@ use zip::write::SimpleFileOptions;
 const SOURCE: &str = include_str!("faulty_fmu.c");
 
 /// A mass of 1 kg at 0.1 m, or the spring of 100 N/m on which it is: x = 0.1 cos 10 t.
-struct Guest<'a> {
-    role: &'a str,
-    version: u32,
-    faults: &'a [&'a str],
+pub struct Guest<'a> {
+    pub role: &'a str,
+    pub version: u32,
+    pub faults: &'a [&'a str],
     /// Pieces of the description, each with what stands in its place.
-    changes: &'a [(&'a str, &'a str)],
-    state: bool,
+    pub changes: &'a [(&'a str, &'a str)],
+    pub state: bool,
 }
 
-const MASS: Guest<'_> = Guest { role: "mass", version: 3, faults: &[], changes: &[], state: true };
-const SPRING: Guest<'_> = Guest { role: "spring", ..MASS };
+pub const MASS: Guest<'_> = Guest { role: "mass", version: 3, faults: &[], changes: &[], state: true };
+pub const SPRING: Guest<'_> = Guest { role: "spring", ..MASS };
 
 impl Guest<'_> {
     fn description(&self) -> String {
@@ -93,7 +93,7 @@ impl Guest<'_> {
     }
 
     /// Compiles and packs it; nothing where there is no C compiler.
-    fn packed(&self, file: &Path) -> Option<()> {
+    pub fn packed(&self, file: &Path) -> Option<()> {
         let library = self.compiled()?;
         let mut archive = ZipWriter::new(fs::File::create(file).unwrap());
         let mut put = |name: &str, bytes: &[u8]| {
@@ -134,7 +134,7 @@ impl Guest<'_> {
 const ENDS: &str = "position = \"x\", velocity = \"v\", force = \"f\"";
 
 /// A folder with two sides and a case of them, `changes` made in its text.
-fn case(mass: &Guest<'_>, spring: &Guest<'_>, changes: &[(&str, &str)]) -> Option<TempDir> {
+pub fn case(mass: &Guest<'_>, spring: &Guest<'_>, changes: &[(&str, &str)]) -> Option<TempDir> {
     let folder = tempfile::tempdir().unwrap();
     mass.packed(&folder.path().join("mass.fmu"))?;
     spring.packed(&folder.path().join("spring.fmu"))?;
@@ -142,7 +142,7 @@ fn case(mass: &Guest<'_>, spring: &Guest<'_>, changes: &[(&str, &str)]) -> Optio
     Some(folder)
 }
 
-fn write_case(folder: &Path, changes: &[(&str, &str)]) {
+pub fn write_case(folder: &Path, changes: &[(&str, &str)]) {
     let mut text = format!(
         "name = \"pair\"\nduration_s = 0.2\nmacro_step_s = 1e-3\nmicro_step_s = 1e-3\nreference_step_s = 4e-4\n[mechanics]\nfmu = \
          \"mass.fmu\"\n[actuator]\nfmu = \"spring.fmu\"\n[[interface]]\nmechanics = {{ {ENDS} }}\nactuator = {{ {ENDS} }}\n"
@@ -155,7 +155,7 @@ fn write_case(folder: &Path, changes: &[(&str, &str)]) {
 }
 
 /// The program in a folder, with a cache of its own there.
-fn inside(folder: &Path) -> Command {
+pub fn inside(folder: &Path) -> Command {
     let mut command = process();
     command.current_dir(folder).env("RIMBENCH_CACHE", folder.join("cache"));
     if let Some(python) = python() {
@@ -180,7 +180,7 @@ fn output(folder: &Path, arguments: &str) -> Output {
 }
 
 /// One run as JSON, and what is said besides.
-fn run(folder: &Path, arguments: &str) -> (Value, String) {
+pub fn run(folder: &Path, arguments: &str) -> (Value, String) {
     let output = output(folder, &format!("{arguments} --format json"));
     let shown = String::from_utf8_lossy(&output.stderr).into_owned();
     // A run that is skipped is no answer, and has another exit code.
@@ -189,7 +189,7 @@ fn run(folder: &Path, arguments: &str) -> (Value, String) {
 }
 
 /// Bad input, in its words.
-fn refused(folder: &Path) -> String {
+pub fn refused(folder: &Path) -> String {
     let output = output(folder, "--scheme zero-order-hold");
     let shown = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{shown}");
@@ -197,14 +197,14 @@ fn refused(folder: &Path) -> String {
 }
 
 /// The last number of a column of the trace.
-fn last(folder: &Path, column: &str) -> f64 {
+pub fn last(folder: &Path, column: &str) -> f64 {
     run(folder, "--scheme zero-order-hold --trace trace.csv");
     let mut reader = csv::Reader::from_path(folder.join("trace.csv")).unwrap();
     let at = reader.headers().unwrap().iter().position(|name| name == column).unwrap();
     reader.records().last().unwrap().unwrap()[at].parse().unwrap()
 }
 
-const POSITION: &str = "interface_position_m";
+pub const POSITION: &str = "interface_position_m";
 
 #[test]
 fn a_state_that_does_not_come_back_leaves_plain_schemes_and_skips_the_others_with_the_reason() {

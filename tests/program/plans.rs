@@ -28,6 +28,17 @@ fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
     let message = file("time_s,computing_time_s\n0.1,0\n0.05,0\n").unwrap_err().to_string();
     let wanted = ["[[schemes]] in line 5", "line 3: time_s = 0.05 goes back"];
     assert!(wanted.iter().all(|wanted| message.contains(wanted)), "{message}");
+    // By a link it is beside the file.
+    #[cfg(unix)]
+    {
+        let elsewhere = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.toml"), text("delay = 1, log = \"times.csv\", deadline_s = 5e-3"))
+            .unwrap();
+        std::fs::write(folder.path().join("times.csv"), log).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("a.toml"), elsewhere.path().join("b.toml")).unwrap();
+        let linked = Experiment::read(&elsewhere.path().join("b.toml")).unwrap();
+        assert_eq!(planned(&linked).id, planned(&experiment).id);
+    }
     // The copy in a results folder says the same where the log is not.
     let results = tempfile::tempdir().unwrap();
     let cache = Cache::in_folder(results.path());

@@ -286,6 +286,29 @@ fn tasks_are_handed_the_files_of_cases() {
 }
 
 #[test]
+#[cfg(unix)]
+fn what_slurm_would_read_as_another_path_is_written_so_or_refused() {
+    use std::os::unix::ffi::OsStrExt;
+    let some = [Chunk { first: 0, last: 0, runs: 1, seconds: 1.0 }];
+    let at = |place: &Path| SlurmArray { place, ..array(&some) }.submission();
+    let command = at(Path::new("/data/50 %A of it/1")).unwrap().commands.swap_remove(0);
+    assert!(command.contains(&"--output=/data/50 %%A of it/1/%A-%a.out".to_owned()), "{command:?}");
+    assert!(command.last().unwrap().starts_with("/data/50 %A of it/1/chunks"), "{command:?}");
+    assert!(at(Path::new("/data/back\\slash")).unwrap_err().to_string().contains("backslash"));
+    let odd = Path::new(std::ffi::OsStr::from_bytes(b"/data/\xff"));
+    let cases = [("--case-file", odd.to_owned())];
+    for array in [
+        SlurmArray { place: odd, ..array(&some) },
+        SlurmArray { program: odd, ..array(&some) },
+        SlurmArray { file: odd, ..array(&some) },
+        SlurmArray { folder: odd, ..array(&some) },
+        SlurmArray { more_files: &cases, ..array(&some) },
+    ] {
+        assert!(array.submission().unwrap_err().to_string().contains("no UTF-8"));
+    }
+}
+
+#[test]
 fn a_submission_gets_the_next_number() {
     let folder = tempfile::tempdir().unwrap();
     assert!(next_place(folder.path()).ends_with("records/submissions/1"));

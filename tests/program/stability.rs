@@ -2,7 +2,7 @@
 
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Channel, StopFlag};
+use rimbench::cosim::{Channel, CommunicationGrid, StopFlag};
 use rimbench::error::Error;
 use rimbench::harness::*;
 use rimbench::runs::RunRequest;
@@ -175,19 +175,40 @@ fn waiting_takes_no_processor_time() {
 #[test]
 fn a_macro_step_is_late_by_the_deadlines_that_it_missed() {
     let log = "time_s, computing_time_s\n0.0, 0.004\n0.005, 0.0051\n0.01, 0.005\n0.015, 0.0121\n";
-    let mut channel = Channel::default();
-    replay_log(log, 5e-3, &mut channel).unwrap();
+    let (mut channel, log) = (Channel::default(), DeadlineLog::read(log, 5e-3).unwrap());
+    let grid = |duration| CommunicationGrid::new(5e-3, 1.0, duration).unwrap();
+    assert_eq!(log.replay(&grid(0.02), &mut channel), Ok(None));
     assert_eq!(channel.missed, [(1, 1), (3, 2)]);
-    assert!(replay_log(log, 5e-3, &mut channel).unwrap_err().contains("give one of the two"));
+    assert!(log.replay(&grid(0.02), &mut channel).unwrap_err().contains("give one of the two"));
+    // A row is that of its time: what lies beyond the run is left out, and what is not in the log is in time, which is said.
+    for (duration, missed, words) in
+        [(0.015, 1, "4 macro steps and the run 3"), (0.1, 2, "the run 20: those beyond its")]
+    {
+        let mut channel = Channel::default();
+        let note = log.replay(&grid(duration), &mut channel).unwrap().unwrap();
+        assert!(note.contains(words) && channel.missed.len() == missed, "{note}: {channel:?}");
+    }
+    for (rows, words) in [
+        ("0,0\n0.01,0.02\n", "line 3: time_s = 0.01 is macro step 2, and macro step 1 has no row"),
+        ("0.005,0\n0.01,0.02\n", "line 2: time_s = 0.005 is macro step 1, and macro step 0 has no row"),
+        ("0,0\n0.0025,0.02\n", "line 3: time_s = 0.0025 is between macro steps"),
+        ("0,0\n0.005,0\n0.0075,0\n", "line 4: time_s = 0.0075 is between"),
+    ] {
+        let log = DeadlineLog::read(&format!("time_s,computing_time_s\n{rows}"), 5e-3).unwrap();
+        let why = log.replay(&grid(0.02), &mut Channel::default()).unwrap_err();
+        assert!(why.contains(words), "{rows}: {why}");
+    }
 }
 
 #[test]
 fn a_log_that_is_none_is_refused_with_its_line() {
-    let refused = |text: &str| replay_log(text, 5e-3, &mut Channel::default()).unwrap_err();
+    let refused = |text: &str| DeadlineLog::read(text, 5e-3).unwrap_err();
     assert!(refused("time_s\n0\n").contains("no column `computing_time_s`"));
     assert!(refused("time_s,computing_time_s\n0.1,0\n0.05,0\n").contains("line 3: time_s = 0.05 goes back"));
     assert!(refused("time_s,computing_time_s\n0.1,x\n").contains("line 2: column `computing_time_s`"));
     assert!(refused("time_s,computing_time_s\n0.1,-1\n").contains("0 or more"));
     assert!(refused("time_s,computing_time_s\n0.1,1e9\n").contains("at most 100000 deadlines"));
-    assert!(replay_log("", 0.0, &mut Channel::default()).unwrap_err().contains("above 0 s"));
+    assert!(refused("time_s,computing_time_s\n").contains("has no rows"));
+    assert!(refused("time_s,time_s,computing_time_s\n0,0,0\n").contains("two columns `time_s`"));
+    assert!(DeadlineLog::read("", 0.0).unwrap_err().contains("above 0 s"));
 }

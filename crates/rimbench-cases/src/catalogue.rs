@@ -6,7 +6,10 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name, find_by_name};
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
 use rimbench_core::solver_entry::{SolverEntry, standard_solvers};
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and hands it to
 /// whatever looks names up.
@@ -15,6 +18,22 @@ pub struct Catalogue {
     cases: Vec<Arc<Case>>,
     schemes: Vec<Arc<SchemeEntry>>,
     solvers: Vec<Arc<SolverEntry>>,
+    files: Option<Arc<CaseFiles>>,
+}
+
+/// What makes a case of a file.
+type ReadCase = Box<dyn Fn(&Path) -> Result<Case> + Send + Sync>;
+
+/// Cases of files, each read once.
+struct CaseFiles {
+    read: ReadCase,
+    known: Mutex<BTreeMap<PathBuf, Arc<Case>>>,
+}
+
+impl fmt::Debug for CaseFiles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("CaseFiles").field(&self.known).finish()
+    }
 }
 
 impl Catalogue {
@@ -24,6 +43,7 @@ impl Catalogue {
             cases: standard_cases().into_iter().map(Arc::new).collect(),
             schemes: standard_schemes().into_iter().map(Arc::new).collect(),
             solvers: standard_solvers().into_iter().map(Arc::new).collect(),
+            files: None,
         }
     }
 
@@ -82,6 +102,33 @@ impl Catalogue {
         }
         self.cases.push(Arc::new(case));
         Ok(())
+    }
+
+    /// Sets what makes a case of a file, for [`case_of_file`](Self::case_of_file).
+    pub fn read_files_by(&mut self, read: impl Fn(&Path) -> Result<Case> + Send + Sync + 'static) {
+        self.files = Some(Arc::new(CaseFiles { read: Box::new(read), known: Mutex::default() }));
+    }
+
+    /// Finds the case that a file makes, which is read once; one that was added by the same name must be the same.
+    ///
+    /// # Errors
+    /// Those of what reads it; [`Error::File`] where nothing reads files; [`Error::InvalidValue`] for a name that is taken by another case.
+    pub fn case_of_file(&self, path: &Path) -> Result<Arc<Case>> {
+        let files =
+            self.files.as_ref().ok_or_else(|| Error::file(path, "is a case file, and nothing here reads those"))?;
+        let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let mut known = files.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let case = match known.get(&place) {
+            Some(case) => case.clone(),
+            None => {
+                let case = Arc::new((files.read)(path)?);
+                known.insert(place, case.clone());
+                case
+            }
+        };
+        let others = self.cases.iter().filter(|other| other.parameters != case.parameters);
+        check_new_name("case", &case.name, others.map(|known| &*known.name))?;
+        Ok(case)
     }
 
     /// Adds a scheme.

@@ -18,22 +18,38 @@ use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
 use draw::Draw;
 use rimbench_cases::cases::Case;
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::ContactEvent;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
 pub use rimbench_results::claims::{Claimant, Verdict};
-use rimbench_results::input::read_text;
+use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
 use scheme_row::{Logs, RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 
 /// Name of the copy of the file in a results folder.
 pub(super) const COPY: &str = "experiment.toml";
+
+/// With what the table begins that a copy has of case files.
+const CASE_FILES: &str = "\n[case_files]\n";
+
+/// The path from a folder to a file, by way of what both have in common.
+fn path_from(folder: &Path, file: &Path) -> PathBuf {
+    let whole =
+        |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned());
+    // The file itself may be a link, from which what it names is found.
+    let parent = whole(&std::path::absolute(file).unwrap_or_default().parent().unwrap_or(Path::new("")).join("."));
+    let (folder, file) = (whole(folder), parent.join(file.file_name().unwrap_or_default()));
+    let common = folder.components().zip(file.components()).take_while(|(one, other)| one == other).count();
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
+    if common == 0 { file } else { up.chain(file.components().skip(common)).collect() }
+}
 
 /// An experiment file as it is written. The format is explained in `experiments/README.md`.
 #[derive(Debug, Clone, Deserialize)]
@@ -75,6 +91,9 @@ pub struct Experiment {
     /// Logs that `delivery` names, name and text, so that a copy of the file holds them; read from their files if absent.
     #[serde(default)]
     logs: BTreeMap<String, String>,
+    /// In a copy: where case files are from there.
+    #[serde(default)]
+    case_files: BTreeMap<PathBuf, PathBuf>,
     #[serde(skip)]
     path: PathBuf,
     #[serde(skip)]
@@ -84,7 +103,14 @@ pub struct Experiment {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CaseEntry {
+    /// That of the file where there is one and no name.
+    #[serde(default)]
     name: String,
+    /// A case file, by its path from this one.
+    file: Option<PathBuf>,
+    /// Where that is.
+    #[serde(skip)]
+    place: PathBuf,
     /// Parameters; a list makes a grid.
     #[serde(default)]
     set: BTreeMap<String, toml::Value>,
@@ -104,7 +130,34 @@ struct CaseEntry {
 impl CaseEntry {
     /// An error about this case, with its place.
     fn place(&self, error: &Error) -> Error {
-        Error::Incompatible(format!("[[cases]] in line {} (`{}`): {error}", self.line, shortened(&self.name)))
+        let name = self.file.as_ref().filter(|_| self.name.is_empty()).map(|file| file.display().to_string());
+        let name = name.unwrap_or_else(|| self.name.clone());
+        Error::Incompatible(format!("[[cases]] in line {} (`{}`): {error}", self.line, shortened(&name)))
+    }
+
+    /// The case that is meant.
+    fn find(&self, catalogue: &Catalogue) -> Result<Arc<Case>> {
+        if self.file.is_none() && self.name.is_empty() {
+            return Err(Error::invalid("name", "nothing", "the name of a case, or file = \"….toml\", a case file"));
+        }
+        // One that is given by `--case-file` is not looked for.
+        let given = catalogue.case(&self.name).map(Arc::clone);
+        if given.is_ok() && (self.file.is_none() || !self.place.exists()) {
+            return given;
+        }
+        match given {
+            Err(Error::UnknownName { kind, found, mut valid }) if self.file.is_none() => {
+                valid.insert(0, "file = \"….toml\" for one that a case file makes".to_owned());
+                Err(Error::UnknownName { kind, found, valid })
+            }
+            _ => {
+                let case = catalogue.case_of_file(&self.place)?;
+                if self.name.is_empty() || case.name == self.name.as_str() {
+                    return Ok(case);
+                }
+                Err(Error::invalid("name", &self.name, format!("{}, as the file has it, or no name", case.name)))
+            }
+        }
     }
 }
 
@@ -143,9 +196,10 @@ impl Experiment {
         let places: Places = toml::from_str(&text).map_err(wrong)?;
         for (case, place) in experiment.cases.iter_mut().zip(places.cases) {
             case.line = line_of(&text, place.span().start);
+            let Some(file) = &case.file else { continue };
+            case.place = beside(path, experiment.case_files.get(file).unwrap_or(file));
         }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mut logs = Logs { folder, kept: &experiment.logs, read: BTreeMap::new() };
+        let mut logs = Logs { file: path, kept: &experiment.logs, read: BTreeMap::new() };
         let rows = std::mem::take(&mut experiment.raw_schemes).into_iter();
         let rows = rows.map(|row| SchemeRow::read(row, &text, &mut logs));
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
@@ -157,8 +211,9 @@ impl Experiment {
             let wanted = "is no name for an experiment: results go to a folder of that name";
             return Err(Error::file(path, format!("`{name}` {wanted}")));
         }
-        // A copy must do without the logs.
-        experiment.source = text + &logs.unwrap_or_default();
+        // A copy must do without the logs. Where case files are from it is not what the experiment says.
+        let own = text.split_once(CASE_FILES).map_or(&*text, |(own, _)| own);
+        experiment.source = own.to_owned() + &logs.unwrap_or_default();
         Ok(experiment)
     }
 
@@ -248,12 +303,28 @@ impl Experiment {
         if self.is_copied_in(folder) {
             return Ok(());
         }
-        write_atomically(&folder.join(COPY), |file| file.write_all(self.source.as_bytes()))
+        write_atomically(&folder.join(COPY), |file| file.write_all(self.copy_in(folder).as_bytes()))
     }
 
     /// Whether a folder holds a copy of just this file.
     pub(super) fn is_copied_in(&self, folder: &Path) -> bool {
-        std::fs::read_to_string(folder.join(COPY)).is_ok_and(|text| text == self.source)
+        std::fs::read_to_string(folder.join(COPY)).is_ok_and(|text| text == self.copy_in(folder))
+    }
+
+    /// The text of a copy in a folder, from which case files are elsewhere.
+    fn copy_in(&self, folder: &Path) -> String {
+        let mut text = self.source.clone();
+        let files: BTreeMap<&PathBuf, &PathBuf> =
+            self.cases.iter().filter_map(|case| Some((case.file.as_ref()?, &case.place))).collect();
+        if !files.is_empty() {
+            text += CASE_FILES;
+        }
+        for (file, place) in files {
+            let quoted =
+                |path: &Path| serde_json::Value::from(path.to_string_lossy()).to_string().replace('\x7f', "\\u007f");
+            text += &format!("{} = {}\n", quoted(file), quoted(&path_from(folder, place)));
+        }
+        text
     }
 
     /// The case with the reference step of this experiment.

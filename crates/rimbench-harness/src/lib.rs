@@ -37,7 +37,7 @@ pub use claims::{
 };
 pub use clock::{monotonic_clock, processor_clock};
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use deadline_log::replay_log;
+pub use deadline_log::DeadlineLog;
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, PlannedRun, Verdict};
 pub use folder::collect_shards;

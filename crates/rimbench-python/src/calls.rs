@@ -1,6 +1,6 @@
 //! What Python calls: lists, one run, the stability limit, an experiment.
 
-use crate::case::PyCase;
+use crate::case::{PyCase, programs};
 use crate::errors::{RimbenchError, raised_so_far};
 use crate::everything;
 use crate::interruption::interruptible;
@@ -13,6 +13,7 @@ use rimbench::cases::Value;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::{Cause, Error, Result};
+use rimbench::fmi::import::read_case;
 use rimbench::harness::{
     Cache, Experiment, Job, LimitSearch, Scan, StabilityPoint, Step, StopFlags, monotonic_clock, obtain_reference,
     run_job_until, spectral_stability_limit, stability_limit,
@@ -252,6 +253,8 @@ pub fn run(
     cases: Vec<Py<PyCase>>,
 ) -> PyResult<PathBuf> {
     let mut catalogue = everything().clone();
+    let python: PathBuf = py.import("sys")?.getattr("executable")?.extract()?;
+    catalogue.read_files_by(move |file| read_case(file, programs(python.clone())));
     for case in cases.iter().map(|case| &case.get().case) {
         if case.from_outside {
             return Err(refused(Error::Incompatible(format!(

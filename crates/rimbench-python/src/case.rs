@@ -95,14 +95,18 @@ fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> 
     }
 }
 
+/// What starts FMUs and classes of Python in processes of their own, by an interpreter.
+pub fn programs(python: PathBuf) -> Programs {
+    let worker = "from rimbench import _native; _native.fmu_worker()";
+    let worker = Some(vec![python.clone(), "-c".into(), worker.into()]);
+    Programs { worker, python: Some(python), notes: SideNotes::default() }
+}
+
 /// Opens a case file, its FMUs and classes of Python in processes of their own that `python` starts.
 #[pyfunction]
 pub fn open_case(file: PathBuf, python: PathBuf) -> PyResult<PyCase> {
-    let worker = "from rimbench import _native; _native.fmu_worker()";
-    let worker = Some(vec![python.clone(), "-c".into(), worker.into()]);
-    let programs = Programs { worker, python: Some(python), notes: SideNotes::default() };
     let wrong = |error: Error| RimbenchError::new_err(error.to_string());
-    let case = read_case(&file, programs).map_err(wrong)?;
+    let case = read_case(&file, programs(python)).map_err(wrong)?;
     everything().clone().add_case(case.clone()).map_err(wrong)?;
     Ok(PyCase { case, references: Mutex::default() })
 }

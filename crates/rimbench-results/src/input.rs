@@ -3,7 +3,7 @@
 use rimbench_core::error::{Error, Result};
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Most that a file of text may hold, bytes.
 const MOST_TEXT: u64 = 1 << 26;
@@ -17,6 +17,15 @@ pub fn check_regular(path: &Path) -> Result<()> {
         Ok(found) if !found.is_file() => Err(Error::file(path, "is no regular file")),
         _ => Ok(()),
     }
+}
+
+/// Says where a file is that another one names: in the folder of that one. Of one that is a link it is the folder of what the link
+/// names, and if the file is not there, that of the link.
+pub fn beside(file: &Path, name: &Path) -> PathBuf {
+    let in_folder_of = |file: &Path| file.parent().unwrap_or(Path::new("")).join(name);
+    let here = in_folder_of(file);
+    let real = if file.is_symlink() { file.canonicalize().ok() } else { None };
+    real.map(|real| in_folder_of(&real)).filter(|there| there.exists() || !here.exists()).unwrap_or(here)
 }
 
 /// Reads a regular file of at most `most` bytes.

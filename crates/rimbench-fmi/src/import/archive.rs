@@ -91,6 +91,9 @@ fn check_size(archive: &mut ZipArchive<Cursor<Vec<u8>>>, most: u64) -> std::resu
     Ok(())
 }
 
+/// What a file of UTF-8 may begin with.
+const MARK: char = '\u{feff}';
+
 /// An XML file as text: UTF-8, or UTF-16 or Latin-1 where it says so.
 fn decoded(bytes: Vec<u8>) -> std::result::Result<String, String> {
     let utf_16 = |of: fn([u8; 2]) -> u16| {
@@ -107,9 +110,12 @@ fn decoded(bytes: Vec<u8>) -> std::result::Result<String, String> {
     if ["ISO-8859-1", "LATIN1", "US-ASCII"].iter().any(|name| declaration.contains(name)) {
         return Ok(bytes.into_iter().map(char::from).collect());
     }
-    let text =
+    let mut text =
         String::from_utf8(bytes).map_err(|_| "is no UTF-8, and says no other encoding that is known".to_owned())?;
-    Ok(text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned))
+    if text.starts_with(MARK) {
+        text.drain(..MARK.len_utf8());
+    }
+    Ok(text)
 }
 
 /// The name of this platform in an FMU for FMI 2.0.

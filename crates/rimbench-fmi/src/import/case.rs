@@ -15,7 +15,7 @@ use rimbench_core::cosim::{PerSide, Ports, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
-use rimbench_results::input::read_text;
+use rimbench_results::input::{beside, read_text};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -127,6 +127,7 @@ impl Member {
 /// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
 pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
+    check_is_case_file(path)?;
     let text = read_text(path)?;
     let file = CaseFile::parse(&text).map_err(wrong)?;
     let rows = columns(&file.interface);
@@ -194,20 +195,52 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     })
 }
 
+/// Refuses what else may be meant by a case of FMUs.
+fn check_is_case_file(path: &Path) -> Result<()> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let what = match ending.as_deref() {
+        Some("fmu") => "an FMU",
+        Some("ssp") => "an archive of SSP (System Structure and Parameterization)",
+        Some("ssd") => "a system of SSP (System Structure and Parameterization)",
+        Some("py") => "a file of Python",
+        _ => return Ok(()),
+    };
+    Err(Error::file(
+        path,
+        format!(
+            "is {what} and no case file; valid: a file (.toml) that names two FMUs, or classes of Python, and what is coupled \
+             (docs/guide/fmi.md)"
+        ),
+    ))
+}
+
+/// Where a file is that the case file names, which must be there.
+fn named(path: &Path, file: &Path, side: Side) -> Result<PathBuf> {
+    let found = beside(path, file);
+    if found.exists() {
+        return Ok(found);
+    }
+    let side = side_name(side);
+    let folder = found.parent().map(|folder| std::path::absolute(folder).unwrap_or_default()).unwrap_or_default();
+    let message =
+        format!("cannot be read: it is not in {}, where [{side}] of {} names it", folder.display(), path.display());
+    Err(Error::file(found, message))
+}
+
 /// Opens what the file names as its two sides.
 fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Option<&Path>) -> Result<PerSide<Member>> {
     let wrong = |message: String| Error::file(path, message);
-    let folder = path.parent().unwrap_or(Path::new(""));
     let open = |side: Side| {
         let table = file.side(side);
         let opened = match (&table.fmu, &table.python, &table.class) {
-            (Some(fmu), None, None) => {
-                FmuMember::open(file, &folder.join(fmu), side, rows).map(|fmu| Member::Fmu(Box::new(fmu)))
-            }
+            (Some(fmu), None, None) => named(path, fmu, side)
+                .and_then(|fmu| FmuMember::open((path, file), &fmu, side, rows))
+                .map(|fmu| Member::Fmu(Box::new(fmu))),
             (None, Some(script), Some(class)) => {
                 let usual = Parameters::defaults(file.name.clone().into(), &parameters(file, String::new()));
                 let (python, usual) = (python.unwrap_or(Path::new("python3")), usual.lasting(file.duration_s));
-                PythonMember::open(file, (&folder.join(script), class), side, rows, python, &usual)
+                named(path, script, side)
+                    .and_then(|script| PythonMember::open(file, (&script, class), side, rows, python, &usual))
                     .map(|python| Member::Python(Box::new(python)))
             }
             _ => {

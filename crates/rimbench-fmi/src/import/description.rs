@@ -1,8 +1,9 @@
 //! `modelDescription.xml` as far as it is needed.
 
-use super::host::Type;
+use super::attributes::{Of, check, check_start, truth, uncoupled};
+use super::host::{Limits, Type};
 use roxmltree::{Document, Node};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Base units of the SI and the radian, by the names of their exponents.
 const BASE: [&str; 8] = ["kg", "m", "s", "rad", "A", "K", "mol", "cd"];
@@ -37,6 +38,8 @@ pub(super) struct FmuVariable {
     pub(super) causality: String,
     /// Whether it may be given a value before a run.
     pub(super) settable: bool,
+    /// An output that begins with its start value.
+    pub(super) exact: bool,
     /// What one of its unit is in SI base units; 1 where it says none.
     pub(super) factor: f64,
     pub(super) offset: f64,
@@ -50,6 +53,16 @@ pub(super) struct FmuVariable {
     pub(super) dimensions: Vec<usize>,
     /// Start values, as they are written.
     pub(super) start: Vec<String>,
+    /// What its values may be, in its own unit.
+    pub(super) limits: Limits,
+    /// Whether it changes at events alone.
+    pub(super) discrete: bool,
+    /// An attribute that says what it may not: it matters where the variable is used.
+    pub(super) fault: Option<String>,
+    /// Why it may not be coupled.
+    pub(super) uncoupled: Option<String>,
+    /// Attributes that FMI has none of.
+    pub(super) unknown: Vec<String>,
 }
 
 /// What an FMU says of itself.
@@ -68,6 +81,12 @@ pub(super) struct Description {
     pub(super) time_unit: f64,
     /// Only one instance of it may be in a process.
     pub(super) only_once: bool,
+    /// It drives a tool that must be here.
+    pub(super) needs_tool: bool,
+    /// Its time when a run begins, in its unit of time.
+    pub(super) begin: f64,
+    /// What is odd about it and has no effect.
+    pub(super) notes: Vec<String>,
     pub(super) variables: Vec<FmuVariable>,
     /// For an output with dependencies that are listed, the value references that it depends on.
     pub(super) dependencies: BTreeMap<u32, Vec<u32>>,
@@ -80,10 +99,11 @@ struct Unit {
 }
 
 /// What a declared type says.
-#[derive(Default, Clone, Copy)]
+#[derive(Default, Clone)]
 struct DeclaredType<'a> {
     unit: Option<&'a str>,
     relative: bool,
+    limits: Limits,
 }
 
 type Types<'a> = BTreeMap<&'a str, DeclaredType<'a>>;
@@ -108,83 +128,137 @@ impl Description {
             return Err(format!("its root is `{}`, not `fmiModelDescription`", root.tag_name().name()));
         }
         let version = root.attribute("fmiVersion").unwrap_or_default().to_owned();
-        if !version.starts_with("3.") && version != "2.0" {
-            return Err(format!("fmiVersion = {version} is not valid; valid: 2.0, 3.0"));
-        }
         let two = version == "2.0";
+        check(Of::Model, root, two)?;
         let child = |name: &str| root.children().find(|node| node.has_tag_name(name));
+        let needed = |node: Node<'_, '_>, name: &str| {
+            let missing = || format!("<{}> has no {name}", node.tag_name().name());
+            node.attribute(name).map(str::to_owned).ok_or_else(missing)
+        };
+        needed(root, "fmiVersion")?;
         let slave = child("CoSimulation").ok_or("it is not for co-simulation: there is no <CoSimulation>")?;
-        let needed =
-            |name: &str| slave.attribute(name).map(str::to_owned).ok_or(format!("<CoSimulation> has no {name}"));
-        let flag = |name: &str| slave.attribute(name).is_some_and(|value| value == "true" || value == "1");
+        let flag = |name: &str| slave.attribute(name).and_then(truth) == Some(true);
+        let mut notes = Vec::new();
+        let experiment = child("DefaultExperiment");
+        for (of, node) in [(Of::CoSimulation, Some(slave)), (Of::DefaultExperiment, experiment)] {
+            let Some(node) = node else { continue };
+            let element = node.tag_name().name();
+            for name in check(of, node, two).map_err(|what| format!("<{element}> {what}"))? {
+                notes
+                    .push(format!("<{element}> has {name}, which is no attribute of FMI {version}, and has no effect"));
+            }
+        }
+        let number = |node: Option<Node<'_, '_>>, name: &str| -> Option<f64> {
+            node.and_then(|node| node.attribute(name)?.trim().parse().ok())
+        };
         let units = child("UnitDefinitions").map(read_units).transpose()?.unwrap_or_default();
         let types = child("TypeDefinitions").map(|list| read_types(list, two)).unwrap_or_default();
         let mut variables = Vec::new();
         let mut sizes = Vec::new();
-        for node in child("ModelVariables").into_iter().flat_map(|list| list.children()).filter(Node::is_element) {
+        let elements =
+            || child("ModelVariables").into_iter().flat_map(|list| list.children()).filter(|node| node.is_element());
+        for node in elements() {
             let variable = read_variable(node, &units, &types, two)?;
             if variable.causality == "structuralParameter" {
-                sizes.push((variable.reference, variable.start.first().and_then(|text| text.parse().ok())));
+                sizes.push((variable.reference, variable.start.first().and_then(|text| text.trim().parse().ok())));
             }
             variables.push(variable);
         }
+        for (variable, node) in variables.iter_mut().zip(elements()) {
+            for extent in node.children().filter(|node| node.has_tag_name("Dimension")) {
+                match read_extent(extent, &sizes) {
+                    Some(extent) => variable.dimensions.push(extent),
+                    None => {
+                        variable.dimensions.push(0);
+                        let said = ["start", "valueReference"].map(|name| extent.attribute(name).unwrap_or("none"));
+                        variable.fault.get_or_insert_with(|| {
+                            format!(
+                                "<Dimension> start = {:?}, valueReference = {:?} is not valid; valid: a whole number, or a structural \
+                                 parameter with one",
+                                said[0], said[1]
+                            )
+                        });
+                    }
+                }
+            }
+        }
+        let time_unit = unit_of_time(&variables)?;
+        // In FMI 2.0 what is named is named by its place, from 1.
+        let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
+        let known: BTreeSet<u32> = references.iter().copied().collect();
+        let named = |text: &str| -> Option<(usize, u32)> {
+            let number: u32 = text.trim().parse().ok()?;
+            if two {
+                let place = (number as usize).checked_sub(1)?;
+                return Some((place, *references.get(place)?));
+            }
+            known.contains(&number).then_some((0, number))
+        };
+        let valid = if two { "places of variables, from 1" } else { "value references of variables" };
+        for (variable, node) in variables.iter_mut().zip(elements()) {
+            let Some(text) = of_type(node, two).and_then(|inner| inner.attribute("derivative")) else { continue };
+            variable.derivative = named(text).map(|(_, reference)| reference);
+            if variable.derivative.is_none() {
+                let wrong = || format!("derivative = {text} names no variable; valid: one of the {valid}");
+                variable.fault.get_or_insert_with(wrong);
+            }
+        }
         let mut aliases = Vec::new();
-        let nodes = child("ModelVariables").into_iter().flat_map(|list| list.children()).filter(Node::is_element);
-        for (variable, node) in variables.iter_mut().zip(nodes) {
-            let extents = node.children().filter(|node| node.has_tag_name("Dimension"));
-            variable.dimensions = extents.map(|extent| read_extent(extent, &sizes)).collect();
+        for (variable, node) in variables.iter().zip(elements()) {
             for alias in node.children().filter(|node| node.has_tag_name("Alias")) {
                 let name =
                     alias.attribute("name").ok_or_else(|| format!("an alias of `{}` has no name", variable.name))?;
                 aliases.push(FmuVariable { name: name.to_owned(), ..variable.clone() });
             }
         }
-        let time_unit = unit_of_time(&variables)?;
-        if two {
-            // In FMI 2.0 a derivative names the place of its variable, from 1.
-            let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
-            for variable in &mut variables {
-                let place = variable.derivative.and_then(|place| (place as usize).checked_sub(1));
-                variable.derivative = place.and_then(|place| references.get(place).copied());
-            }
-        }
         let mut dependencies = BTreeMap::new();
         for output in child("ModelStructure").into_iter().flat_map(|list| list.descendants()) {
-            let (place, given) = match output.tag_name().name() {
-                "Output" => (output.attribute("valueReference"), output.attribute("dependencies")),
-                "Unknown" if output.parent().is_some_and(|parent| parent.has_tag_name("Outputs")) => {
-                    (output.attribute("index"), output.attribute("dependencies"))
-                }
+            let key = match output.tag_name().name() {
+                "Output" if !two => "valueReference",
+                "Unknown" if two && output.parent().is_some_and(|parent| parent.has_tag_name("Outputs")) => "index",
                 _ => continue,
             };
-            let reference = |text: &str| -> Option<u32> {
-                let number: u32 = text.parse().ok()?;
-                if two {
-                    // Whole numbers have references of their own, which may be those of numbers.
-                    let variable: &FmuVariable = variables.get((number as usize).checked_sub(1)?)?;
-                    (variable.kind == Type::Float64).then_some(variable.reference)
-                } else {
-                    Some(number)
-                }
+            let own = needed(output, key)?;
+            let wrong = |what: String| format!("<{} {key}=\"{own}\"> {what}", output.tag_name().name());
+            check(Of::Output, output, two).map_err(&wrong)?;
+            let of = |name: &str, text: &str| {
+                named(text).ok_or_else(|| wrong(format!("{name} = {text} names no variable; valid: {valid}")))
             };
-            if let (Some(place), Some(given)) = (place.and_then(reference), given) {
-                dependencies.insert(place, given.split_whitespace().filter_map(reference).collect());
+            let (place, reference) = of(key, &own)?;
+            let list = |name: &str| output.attribute(name).map(|text| text.split_whitespace().collect::<Vec<_>>());
+            let (on, kinds) = (list("dependencies"), list("dependenciesKind"));
+            if let Some(kinds) = kinds.filter(|kinds| on.as_ref().is_none_or(|on| on.len() != kinds.len())) {
+                let on = on.map_or(0, |on| on.len());
+                return Err(wrong(format!(
+                    "dependenciesKind has {} words; valid: one for each of {on} dependencies",
+                    kinds.len()
+                )));
+            }
+            let Some(on) = on else { continue };
+            let on: Vec<(usize, u32)> =
+                on.into_iter().map(|text| of("dependencies", text)).collect::<Result<_, _>>()?;
+            // In FMI 2.0 whole numbers have references of their own, which may be those of numbers.
+            let is_number = |place: usize| !two || variables[place].kind == Type::Float64;
+            if is_number(place) {
+                let on = on.into_iter().filter(|(place, _)| is_number(*place));
+                dependencies.insert(reference, on.map(|(_, reference)| reference).collect());
             }
         }
         variables.append(&mut aliases);
         Ok(Description {
-            token: root.attribute(if two { "guid" } else { "instantiationToken" }).unwrap_or_default().to_owned(),
-            identifier: needed("modelIdentifier")?,
+            token: needed(root, if two { "guid" } else { "instantiationToken" })?,
+            identifier: needed(slave, "modelIdentifier")?,
             keeps_state: flag(if two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" }),
             derivatives: flag(if two { "providesDirectionalDerivative" } else { "providesDirectionalDerivatives" }),
             any_step: flag("canHandleVariableCommunicationStepSize"),
-            internal_step: slave
-                .attribute("fixedInternalStepSize")
-                .and_then(|text| text.parse().ok())
-                .map(|step: f64| step * time_unit)
-                .filter(|step: &f64| step.is_finite() && *step > 0.0),
+            internal_step: number(Some(slave), "fixedInternalStepSize")
+                .map(|step| step * time_unit)
+                .filter(|step| *step > 0.0),
             time_unit,
             only_once: flag("canBeInstantiatedOnlyOncePerProcess"),
+            needs_tool: flag("needsExecutionTool"),
+            begin: number(experiment, "startTime").unwrap_or(0.0),
+            notes,
             version,
             variables,
             dependencies,
@@ -209,25 +283,39 @@ impl Description {
 fn read_types<'a>(list: Node<'a, '_>, two: bool) -> Types<'a> {
     let types = list.children().filter(Node::is_element);
     let read = |node: Node<'a, '_>| {
-        let inner = if two { node.children().find(Node::is_element)? } else { node };
-        let declared = DeclaredType { unit: inner.attribute("unit"), relative: is_true(inner, "relativeQuantity") };
+        let inner = of_type(node, two)?;
+        let items = inner.children().filter(|node| node.has_tag_name("Item"));
+        let items = items.filter_map(|item| item.attribute("value")?.trim().parse().ok()).collect();
+        let declared = DeclaredType {
+            unit: inner.attribute("unit"),
+            relative: is_true(inner, "relativeQuantity"),
+            limits: Limits { least: limit(inner, "min"), most: limit(inner, "max"), items },
+        };
         Some((node.attribute("name")?, declared))
     };
     types.filter_map(read).collect()
 }
 
-fn is_true(node: Node<'_, '_>, attribute: &str) -> bool {
-    node.attribute(attribute).is_some_and(|value| value == "true" || value == "1")
+/// The element that has the attributes of a type: in FMI 2.0 one of its own.
+fn of_type<'a, 'b>(node: Node<'a, 'b>, two: bool) -> Option<Node<'a, 'b>> {
+    if two { node.children().find(Node::is_element) } else { Some(node) }
 }
 
-/// An extent: a number, or what a structural parameter is at the start; 0 where neither is known.
-fn read_extent(extent: Node<'_, '_>, sizes: &[(u32, Option<usize>)]) -> usize {
-    let said = extent.attribute("start").and_then(|text| text.parse().ok());
-    let by_reference = || {
-        let reference: u32 = extent.attribute("valueReference")?.parse().ok()?;
-        sizes.iter().find(|(known, _)| *known == reference)?.1
-    };
-    said.or_else(by_reference).unwrap_or(0)
+fn limit(node: Node<'_, '_>, name: &str) -> Option<f64> {
+    node.attribute(name)?.trim().parse().ok().filter(|limit: &f64| limit.is_finite())
+}
+
+fn is_true(node: Node<'_, '_>, attribute: &str) -> bool {
+    node.attribute(attribute).and_then(truth) == Some(true)
+}
+
+/// An extent: a number, or what a structural parameter is at the start.
+fn read_extent(extent: Node<'_, '_>, sizes: &[(u32, Option<usize>)]) -> Option<usize> {
+    if let Some(said) = extent.attribute("start") {
+        return said.trim().parse().ok();
+    }
+    let reference: u32 = extent.attribute("valueReference")?.trim().parse().ok()?;
+    sizes.iter().find(|(known, _)| *known == reference)?.1
 }
 
 /// What one of the unit of the independent variable is, s.
@@ -284,14 +372,18 @@ fn read_variable(
     two: bool,
 ) -> Result<FmuVariable, String> {
     let name = node.attribute("name").ok_or("a variable has no name")?.to_owned();
-    let reference = node.attribute("valueReference").and_then(|text| text.parse().ok());
-    let reference = reference.ok_or_else(|| format!("variable `{name}` has no value reference"))?;
-    let inner = if two { node.children().find(Node::is_element) } else { Some(node) };
-    let inner = inner.ok_or_else(|| format!("variable `{name}` has no type"))?;
+    let said = node.attribute("valueReference").ok_or_else(|| format!("variable `{name}` has no valueReference"))?;
+    let reference = said.trim().parse().map_err(|_| {
+        format!(
+            "variable `{name}`: valueReference = {said:?} is not valid; valid: a whole number from 0 to {}",
+            u32::MAX
+        )
+    })?;
+    let inner = of_type(node, two).ok_or_else(|| format!("variable `{name}` has no type"))?;
     let kind = Type::of_element(inner.tag_name().name(), two);
     let declared = match inner.attribute("declaredType") {
         None => DeclaredType::default(),
-        Some(wanted) => *types.get(wanted).ok_or_else(|| {
+        Some(wanted) => types.get(wanted).cloned().ok_or_else(|| {
             format!("variable `{name}` is of the declared type `{wanted}`, which is not among <TypeDefinitions>")
         })?,
     };
@@ -315,19 +407,43 @@ fn read_variable(
     };
     let written = inner.attribute("start").map(|text| text.split_whitespace().map(str::to_owned).collect());
     let texts = || node.children().filter(|node| node.has_tag_name("Start"));
+    let start: Vec<String> =
+        written.unwrap_or_else(|| texts().filter_map(|node| node.attribute("value")).map(str::to_owned).collect());
+    let limits = Limits {
+        least: limit(inner, "min").or(declared.limits.least),
+        most: limit(inner, "max").or(declared.limits.most),
+        items: declared.limits.items,
+    };
+    let (mut fault, mut unknown) = (None, Vec::new());
+    for element in [Some(node), Some(inner).filter(|_| two)].into_iter().flatten() {
+        match check(Of::Variable, element, two) {
+            Ok(names) => unknown.extend(names),
+            Err(what) => fault = fault.or(Some(what)),
+        }
+    }
+    let limited = match (limits.least, limits.most) {
+        (Some(least), Some(most)) if least > most => Some(format!("min = {least} is above max = {most}")),
+        _ => None,
+    };
+    let fault = fault.or_else(|| check_start(kind, &start).err()).or(limited);
     Ok(FmuVariable {
         reference,
         kind,
         causality: causality.to_owned(),
         settable,
+        exact: causality == "output" && settable && node.attribute("initial") == Some("exact"),
         factor: known.map_or(1.0, |unit| unit.factor),
         offset: known.map_or(0.0, |unit| if relative { 0.0 } else { unit.offset }),
         exponents: known.and_then(|unit| unit.exponents).or_else(coherent),
         unit,
-        derivative: inner.attribute("derivative").and_then(|text| text.parse().ok()),
+        derivative: None,
         dimensions: Vec::new(),
-        start: written
-            .unwrap_or_else(|| texts().filter_map(|node| node.attribute("value")).map(str::to_owned).collect()),
+        start,
+        limits,
+        discrete: node.attribute("variability") == Some("discrete"),
+        fault,
+        uncoupled: uncoupled(node, two),
+        unknown,
         name,
     })
 }
@@ -341,7 +457,7 @@ mod tests {
         let units = "<UnitDefinitions><Unit name=\"mm\"><BaseUnit m=\"1\" factor=\"0.001\"/></Unit><Unit name=\"kN\"/></UnitDefinitions>";
         let described = |version: &str, types: &str, variables: &str| {
             let text = format!(
-                "<fmiModelDescription fmiVersion=\"{version}\"><CoSimulation modelIdentifier=\"x\" fixedInternalStepSize=\"1e-3\"/>\
+                "<fmiModelDescription fmiVersion=\"{version}\" guid=\"x\" instantiationToken=\"x\"><CoSimulation modelIdentifier=\"x\" fixedInternalStepSize=\"1e-3\"/>\
                  {units}<TypeDefinitions>{types}</TypeDefinitions><ModelVariables>{variables}</ModelVariables></fmiModelDescription>"
             );
             Description::parse(&text).unwrap()
@@ -376,7 +492,7 @@ mod tests {
 
     #[test]
     fn what_may_be_set_and_how_large_it_is_is_read_with_aliases_and_structural_parameters() {
-        let text = "<fmiModelDescription fmiVersion=\"3.0\"><CoSimulation modelIdentifier=\"x\"/><ModelVariables>\
+        let text = "<fmiModelDescription fmiVersion=\"3.0\" instantiationToken=\"x\"><CoSimulation modelIdentifier=\"x\"/><ModelVariables>\
              <UInt64 name=\"n\" valueReference=\"1\" causality=\"structuralParameter\" start=\"3\"/>\
              <Float64 name=\"table\" valueReference=\"2\" causality=\"parameter\" start=\"1 2 3 4 5 6\"><Dimension valueReference=\"1\"/>\
              <Dimension start=\"2\"/><Alias name=\"map\"/></Float64>\

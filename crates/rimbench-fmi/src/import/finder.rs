@@ -1,6 +1,7 @@
 //! Looks up in an FMU what a case file names.
 
 use super::archive::Unpacked;
+use super::attributes::truth;
 use super::description::{ENERGY, Exponents, FORCE, FmuVariable, LENGTH, VELOCITY};
 use super::host::{Element, ModelVariables, Scaled, Start, Type, Values};
 use crate::export::side_name;
@@ -49,7 +50,15 @@ impl Finder<'_> {
     }
 
     /// A variable by its name, or an element of one, `name[2]` or `name[1,3]`; of others those with `causality` are offered instead.
-    fn find(&self, name: &str, causality: &str) -> Result<Found<'_>> {
+    pub(super) fn find(&self, name: &str, causality: &str) -> Result<Found<'_>> {
+        let found = self.look_up(name, causality)?;
+        match &found.variable.fault {
+            Some(fault) => Err(self.wrong(format!("variable `{name}`: {fault}"))),
+            None => Ok(found),
+        }
+    }
+
+    fn look_up(&self, name: &str, causality: &str) -> Result<Found<'_>> {
         let description = &self.unpacked.description;
         if let Some(variable) = description.variable(name) {
             return Ok(Found { variable, element: None });
@@ -91,9 +100,10 @@ impl Finder<'_> {
             );
             return Err(self.wrong(message));
         }
-        if variable.kind != Type::Float64 || !found.is_one() {
-            return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
+        if let Some(why) = &variable.uncoupled {
+            return Err(self.wrong(format!("variable `{name}` has {why}")));
         }
+        self.check_number(name, &found)?;
         let turns = TURNING
             .iter()
             .any(|(of, turning)| *of == exponents && variable.exponents.is_some_and(|own| turning.contains(&own)));
@@ -125,6 +135,36 @@ impl Finder<'_> {
             );
         }
         Ok(found.scaled(factor))
+    }
+
+    /// Refuses what is not one number with digits behind the point.
+    fn check_number(&self, name: &str, found: &Found<'_>) -> Result<()> {
+        let FmuVariable { kind, dimensions, .. } = found.variable;
+        if !kind.is_real() {
+            let message = format!("variable `{name}` is of type {}; valid: Float64 (Real), Float32", kind.name());
+            return Err(self.wrong(message));
+        }
+        if !found.is_one() {
+            let first = vec!["1"; dimensions.len()].join(",");
+            let message = format!(
+                "variable `{name}` is an array of {dimensions:?}; valid: an element, such as `{name}[{first}]`"
+            );
+            return Err(self.wrong(message));
+        }
+        Ok(())
+    }
+
+    /// What is odd about a coupling variable and has no effect, or less than one may think.
+    pub(super) fn notes(&self, name: &str) -> Vec<String> {
+        let Ok(Found { variable, .. }) = self.look_up(name, "output") else { return Vec::new() };
+        let version = &self.unpacked.description.version;
+        let unknown = variable.unknown.iter().map(|attribute| {
+            format!("variable `{name}` has {attribute}, which is no attribute of FMI {version}, and has no effect")
+        });
+        let short = (variable.kind == Type::Float32).then(|| {
+            format!("variable `{name}` is of type Float32: its values are converted, and have some seven digits")
+        });
+        unknown.chain(short).collect()
     }
 
     /// A variable that can be set before a run.
@@ -164,6 +204,9 @@ impl Finder<'_> {
             )));
         }
         let values = self.values(side, name, found.variable.kind, &list)?;
+        values.check(&found.variable.limits).map_err(|(value, valid)| {
+            self.wrong(format!("variable `{name}` = {value} is not valid; valid: {valid}"))
+        })?;
         self.put_start(&found, name, values, starts)
     }
 
@@ -175,14 +218,14 @@ impl Finder<'_> {
         values: Values,
         starts: &mut Vec<Start>,
     ) -> Result<()> {
-        let (reference, kind) = (found.variable.reference, found.variable.kind);
+        let FmuVariable { reference, kind, exact, .. } = *found.variable;
         let same = |start: &Start| start.reference == reference && start.kind == kind;
         let known = starts.iter().position(same);
         let Some(Element { at, .. }) = found.element else {
             if known.is_some() {
                 return Err(self.wrong(format!("variable `{name}` is set twice")));
             }
-            starts.push(Start { variable: name.to_owned(), reference, kind, values });
+            starts.push(Start { variable: name.to_owned(), reference, kind, values, exact });
             return Ok(());
         };
         let place = match known {
@@ -196,7 +239,7 @@ impl Finder<'_> {
                     )));
                 }
                 let whole = self.values(Side::Mechanics, name, kind, &written.iter().collect::<Vec<_>>())?;
-                starts.push(Start { variable: name.to_owned(), reference, kind, values: whole });
+                starts.push(Start { variable: name.to_owned(), reference, kind, values: whole, exact });
                 starts.len() - 1
             }
         };
@@ -250,7 +293,8 @@ impl Finder<'_> {
         let found = self.find(name, "output")?;
         let kind = found.variable.kind;
         if !(kind.is_real() || kind.whole().is_some() || kind == Type::Boolean) || !found.is_one() {
-            return Err(self.wrong(format!("variable `{name}` is not one number or truth")));
+            let kind = if found.is_one() { kind.name() } else { "an array" };
+            return Err(self.wrong(format!("variable `{name}` is of type {kind}; valid: one number or truth")));
         }
         Ok(found.scaled(1.0))
     }
@@ -258,10 +302,9 @@ impl Finder<'_> {
     /// An account of work, in J.
     pub(super) fn work(&self, name: &str) -> Result<Scaled> {
         let scaled = self.readable(name)?;
-        let variable = self.find(name, "output")?.variable;
-        if scaled.kind != Type::Float64 || scaled.element.is_some() {
-            return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
-        }
+        let found = self.find(name, "output")?;
+        self.check_number(name, &found)?;
+        let variable = found.variable;
         if variable.exponents.is_some_and(|own| own != ENERGY) || variable.is_in_unknown_unit() {
             return Err(self.wrong(format!(
                 "variable `{name}` is in `{}`, which is no unit like J; as interface_work it must be an energy",
@@ -317,7 +360,7 @@ fn flat(list: &[toml::Value]) -> Vec<&toml::Value> {
 /// A start value as a description has it.
 fn as_written(kind: Type, text: &str) -> toml::Value {
     let value = match kind {
-        Type::Boolean => Some(toml::Value::Boolean(text == "true" || text == "1")),
+        Type::Boolean => Some(toml::Value::Boolean(truth(text) == Some(true))),
         Type::Text => None,
         _ if kind.is_real() => text.parse().ok().map(toml::Value::Float),
         _ => text.parse().ok().map(toml::Value::Integer),

@@ -103,6 +103,25 @@ impl Type {
         }
     }
 
+    /// How FMI 3.0 calls it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Type::Float64 => "Float64",
+            Type::Float32 => "Float32",
+            Type::Int8 => "Int8",
+            Type::UInt8 => "UInt8",
+            Type::Int16 => "Int16",
+            Type::UInt16 => "UInt16",
+            Type::Int32 => "Int32 (Integer, Enumeration)",
+            Type::UInt32 => "UInt32",
+            Type::Int64 => "Int64 (Enumeration)",
+            Type::UInt64 => "UInt64",
+            Type::Boolean => "Boolean",
+            Type::Text => "String",
+            Type::Other => "Clock, Binary or one that is not known",
+        }
+    }
+
     /// The least and the largest whole number of a type of whole numbers.
     pub(super) fn whole(self) -> Option<[i128; 2]> {
         let (bits, signed) = match self {
@@ -145,6 +164,19 @@ pub(super) enum Values {
 }
 
 impl Values {
+    /// Checks numbers against what they may be.
+    ///
+    /// # Errors
+    /// The first that is not valid, and what would be.
+    pub(super) fn check(&self, limits: &Limits) -> Result<(), (f64, String)> {
+        let check = |number: f64| limits.check(number).map_err(|valid| (number, valid));
+        match self {
+            Values::Numbers(list) => list.iter().copied().try_for_each(check),
+            Values::Whole(list) => list.iter().map(|number| *number as f64).try_for_each(check),
+            Values::Truths(_) | Values::Texts(_) => Ok(()),
+        }
+    }
+
     /// Puts one value of the same type in a place of an array.
     pub(super) fn put(&mut self, at: usize, one: Values) {
         match (self, one) {
@@ -165,6 +197,41 @@ pub(super) struct Start {
     pub(super) reference: u32,
     pub(super) kind: Type,
     pub(super) values: Values,
+    /// Whether it is an output, which begins with it whatever initialisation makes of it.
+    pub(super) exact: bool,
+}
+
+/// What values of a variable may be, in its own unit.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Limits {
+    pub(super) least: Option<f64>,
+    pub(super) most: Option<f64>,
+    /// Those of an enumeration; empty: any.
+    pub(super) items: Vec<i64>,
+}
+
+/// By what share of a bound round-off may put a number beyond it.
+const ROUNDED: f64 = 1e-9;
+
+impl Limits {
+    /// Whether there is nothing to check.
+    pub(super) fn is_none(&self) -> bool {
+        self.least.is_none() && self.most.is_none() && self.items.is_empty()
+    }
+
+    /// # Errors
+    /// What would be valid.
+    pub(super) fn check(&self, value: f64) -> Result<(), String> {
+        match (self.least, self.most) {
+            (Some(least), _) if value < least - ROUNDED * least.abs() => Err(format!("at least {least} (min)")),
+            (_, Some(most)) if value > most + ROUNDED * most.abs() => Err(format!("at most {most} (max)")),
+            _ if self.items.is_empty() || self.items.iter().any(|item| *item as f64 == value) => Ok(()),
+            _ => {
+                let items: Vec<String> = self.items.iter().map(i64::to_string).collect();
+                Err(format!("an item of its enumeration, {}", items.join(", ")))
+            }
+        }
+    }
 }
 
 /// A place in an array.
@@ -187,6 +254,11 @@ pub(super) struct Scaled {
 }
 
 impl Scaled {
+    /// Whether it goes to the FMU by itself: a Float64 of one value.
+    pub(super) fn is_single(&self) -> bool {
+        self.element.is_none() && self.kind == Type::Float64
+    }
+
     /// As others have it.
     pub(super) fn outwards(&self, value: f64) -> f64 {
         if self.is_plain() { value } else { self.factor * value + self.offset }
@@ -241,16 +313,24 @@ pub(super) struct Plan {
     pub(super) resources: PathBuf,
     pub(super) version_2: bool,
     pub(super) token: String,
+    /// Which side it is: what its instance is called begins with that.
+    pub(super) side: String,
+    /// Whether it drives a tool that must be here.
+    pub(super) needs_tool: bool,
     /// Whether its log is switched on, and shown as it comes.
     pub(super) log: bool,
     /// Whether what it changes of the process that it is in is set back after each call.
     pub(super) lodger: bool,
     /// What one of its unit of time is, s.
     pub(super) time_unit: f64,
+    /// Its time when a run begins, in its unit of time.
+    pub(super) begin: f64,
     /// When the run ends, s, where that is known.
     pub(super) stop: Option<f64>,
     pub(super) starts: Vec<Start>,
     pub(super) inputs: Vec<Scaled>,
+    /// What inputs may be: which of them, and its name.
+    pub(super) limits: Vec<(usize, String, Limits)>,
     pub(super) outputs: Vec<Scaled>,
     /// How many of the outputs are positions; velocities stand behind them.
     pub(super) positions: usize,

@@ -18,15 +18,15 @@ use self::probing::Probed;
 use self::three::Three;
 use self::two::Two;
 use self::version::{Common, Instance, Keep, Made, Opened, Version};
-use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Type};
-use crate::model_parts::PartType;
+use super::host::{Ask, Element, Host, ModelVariables, Plan, Probe, Scaled, Start, Type};
+use super::member::NEEDS_TOOL;
 use std::cell::{Cell, RefCell};
 use std::ffi::{c_char, c_int, c_void};
 use std::io::Write;
 use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// How much of the end of the log of one call is repeated, characters.
 const LONGEST_LOG: usize = 400;
@@ -59,6 +59,11 @@ pub(super) fn leave_at_once() -> ! {
     unsafe { system::_exit(1) }
 }
 
+/// Ends the program with a code, whatever FMUs in this process are at.
+pub fn leave(code: u8) -> ! {
+    lodger::leave(code)
+}
+
 /// Our own standard output, where an FMU in this process has the usual one.
 pub fn standard_output() -> Option<std::fs::File> {
     lodger::standard_output()
@@ -68,10 +73,19 @@ pub fn standard_output() -> Option<std::fs::File> {
 #[derive(Default)]
 struct Said {
     text: Mutex<String>,
+    /// What the instance is called, which is another name in each run, and its side, which stands for that in what is recorded.
+    instance: String,
+    side: String,
     /// Whether one of it was a warning.
     warned: AtomicBool,
     /// Whether it is shown as it comes, and how the FMU is called there.
     shown_as: Option<String>,
+}
+
+/// What is said where an FMU fails and says nothing, with its log on or off.
+fn without_reason(log: bool) -> String {
+    let more = if log { "" } else { "; `log = true` of its side in the case file asks for its log" };
+    format!("it does not say why{more}")
 }
 
 /// The status of a warning.
@@ -89,13 +103,15 @@ unsafe fn note(said: *mut c_void, status: c_int, message: *const c_char) {
         if from > 0 {
             text.push_str("; ");
         }
+        let message = message.replace(&said.instance, &said.side);
         text.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }));
         if status == WARNING {
             said.warned.store(true, Ordering::Relaxed);
         }
         if let Some(name) = &said.shown_as {
-            // Where nobody listens nobody is told.
-            let _ = writeln!(std::io::stderr().lock(), "{name}: {}", text[from..].trim_start_matches("; "));
+            // One write, so that lines of several processes stay lines. Where nobody listens nobody is told.
+            let line = format!("{name}: {}\n", text[from..].trim_start_matches("; "));
+            let _ = std::io::stderr().lock().write_all(line.as_bytes());
         }
         // Why a call failed is said last.
         if let Some((beyond, _)) = text.char_indices().rev().nth(LONGEST_LOG - 1) {
@@ -115,16 +131,17 @@ struct Slot {
     time: f64,
 }
 
-/// An array of which elements are coupled.
+/// What goes to the FMU as a whole: an array of which elements are coupled, or a variable of type Float32.
 struct Array {
     reference: u32,
+    kind: Type,
     values: Vec<f64>,
 }
 
 /// Where numbers that cross the boundary are in an FMU.
 #[derive(Default)]
 struct Places {
-    /// Variables of one value, in order.
+    /// Variables of one value and of type Float64, in order.
     single: Vec<u32>,
     arrays: Vec<Array>,
     /// Elements: place among all numbers, which array, place in it.
@@ -134,14 +151,16 @@ struct Places {
 impl Places {
     fn of(list: &[Scaled]) -> Places {
         let mut places = Places::default();
-        for (place, Scaled { reference, element, .. }) in list.iter().enumerate() {
-            let Some(Element { at, of }) = *element else {
-                places.single.push(*reference);
+        for (place, scaled) in list.iter().enumerate() {
+            if scaled.is_single() {
+                places.single.push(scaled.reference);
                 continue;
-            };
+            }
+            let Scaled { reference, kind, element, .. } = scaled;
+            let Element { at, of } = element.unwrap_or(Element { at: 0, of: 1 });
             let known = places.arrays.iter().position(|array| array.reference == *reference);
             let array = known.unwrap_or_else(|| {
-                places.arrays.push(Array { reference: *reference, values: vec![0.0; of] });
+                places.arrays.push(Array { reference: *reference, kind: *kind, values: vec![0.0; of] });
                 places.arrays.len() - 1
             });
             places.of_arrays.push((place, array, at));
@@ -162,8 +181,6 @@ pub(super) struct Loaded {
     outputs: Places,
     rates: Places,
     room: Vec<f64>,
-    truths: Vec<u8>,
-    integers: Vec<i32>,
     said: ManuallyDrop<Box<Said>>,
     opened: ManuallyDrop<Opened>,
     probed: Probed,
@@ -183,21 +200,27 @@ unsafe impl Send for Loaded {}
 impl Loaded {
     /// Loads, makes an instance, sets its start values, and lets it begin.
     pub(super) fn new(plan: Plan) -> Result<Self, String> {
+        static MADE: AtomicU64 = AtomicU64::new(0);
         let house = plan.lodger.then(House::enter).transpose().map_err(|error| error.to_string())?;
         let shown_as = plan.log.then(|| plan.file.display().to_string());
-        let said = Box::new(Said { shown_as, ..Said::default() });
+        // The standard wants names of instances to be unique: those of a run and its reference, of all threads and all processes.
+        let instance = format!("{}-{}-{}", plan.side, std::process::id(), MADE.fetch_add(1, Ordering::Relaxed));
+        let said = Box::new(Said { shown_as, instance, side: plan.side.clone(), ..Said::default() });
         let environment: *mut c_void = (&raw const *said).cast_mut().cast();
+        let at_work = house.as_ref().map(|_| lodger::AtWork::on(&plan.file, &plan.side));
         let opened = Opened::new(&plan)?;
         let make = if plan.version_2 { Two::make } else { Three::make };
-        let made = make(&opened, &plan, environment);
+        let made = make(&opened, &plan, &said.instance, environment);
+        drop(at_work);
         if let Some(house) = &house {
             house.tidy();
         }
         let Made { instance, common, version } = made?;
         if instance.is_null() {
             let said = said.text.lock().map(|text| text.clone()).unwrap_or_default();
-            let said = if said.is_empty() { "it does not say why".to_owned() } else { said };
-            return Err(opened.wrong(format_args!("no instance can be made: {said}")));
+            let said = if said.is_empty() { without_reason(plan.log) } else { said };
+            let tool = if plan.needs_tool { format!("; {NEEDS_TOOL}") } else { String::new() };
+            return Err(opened.wrong(format_args!("no instance can be made: {said}{tool}")));
         }
         let mut loaded = Loaded {
             instance,
@@ -209,8 +232,6 @@ impl Loaded {
             outputs: Places::of(&plan.outputs),
             rates: plan.rates.as_deref().map(Places::of).unwrap_or_default(),
             room: Vec::new(),
-            truths: Vec::new(),
-            integers: Vec::new(),
             said: ManuallyDrop::new(said),
             opened: ManuallyDrop::new(opened),
             probed: Probed::default(),
@@ -220,36 +241,61 @@ impl Loaded {
             worst: Cell::new(0),
             plan,
         };
+        let at_work = loaded.at_work();
         let entered = loaded.enter();
+        drop(at_work);
         loaded.tidy();
         entered.map(|()| loaded)
     }
 
     /// From instantiation to initialisation mode.
     fn enter(&mut self) -> Result<(), String> {
-        for start in &self.plan.starts {
-            let status = self.version.set_start(&self.opened, self.instance, start)?;
-            self.check(status, &format!("setting the start value of `{}`", start.variable))?;
-        }
+        self.plan.starts.iter().try_for_each(|start| self.set_start(start))?;
         // An array that is coupled in part is set as a whole, and begins with what it has.
         let mut arrays = std::mem::take(&mut self.inputs.arrays);
-        for array in &mut arrays {
-            self.get(&[array.reference], &mut array.values)?;
+        for array in arrays.iter_mut().filter(|array| array.values.len() > 1) {
+            self.get_all(array.kind, array.reference, &mut array.values)?;
         }
         self.inputs.arrays = arrays;
-        let end = self.plan.stop.map(|stop| stop / self.plan.time_unit);
-        let (status, what) = self.version.enter(&self.opened, self.instance, end)?;
-        self.check(status, what)
+        let begin = self.plan.begin;
+        let end = self.plan.stop.map(|stop| begin + stop / self.plan.time_unit);
+        let (status, what) = self.version.enter(&self.opened, self.instance, begin, end)?;
+        self.check(status, what)?;
+        // What an output begins with may follow from parameters as initialisation begins; as it is exact, it may be set then.
+        self.plan.starts.iter().filter(|start| start.exact).try_for_each(|start| self.set_start(start))
+    }
+
+    fn set_start(&self, start: &Start) -> Result<(), String> {
+        let status = self.version.set_start(&self.opened, self.instance, start)?;
+        self.check(status, &format!("setting the start value of `{}`", start.variable))
     }
 
     /// From initialisation to step mode, with these inputs.
     fn begin(&mut self, u: &[f64]) -> Result<(), String> {
+        self.check_limits(u)?;
         self.put(u)?;
         // SAFETY: the instance is alive and being initialised.
         let status = unsafe { (self.common.exit_initialization)(self.instance) };
         self.check(status, "ExitInitializationMode")?;
         self.stepping = true;
         Ok(())
+    }
+
+    /// Refuses inputs (in SI) beyond what the FMU says that they may be.
+    fn check_limits(&self, u: &[f64]) -> Result<(), String> {
+        for (at, name, limits) in &self.plan.limits {
+            let Some((u, scale)) = u.get(*at).zip(self.plan.inputs.get(*at)) else { continue };
+            let value = scale.inwards(*u);
+            limits.check(value).map_err(|valid| {
+                self.opened.wrong(format_args!("input `{name}` = {value} is not valid; valid: {valid}"))
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Says that its code is at work until what this gives is dropped, where that is in our process.
+    fn at_work(&self) -> Option<lodger::AtWork> {
+        self.house.as_ref().map(|_| lodger::AtWork::on(&self.plan.file, &self.plan.side))
     }
 
     /// Sets back what the library may have changed of the process that it is in.
@@ -280,8 +326,8 @@ impl Loaded {
             .copied()
             .unwrap_or("a status that there is not");
         let said = self.said.text.lock().map(|mut text| std::mem::take(&mut *text)).unwrap_or_default();
-        let said = if said.is_empty() { String::new() } else { format!(": {said}") };
-        Err(self.opened.wrong(format_args!("{what} returned {name}{said}")))
+        let said = if said.is_empty() { without_reason(self.plan.log) } else { said };
+        Err(self.opened.wrong(format_args!("{what} returned {name}: {said}")))
     }
 
     fn set(&self, references: &[u32], values: &[f64]) -> Result<(), String> {
@@ -304,6 +350,15 @@ impl Loaded {
         self.check(status, "getting a number")
     }
 
+    /// Gets all values of a variable of any type that has numbers or truths.
+    fn get_all(&self, kind: Type, reference: u32, values: &mut [f64]) -> Result<(), String> {
+        if kind == Type::Float64 {
+            return self.get(&[reference], values);
+        }
+        let status = self.version.read(&self.opened, self.instance, kind, reference, values)?;
+        self.check(status, &format!("getting a value of type {}", kind.name()))
+    }
+
     /// Sets the inputs, given in SI.
     fn put(&mut self, u: &[f64]) -> Result<(), String> {
         if u.len() != self.plan.inputs.len() {
@@ -318,7 +373,7 @@ impl Loaded {
             return done;
         }
         let Places { single, arrays, of_arrays } = &mut self.inputs;
-        for (u, scale) in u.iter().zip(&self.plan.inputs).filter(|(_, scale)| scale.element.is_none()) {
+        for (u, scale) in u.iter().zip(&self.plan.inputs).filter(|(_, scale)| scale.is_single()) {
             room.push(scale.inwards(*u));
         }
         for &(place, array, at) in &*of_arrays {
@@ -328,8 +383,12 @@ impl Loaded {
         let mut done = self.check(status, "setting a number");
         for array in &self.inputs.arrays {
             done = done.and_then(|()| {
-                let status = self.version.set(self.instance, &[array.reference], &array.values);
-                self.check(status, "setting an array")
+                let (reference, values) = (&[array.reference], &array.values);
+                if array.kind == Type::Float64 {
+                    return self.check(self.version.set(self.instance, reference, values), "setting an array");
+                }
+                let status = self.version.set_short(&self.opened, self.instance, array.reference, values)?;
+                self.check(status, "setting a number of type Float32")
             });
         }
         self.room = room;
@@ -361,11 +420,11 @@ impl Loaded {
             let mut singles = vec![0.0; places.single.len()];
             self.get(&places.single, &mut singles)?;
             for array in &mut places.arrays {
-                self.get(&[array.reference], &mut array.values)?;
+                self.get_all(array.kind, array.reference, &mut array.values)?;
             }
             let mut singles = singles.into_iter();
             output.extend(
-                scales.iter().map(|scale| scale.element.map_or_else(|| singles.next().unwrap_or(f64::NAN), |_| 0.0)),
+                scales.iter().map(|scale| if scale.is_single() { singles.next().unwrap_or(f64::NAN) } else { 0.0 }),
             );
             for &(place, array, at) in &places.of_arrays {
                 output[from + place] = places.arrays[array].values[at];
@@ -382,12 +441,7 @@ impl Loaded {
             let Element { at, of } = scale.element.unwrap_or(Element { at: 0, of: 1 });
             array.clear();
             array.resize(of, 0.0);
-            let status = if scale.kind == Type::Float64 {
-                self.version.get(self.instance, &[scale.reference], &mut array)
-            } else {
-                self.version.read(&self.opened, self.instance, scale.kind, scale.reference, &mut array)?
-            };
-            self.check(status, "getting a number")?;
+            self.get_all(scale.kind, scale.reference, &mut array)?;
             output.push(scale.outwards(array[at]));
         }
         Ok(())
@@ -454,14 +508,8 @@ impl Loaded {
         self.check(status, "setting its state")
     }
 
-    /// Appends the parts of the interface model, by two lists with room.
-    fn read_model(
-        &self,
-        input: &[f64],
-        output: &mut Vec<f64>,
-        truths: &mut Vec<u8>,
-        integers: &mut Vec<i32>,
-    ) -> Result<(), String> {
+    /// Appends the parts of the interface model.
+    fn read_model(&self, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
         let Some(ModelVariables { step, size, references }) = &self.plan.model else {
             return Err("it has no interface model".to_owned());
         };
@@ -469,27 +517,9 @@ impl Loaded {
         self.set(&[*step], &[*h])?;
         let kinks = wanted.first().is_some_and(|wanted| *wanted != 0.0);
         for (part, &reference) in size.parts().zip(references).filter(|(part, _)| kinks || !part.is_of_kinks()) {
-            let (from, count) = (output.len(), part.count(*size));
-            match part.part_type {
-                PartType::Number => {
-                    output.resize(from + count, 0.0);
-                    self.get(&[reference], &mut output[from..])?;
-                }
-                PartType::Truth => {
-                    truths.clear();
-                    truths.resize(count, 0);
-                    let status = self.version.truths(self.instance, reference, truths).ok_or("it gives no truths")?;
-                    self.check(status, "getting a truth")?;
-                    output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
-                }
-                PartType::Whole => {
-                    integers.clear();
-                    integers.resize(count, 0);
-                    let status = self.version.integers(self.instance, reference, integers);
-                    self.check(status.ok_or("it gives no whole numbers")?, "getting a whole number")?;
-                    output.extend(integers.iter().map(|number| f64::from(*number)));
-                }
-            }
+            let from = output.len();
+            output.resize(from + part.count(*size), 0.0);
+            self.get_all(part.part_type.into(), reference, &mut output[from..])?;
         }
         Ok(())
     }
@@ -498,7 +528,7 @@ impl Loaded {
         let unit = self.plan.time_unit;
         // Some take no step for good as long as one may go back behind it.
         let no_way_back = !self.copies.iter().any(|copy| copy.used && copy.time < t);
-        let status = self.version.step(self.instance, [t, h].map(|time| time / unit), no_way_back);
+        let status = self.version.step(self.instance, [self.plan.begin + t / unit, h / unit], no_way_back);
         let status = status.map_err(|why| self.opened.wrong(why))?;
         self.check(status, "DoStep")
     }
@@ -514,7 +544,9 @@ impl Host for Loaded {
         if let Ok(mut text) = self.said.text.lock() {
             text.clear();
         }
+        let at_work = self.at_work();
         let done = self.answer(ask, id, input, output);
+        drop(at_work);
         if let Some(house) = &self.house {
             house.tidy();
         }
@@ -544,6 +576,7 @@ impl Loaded {
             Ask::Begin => self.begin(input),
             Ask::Step => {
                 let [t, h, u @ ..] = input else { return Err("a step needs a time and a length".to_owned()) };
+                self.check_limits(u)?;
                 self.put(u)?;
                 self.copies[self.present].time = *t;
                 self.step(*t, *h)?;
@@ -571,13 +604,7 @@ impl Loaded {
                 self.jacobian(&self.outputs.single, 0, false, output)?;
                 self.jacobian(&self.rates.single, 0, true, output)
             }
-            Ask::Model => {
-                // Room that is there already, lent for the while.
-                let (mut truths, mut integers) = (std::mem::take(&mut self.truths), std::mem::take(&mut self.integers));
-                let read = self.read_model(input, output, &mut truths, &mut integers);
-                (self.truths, self.integers) = (truths, integers);
-                read
-            }
+            Ask::Model => self.read_model(input, output),
             Ask::Observe => {
                 if let Some(step) = self.plan.step {
                     self.set(&[step], input)?;
@@ -610,6 +637,7 @@ impl Drop for Loaded {
         if self.worst.get() == FATAL {
             return;
         }
+        let _at_work = self.at_work();
         for id in 0..self.copies.len() {
             let kept = self.copies[id].kept.take();
             self.release(kept);

@@ -4,17 +4,19 @@ use super::archive::Unpacked;
 use super::case_file::{CaseFile, ProcessKind, SideTable};
 use super::description::{Description, Exponents, FORCE, LENGTH, VELOCITY};
 use super::finder::{Finder, number_as};
-use super::host::{Element, Host, ModelVariables, Plan, Probe, Scaled, Start, Type};
+use super::host::{Element, Host, Limits, ModelVariables, Plan, Probe, Scaled, Start, Type};
 use super::library::Loaded;
 use super::probing::SideNotes;
 use super::process::Remote;
 use super::side::{ImportedSide, Offers, Shape};
 use crate::export::side_name;
+use crate::last_words::tell_once;
 use crate::model_parts::ModelSize;
 use rimbench_cases::cases::Parameters;
 use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
+use rimbench_results::input::beside;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -31,10 +33,13 @@ const PROBED_SHARE: f64 = 0.1;
 
 /// Why there are no rates of an FMU's outputs.
 const NO_RATES: &str = "its FMU has no directional derivatives of them, and cannot be probed for them, which takes states to be kept \
-                        and set, and steps of any length";
+                        and set, steps of any length, and outputs that are continuous and of type Float64";
 /// Why there is no interface model.
 const NO_MODEL: &str = "its FMU has none, no directional derivatives of how its velocities move, and cannot be probed for them, which \
-                        takes states to be kept and set, and steps of any length";
+                        takes states to be kept and set, steps of any length, and outputs that are continuous and of type Float64";
+
+/// What is to be said of an FMU that is but half of what runs.
+pub(super) const NEEDS_TOOL: &str = "it drives a tool that must be installed here (needsExecutionTool)";
 
 /// A parameter of the case, and the variable that takes it.
 struct Taken {
@@ -43,6 +48,8 @@ struct Taken {
     reference: u32,
     kind: Type,
     element: Option<Element>,
+    limits: Limits,
+    exact: bool,
 }
 
 /// One FMU with what the case makes of it.
@@ -59,6 +66,11 @@ pub(super) struct FmuMember {
 struct Coupled {
     outputs: Vec<Scaled>,
     inputs: Vec<Scaled>,
+    /// See [`Plan`].
+    limits: Vec<(usize, String, Limits)>,
+    /// Whether all of them are continuous, and of type Float64.
+    continuous: bool,
+    notes: Vec<String>,
     ports: Ports,
     shape: Shape,
 }
@@ -77,14 +89,16 @@ struct Motion {
 
 impl Motion {
     fn of(file: &CaseFile, finder: &Finder<'_>, side: Side, coupled: &Coupled) -> Result<Self> {
-        let Coupled { outputs, inputs, ports, .. } = coupled;
+        let Coupled { outputs, inputs, ports, continuous, .. } = coupled;
         let (description, rows) = (&finder.unpacked.description, file.interface.len());
         let mechanics = side == Side::Mechanics;
-        let rates = rates(description, outputs).filter(|_| inputs.iter().all(|input| input.element.is_none()));
+        let rates = if *continuous { rates(finder, outputs)? } else { None };
+        let rates = rates.filter(|_| inputs.iter().all(Scaled::is_single));
         let plain = inputs.iter().chain(outputs).all(|scaled| scaled.factor == 1.0);
         let tells = mechanics && plain && finder.unpacked.layered;
         let model = tells.then(|| finder.model(rows)).transpose()?;
-        let probed = rates.is_none() && model.is_none() && description.keeps_state && description.any_step;
+        let may_be_probed = *continuous && description.keeps_state && description.any_step;
+        let probed = rates.is_none() && model.is_none() && may_be_probed;
         let step = file.side(side).probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s);
         let probe = probed.then_some(Probe {
             step,
@@ -122,7 +136,7 @@ impl Motion {
 
 impl FmuMember {
     /// Opens the FMU of a side and finds all that the case file names in it.
-    pub(super) fn open(file: &CaseFile, fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<Self> {
+    pub(super) fn open((path, file): (&Path, &CaseFile), fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<Self> {
         let table = file.side(side);
         let unpacked = Unpacked::open(fmu)?;
         if unpacked.description.only_once && file.process == ProcessKind::Same {
@@ -136,25 +150,41 @@ impl FmuMember {
         let (starts, parameters) = starts(file, &finder, side)?;
         let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.readable(name)).collect::<Result<_>>()?;
         let work = table.interface_work.as_ref().map(|name| finder.work(name)).transpose()?;
-        check_roles(&finder, &[&*coupled.inputs, &*coupled.outputs, work.as_slice()].concat(), &starts)?;
+        check_roles(&finder, [&coupled.inputs, &[&*coupled.outputs, work.as_slice()].concat()], &starts, &parameters)?;
         let motion = Motion::of(file, &finder, side, &coupled)?;
         let description = &unpacked.description;
+        for note in description.notes.iter().chain(&coupled.notes) {
+            tell_once(&format!("note: {}: {note}\n", fmu.display()));
+        }
+        if description.needs_tool {
+            tell_once(&format!("note: {}: {NEEDS_TOOL}\n", fmu.display()));
+        }
+        if description.begin != 0.0 {
+            let (begin, file) = (description.begin, fmu.display());
+            tell_once(&format!(
+                "note: {file}: its time is {begin} when a run begins (startTime of <DefaultExperiment>)\n"
+            ));
+        }
         let offers = motion.offers(side, description, &table.observe, work.is_some());
-        let Coupled { outputs, inputs, ports, shape } = coupled;
+        let Coupled { outputs, inputs, limits, ports, shape, .. } = coupled;
         let plan = Plan {
             file: unpacked.file.clone(),
             library: unpacked.library.clone(),
-            needs: table.needs.clone(),
+            needs: table.needs.iter().map(|library| library_at(path, library)).collect(),
             resources: unpacked.folder.path().join("resources"),
             version_2: description.is_version_2(),
             token: description.token.clone(),
             log: table.log,
+            side: side_name(side).to_owned(),
+            needs_tool: description.needs_tool,
             lodger: false,
+            begin: description.begin,
             time_unit: description.time_unit,
             stop: None,
             starts,
             positions: if side == Side::Mechanics { outputs.len() - rows.len() } else { 0 },
             inputs,
+            limits,
             outputs,
             rates: motion.rates,
             derivatives: description.derivatives,
@@ -208,10 +238,10 @@ impl FmuMember {
         plan.lodger = matches!(process, Process::Same);
         // Probing at the end of a run goes beyond it.
         plan.stop = parameters.duration().map(|end| end + plan.probe.map_or(0.0, |probe| probe.step));
-        for Taken { parameter, variable, reference, kind, element } in &self.parameters {
+        for Taken { parameter, variable, reference, kind, element, limits, exact } in &self.parameters {
             let number =
                 parameters.setting(parameter).ok_or_else(|| format!("parameter {parameter} is not one of the case"))?;
-            let value = number_as(*kind, number).map_err(|valid| {
+            let value = limits.check(number).and_then(|()| number_as(*kind, number)).map_err(|valid| {
                 let file = self.unpacked.file.display();
                 format!(
                     "{file}: variable `{variable}` = {number} by parameter {parameter} is not valid; valid: {valid}"
@@ -223,6 +253,7 @@ impl FmuMember {
                     reference: *reference,
                     kind: *kind,
                     values: value,
+                    exact: *exact,
                 });
                 continue;
             };
@@ -246,6 +277,12 @@ pub(super) enum Process {
         worker: Vec<PathBuf>,
         answer_within: Duration,
     },
+}
+
+/// A library that a case file names: one that lies beside the file, else what the system finds by that name.
+fn library_at(file: &Path, library: &Path) -> PathBuf {
+    let there = beside(file, library);
+    if there.is_file() { std::path::absolute(&there).unwrap_or(there) } else { library.to_owned() }
 }
 
 /// Finds the coupling variables.
@@ -272,6 +309,17 @@ fn coupled(file: &CaseFile, finder: &Finder<'_>, side: Side, rows: &[[String; 3]
     let (outputs, inputs): (Vec<Scaled>, Vec<Scaled>) =
         (outputs.into_iter().flatten().collect(), inputs.into_iter().flatten().collect());
     let description = &finder.unpacked.description;
+    let named = |list: &[(usize, usize)]| -> Vec<&str> {
+        list.iter().filter_map(|&(row, which)| Some(file.interface[row].end(side, which)?.0)).collect()
+    };
+    let (names, input_names) = ([named(&given), named(&taken)].concat(), named(&taken));
+    let variables: Vec<_> = names.iter().map(|name| finder.find(name, "output")).collect::<Result<_>>()?;
+    let continuous = variables[..outputs.len()].iter().all(|found| !found.variable.discrete)
+        && variables.iter().all(|found| found.variable.kind == Type::Float64);
+    let limits = variables[outputs.len()..].iter().zip(&input_names).enumerate();
+    let limits = limits.map(|(at, (found, name))| (at, (*name).to_owned(), found.variable.limits.clone()));
+    let limits = limits.filter(|(.., limits)| !limits.is_none()).collect();
+    let notes = names.iter().flat_map(|name| finder.notes(name)).collect();
     let depends = || {
         let depends = |output: &Scaled, input: &Scaled| description.depends(output.reference, input.reference);
         let said = outputs.iter().all(|output| description.dependencies.contains_key(&output.reference));
@@ -283,7 +331,7 @@ fn coupled(file: &CaseFile, finder: &Finder<'_>, side: Side, rows: &[[String; 3]
         outputs: given.iter().map(port).collect(),
         direct_feedthrough: file.side(side).direct_feedthrough.unwrap_or_else(depends),
     };
-    Ok(Coupled { outputs, inputs, ports, shape })
+    Ok(Coupled { outputs, inputs, limits, continuous, notes, ports, shape })
 }
 
 /// Finds what is set before a run, by the file itself and by parameters of the case.
@@ -301,7 +349,8 @@ fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start
                 finder.wrong(format!("variable `{to}` is an array; valid: one of its elements, such as `{to}[1]`"))
             );
         }
-        let value = number_as(variable.kind, table.default).map_err(|valid| {
+        let checked = variable.limits.check(table.default).and_then(|()| number_as(variable.kind, table.default));
+        let value = checked.map_err(|valid| {
             finder.wrong(format!(
                 "variable `{to}` = {} by [parameters.{parameter}] is not valid; valid: {valid}",
                 table.default
@@ -333,29 +382,52 @@ fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start
         if element.is_some() {
             finder.put_start(&found, to, value, &mut starts)?;
         }
-        taken.push(Taken { parameter: parameter.clone(), variable: to.clone(), reference, kind, element });
+        let (limits, exact) = (variable.limits.clone(), variable.exact);
+        taken.push(Taken {
+            parameter: parameter.clone(),
+            variable: to.clone(),
+            reference,
+            kind,
+            element,
+            limits,
+            exact,
+        });
     }
     Ok((starts, taken))
 }
 
-/// Refuses a variable that stands for two things: coupling variables, the account of work, values that are set.
-fn check_roles(finder: &Finder<'_>, roles: &[Scaled], starts: &[Start]) -> Result<()> {
+/// Refuses a variable that stands for two things: coupling variables, the account of work, values that are set. The first value of an
+/// output may be set, where the FMU says so.
+fn check_roles(
+    finder: &Finder<'_>,
+    [inputs, outputs]: [&[Scaled]; 2],
+    starts: &[Start],
+    parameters: &[Taken],
+) -> Result<()> {
     let name = |reference: u32, kind: Type| {
         let variables = &finder.unpacked.description.variables;
         let found = variables.iter().find(|variable| variable.reference == reference && variable.kind == kind);
         found.map_or(String::new(), |variable| variable.name.clone())
     };
+    let roles = [inputs, outputs].concat();
     for (at, role) in roles.iter().enumerate() {
-        let same = |other: &Scaled| other.reference == role.reference && other.element == role.element;
+        let name = || name(role.reference, role.kind);
+        let same =
+            |other: &Scaled| (other.reference, other.kind, other.element) == (role.reference, role.kind, role.element);
         if roles[..at].iter().any(same) {
-            let name = name(role.reference, role.kind);
-            return Err(finder
-                .wrong(format!("variable `{name}` is named in two places of the case; valid: one for each quantity")));
-        }
-        if starts.iter().any(|start| start.reference == role.reference && start.kind == role.kind) {
-            let name = name(role.reference, role.kind);
             return Err(finder.wrong(format!(
-                "variable `{name}` is coupled and has a start value as well; valid: one of both, for the other side says what it starts with"
+                "variable `{}` is named in two places of the case; valid: one for each quantity",
+                name()
+            )));
+        }
+        let set = |reference: u32, kind: Type| at < inputs.len() && reference == role.reference && kind == role.kind;
+        let by_start = starts.iter().any(|start| set(start.reference, start.kind)).then(|| "a start value".to_owned());
+        let by_parameter = parameters.iter().find(|taken| set(taken.reference, taken.kind));
+        let by_parameter = by_parameter.map(|taken| format!("[parameters.{}]", taken.parameter));
+        if let Some(by) = by_start.or(by_parameter) {
+            return Err(finder.wrong(format!(
+                "variable `{}` is coupled and has {by} as well; valid: one of both, for the other side says what it starts with",
+                name()
             )));
         }
     }
@@ -363,7 +435,11 @@ fn check_roles(finder: &Finder<'_>, roles: &[Scaled], starts: &[Start]) -> Resul
 }
 
 /// The variables that are the rates of outputs, where each has one and there are directional derivatives.
-fn rates(description: &Description, outputs: &[Scaled]) -> Option<Vec<Scaled>> {
+fn rates(finder: &Finder<'_>, outputs: &[Scaled]) -> Result<Option<Vec<Scaled>>> {
+    let description = &finder.unpacked.description;
+    if !description.derivatives {
+        return Ok(None);
+    }
     let numbers = || description.variables.iter().filter(|variable| variable.kind == Type::Float64);
     let rate_of = |output: &Scaled| -> Option<Scaled> {
         let rate = numbers().find(|variable| variable.derivative == Some(output.reference))?;
@@ -375,7 +451,14 @@ fn rates(description: &Description, outputs: &[Scaled]) -> Option<Vec<Scaled>> {
         let units = if rate.exponents.is_some() { rate.factor / of.factor } else { 1.0 / description.time_unit };
         Some(Scaled { reference: rate.reference, factor: output.factor * units, offset: 0.0, ..*output })
     };
-    outputs.iter().map(rate_of).collect::<Option<_>>().filter(|_| description.derivatives)
+    let rates: Option<Vec<Scaled>> = outputs.iter().map(rate_of).collect();
+    for rate in rates.iter().flatten() {
+        let variable = numbers().find(|variable| variable.reference == rate.reference);
+        if let Some((name, fault)) = variable.and_then(|variable| Some((&variable.name, variable.fault.as_ref()?))) {
+            return Err(finder.wrong(format!("variable `{name}`: {fault}")));
+        }
+    }
+    Ok(rates)
 }
 
 /// What a side of an interface with so many rows puts out and takes, as pairs of row and variable: positions of all rows, then

@@ -7,6 +7,7 @@
 //! ```
 
 mod archive;
+mod attributes;
 mod case;
 mod case_file;
 mod description;
@@ -24,6 +25,6 @@ mod python;
 mod side;
 
 pub use case::{Programs, read_case};
-pub use library::standard_output;
+pub use library::{leave, standard_output};
 pub use probing::{ProbeQuality, SideNotes};
 pub use process::{WORKER, serve};

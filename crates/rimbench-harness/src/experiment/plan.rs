@@ -3,6 +3,7 @@
 use super::claims_of_plan::check_claims_against_plan;
 use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
+use super::scheme_row::SchemeRow;
 use super::{CaseEntry, Experiment};
 use crate::grid::MOST_RUNS;
 use crate::grid::parameter_grid;
@@ -12,10 +13,10 @@ use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::Only;
 use rimbench_cases::runs::{Reference, RunRequest, RunSpec, only_of};
-use rimbench_core::cosim::StopFlag;
+use rimbench_core::cosim::{CommunicationGrid, StopFlag};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
 impl Experiment {
@@ -53,6 +54,23 @@ impl Experiment {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
         })
+    }
+
+    /// Says of logs that are replayed where they are longer or shorter than runs.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan).
+    pub fn notes(&self, catalogue: &Catalogue, quick: bool) -> Result<BTreeSet<String>> {
+        let mut notes = BTreeSet::new();
+        if !self.schemes.iter().any(SchemeRow::has_logs) {
+            return Ok(notes);
+        }
+        for run in self.plan_at_first_draw(catalogue, quick)? {
+            let grid = CommunicationGrid::new(run.spec.macro_step, run.spec.phase, run.spec.duration)?;
+            let row = self.schemes.iter().find(|row| row.label == run.label);
+            notes.extend(row.map_or(Ok(Vec::new()), |row| row.replay(&grid, &mut RunRequest::default()))?);
+        }
+        Ok(notes)
     }
 
     /// Refuses a label under which something else is looked for: another scheme, or the reference.
@@ -108,10 +126,20 @@ impl Experiment {
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
         let predict_growth = self.claims.iter().any(|claim| only_of(&claim.metric) == Some(Only::Claimed));
-        let mut runs = Vec::new();
+        let (mut runs, mut named) = (Vec::new(), Vec::new());
         for entry in &self.cases {
-            let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
-            let case = &self.with_own_reference(case);
+            let case = entry.find(catalogue).map_err(|error| entry.place(&error))?;
+            let same =
+                |other: &&(Arc<Case>, &CaseEntry)| other.0.name == case.name && other.0.parameters != case.parameters;
+            if let Some((_, other)) = named.iter().find(same) {
+                let line = other.line;
+                let taken = format!(
+                    "that of line {line} is another case of that name; valid: a name of its own in the case file"
+                );
+                return Err(entry.place(&Error::Incompatible(taken)));
+            }
+            named.push((case.clone(), entry));
+            let case = &self.with_own_reference(&case);
             let settings = entry.settings(case, search, |parameters| self.any_run(entry, catalogue, case, parameters));
             for Setting { parameters, pooled_set, rejected_draws } in &settings.map_err(|error| entry.place(&error))? {
                 for row in &self.schemes {
@@ -123,9 +151,15 @@ impl Experiment {
                     {
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
-                            let request = self.request(entry, request, macro_step, phase);
+                            let mut request = self.request(entry, request, macro_step, phase);
+                            if row.has_logs() {
+                                let duration = request.duration_s.unwrap_or(case.defaults.duration_s);
+                                let grid = CommunicationGrid::new(macro_step, phase, duration);
+                                let replayed = grid.and_then(|grid| row.replay(&grid, &mut request));
+                                replayed.map_err(|error| row.place(&error, &case.name))?;
+                            }
                             let spec = request.resolve_for(catalogue, case, parameters);
-                            let mut spec = spec.map_err(|error| row.place(&error, &entry.name))?;
+                            let mut spec = spec.map_err(|error| row.place(&error, &case.name))?;
                             let audit = self.audit && spec.not_auditable().is_none();
                             if audit || predict_growth {
                                 spec = spec.with(|own| (own.audit, own.predict_growth) = (audit, predict_growth))?;

@@ -1,11 +1,11 @@
 //! One `[[schemes]]` of an experiment file: a label, macro steps of its own, and any option that a run has.
 
-use crate::deadline_log::replay_log;
+use crate::deadline_log::DeadlineLog;
 use crate::grid::{MacroSteps, scalar, scalar_text};
 use rimbench_cases::runs::RunRequest;
-use rimbench_core::cosim::Channel;
+use rimbench_core::cosim::{Channel, CommunicationGrid};
 use rimbench_core::error::{Error, Result, shortened};
-use rimbench_results::input::read_text;
+use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,8 +19,8 @@ const OWN_KEYS: [&str; 4] = ["label", "macro_steps_s", "step_tolerances", "deliv
 
 /// Logs of computing times that rows name by their path from the file.
 pub(super) struct Logs<'a> {
-    /// Folder of the experiment file.
-    pub(super) folder: &'a Path,
+    /// The experiment file.
+    pub(super) file: &'a Path,
     /// What the file holds of them, as the copy beside results does.
     pub(super) kept: &'a BTreeMap<String, String>,
     /// What was read besides.
@@ -38,7 +38,7 @@ impl Logs<'_> {
             return kept.ok_or_else(|| Error::unknown("log in [logs]", name, self.kept.keys().map(String::as_str)));
         }
         if !self.read.contains_key(name) {
-            self.read.insert(name.to_owned(), read_text(&self.folder.join(name))?);
+            self.read.insert(name.to_owned(), read_text(&beside(self.file, name.as_ref()))?);
         }
         Ok(&self.read[name])
     }
@@ -67,6 +67,8 @@ pub(super) struct SchemeRow {
     pub(super) macro_steps_s: Option<MacroSteps>,
     /// Tolerances of a step control, one after the other; none: as the request has it.
     pub(super) step_tolerances: Option<Vec<f64>>,
+    /// Logs that are replayed: the option that they make, what else that says, and the name of the file.
+    logs: Vec<(&'static str, Channel, String, DeadlineLog)>,
     /// Everything else.
     pub(super) request: RunRequest,
 }
@@ -88,6 +90,7 @@ impl SchemeRow {
             given: BTreeMap::new(),
             macro_steps_s: None,
             step_tolerances: None,
+            logs: Vec::new(),
             request: RunRequest::default(),
         };
         for (key, value) in keys {
@@ -143,10 +146,10 @@ impl SchemeRow {
             return Err(Error::invalid("delivery", value.type_str(), "a table, as in `delivery.up = { delay = 2 }`"));
         };
         for (key, value) in table {
-            let Some((_, option)) = keys.iter().find(|(known, _)| *known == key) else {
+            let Some(&(known, option)) = keys.iter().find(|(known, _)| *known == key) else {
                 return Err(Error::unknown("key of delivery", &key, keys.iter().map(|(known, _)| *known)));
             };
-            let option = if option.is_empty() { &key } else { *option };
+            let option: &'static str = if option.is_empty() { known } else { option };
             let (text, log) = match value {
                 toml::Value::Table(mut parts) => {
                     let log = (parts.remove("log"), parts.remove("deadline_s"));
@@ -176,12 +179,35 @@ impl SchemeRow {
                     return Err(Error::invalid("log and deadline_s", found.join(" and "), expected));
                 }
             };
-            let mut channel = if text.is_empty() { Channel::default() } else { text.parse()? };
-            replay_log(logs.text(&name)?, deadline, &mut channel).map_err(|why| Error::file(&name, why))?;
-            self.request.put(option, &channel.to_string())?;
+            if !option.starts_with("delivery") {
+                return Err(Error::invalid(&key, "a log", "delivery.up or delivery.down, with the log in it"));
+            }
+            let channel = if text.is_empty() { Channel::default() } else { text.parse()? };
+            let log = DeadlineLog::read(logs.text(&name)?, deadline).map_err(|why| Error::file(&name, why))?;
+            self.logs.push((option, channel, name.clone(), log));
             self.given.insert(option.to_owned(), [text, format!("log:{name},deadline_s:{deadline}")].join(","));
         }
         Ok(())
+    }
+
+    /// Puts the logs of a row into a request, as they are for a run on a grid; returns what is to be said of them.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming a log whose rows are not those of the macro steps.
+    pub(super) fn replay(&self, grid: &CommunicationGrid, request: &mut RunRequest) -> Result<Vec<String>> {
+        let mut notes = Vec::new();
+        for (option, channel, name, log) in &self.logs {
+            let mut channel = channel.clone();
+            let note = log.replay(grid, &mut channel).map_err(|why| Error::file(name, why))?;
+            notes.extend(note.map(|note| format!("{name} {note}")));
+            request.put(option, &channel.to_string())?;
+        }
+        Ok(notes)
+    }
+
+    /// Whether it replays logs.
+    pub(super) fn has_logs(&self) -> bool {
+        !self.logs.is_empty()
     }
 
     /// What the file asks of its runs, once per tolerance.
@@ -225,7 +251,8 @@ pub(super) fn with_labels(mut rows: Vec<SchemeRow>) -> Result<Vec<SchemeRow>> {
         row.label = made.unwrap_or_else(|| std::mem::take(&mut row.label));
     }
     for (index, row) in rows.iter().enumerate() {
-        let same = |other: &&SchemeRow| other.label == row.label && other.request != row.request;
+        let same =
+            |other: &&SchemeRow| other.label == row.label && (&other.request, &other.logs) != (&row.request, &row.logs);
         if let Some(earlier) = rows[..index].iter().find(same) {
             return Err(in_row(
                 row.line,

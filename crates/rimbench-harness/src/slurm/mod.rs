@@ -51,12 +51,31 @@ impl SlurmArray<'_> {
     /// Says what Slurm needs.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for timed runs that would not be alone.
+    /// [`Error::Incompatible`] for timed runs that would not be alone; [`Error::File`] for a path that a script or Slurm would read as
+    /// another.
     pub fn submission(&self) -> Result<Submission> {
         if self.exclusive && self.cpus != 1 {
             let message = "what is timed runs one after the other: --cpus must be 1".to_owned();
             return Err(Error::Incompatible(message));
         }
+        let files = self.more_files.iter().map(|(_, file)| &**file);
+        let not_text = [self.program, self.file, self.folder, self.place]
+            .into_iter()
+            .chain(files)
+            .find(|path| path.to_str().is_none());
+        if let Some(path) = not_text {
+            return Err(Error::file(
+                path,
+                "is no UTF-8 text, which a script for Slurm is; valid: a path of another name",
+            ));
+        }
+        let place = self.place.display().to_string();
+        if place.contains('\\') {
+            let message = "has a backslash, behind which Slurm numbers no output; valid: a path without one";
+            return Err(Error::file(self.place, message));
+        }
+        // Of the folder % stands for itself.
+        let output = Path::new(&place.replace('%', "%%")).join("%A-%a.out").display().to_string();
         let (script, text) = self.script();
         let mut submission = Submission { files: vec![(script.clone(), text)], commands: Vec::new() };
         for (index, part) in self.chunks.chunks(LONGEST_ARRAY).enumerate() {
@@ -70,7 +89,7 @@ impl SlurmArray<'_> {
             if self.exclusive {
                 command.extend(words(["--exclusive"]));
             }
-            command.push(format!("--output={}", self.place.join("%A-%a.out").display()));
+            command.push(format!("--output={output}"));
             command.extend(self.extra.iter().cloned());
             command.extend([&script, &chunks].map(|path| path.display().to_string()));
             submission.commands.push(command);

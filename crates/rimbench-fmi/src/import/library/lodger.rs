@@ -2,12 +2,15 @@
 //! the processor rounds and traps. Folder and locale are those of all threads, which may see them until the call is over.
 
 use super::system;
+use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fs::File;
 use std::io::{Result, Write};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::path::Path;
 use std::ptr;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, Once, PoisonError};
 
 /// All categories of a locale.
 const LC_ALL: c_int = if cfg!(target_vendor = "apple") { 0 } else { 6 };
@@ -17,6 +20,9 @@ unsafe extern "C" {
     fn dup(of: c_int) -> c_int;
     fn fflush(stream: *mut c_void) -> c_int;
     fn setlocale(category: c_int, locale: *const c_char) -> *const c_char;
+    fn atexit(call: extern "C" fn()) -> c_int;
+    #[cfg(target_os = "linux")]
+    fn at_quick_exit(call: extern "C" fn()) -> c_int;
 }
 
 /// What is printed to the standard output while FMUs are here goes to the standard error; how many are here, and ours, put aside.
@@ -28,6 +34,57 @@ pub(super) fn standard_output() -> Option<File> {
     output.1.as_ref().and_then(|ours| ours.try_clone().ok()).map(File::from)
 }
 
+thread_local! {
+    /// The FMU whose code is at work in this thread: its file, and which side it is. What has no destructor is there to the last.
+    static AT_WORK: Cell<Option<(*const Path, *const str)>> = const { Cell::new(None) };
+}
+
+/// Says which FMU is at work in this thread, until this is dropped.
+pub(super) struct AtWork(Option<(*const Path, *const str)>);
+
+/// How many are at work in all threads, and whether the program ends of its own accord.
+static WORKING: AtomicUsize = AtomicUsize::new(0);
+static LEAVING: AtomicBool = AtomicBool::new(false);
+
+/// Ends the program, whatever FMUs are at.
+pub(super) fn leave(code: u8) -> ! {
+    LEAVING.store(true, Ordering::Relaxed);
+    std::process::exit(code.into())
+}
+
+impl AtWork {
+    /// What it is given lives longer than it: a plan, which an instance has as long as it is called.
+    pub(super) fn on(file: &Path, side: &str) -> AtWork {
+        WORKING.fetch_add(1, Ordering::Relaxed);
+        AtWork(AT_WORK.replace(Some((file, side))))
+    }
+}
+
+impl Drop for AtWork {
+    fn drop(&mut self) {
+        AT_WORK.set(self.0);
+        WORKING.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// What an FMU comes to that calls `exit`: with its code the program would seem to have done what it was asked for.
+extern "C" fn at_exit() {
+    // SAFETY: while an FMU is at work in this thread, what its `AtWork` was given is there.
+    let at_work = AT_WORK.get().map(|(file, side)| unsafe { (&*file, &*side) });
+    let who = match at_work {
+        Some((file, side)) => format!("{}: the FMU of the {side}", file.display()),
+        // In a thread that it has begun.
+        None if WORKING.load(Ordering::Relaxed) > 0 && !LEAVING.load(Ordering::Relaxed) => "an FMU".to_owned(),
+        None => return,
+    };
+    let line = format!(
+        "error: {who} ended this program by itself (exit); what is stored is kept, and the same command goes on from there; valid: \
+         process = \"own\", with which that is the end of one run\n"
+    );
+    let _ = std::io::stderr().write_all(line.as_bytes());
+    super::leave_at_once()
+}
+
 /// How it was before an FMU came.
 pub(super) struct House {
     folder: Option<File>,
@@ -37,6 +94,13 @@ pub(super) struct House {
 
 impl House {
     pub(super) fn enter() -> Result<House> {
+        static GUARDED: Once = Once::new();
+        // SAFETY: what is called at the end takes nothing and is there to the end.
+        GUARDED.call_once(|| unsafe {
+            atexit(at_exit);
+            #[cfg(target_os = "linux")]
+            at_quick_exit(at_exit);
+        });
         let mut output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner);
         if output.0 == 0 {
             let _ = std::io::stdout().flush();

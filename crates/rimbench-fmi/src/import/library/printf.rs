@@ -2,7 +2,8 @@
 //!
 //! Rust cannot define a function of C with an open number of arguments. Where we know how they are handed over, a few instructions
 //! collect them as a C compiler would (`va_list` of the System V ABI for x86-64, section 3.5.7), and the C library writes the text.
-//! Elsewhere the text stays as it is, with its placeholders.
+//! Elsewhere the text stays as it is, with its placeholders. Functions with an open number of arguments (`c_variadic`, issue 44930 of
+//! rust-lang/rust) will replace this once they are stable.
 
 use super::note;
 use std::ffi::{c_char, c_int, c_void};

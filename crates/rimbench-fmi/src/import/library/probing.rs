@@ -254,7 +254,7 @@ mod tests {
     struct OfGuest;
 
     impl Version for OfGuest {
-        fn enter(&self, _: &Opened, _: Instance, _: Option<f64>) -> Result<(c_int, &'static str), String> {
+        fn enter(&self, _: &Opened, _: Instance, _: f64, _: Option<f64>) -> Result<(c_int, &'static str), String> {
             Ok((0, ""))
         }
         fn set_start(&self, _: &Opened, _: Instance, _: &Start) -> Result<c_int, String> {
@@ -298,6 +298,10 @@ mod tests {
     fn loaded(guest: &mut Guest) -> Loaded {
         let plain = |reference| Scaled { reference, kind: Type::Float64, element: None, factor: 1.0, offset: 0.0 };
         let plan = Plan {
+            side: String::new(),
+            needs_tool: false,
+            begin: 0.0,
+            limits: Vec::new(),
             file: "guest.fmu".into(),
             library: "".into(),
             needs: Vec::new(),

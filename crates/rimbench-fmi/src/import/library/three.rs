@@ -3,7 +3,6 @@
 use super::super::host::{Plan, Start, Type, Values};
 use super::note;
 use super::version::{Common, Instance, Made, Opened, Version};
-use crate::model_parts::PartType;
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
@@ -41,26 +40,20 @@ pub(super) struct Three {
     set: Set<f64>,
     step: Step,
     derivative: Option<Derivative>,
-    truths: Option<Get<u8>>,
-    integers: Option<Get<i32>>,
 }
 
 impl Three {
     /// Makes an instance that says what it has to say to `environment`, a `Said` that outlives it.
-    pub(super) fn make(opened: &Opened, plan: &Plan, environment: *mut c_void) -> Result<Made, String> {
+    pub(super) fn make(opened: &Opened, plan: &Plan, name: &str, environment: *mut c_void) -> Result<Made, String> {
         let common = Common::find(opened, plan, ["fmi3", "FMUState"])?;
-        let model = plan.model.as_ref();
-        let integers = model.is_some_and(|model| model.size.parts().any(|part| part.part_type == PartType::Whole));
         let version = Three {
             get: opened.find("fmi3GetFloat64")?,
             set: opened.find("fmi3SetFloat64")?,
             step: opened.find("fmi3DoStep")?,
             derivative: plan.derivatives.then(|| opened.find("fmi3GetDirectionalDerivative")).transpose()?,
-            truths: model.map(|_| opened.find("fmi3GetBoolean")).transpose()?,
-            integers: integers.then(|| opened.find("fmi3GetInt32")).transpose()?,
         };
         let resources = opened.text(&format!("{}/", plan.resources.display()))?;
-        let (name, token) = (opened.text("rimbench")?, opened.text(&plan.token)?);
+        let (name, token) = (opened.text(name)?, opened.text(&plan.token)?);
         let instantiate: Instantiate = opened.find("fmi3InstantiateCoSimulation")?;
         let [name, token, resources] = [&name, &token, &resources].map(|text| text.as_ptr());
         let (no_variables, nothing) = (ptr::null(), ptr::null());
@@ -86,11 +79,20 @@ impl Three {
 }
 
 impl Version for Three {
-    fn enter(&self, opened: &Opened, instance: Instance, end: Option<f64>) -> Result<(c_int, &'static str), String> {
+    fn enter(
+        &self,
+        opened: &Opened,
+        instance: Instance,
+        begin: f64,
+        end: Option<f64>,
+    ) -> Result<(c_int, &'static str), String> {
         type Enter = unsafe extern "C" fn(Instance, bool, f64, f64, bool, f64) -> c_int;
         let enter: Enter = opened.find("fmi3EnterInitializationMode")?;
         // SAFETY: the type is that of the standard for this name, and the instance is alive and has just been made.
-        Ok((unsafe { enter(instance, false, 0.0, 0.0, end.is_some(), end.unwrap_or(0.0)) }, "EnterInitializationMode"))
+        Ok((
+            unsafe { enter(instance, false, 0.0, begin, end.is_some(), end.unwrap_or(0.0)) },
+            "EnterInitializationMode",
+        ))
     }
 
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String> {
@@ -161,6 +163,7 @@ impl Version for Three {
             Type::UInt32 => read!(u32, "UInt32", f64::from),
             Type::Int64 => read!(i64, "Int64"),
             Type::UInt64 => read!(u64, "UInt64"),
+            // What a library writes need be none of the two that a `bool` may have.
             Type::Boolean => read!(u8, "Boolean", |truth| f64::from(u8::from(truth != 0))),
             Type::Float64 | Type::Text | Type::Other => return Err(opened.wrong("asked for a number that is none")),
         })
@@ -174,6 +177,13 @@ impl Version for Three {
     fn get(&self, instance: Instance, references: &[u32], values: &mut [f64]) -> c_int {
         // SAFETY: the instance is alive, and each pointer goes with its count.
         unsafe { (self.get)(instance, references.as_ptr(), references.len(), values.as_mut_ptr(), values.len()) }
+    }
+
+    fn set_short(&self, opened: &Opened, instance: Instance, reference: u32, values: &[f64]) -> Result<c_int, String> {
+        let set: Set<f32> = opened.find("fmi3SetFloat32")?;
+        let values: Vec<f32> = values.iter().map(|value| *value as f32).collect();
+        // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all of its values.
+        Ok(unsafe { set(instance, &reference, 1, values.as_ptr(), values.len()) })
     }
 
     fn step(&self, instance: Instance, [t, h]: [f64; 2], no_way_back: bool) -> Result<c_int, String> {
@@ -200,15 +210,5 @@ impl Version for Three {
         let (call, rows) = (self.derivative?, unknowns.len());
         // SAFETY: the instance is alive; `rows` unknowns, one input with one seed, and each pointer goes with its count.
         Some(unsafe { call(instance, unknowns.as_ptr(), rows, &input, 1, &1.0, 1, column.as_mut_ptr(), column.len()) })
-    }
-
-    fn truths(&self, instance: Instance, reference: u32, values: &mut [u8]) -> Option<c_int> {
-        // SAFETY: the instance is alive; one reference, and room for so many bytes, which any bits may fill.
-        self.truths.map(|get| unsafe { get(instance, &reference, 1, values.as_mut_ptr(), values.len()) })
-    }
-
-    fn integers(&self, instance: Instance, reference: u32, values: &mut [i32]) -> Option<c_int> {
-        // SAFETY: the instance is alive; one reference, and room for so many numbers.
-        self.integers.map(|get| unsafe { get(instance, &reference, 1, values.as_mut_ptr(), values.len()) })
     }
 }

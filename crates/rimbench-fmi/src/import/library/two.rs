@@ -46,7 +46,7 @@ pub(super) struct Two {
 
 impl Two {
     /// Makes an instance that says what it has to say to `environment`, a `Said` that outlives it.
-    pub(super) fn make(opened: &Opened, plan: &Plan, environment: *mut c_void) -> Result<Made, String> {
+    pub(super) fn make(opened: &Opened, plan: &Plan, name: &str, environment: *mut c_void) -> Result<Made, String> {
         let callbacks = Box::new(Callbacks { log, allocate: calloc, free, finished: ptr::null(), environment });
         let given: *const Callbacks = &raw const *callbacks;
         let common = Common::find(opened, plan, ["fmi2", "FMUstate"])?;
@@ -59,7 +59,7 @@ impl Two {
             _callbacks: callbacks,
         };
         let (name, token, resources) =
-            (opened.text("rimbench")?, opened.text(&plan.token)?, opened.text(&uri(&plan.resources))?);
+            (opened.text(name)?, opened.text(&plan.token)?, opened.text(&uri(&plan.resources))?);
         let instantiate: Instantiate = opened.find("fmi2Instantiate")?;
         // SAFETY: types of the standard; the callbacks live as long as the instance. 1: fmi2CoSimulation.
         let instance =
@@ -69,13 +69,19 @@ impl Two {
 }
 
 impl Version for Two {
-    fn enter(&self, opened: &Opened, instance: Instance, end: Option<f64>) -> Result<(c_int, &'static str), String> {
+    fn enter(
+        &self,
+        opened: &Opened,
+        instance: Instance,
+        begin: f64,
+        end: Option<f64>,
+    ) -> Result<(c_int, &'static str), String> {
         type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
         type Enter = unsafe extern "C" fn(Instance) -> c_int;
         let (setup, enter): (Setup, Enter) =
             (opened.find("fmi2SetupExperiment")?, opened.find("fmi2EnterInitializationMode")?);
         // SAFETY: the types are those of the standard for these names, and the instance is alive and has just been made.
-        let status = unsafe { setup(instance, 0, 0.0, 0.0, end.is_some().into(), end.unwrap_or(0.0)) };
+        let status = unsafe { setup(instance, 0, 0.0, begin, end.is_some().into(), end.unwrap_or(0.0)) };
         if !(0..=1).contains(&status) {
             return Ok((status, "fmi2SetupExperiment"));
         }

@@ -10,9 +10,15 @@ pub(super) type Keep = *mut c_void;
 
 /// One version of the standard; each call is of an instance that is alive, and returns its status.
 pub(super) trait Version {
-    /// Begins to initialise an instance that has its start values, for a run from 0 to `end`, if that is known; with the status of which
-    /// function.
-    fn enter(&self, opened: &Opened, instance: Instance, end: Option<f64>) -> Result<(c_int, &'static str), String>;
+    /// Begins to initialise an instance that has its start values, for a run from `begin` to `end`, if that is known; with the status of
+    /// which function.
+    fn enter(
+        &self,
+        opened: &Opened,
+        instance: Instance,
+        begin: f64,
+        end: Option<f64>,
+    ) -> Result<(c_int, &'static str), String>;
 
     /// Sets a start value.
     fn set_start(&self, opened: &Opened, instance: Instance, start: &Start) -> Result<c_int, String>;
@@ -33,6 +39,11 @@ pub(super) trait Version {
         values: &mut [f64],
     ) -> Result<c_int, String>;
 
+    /// Sets all values of a variable of type Float32, which FMI 3.0 alone has.
+    fn set_short(&self, opened: &Opened, _: Instance, _: u32, _: &[f64]) -> Result<c_int, String> {
+        Err(opened.wrong("it has no numbers of type Float32"))
+    }
+
     /// Takes a step from a time on, of a length; whether no state from before will be set any more.
     ///
     /// # Errors
@@ -41,16 +52,6 @@ pub(super) trait Version {
 
     /// What each unknown changes by with an input, if there are directional derivatives.
     fn derivative(&self, instance: Instance, unknowns: &[u32], input: u32, column: &mut [f64]) -> Option<c_int>;
-
-    /// An array of truths as bytes: what a library writes need be none of the two that a `bool` may have.
-    fn truths(&self, _instance: Instance, _reference: u32, _values: &mut [u8]) -> Option<c_int> {
-        None
-    }
-
-    /// An array of whole numbers.
-    fn integers(&self, _instance: Instance, _reference: u32, _values: &mut [i32]) -> Option<c_int> {
-        None
-    }
 }
 
 /// An instance with what its library does with it.
