@@ -8,10 +8,10 @@ use super::side::ImportedSide;
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameters, PossibleSteps, Scale, WHAT_REMAINS,
-    doubts_of, first_outputs,
+    Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameters, PossibleSteps, Remedy, Scale, Tried,
+    WHAT_REMAINS, doubts_of, first_outputs,
 };
-use rimbench_core::cosim::{PerSide, Ports, Side, check_coupling};
+use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
@@ -159,11 +159,15 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let tried = if Side::BOTH.into_iter().all(is_allowed) { defaults.micro_step_s } else { macro_step_s };
     let usual = Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s);
     let doubts = try_out(&members, &usual, &started, [macro_step_s, tried])?;
-    if let Some(words) = doubts.reversed {
-        return Err(Error::file(
-            members.mechanics.file(),
-            format!("{words}; valid: force = {{ variable = \"…\", factor = -1 }}"),
-        ));
+    if let Some((side, failure)) = doubts.failed {
+        let (path, said) = (members[side].file(), failure.to_string());
+        let said = said.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&said);
+        return Err(Error::file(path, format!("fails in its first steps: {said}")));
+    }
+    for side in Side::BOTH {
+        if let Some(fault) = &doubts.faults[side] {
+            return Err(Error::file(members[side].file(), in_words(fault, &file, side, &members[side])));
+        }
     }
     for note in doubts.notes {
         tell_once(&format!("note: {}: {note}\n", path.display()));
@@ -192,6 +196,24 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         waits: true,
         ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
     })
+}
+
+/// A fault of a side, with what sets it right, where that is known.
+fn in_words(Fault { words, remedy }: &Fault, file: &CaseFile, side: Side, member: &Member) -> String {
+    let Some(Remedy { row, quantity, factor }) = remedy else { return words.clone() };
+    let which = match quantity {
+        Quantity::Position => 0,
+        Quantity::Velocity => 1,
+        Quantity::Force | Quantity::Pressure => 2,
+    };
+    let name = ["position", "velocity", "force"][which];
+    match (member, file.interface[*row].end(side, which)) {
+        (Member::Fmu(_), Some((variable, own))) => match own.unwrap_or(1.0) * factor {
+            1.0 => format!("{words}; valid: {name} = {variable:?}"),
+            factor => format!("{words}; valid: {name} = {{ variable = {variable:?}, factor = {factor} }}"),
+        },
+        _ => format!("{words}; valid: the {name} times {factor} in what the class takes or puts out"),
+    }
 }
 
 /// Opens what the file names as its two sides.
@@ -307,7 +329,9 @@ fn try_out(
         Ok((CoupledSystem::new(sides.mechanics, sides.actuator), given.err()))
     };
     let (mut system, refused) = boxed()?;
-    let mut doubts = doubts_of(system.sides.lend(), h);
+    let any_step = members.as_ref().map(|member| !member.steps().equal && member.steps().multiple_of.is_none());
+    let probed = members.as_ref().map(|member| matches!(member, Member::Fmu(fmu) if fmu.offers.probed));
+    let mut doubts = doubts_of(system.sides.lend(), Tried { h, any_step, probed });
     if let Some(words) = refused {
         doubts.model = Some(format!("{words}; {WHAT_REMAINS}"));
     }
