@@ -315,6 +315,11 @@ fn a_reference_that_is_beyond_every_machine_is_none_and_has_no_limit() {
         assert_eq!(limit.status.code(), Some(2));
         assert_has(&String::from_utf8_lossy(&limit.stderr), &["has no reference"]);
     }
+    // What runs away by itself has a reference, and no limit either.
+    let Some(folder) = case(&MASS, &Guest { faults: &["F_TIMES=-1"], ..SPRING }, &[("0.2", "1.0")]) else { return };
+    let limit = inside(folder.path()).args(["limit", "--case", "case.toml", "--scheme", "zero-order-hold"]).output().unwrap();
+    assert_eq!(limit.status.code(), Some(2));
+    assert_has(&String::from_utf8_lossy(&limit.stderr), &["has no stability limit", "runs away by itself"]);
     // In runs of an experiment it is data.
     let grid = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"pair\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
     let Some(folder) = case(&Guest { faults: &["HUGE_BELOW=5e-4"], ..MASS }, &SPRING, &[]) else { return };
@@ -786,7 +791,7 @@ fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
     for (name, words) in [
         ("Reversed", "the velocity is reversed"),
         ("Millimetres", "the position is wrong"),
-        ("Heavy", "H of the model is 0.1000 times"),
+        ("Heavy", "H of the model is 0.100 times"),
         ("Pushed", "a of the model"),
         ("Texts", "instead of a number"),
     ] {

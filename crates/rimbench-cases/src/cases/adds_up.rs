@@ -218,41 +218,52 @@ pub(super) fn answer_over_rate(push: &Push, rates: &OutputRates, output: usize) 
     (said.is_finite() && measured != 0.0 && measured.abs().max(said.abs()) > noise).then_some(Ratio { measured, said })
 }
 
-/// Says what a ratio looks like: a sign, a unit, or just a number.
-pub(super) fn in_words(ratio: f64) -> String {
-    const KNOWN: [(f64, &str); 14] = [
-        (1e3, "as of mm for m, or g for kg"),
-        (1e-3, "as of km for m, or kN for N"),
-        (1e6, "as of µm for m"),
-        (1e-6, "as of MN for N"),
-        (100.0, "as of cm for m"),
-        (0.01, "as of m for cm"),
-        (57.295_779_5, "as of ° for rad"),
-        (0.017_453_292_5, "as of rad for °"),
-        (9.549_296_6, "as of 1/min for rad/s"),
-        (39.370_078_7, "as of in for m"),
-        (3.280_839_9, "as of ft for m"),
-        (3.6, "as of km/h for m/s"),
-        (9.806_65, "as of N for kgf"),
-        (4.448_221_6, "as of N for lbf"),
+/// Says what a ratio looks like, of a force or of a motion: a sign, a unit, or just a number.
+pub(super) fn in_words(ratio: f64, quantity: Quantity) -> String {
+    const MOTIONS: [(f64, &str); 9] = [
+        (1e3, "mm for m"),
+        (1e-3, "km for m"),
+        (1e6, "µm for m"),
+        (100.0, "cm for m"),
+        (57.295_779_5, "° for rad"),
+        (9.549_296_6, "1/min for rad/s"),
+        (39.370_078_7, "in for m"),
+        (3.280_839_9, "ft for m"),
+        (3.6, "km/h for m/s"),
     ];
+    const FORCES: [(f64, &str); 5] =
+        [(1e3, "mN for N"), (1e-3, "kN for N"), (1e-6, "MN for N"), (0.101_971_6, "kgf for N"), (0.224_808_9, "lbf for N")];
     let size = ratio.abs();
-    if size == 0.0 || !size.is_finite() {
-        return if size == 0.0 { "0, where there is something".to_owned() } else { "something, where there is nothing".to_owned() };
+    if size == 0.0 {
+        return "0, where it is something".to_owned();
+    }
+    if !size.is_finite() {
+        return "something, where it is 0".to_owned();
     }
     let near = |value: f64| (size / value - 1.0).abs() < 0.02;
-    let known = KNOWN.iter().find(|(value, _)| near(*value));
-    let inverse = KNOWN.iter().find(|(value, _)| near(1.0 / value)).filter(|_| known.is_none());
-    let unit = match (known, inverse) {
-        (Some((_, words)), _) => format!(", {words}"),
-        (_, Some((_, words))) => format!(", the other way round {words}"),
+    let known = if quantity == Quantity::Force { &FORCES[..] } else { &MOTIONS };
+    let inverse = known.iter().find(|(value, _)| near(1.0 / value));
+    let unit = match (known.iter().find(|(value, _)| near(*value)), inverse) {
+        (Some((_, unit)), _) => format!(", as of {unit}"),
+        (_, Some((_, unit))) => format!(", the reverse of {unit}"),
         _ => String::new(),
     };
+    let size_in_words = digits(size);
     match ratio < 0.0 {
-        true if near(1.0) => "its sign is reversed".to_owned(),
-        true => format!("its sign is reversed, and it is {size:.4} times as large{unit}"),
-        false => format!("{size:.4} times as large{unit}"),
+        true if near(1.0) => "reversed in sign".to_owned(),
+        true => format!("reversed in sign, and {size_in_words} times as large{unit}"),
+        false => format!("{size_in_words} times as large{unit}"),
     }
+}
+
+/// A number with three digits.
+pub(super) fn digits(number: f64) -> String {
+    let size = number.abs();
+    if !(1e-4..1e6).contains(&size) {
+        return format!("{number:.2e}");
+    }
+    let behind = (2.0 - libm::log10(size).floor()).max(0.0) as usize;
+    format!("{number:.behind$}")
 }
 
 #[cfg(test)]
@@ -295,14 +306,16 @@ mod tests {
 
     #[test]
     fn a_ratio_is_called_what_it_looks_like() {
-        for (ratio, words) in [
-            (-1.0, "its sign is reversed"),
-            (1000.0, "1000.0000 times as large, as of mm for m, or g for kg"),
-            (0.001, "0.0010 times as large, as of km for m, or kN for N"),
-            (-57.3, "its sign is reversed, and it is 57.3000 times as large, as of ° for rad"),
-            (7.0, "7.0000 times as large"),
+        for (ratio, quantity, words) in [
+            (-1.0016, Quantity::Velocity, "reversed in sign"),
+            (1001.4, Quantity::Position, "1001 times as large, as of mm for m"),
+            (0.001, Quantity::Force, "0.00100 times as large, as of kN for N"),
+            (-57.3, Quantity::Position, "reversed in sign, and 57.3 times as large, as of ° for rad"),
+            (0.01, Quantity::Velocity, "0.0100 times as large, the reverse of cm for m"),
+            (7.0, Quantity::Force, "7.00 times as large"),
+            (0.0, Quantity::Force, "0, where it is something"),
         ] {
-            assert_eq!(in_words(ratio), words);
+            assert_eq!(in_words(ratio, quantity), words);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What sides from outside are tried with when a case of them is opened, before any verdict: few steps, once.
 
 use super::adds_up::{
-    AT_REST, Move, Push, Ratio, answer, answer_over_model, answer_over_rate, in_words, is_motion, position_over_velocity,
+    AT_REST, Move, Push, Ratio, answer, answer_over_model, answer_over_rate, digits, in_words, is_motion, position_over_velocity,
     step_over_model, step_over_rate,
 };
 use rimbench_core::cosim::{OutputRates, PerSide, Port, Ports, Quantity, Side, Sides, Subsystem};
@@ -188,7 +188,9 @@ impl OfMechanics {
         let answers = pushed.or(self.in_time.filter(|_| row == 0)).filter(|answer| *answer != 0.0);
         let of_model = self.places.first().and_then(|place| place.ratio(Relation::Answer { input: row }, row));
         let reversed_alone = ratio < 0.0 && (0.5..=2.0).contains(&-ratio);
-        let right = of_model.filter(|of_model| !of_model.is_out()).is_some();
+        // The derivative of a velocity has its unit, and takes its side.
+        let smooth = self.first_model.as_ref().is_some_and(|model| model.smooth);
+        let right = !smooth && of_model.is_some_and(|of_model| !of_model.is_out());
         let by_as_much = of_model.is_some_and(|of_model| (0.5..=2.0).contains(&(of_model.value() * ratio)));
         let who = match answers {
             _ if ratio.is_infinite() => Some(Quantity::Velocity),
@@ -198,18 +200,18 @@ impl OfMechanics {
             _ if by_as_much => Some(Quantity::Velocity),
             _ => None,
         };
-        let seen = format!("{position} changes by {ratio:.4} times what {velocity} says in a step");
+        let seen = format!("{position} changes by {} times what {velocity} says in a step", digits(ratio));
         let words = match who {
             Some(Quantity::Velocity) if ratio.is_infinite() => format!("the velocity is none: {position} changes, and {velocity} is 0"),
             Some(Quantity::Position) if ratio == 0.0 => format!("the position is none: {position} stands, and {velocity} is not 0"),
             Some(Quantity::Velocity) if reversed_alone => format!("the velocity is reversed: {seen}"),
             Some(Quantity::Position) if reversed_alone => format!("the position is reversed: {seen}"),
-            Some(Quantity::Velocity) => format!("the velocity is wrong: {seen}; {}", in_words(1.0 / ratio)),
-            Some(_) => format!("the position is wrong: {seen}; {}", in_words(ratio)),
+            Some(Quantity::Velocity) => format!("the velocity is wrong: {seen}; {}", in_words(1.0 / ratio, Quantity::Velocity)),
+            Some(_) => format!("the position is wrong: {seen}; {}", in_words(ratio, Quantity::Position)),
             None => format!(
-                "position and velocity do not add up: {seen}; of the position {}, of the velocity {}, or its clock is another",
-                in_words(ratio),
-                in_words(1.0 / ratio)
+                "position and velocity do not add up: {seen}: the position is {}, the velocity {}, or its clock is another",
+                in_words(ratio, Quantity::Position),
+                in_words(1.0 / ratio, Quantity::Velocity)
             ),
         };
         let remedy = |quantity| {
@@ -247,25 +249,26 @@ impl OfMechanics {
         let smooth = self.first_model.as_ref().is_some_and(|model| model.smooth);
         let velocity = &ports.outputs[rows + row].name;
         let Ratio { measured, said } = ratio;
-        let words = in_words(1.0 / ratio.value());
+        let of_model = in_words(1.0 / ratio.value(), Quantity::Velocity);
         let words = match relation {
             Relation::Answer { input } if smooth => format!(
                 "its directional derivatives do not add up: 1 N more of {} changes {velocity} by {measured:.3e} m/s in a step, and they say \
-                 {said:.3e} m/s; the derivative is {words}",
+                 {said:.3e} m/s; the derivative is {of_model}",
                 ports.inputs[input].name
             ),
             Relation::Answer { input } => format!(
                 "the force or its interface model does not add up: 1 N more of {} changes {velocity} by {measured:.3e} m/s in a step, and H \
-                 says {said:.3e} m/s; H of the model is {words}, or the force is",
-                ports.inputs[input].name
+                 says {said:.3e} m/s; H of the model is {of_model}, or the force {}",
+                ports.inputs[input].name,
+                in_words(1.0 / ratio.value(), Quantity::Force)
             ),
             Relation::Acceleration if smooth => format!(
                 "its derivatives do not add up: {velocity} changes by {measured:.3e} m/s in a step, and the derivative of it says {said:.3e} \
-                 m/s; {words}"
+                 m/s; {of_model}"
             ),
             Relation::Acceleration => format!(
                 "its interface model does not add up: {velocity} changes by {measured:.3e} m/s in a step, and a + H λ says {said:.3e} m/s; \
-                 a of the model is {words}"
+                 a of the model is {of_model}"
             ),
         };
         Some(Fault { words, remedy: None })
@@ -772,7 +775,7 @@ fn answer_of(
                          derivative is {}",
                         second.measured,
                         second.said,
-                        in_words(1.0 / second.value())
+                        in_words(1.0 / second.value(), Quantity::Force)
                     ),
                     remedy: None,
                 });

@@ -2,7 +2,9 @@
 
 use super::spec::RunSpec;
 use super::spec::use_integrators;
-use crate::cases::{Case, CoupledSystem, ExactSolution, InterfaceColumns, Recorder, ReferenceMethod, Scale};
+use crate::cases::{
+    Case, CoupledSystem, ExactSolution, InterfaceColumns, Recorder, ReferenceMethod, Scale, without_unit,
+};
 use crate::metrics::{
     ContactEvent, ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state,
     touch_downs,
@@ -124,11 +126,16 @@ impl Reference {
             // A lone solution says nothing of its uncertainty.
             let unknown = uncertainty.is_nan() || self.peak_of(case, &name, peak) != Peak::NotKnown;
             if !unknown && peak > case.scale_of(&name).unwrap_or(quantity.negligible()) {
+                let unit = without_unit(&name).1;
+                let uncertain = match uncertainty / peak {
+                    share if share.is_finite() => {
+                        format!("is uncertain by {uncertainty:.1e} {unit}, {share:.1e} of its peak, and may be by a tenth of it")
+                    }
+                    _ => format!("is uncertain by more than any number: its peak is {peak:.1e} {unit}"),
+                };
                 return Err(Error::Incompatible(format!(
-                    "case {} has no reference with these parameters: its {name} is uncertain by {uncertainty:.1e}, {:.1e} of its peak, and may be \
-                     by a tenth of it",
-                    case.name,
-                    uncertainty / peak
+                    "case {} has no reference with these parameters: its {name} {uncertain}",
+                    case.name
                 )));
             }
         }
@@ -362,6 +369,23 @@ impl Reference {
         let position = columns.map(|column| self.largest[column]).fold(0.0, f64::max);
         let duration = self.trajectory.end_time().unwrap_or(f64::INFINITY);
         Scale { position_m: 0.0, velocity_m_s: position / duration, force_n: 0.0 }
+    }
+
+    /// Tells whether it runs away itself: force and velocity of a row grow from quarter to quarter of the run by twice or more, and by no
+    /// less in the last ones than before, as an exponential does and no power of time.
+    pub fn runs_away(&self, case: &Case) -> bool {
+        let grows = |name: &str| {
+            let Some(column) = self.trajectory.index_of(name) else { return false };
+            let rows = self.trajectory.len();
+            let peak = |quarter: usize| {
+                let part = quarter * rows / 4..(quarter + 1) * rows / 4;
+                part.map(|row| self.trajectory.row(row)[column].abs()).fold(0.0, f64::max)
+            };
+            let peaks = [0, 1, 2, 3].map(peak);
+            let growth = [0, 1, 2].map(|quarter| peaks[quarter + 1] / peaks[quarter]);
+            growth.iter().all(|growth| *growth >= 2.0 && growth.is_finite()) && growth[2] >= 0.8 * growth[1]
+        };
+        case.interface_columns.iter().any(|row| grows(&row.force) && grows(&row.velocity))
     }
 
     /// Says what is known of a peak of an interface column: the largest magnitude of all of it, or of a part.

@@ -208,10 +208,13 @@ fn in_words(Fault { words, remedy }: &Fault, file: &CaseFile, side: Side, member
     };
     let name = ["position", "velocity", "force"][which];
     match (member, file.interface[*row].end(side, which)) {
-        (Member::Fmu(_), Some((variable, own))) => match own.unwrap_or(1.0) * factor {
-            1.0 => format!("{words}; valid: {name} = {variable:?}"),
-            factor => format!("{words}; valid: {name} = {{ variable = {variable:?}, factor = {factor} }}"),
-        },
+        (Member::Fmu(_), Some((variable, own))) => {
+            let now = own.map_or_else(String::new, |own| format!(" (it has factor = {own})"));
+            match own.unwrap_or(1.0) * factor {
+                1.0 => format!("{words}{now}; valid: {name} = {variable:?}"),
+                factor => format!("{words}{now}; valid: {name} = {{ variable = {variable:?}, factor = {factor} }}"),
+            }
+        }
         _ => format!("{words}; valid: the {name} times {factor} in what the class takes or puts out"),
     }
 }
