@@ -31,7 +31,8 @@ struct Liar {
     waited: f64,
 }
 
-const HONEST: Lie = Lie { outputs: None, inputs: None, model: None, rates: None, late: false, own_steps: 1, copies: true };
+const HONEST: Lie =
+    Lie { outputs: None, inputs: None, model: None, rates: None, late: false, own_steps: 1, copies: true };
 
 impl Liar {
     fn of(side: Box<dyn Subsystem>, lie: Lie) -> Box<dyn Subsystem> {
@@ -115,7 +116,8 @@ fn doubts(case: &Case, set: &[(&str, &str)], h: f64, lies: PerSide<Lie>) -> Doub
     set.iter().for_each(|(name, value)| parameters.set(name, value).unwrap());
     let system = (case.build)(&parameters, solver()).unwrap();
     let PerSide { mechanics, actuator } = system.sides;
-    let mut sides = PerSide { mechanics: Liar::of(mechanics, lies.mechanics), actuator: Liar::of(actuator, lies.actuator) };
+    let mut sides =
+        PerSide { mechanics: Liar::of(mechanics, lies.mechanics), actuator: Liar::of(actuator, lies.actuator) };
     let tried = Tried { h, any_step: PerSide::from_fn(|_| true), probed: PerSide::from_fn(|_| false) };
     doubts_of(sides.lend(), tried)
 }
@@ -199,8 +201,12 @@ fn a_sign_a_unit_and_a_size_of_the_derivatives_of_a_force_are_found() {
     for size in [-1.0, 1000.0, 1e-3, 0.0, 4.0] {
         for rates in [[size, size, size], [size, 1.0, 1.0], [1.0, size, 1.0]] {
             let lie = Lie { rates: Some(rates), ..HONEST };
-            let found =
-                doubts(case, &[("v2_0_m_s", "0.3"), ("v1_0_m_s", "0.2")], case.defaults.micro_step_s, PerSide { mechanics: HONEST, actuator: lie });
+            let found = doubts(
+                case,
+                &[("v2_0_m_s", "0.3"), ("v1_0_m_s", "0.2")],
+                case.defaults.micro_step_s,
+                PerSide { mechanics: HONEST, actuator: lie },
+            );
             let fault = found.faults.actuator.clone().unwrap_or_else(|| panic!("{rates:?}: {found:?}"));
             assert!(fault.words.contains("derivative"), "{rates:?}: {}", fault.words);
         }

@@ -196,7 +196,9 @@ fn a_smooth_model_comes_from_derivatives_else_from_probing_else_not_at_all() {
 fn derivatives_that_are_not_those_of_the_motion_are_called_so() {
     let Some(folder) = compiled() else { return };
     for state in [true, false] {
-        for (fault, words) in [("6.0", "is 0, where"), ("7.0", "10.0 times"), ("8.0", "as of mm for m"), ("9.0", "reversed")] {
+        for (fault, words) in
+            [("6.0", "is 0, where"), ("7.0", "10.0 times"), ("8.0", "as of mm for m"), ("9.0", "reversed")]
+        {
             // What answers less in steps one after the other, which cannot be taken again, may be stiff.
             if !state && fault == "7.0" {
                 continue;

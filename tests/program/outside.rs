@@ -310,21 +310,24 @@ fn a_reference_that_is_beyond_every_machine_is_none_and_has_no_limit() {
     for version in [2, 3] {
         let Some(folder) = case(&Guest { version, faults: &["HUGE_BELOW=5e-4"], ..MASS }, &SPRING, &[]) else { return };
         assert_has(&refused(folder.path()), &["has no reference", "interface_force_n is uncertain by"]);
-        let limit = inside(folder.path()).args(["limit", "--case", "case.toml", "--scheme", "zero-order-hold"]).output();
+        let limit =
+            inside(folder.path()).args(["limit", "--case", "case.toml", "--scheme", "zero-order-hold"]).output();
         let limit = limit.unwrap();
         assert_eq!(limit.status.code(), Some(2));
         assert_has(&String::from_utf8_lossy(&limit.stderr), &["has no reference"]);
     }
     // What runs away by itself has a reference, and no limit either.
     let Some(folder) = case(&MASS, &Guest { faults: &["F_TIMES=-1"], ..SPRING }, &[("0.2", "1.0")]) else { return };
-    let limit = inside(folder.path()).args(["limit", "--case", "case.toml", "--scheme", "zero-order-hold"]).output().unwrap();
+    let limit =
+        inside(folder.path()).args(["limit", "--case", "case.toml", "--scheme", "zero-order-hold"]).output().unwrap();
     assert_eq!(limit.status.code(), Some(2));
     assert_has(&String::from_utf8_lossy(&limit.stderr), &["has no stability limit", "runs away by itself"]);
     // In runs of an experiment it is data.
     let grid = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"pair\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
     let Some(folder) = case(&Guest { faults: &["HUGE_BELOW=5e-4"], ..MASS }, &SPRING, &[]) else { return };
     fs::write(folder.path().join("grid.toml"), grid).unwrap();
-    let output = inside(folder.path()).args(["--case-file", "case.toml", "run", "grid.toml", "--out", "out"]).output().unwrap();
+    let output =
+        inside(folder.path()).args(["--case-file", "case.toml", "run", "grid.toml", "--out", "out"]).output().unwrap();
     assert!(output.status.code().is_some_and(|code| code < 2), "{}", String::from_utf8_lossy(&output.stderr));
     let rows = fs::read_to_string(folder.path().join("out/runs.csv")).unwrap();
     assert!(rows.contains(",skipped,") && rows.contains("has no reference"), "{rows}");
@@ -709,13 +712,17 @@ fn a_fault_outside_of_sign_unit_size_time_or_count_is_named_at_every_door() {
             for fault in ["X_TIMES", "V_TIMES"] {
                 for size in sizes {
                     let fault = format!("{fault}={size}");
-                    let Some(folder) = case(&Guest { version, state, faults: &[&fault], ..MASS }, &SPRING, &[]) else { return };
+                    let Some(folder) = case(&Guest { version, state, faults: &[&fault], ..MASS }, &SPRING, &[]) else {
+                        return;
+                    };
                     judge(format!("FMI {version}, {fault}, state {state}"), folder.path());
                 }
             }
             // Of a force a size is that of another machine: only its sign can be told.
             for fault in ["F_TIMES=-1", "TIME_MS", "TRUNCATES", "LAGS", "HUGE_BELOW=5e-4"] {
-                let Some(folder) = case(&Guest { version, state, faults: &[fault], ..MASS }, &SPRING, &[]) else { return };
+                let Some(folder) = case(&Guest { version, state, faults: &[fault], ..MASS }, &SPRING, &[]) else {
+                    return;
+                };
                 judge(format!("FMI {version}, {fault}, state {state}"), folder.path());
             }
         }
@@ -804,7 +811,10 @@ fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
     write_case(folder.path(), &[(of_mass, &*class("Turns"))]);
     let (said, _) = run(folder.path(), "--scheme rim-smooth");
     assert_eq!(said["outcome"], "subsystem-failed", "{said:#}");
-    assert_has(said["reason"].as_str().unwrap(), &["position, row 0, is 5", "a fault of this side, and not of the scheme"]);
+    assert_has(
+        said["reason"].as_str().unwrap(),
+        &["position, row 0, is 5", "a fault of this side, and not of the scheme"],
+    );
     assert_eq!(run(folder.path(), "--scheme zero-order-hold").0["outcome"], "completed");
     for (name, words) in [
         ("Stale", "w of the interface, row 0, is"),

@@ -8,8 +8,8 @@ use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::cases::{
-    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameter, Parameters, Range, Value,
-    Fault, Remedy, Tried, doubts_of, first_outputs,
+    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameter, Parameters, Range,
+    Remedy, Tried, Value, doubts_of, first_outputs,
 };
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
 use rimbench::error::{Error, Result};
@@ -71,7 +71,8 @@ fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> 
     let step = case.defaults.micro_step_s;
     let mut system = (case.build)(&parameters, &solver)?;
     let tried = Tried { h: step, any_step: PerSide::from_fn(|_| true), probed: PerSide::from_fn(|_| false) };
-    let Doubts { failed, state, model, mut faults, notes, first_outputs: first } = doubts_of(system.sides.lend(), tried);
+    let Doubts { failed, state, model, mut faults, notes, first_outputs: first } =
+        doubts_of(system.sides.lend(), tried);
     let wrong = |words: String| Err(Error::Incompatible(format!("case {}: {words}", case.name)));
     if let Some((side, failure)) = failed.filter(|(side, _)| given[*side]) {
         let which = if side == Side::Mechanics { "mechanics" } else { "actuator" };

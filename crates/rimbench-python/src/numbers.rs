@@ -13,7 +13,9 @@ pub fn number(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     }
     let number: f64 = value.extract().map_err(|_| wrong())?;
     let is_short = match value.getattr_opt("dtype")? {
-        Some(dtype) => dtype.getattr("kind")?.extract::<String>()? == "f" && dtype.getattr("itemsize")?.extract::<usize>()? < 8,
+        Some(dtype) => {
+            dtype.getattr("kind")?.extract::<String>()? == "f" && dtype.getattr("itemsize")?.extract::<usize>()? < 8
+        }
         None => false,
     };
     if is_short { value.str()?.to_str()?.parse().map_err(|_| wrong()) } else { Ok(number) }

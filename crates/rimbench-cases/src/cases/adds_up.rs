@@ -70,8 +70,9 @@ impl Ratio {
 
 /// Whether ratios are one and the same ratio, nothing and infinite ones included.
 fn agree(ratios: &[f64]) -> bool {
-    let (low, high) =
-        ratios.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), ratio| (low.min(*ratio), high.max(*ratio)));
+    let (low, high) = ratios
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), ratio| (low.min(*ratio), high.max(*ratio)));
     let one_sign = low > 0.0 || high < 0.0;
     let magnitudes = [low.abs().min(high.abs()), low.abs().max(high.abs())];
     let all = |is: fn(f64) -> bool| ratios.iter().all(|ratio| is(*ratio));
@@ -190,10 +191,13 @@ pub(super) fn step_over_model(step: &Move, model: &ReducedInterfaceModel, row: u
     if !is_free(model, step.h) {
         return None;
     }
-    let parts: Vec<f64> = (0..step.u.len()).map(|column| model.entry(start + row, start + column) * step.u[column]).collect();
+    let parts: Vec<f64> =
+        (0..step.u.len()).map(|column| model.entry(start + row, start + column) * step.u[column]).collect();
     let free = model.a[start + row];
-    let (said, size) =
-        (step.h * (free + parts.iter().sum::<f64>()), step.h * (free.abs() + parts.iter().map(|part| part.abs()).sum::<f64>()));
+    let (said, size) = (
+        step.h * (free + parts.iter().sum::<f64>()),
+        step.h * (free.abs() + parts.iter().map(|part| part.abs()).sum::<f64>()),
+    );
     let [v, w] = [step.before[rows + row], step.after[rows + row]];
     let (measured, noise) = (w - v, CANCELLED * size + NO_CHANGE * v.abs().max(w.abs()));
     // What stands is held, or waits.
@@ -231,8 +235,13 @@ pub(super) fn in_words(ratio: f64, quantity: Quantity) -> String {
         (3.280_839_9, "ft for m"),
         (3.6, "km/h for m/s"),
     ];
-    const FORCES: [(f64, &str); 5] =
-        [(1e3, "mN for N"), (1e-3, "kN for N"), (1e-6, "MN for N"), (0.101_971_6, "kgf for N"), (0.224_808_9, "lbf for N")];
+    const FORCES: [(f64, &str); 5] = [
+        (1e3, "mN for N"),
+        (1e-3, "kN for N"),
+        (1e-6, "MN for N"),
+        (0.101_971_6, "kgf for N"),
+        (0.224_808_9, "lbf for N"),
+    ];
     let size = ratio.abs();
     if size == 0.0 {
         return "0, where it is something".to_owned();

@@ -54,9 +54,7 @@ pub use drawing::{Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, S
 pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
-pub use opening::{
-    Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs,
-};
+pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use recorder::{AUDIT_COLUMNS, Recorder};

@@ -1,8 +1,8 @@
 //! What sides from outside are tried with when a case of them is opened, before any verdict: few steps, once.
 
 use super::adds_up::{
-    AT_REST, Move, Push, Ratio, answer, answer_over_model, answer_over_rate, digits, in_words, is_motion, position_over_velocity,
-    step_over_model, step_over_rate,
+    AT_REST, Move, Push, Ratio, answer, answer_over_model, answer_over_rate, digits, in_words, is_motion,
+    position_over_velocity, step_over_model, step_over_rate,
 };
 use rimbench_core::cosim::{OutputRates, PerSide, Port, Ports, Quantity, Side, Sides, Subsystem};
 use rimbench_core::error::Failure;
@@ -202,11 +202,17 @@ impl OfMechanics {
         };
         let seen = format!("{position} changes by {} times what {velocity} says in a step", digits(ratio));
         let words = match who {
-            Some(Quantity::Velocity) if ratio.is_infinite() => format!("the velocity is none: {position} changes, and {velocity} is 0"),
-            Some(Quantity::Position) if ratio == 0.0 => format!("the position is none: {position} stands, and {velocity} is not 0"),
+            Some(Quantity::Velocity) if ratio.is_infinite() => {
+                format!("the velocity is none: {position} changes, and {velocity} is 0")
+            }
+            Some(Quantity::Position) if ratio == 0.0 => {
+                format!("the position is none: {position} stands, and {velocity} is not 0")
+            }
             Some(Quantity::Velocity) if reversed_alone => format!("the velocity is reversed: {seen}"),
             Some(Quantity::Position) if reversed_alone => format!("the position is reversed: {seen}"),
-            Some(Quantity::Velocity) => format!("the velocity is wrong: {seen}; {}", in_words(1.0 / ratio, Quantity::Velocity)),
+            Some(Quantity::Velocity) => {
+                format!("the velocity is wrong: {seen}; {}", in_words(1.0 / ratio, Quantity::Velocity))
+            }
             Some(_) => format!("the position is wrong: {seen}; {}", in_words(ratio, Quantity::Position)),
             None => format!(
                 "position and velocity do not add up: {seen}: the position is {}, the velocity {}, or its clock is another",
@@ -280,7 +286,8 @@ impl OfMechanics {
         let step = self.moves.get(*at)?;
         let closed = model.at_bound.iter().any(|closed| *closed) || model.gap.iter().any(|gap| *gap <= 1e-6);
         if let Some(measured) = self.in_time.filter(|_| !closed) {
-            let ratio = Ratio { measured, said: model.entry(model.interface_start(), model.interface_start()) * step.h };
+            let ratio =
+                Ratio { measured, said: model.entry(model.interface_start(), model.interface_start()) * step.h };
             if ratio.is_out() && !may_be_stiff(ratio) {
                 return Some((Relation::Answer { input: 0 }, 0, ratio));
             }
@@ -308,12 +315,7 @@ fn rounded(number: f64) -> f64 {
     known.unwrap_or(number)
 }
 
-fn try_sides(
-    sides: &mut Sides<'_>,
-    tried: Tried,
-    doubts: &mut Doubts,
-    seen: &mut OfMechanics,
-) -> Result<(), Failure> {
+fn try_sides(sides: &mut Sides<'_>, tried: Tried, doubts: &mut Doubts, seen: &mut OfMechanics) -> Result<(), Failure> {
     let h = tried.h;
     let mut at = Exchange::of(sides);
     let outputs = &mut doubts.first_outputs;
@@ -340,7 +342,8 @@ fn try_sides(
         doubts.model = wrong_model(&mut *sides.mechanics, &at.y.mechanics, h);
     }
     let mut t = BEFORE as f64 * h;
-    let answer = answer_of(&mut *sides.actuator, (&at.u.actuator, &at.y.actuator), t, tried, &mut doubts.faults.actuator)?;
+    let answer =
+        answer_of(&mut *sides.actuator, (&at.u.actuator, &at.y.actuator), t, tried, &mut doubts.faults.actuator)?;
     let rows: Vec<usize> = (0..pushed_rows(sides.mechanics.ports())).collect();
     let model = model_of(&mut *sides.mechanics, tried);
     let place = pushed_place(&mut *sides.mechanics, &at.u.mechanics, [t, h], &rows, model)?;
@@ -436,12 +439,7 @@ impl Exchange {
 type Failed = (Side, Failure);
 
 /// The first steps of both, told at each point.
-fn try_steps(
-    sides: &mut Sides<'_>,
-    at: &mut Exchange,
-    h: f64,
-    told: &mut dyn FnMut(&Exchange),
-) -> Result<(), Failed> {
+fn try_steps(sides: &mut Sides<'_>, at: &mut Exchange, h: f64, told: &mut dyn FnMut(&Exchange)) -> Result<(), Failed> {
     exchange(sides, at)?;
     told(at);
     for k in 0..BEFORE {
@@ -539,7 +537,8 @@ fn lost_state(
         side.outputs(u, &mut y).map(|()| y)
     };
     // To and fro, so that something moves that stood still.
-    let inputs: Vec<Vec<f64>> = (0..TWICE).map(|k| pushed(&ports, u, if k <= TWICE / 2 { 1.0 } else { -1.0 })).collect();
+    let inputs: Vec<Vec<f64>> =
+        (0..TWICE).map(|k| pushed(&ports, u, if k <= TWICE / 2 { 1.0 } else { -1.0 })).collect();
     let run = |side: &mut dyn Subsystem| -> Result<Vec<Vec<f64>>, Failure> {
         let mut seen = vec![outputs(side, u)?];
         for (k, u) in inputs.iter().enumerate() {

@@ -127,7 +127,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
     // A run whose account of energy or errors cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
     let all = METRICS.iter().zip(&metrics);
-    let not_finite = all.filter(|(metric, value)| value.is_some_and(|value| !value.is_finite()) && !metric.may_be_infinite());
+    let not_finite =
+        all.filter(|(metric, value)| value.is_some_and(|value| !value.is_finite()) && !metric.may_be_infinite());
     let not_finite = not_finite.map(|(metric, _)| metric.name).next();
     let outcome = match (result.report.outcome, result.report.audit.not_finite().or(not_finite)) {
         (Outcome::Completed, Some(quantity)) => {

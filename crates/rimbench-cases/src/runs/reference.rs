@@ -119,7 +119,8 @@ impl Reference {
     /// # Errors
     /// [`Error::Incompatible`] naming the column.
     pub fn check(&self, case: &Case) -> Result<()> {
-        let of_row = |row: &InterfaceColumns| [(row.force.clone(), Quantity::Force), (row.position.clone(), Quantity::Position)];
+        let of_row =
+            |row: &InterfaceColumns| [(row.force.clone(), Quantity::Force), (row.position.clone(), Quantity::Position)];
         for (name, quantity) in case.interface_columns.iter().flat_map(of_row) {
             let Some(column) = self.trajectory.index_of(&name) else { continue };
             let (peak, uncertainty) = (self.largest[column], self.uncertainty[column]);
@@ -129,7 +130,9 @@ impl Reference {
                 let unit = without_unit(&name).1;
                 let uncertain = match uncertainty / peak {
                     share if share.is_finite() => {
-                        format!("is uncertain by {uncertainty:.1e} {unit}, {share:.1e} of its peak, and may be by a tenth of it")
+                        format!(
+                            "is uncertain by {uncertainty:.1e} {unit}, {share:.1e} of its peak, and may be by a tenth of it"
+                        )
                     }
                     _ => format!("is uncertain by more than any number: its peak is {peak:.1e} {unit}"),
                 };

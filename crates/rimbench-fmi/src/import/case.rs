@@ -8,8 +8,8 @@ use super::side::ImportedSide;
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameters, PossibleSteps, Remedy, Scale, Tried,
-    WHAT_REMAINS, doubts_of, first_outputs,
+    Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameters, PossibleSteps, Remedy, Scale,
+    Tried, WHAT_REMAINS, doubts_of, first_outputs,
 };
 use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
@@ -160,9 +160,11 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let usual = Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s);
     let doubts = try_out(&members, &usual, &started, [macro_step_s, tried])?;
     if let Some((side, failure)) = doubts.failed {
-        let (path, said) = (members[side].file(), failure.to_string());
-        let said = said.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&said);
-        return Err(Error::file(path, format!("fails in its first steps: {said}")));
+        let path = members[side].file();
+        return Err(Error::file(
+            path,
+            format!("fails in its first steps: {}", without_file(&failure.to_string(), path)),
+        ));
     }
     for side in Side::BOTH {
         if let Some(fault) = &doubts.faults[side] {
@@ -196,6 +198,11 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         waits: true,
         ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
     })
+}
+
+/// What a side says, without the file before it, which is named anyway.
+fn without_file<'a>(said: &'a str, file: &Path) -> &'a str {
+    said.strip_prefix(&format!("{}: ", file.display())).unwrap_or(said)
 }
 
 /// A fault of a side, with what sets it right, where that is known.
@@ -302,20 +309,25 @@ fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) 
     let zeros = |member: &Member| vec![0.0; member.ports().outputs.len()];
     let (mut force, mut motion) = (zeros(&members.actuator), zeros(&members.mechanics));
     let mut told = force.clone();
-    let mut begin = || -> Result<(), Failure> {
+    let of_mechanics = |failure| (Side::Mechanics, failure);
+    let of_actuator = |failure| (Side::Actuator, failure);
+    let mut begin = || -> Result<(), (Side, Failure)> {
         for _ in 0..ROUNDS {
-            mechanics.initial_outputs(&force, &mut motion)?;
-            actuator.initial_outputs(&motion, &mut told)?;
+            mechanics.initial_outputs(&force, &mut motion).map_err(of_mechanics)?;
+            actuator.initial_outputs(&motion, &mut told).map_err(of_actuator)?;
             if told == force {
                 break;
             }
             force.copy_from_slice(&told);
         }
-        mechanics.begin(&force)?;
-        mechanics.initial_outputs(&force, &mut motion)?;
-        actuator.begin(&motion)
+        mechanics.begin(&force).map_err(of_mechanics)?;
+        mechanics.initial_outputs(&force, &mut motion).map_err(of_mechanics)?;
+        actuator.begin(&motion).map_err(of_actuator)
     };
-    begin().map_err(|failure| Error::Incompatible(failure.to_string()))?;
+    begin().map_err(|(side, failure)| {
+        let file = members[side].file().display();
+        Error::Incompatible(format!("{file}: {}", without_file(&failure.to_string(), members[side].file())))
+    })?;
     Ok(PerSide { mechanics, actuator })
 }
 
