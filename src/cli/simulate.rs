@@ -15,7 +15,7 @@ use rimbench::fmi::import::{ProbeQuality, SideNotes};
 use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
 use rimbench::input::read_text;
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, FactValue, NO_FORCE, Reference, RunRequest, RunSpec, evaluate};
+use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -196,7 +196,7 @@ impl Said<'_> {
         if let Some(force) = metric("force_error_rms_n") {
             let peak = match metric("force_error_rms_of_peak") {
                 Some(share) => format!(", {} of the peak", percent(share)),
-                None => format!(", {NO_FORCE}"),
+                None => self.reference.without_peak(&spec.case).map_or_else(String::new, |why| format!(", {why}")),
             };
             let own = run.found.reference_uncertainty[0].map(|own| format!(" (reference ± {})", quantity(own, "N")));
             let text = format!("{} rms{}{}", quantity(force, "N"), peak, own.unwrap_or_default());

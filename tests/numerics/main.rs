@@ -4,6 +4,7 @@
 mod support;
 
 mod acceleration_jumps;
+mod adds_up;
 mod adversaries;
 mod ceilings;
 mod complementarity;

@@ -21,7 +21,7 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
         let spec_of_hold = spec("zero-order-hold");
         let reference = coarse_reference(&spec_of_hold);
         for row in &spec_of_hold.case.interface_columns {
-            assert_eq!(reference.force_peak(&spec_of_hold.case, &row.force), None, "{case}: {}", row.force);
+            assert_eq!(reference.force_peak(&spec_of_hold.case, &row.force).known(), None, "{case}: {}", row.force);
             assert!(reference.uncertainty_of(&row.force).unwrap() > 0.0, "{case}: ± 0");
         }
         for spec in [spec_of_hold, spec("rim-nonsmooth"), spec("rim-nonsmooth-gap")] {
@@ -31,6 +31,34 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
             let share = facts.iter().find(|fact| fact.name == "force_error_rms_of_peak").unwrap().cell();
             assert!(share.is_empty(), "{case} {}: {share}", spec.scheme.name);
         }
+    }
+}
+
+/// Impacts of a chaotic machine: above the scale of the case there is no reference, below it a force that is not known, and at rest none.
+#[test]
+fn a_force_that_is_not_known_must_be_told_from_no_force_and_from_no_reference() {
+    let random = |seed| {
+        let set = [("seed", seed), ("actuator", "spring"), ("own_frequency_rad_s", "0")];
+        let spec = spec_with("random-body", "zero-order-hold", &[], &set);
+        let reference = Reference::compute(&spec, StopFlag::never());
+        reference.map(|reference| reference.without_peak(&spec.case)).map_err(|error| error.to_string())
+    };
+    let refused = random("332211").unwrap_err();
+    assert!(refused.contains("has no reference") && refused.contains("is uncertain by"), "{refused}");
+    assert_eq!(random("341333"), Ok(Some("the force of the reference is not known to a tenth")));
+    let (case, set) = AT_REST[2];
+    let spec = spec_with(case, "zero-order-hold", &[("duration_s", "0.5")], set);
+    assert_eq!(coarse_reference(&spec).without_peak(&spec.case), Some("no force to speak of"));
+    let usual = spec_with(case, "zero-order-hold", &[("duration_s", "0.5")], &[]);
+    assert_eq!(coarse_reference(&usual).without_peak(&usual.case), None);
+}
+
+#[test]
+fn a_stiffness_beyond_every_machine_must_end_at_once() {
+    let spec = spec_with("falling-chain", "zero-order-hold", &[], &[("base_stiffness_n_m", "1e300")]);
+    match Reference::compute(&spec, StopFlag::never()) {
+        Err(Error::Incompatible(reason)) => assert!(reason.contains("carriage_position_m is not finite"), "{reason}"),
+        other => panic!("{:?}", other.map(|reference| reference.uncertainty)),
     }
 }
 

@@ -18,6 +18,16 @@ typedef double D;
 #ifndef H_INT
 #define H_INT 1e-5
 #endif
+/* What it tells and takes by these: a sign, a unit, a size. */
+#ifndef X_TIMES
+#define X_TIMES 1
+#endif
+#ifndef V_TIMES
+#define V_TIMES 1
+#endif
+#ifndef F_TIMES
+#define F_TIMES 1
+#endif
 typedef struct {
     D x, v, f, p, d, x0, n, t, rest, own;
     D table[3], before[2];
@@ -182,6 +192,9 @@ static int step(S *s, D t, D h, int for_good) {
 #ifdef NAN_BELOW
     if (h < NAN_BELOW) s->v = NAN; /* no solution at short steps, and no word of it */
 #endif
+#ifdef HUGE_BELOW
+    if (h < HUGE_BELOW) s->v = 1e208; /* a number, and no velocity of anything */
+#endif
 #ifdef NAN_AT
     if (s->t > NAN_AT) s->v = NAN;
 #endif
@@ -195,12 +208,12 @@ static int step(S *s, D t, D h, int for_good) {
 }
 static int get(S *s, const VR *r, size_t n, D *y) {
     for (size_t i = 0; i < n; i++) switch (r[i]) {
-        case 0: y[i] = s->x; break;
-        case 1: y[i] = s->v; break;
+        case 0: y[i] = s->x * X_TIMES; break;
+        case 1: y[i] = s->v * V_TIMES; break;
 #if ROLE == 0
         case 2: y[i] = s->f; break;
 #else
-        case 2: y[i] = force(s); break;
+        case 2: y[i] = force(s) * F_TIMES; break;
 #endif
         case 3: y[i] = s->p; break;
         case 4: y[i] = s->d; break;
@@ -217,7 +230,7 @@ static int set(S *s, const VR *r, size_t n, const D *y) {
     for (size_t i = 0; i < n; i++) switch (r[i]) {
         case 0: s->x = y[i]; break;
         case 1: s->v = y[i]; break;
-        case 2: s->f = y[i]; break;
+        case 2: s->f = y[i] * F_TIMES; break;
         case 3: s->p = y[i]; break;
         case 4: s->d = y[i]; break;
         case 5: s->x0 = y[i]; break;

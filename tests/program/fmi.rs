@@ -118,6 +118,38 @@ fn friction_and_kinks_of_an_interface_model_come_through_the_fmu_to_the_bit() {
     assert_ne!(frozen, piecewise, "no kink lies within this run");
 }
 
+/// Of each case that can be exported, as it is.
+#[test]
+fn what_every_exported_case_says_of_its_motion_adds_up() {
+    let mut opened = 0;
+    for case in rimbench::everything().unwrap().cases().iter().filter(|case| case.interface_columns.len() == 1) {
+        let folder = tempfile::tempdir().unwrap();
+        let written = ["mechanics", "actuator"].iter().all(|side| {
+            let out = folder.path().join(format!("{side}.fmu"));
+            let mut command = rimbench();
+            command.args(["fmu", "--case", &case.name, "--side", side, "--out"]).arg(out);
+            command.output().unwrap().status.success()
+        });
+        if !written {
+            continue;
+        }
+        let row = &case.interface_columns[0];
+        let (h, micro) = (case.defaults.macro_step_s, case.defaults.micro_step_s);
+        let head = format!(
+            "process = \"same\"\nduration_s = {}\nmacro_step_s = {h}\nmicro_step_s = {micro}\nreference_step_s = {micro}",
+            4.0 * h
+        );
+        let file = folder.path().join("case.toml");
+        fs::write(&file, case_file([&row.position, &row.velocity, &row.force].map(|name| &**name), &head)).unwrap();
+        let mut command = rimbench();
+        let output =
+            command.arg("--case-file").arg(&file).args(["list", "parameters", "--case", "of-fmus"]).output().unwrap();
+        assert!(output.status.success(), "{}: {}", case.name, String::from_utf8_lossy(&output.stderr));
+        opened += 1;
+    }
+    assert!(opened > 20, "{opened} cases can be exported");
+}
+
 #[test]
 fn a_case_in_the_same_process_has_the_same_digits() {
     let head = "duration_s = 0.3\nmacro_step_s = 1e-3\nmicro_step_s = 5e-4\nprocess = \"same\"";

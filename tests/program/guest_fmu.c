@@ -38,7 +38,8 @@ int fmi3GetFloat64(void *instance, const uint32_t *refs, size_t n, double *value
     double *v = g->value;
     for (size_t i = 0; i < n; i++) switch (refs[i]) {
         case F: *values++ = g->spring ? -STIFFNESS * v[X] - DAMPING * v[V] : v[F]; break;
-        case A: *values++ = acceleration(g); break;
+        /* With fault 8 in mm/s², which it declares as m/s². */
+        case A: *values++ = acceleration(g) * (v[FAULT] == 8.0 ? 1000.0 : 1.0); break;
         case RIM_H: for (int k = 0; k < 4; k++) *values++ = 1.0 / v[MASS]; break;
         case RIM_A: for (int k = 0; k < 2; k++) *values++ = -50.0 * v[X] / v[MASS]; break;
         case RIM_W: for (int k = 0; k < 2; k++) *values++ = v[V]; break;
@@ -81,10 +82,13 @@ int fmi3DoStep(void *instance, double t, double h, bool no_way_back, bool *event
 int fmi3GetDirectionalDerivative(void *instance, const uint32_t *unknowns, size_t n, const uint32_t *knowns, size_t m, const double *seed,
                                  size_t seeds, double *out, size_t outs) {
     Guest *g = instance;
+    /* With fault 6 it writes nothing, with fault 7 ten times as much, with fault 9 the other way round. */
+    double fault = g->value[FAULT], times = fault == 7.0 ? 10.0 : fault == 9.0 ? -1.0 : fault == 8.0 ? 1000.0 : 1.0;
+    if (fault == 6.0) return 0;
     for (size_t i = 0; i < n; i++) {
         out[i] = 0.0;
         for (size_t j = 0; j < m; j++)
-            if (unknowns[i] == A && knowns[j] == F) out[i] += seed[j] / g->value[MASS];
+            if (unknowns[i] == A && knowns[j] == F) out[i] += times * seed[j] / g->value[MASS];
     }
     return 0;
 }

@@ -193,6 +193,27 @@ fn a_smooth_model_comes_from_derivatives_else_from_probing_else_not_at_all() {
 }
 
 #[test]
+fn derivatives_that_are_not_those_of_the_motion_are_called_so() {
+    let Some(folder) = compiled() else { return };
+    for state in [true, false] {
+        for (fault, words) in
+            [("6.0", "is 0, where"), ("7.0", "10.0 times"), ("8.0", "as of mm for m"), ("9.0", "reversed")]
+        {
+            // What answers less in steps one after the other, which cannot be taken again, may be stiff.
+            if !state && fault == "7.0" {
+                continue;
+            }
+            let offers = Offers { state, ..DERIVATIVES };
+            let file = case(folder.path(), offers, NOTHING, "", &format!("start = {{ fault = {fault} }}"));
+            let mut command = rimbench();
+            let output = command.args(["simulate", "--scheme", "rim-smooth", "--case", &file]).assert().code(2);
+            let shown = String::from_utf8(output.get_output().stderr.clone()).unwrap();
+            assert_has(&shown, &["mass.fmu", "derivative", words]);
+        }
+    }
+}
+
+#[test]
 fn truths_of_c_and_the_sign_of_nothing_are_read_as_they_are_meant() {
     let Some(folder) = compiled() else { return };
     let model = Offers { model: true, ..STATE };

@@ -15,7 +15,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// Computes the reference of a run within the run's wall limit, or takes it from the cache, where no case from outside is kept.
 ///
 /// # Errors
-/// Bad parameters, or parameters for which the monolithic solution itself fails; [`Error::Stopped`]; [`Error::Overdue`].
+/// Bad parameters, or parameters for which the monolithic solution itself fails or is [not known](Reference::check); [`Error::Stopped`];
+/// [`Error::Overdue`].
 pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Result<Reference> {
     if let Some(reference) = within_limit(spec, stop, |stop| Reference::exact(spec, stop))? {
         return Ok(reference);
@@ -26,6 +27,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     if let Some(data) = kept
         && let Some(reference) = Reference::unpack(&spec.case, data)
     {
+        reference.check(&spec.case)?;
         return Ok(reference);
     }
     let Ok([fine, middle, coarse]) =
@@ -37,6 +39,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     if !spec.case.from_outside {
         cache.write(&key, &reference.pack());
     }
+    reference.check(&spec.case)?;
     Ok(reference)
 }
 

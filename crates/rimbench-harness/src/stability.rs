@@ -180,12 +180,19 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=0.5;
 /// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is narrow enough.
 ///
 /// # Errors
-/// Bad input; a scheme that does not apply to the case; [`Error::Stopped`].
+/// Bad input; a scheme that does not apply to the case; a case that runs away by itself; [`Error::Stopped`].
 pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -> Result<StabilityLimit> {
     let coarsest = search.macro_steps.last().copied();
     let coarsest = coarsest.ok_or_else(|| Error::invalid("macro_steps", "none", "at least one"))?;
     let spec = search.at(coarsest)?;
-    let bounds = obtain_reference(&spec, cache, search.stop)?.bounds(&spec)?;
+    let reference = obtain_reference(&spec, cache, search.stop)?;
+    if reference.runs_away(&spec.case) {
+        return Err(Error::Incompatible(format!(
+            "case {} has no stability limit with these parameters: it runs away by itself, without any coupling in between",
+            spec.case.name
+        )));
+    }
+    let bounds = reference.bounds(&spec)?;
     search.run(|macro_step| {
         let run = search.at(macro_step)?;
         let outcomes: Result<Vec<Outcome>> = phases

@@ -4,6 +4,7 @@ use crate::case::{PyCase, programs};
 use crate::errors::{RimbenchError, raised_so_far};
 use crate::everything;
 use crate::interruption::interruptible;
+use crate::numbers::{is_truth, number};
 use crate::scheme::PyScheme;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeWarning, PyTypeError};
@@ -34,11 +35,13 @@ fn text(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_str()?.to_owned());
     }
+    if is_truth(value)? {
+        return Err(PyTypeError::new_err(format!("{key} is a truth and not a number or a name")));
+    }
     if let Ok(whole) = value.extract::<i64>() {
         return Ok(whole.to_string());
     }
-    let number: f64 = value
-        .extract()
+    let number = number(key, value)
         .map_err(|_| PyTypeError::new_err(format!("{key} is {} and not a number or a name", value.get_type())))?;
     Ok(format!("{number:?}"))
 }
@@ -164,7 +167,10 @@ pub fn simulate<'py>(
     warn_if_not_kept(py, &cache)?;
     let trace = PyDict::new(py);
     for (index, name) in run.trajectory.columns().iter().enumerate() {
-        trace.set_item(name, PyArray1::from_iter(py, run.trajectory.column(index)))?;
+        let column = PyArray1::from_iter(py, run.trajectory.column(index));
+        // What was found is not to be changed by who looks at it.
+        column.getattr("flags")?.setattr("writeable", false)?;
+        trace.set_item(name, column)?;
     }
     let metrics = PyDict::new(py);
     for (metric, value) in run.metrics_of(&spec.case) {
@@ -192,7 +198,7 @@ pub fn limit<'py>(
     case: &Bound<'py, PyAny>,
     scheme: &Bound<'py, PyAny>,
     settings: &Bound<'py, PyDict>,
-    scan: (Option<f64>, Option<f64>, usize, usize, f64),
+    scan: (Option<Bound<'py, PyAny>>, Option<Bound<'py, PyAny>>, usize, usize, Bound<'py, PyAny>),
     method: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -201,7 +207,9 @@ pub fn limit<'py>(
     }
     let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
     let (from, to, per_decade, phases, relative_tolerance) = scan;
-    let scan = Scan { from, to, per_decade, phases };
+    let time = |key: &str, value: Option<Bound<'py, PyAny>>| value.map(|value| number(key, &value)).transpose();
+    let relative_tolerance = number("relative_tolerance", &relative_tolerance)?;
+    let scan = Scan { from: time("from_s", from)?, to: time("to_s", to)?, per_decade, phases };
     let cache = Cache::of_user();
     let (found, _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
         let (grid, phases) = scan.resolve(&asked.request, &asked.catalogue)?;

@@ -2,13 +2,14 @@
 
 use crate::errors::{self, RimbenchError, exception, with_raised};
 use crate::everything;
+use crate::numbers::number;
 use crate::subsystem::{Doubted, PySubsystem};
 use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::cases::{
-    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameter, Parameters, Range, Value,
-    doubts_of, first_outputs,
+    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameter, Parameters, Range,
+    Remedy, Tried, Value, doubts_of, first_outputs,
 };
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
 use rimbench::error::{Error, Result};
@@ -69,8 +70,14 @@ fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> 
     let parameters = case.default_parameters().lasting(case.defaults.duration_s);
     let step = case.defaults.micro_step_s;
     let mut system = (case.build)(&parameters, &solver)?;
-    let Doubts { state, model, reversed, notes, first_outputs: first } = doubts_of(system.sides.lend(), step);
+    let tried = Tried { h: step, any_step: PerSide::from_fn(|_| true), probed: PerSide::from_fn(|_| false) };
+    let Doubts { failed, state, model, mut faults, notes, first_outputs: first } =
+        doubts_of(system.sides.lend(), tried);
     let wrong = |words: String| Err(Error::Incompatible(format!("case {}: {words}", case.name)));
+    if let Some((side, failure)) = failed.filter(|(side, _)| given[*side]) {
+        let which = if side == Side::Mechanics { "mechanics" } else { "actuator" };
+        return wrong(format!("the {which} fails in its first steps: {failure}"));
+    }
     let mut twin = (case.build)(&parameters, &solver)?;
     let again = first_outputs(twin.sides.lend(), system.sides.lend(), step);
     for (side, which) in [(Side::Mechanics, "mechanics"), (Side::Actuator, "actuator")] {
@@ -89,8 +96,12 @@ fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> 
     if let Some(words) = model.filter(|_| given.mechanics) {
         let _ = doubted.mechanics.model.set(words);
     }
-    match reversed.filter(|_| given.mechanics) {
-        Some(words) => wrong(words),
+    match Side::BOTH.into_iter().filter(|side| given[*side]).find_map(|side| faults[side].take()) {
+        Some(Fault { words, remedy: Some(Remedy { quantity, factor, .. }) }) => {
+            let quantity = format!("{quantity:?}").to_lowercase();
+            wrong(format!("{words}; valid: the {quantity} times {factor} in what the object takes or puts out"))
+        }
+        Some(Fault { words, .. }) => wrong(words),
         None => Ok(notes),
     }
 }
@@ -179,10 +190,15 @@ impl PyCase {
         sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
         parameters: Option<&Bound<'_, PyDict>>,
         interface: Option<Vec<(String, String, String)>>,
-        times_s: [Option<f64>; 4],
+        times_s: [Option<Bound<'_, PyAny>>; 4],
     ) -> PyResult<Self> {
         let ((name, reference), (mechanics, actuator)) = (name_and_reference, sides);
-        let [duration_s, macro_step_s, micro_step_s, reference_step_s] = times_s;
+        let keys = ["duration_s", "macro_step_s", "micro_step_s", "reference_step_s"];
+        let mut times = [None; 4];
+        for ((time, key), given) in times.iter_mut().zip(keys).zip(times_s) {
+            *time = given.map(|given| number(key, &given)).transpose()?;
+        }
+        let [duration_s, macro_step_s, micro_step_s, reference_step_s] = times;
         let refused = |message: String| RimbenchError::new_err(message);
         let wrong = |error: Error| exception(py, &error, None);
         let make = || -> PyResult<Case> {
@@ -239,7 +255,12 @@ impl PyCase {
                         reference_sampling_s: macro_step_s.max(micro_step_s),
                     };
                     let parameters: Vec<(String, f64)> = parameters.map_or(Ok(Vec::new()), |given| {
-                        given.iter().map(|(key, value)| Ok((key.extract()?, value.extract()?))).collect::<PyResult<_>>()
+                        let read = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+                            let key: String = key.extract()?;
+                            let value = number(&key, &value)?;
+                            Ok((key, value))
+                        };
+                        given.iter().map(read).collect::<PyResult<_>>()
                     })?;
                     if let Some((name, _)) = parameters.iter().find(|(name, _)| is_option(name)) {
                         return Err(refused(format!(

@@ -2,7 +2,29 @@
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyBool, PyList, PyTuple};
+
+/// A number that a call gives: of one that has fewer digits than ours those that it has (`np.float32(5e-3)` is 0.005), and of a truth none.
+pub fn number(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let kind = value.get_type();
+    let wrong = || PyTypeError::new_err(format!("{key} is {kind} and not a number"));
+    if is_truth(value)? {
+        return Err(wrong());
+    }
+    let number: f64 = value.extract().map_err(|_| wrong())?;
+    let is_short = match value.getattr_opt("dtype")? {
+        Some(dtype) => {
+            dtype.getattr("kind")?.extract::<String>()? == "f" && dtype.getattr("itemsize")?.extract::<usize>()? < 8
+        }
+        None => false,
+    };
+    if is_short { value.str()?.to_str()?.parse().map_err(|_| wrong()) } else { Ok(number) }
+}
+
+/// Whether a value is a truth of Python or of NumPy.
+pub fn is_truth(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(value.is_instance_of::<PyBool>() || value.get_type().name()?.to_str()?.starts_with("bool"))
+}
 
 /// Copies a sequence of numbers, which `what` returned, to a place of the same length.
 pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()> {

@@ -6,6 +6,7 @@ use crate::numbers::{attribute, copied, fill, method};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rimbench::cases::model_against_outputs;
 use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench::error::{Cause, Failure};
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -30,6 +31,9 @@ pub struct PySubsystem {
     /// Outputs that `step` has returned, if it has.
     known: Vec<f64>,
     is_known: bool,
+    /// Outputs of the present state that it has put out, if it has.
+    told: Vec<f64>,
+    is_told: bool,
     /// What `observe` raised, which cannot fail itself.
     failed: Option<Failure>,
     counters: SubsystemCounters,
@@ -71,6 +75,8 @@ impl PySubsystem {
             object: object.clone().unbind(),
             known: vec![0.0; ports.outputs.len()],
             is_known: false,
+            told: vec![0.0; ports.outputs.len()],
+            is_told: false,
             ports: Ports { direct_feedthrough, ..ports.clone() },
             observables: names.into_iter().map(Name::from).collect(),
             observe,
@@ -97,17 +103,20 @@ impl Subsystem for PySubsystem {
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         if self.is_known {
             y.copy_from_slice(&self.known);
-            return Ok(());
+        } else {
+            self.call(|this, py| {
+                let value = this.outputs.bind(py).call1((PyTuple::new(py, u)?,))?;
+                fill(&value, "outputs", y)
+            })?;
         }
-        self.call(|this, py| {
-            let value = this.outputs.bind(py).call1((PyTuple::new(py, u)?,))?;
-            fill(&value, "outputs", y)
-        })
+        self.told.copy_from_slice(y);
+        self.is_told = !self.ports.direct_feedthrough;
+        Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.counters.micro_steps += 1;
-        self.is_known = false;
+        (self.is_known, self.is_told) = (false, false);
         self.call(|this, py| {
             let value = this.step.bind(py).call1((t, PyTuple::new(py, u)?, h))?;
             if value.is_none() {
@@ -132,7 +141,8 @@ impl Subsystem for PySubsystem {
         let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", doubted));
         let copy = copy.map_err(|_| Cause::NotCopied)?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
-        Ok(Box::new(PySubsystem { known, is_known, counters, ..copy }))
+        let (told, is_told) = (self.told.clone(), self.is_told);
+        Ok(Box::new(PySubsystem { known, is_known, told, is_told, counters, ..copy }))
     }
 }
 
@@ -156,6 +166,9 @@ impl Capabilities for PySubsystem {
             Some((_, filled)) => model::read(&filled.bind(py).call1((h,))?, h, into),
             None => Ok(()),
         })?;
+        if self.is_told {
+            model_against_outputs(into, &self.told).map_err(Failure::reported)?;
+        }
         Ok(true)
     }
 

@@ -239,3 +239,20 @@ def test_an_exception_of_progress_ends_the_call():
 
     with pytest.raises(LookupError, match="no more"):
         rimbench.limit("bouncing-ball", "zero-order-hold", per_decade=3, progress=broken)
+
+
+def test_numbers_of_few_digits_are_what_they_say_and_truths_are_none():
+    usual = rimbench.simulate("bouncing-ball", "zero-order-hold", 5e-3, duration_s=0.05)
+    for step in (np.float32(5e-3), np.float16(5e-3), np.float64(5e-3), np.array(5e-3, dtype=np.float32)):
+        short = rimbench.simulate("bouncing-ball", "zero-order-hold", step, duration_s=0.05)
+        assert np.dtype(step.dtype) == np.float16 or short.run_id == usual.run_id, step.dtype
+        assert "99999" not in repr(short.settings["macro_step_s"])
+    for truth in (True, np.True_):
+        with pytest.raises(TypeError, match="is a truth"):
+            rimbench.simulate("bouncing-ball", "zero-order-hold", 5e-3, ball_mass_kg=truth)
+        with pytest.raises(TypeError, match="is a truth"):
+            rimbench.simulate("bouncing-ball", "zero-order-hold", 5e-3, duration_s=truth)
+        with pytest.raises(TypeError, match="not a number"):
+            rimbench.limit("bouncing-ball", "zero-order-hold", from_s=truth)
+    with pytest.raises(ValueError, match="read-only"):
+        usual["time_s"][0] = 1.0

@@ -389,10 +389,126 @@ def test_a_case_without_a_reference_is_an_exception_with_its_cause():
         def step(self, t, u, h):
             raise ArithmeticError("never")
 
-    case = rimbench.Case("no-reference", like="linear-oscillator", mechanics=Failing)
-    with pytest.raises(rimbench.RimbenchError, match="has no reference .*ArithmeticError: never") as raised:
-        rimbench.simulate(case, "zero-order-hold", 1e-3, duration_s=0.1)
+    # The first steps are taken when the case is made.
+    with pytest.raises(rimbench.RimbenchError, match="the mechanics fails in its first steps: ArithmeticError: never") as raised:
+        rimbench.Case("no-reference", like="linear-oscillator", mechanics=Failing)
     assert isinstance(raised.value.__cause__, ArithmeticError)
+
+    class Late(Broken):
+        fail = Broken.fail
+
+    case = rimbench.Case("no-reference", like="linear-oscillator", mechanics=Late)
+    with pytest.raises(rimbench.RimbenchError, match="has no reference .*ZeroDivisionError: out of zeros") as raised:
+        rimbench.simulate(case, "zero-order-hold", 1e-3, duration_s=0.1)
+    assert isinstance(raised.value.__cause__, ZeroDivisionError)
+
+
+class Honest:
+    """A mass of 1 kg at 0.1 m, on a spring of 100 N/m."""
+
+    direct_feedthrough = False
+
+    def __init__(self, parameters):
+        self.x, self.v = 0.1, 0.0
+
+    def outputs(self, u):
+        return self.x, self.v
+
+    def step(self, t, u, h):
+        self.v += h * u[0]
+        self.x += h * self.v
+
+    def interface_model(self, h):
+        return {"H": [[1.0]], "a": [0.0], "w": [self.v], "position": [self.x], "gap": []}
+
+
+class Spring:
+    direct_feedthrough = True
+
+    def __init__(self, parameters):
+        pass
+
+    def outputs(self, u):
+        return (-100.0 * u[0],)
+
+    def step(self, t, u, h):
+        return None
+
+
+def pair(mechanics, actuator=Spring, **more):
+    more = {"duration_s": 0.5, "macro_step_s": 1e-3, **more}
+    return rimbench.Case(
+        "pair", mechanics=mechanics, actuator=actuator, interface=[("x_m", "v_m_s", "f_n")], **more
+    )
+
+
+def told(outputs=(1.0, 1.0), force=1.0, h=1.0, a=0.0):
+    class Liar(Honest):
+        def outputs(self, u):
+            return outputs[0] * self.x, outputs[1] * self.v
+
+        def step(self, t, u, h):
+            super().step(t, (force * u[0],), h)
+
+        def interface_model(self, step):
+            x, v = self.outputs(())
+            return {"H": [[h]], "a": [a], "w": [v], "position": [x], "gap": []}
+
+    return Liar
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"outputs": (1.0, -1.0)}, "the velocity is reversed"),
+        ({"outputs": (-1.0, 1.0)}, "the position is reversed"),
+        ({"outputs": (1000.0, 1.0)}, "the position is wrong.*mm for m"),
+        ({"outputs": (1.0, 1000.0)}, "the velocity is wrong.*mm for m"),
+        ({"force": -1.0}, "the sign of the force is reversed"),
+        ({"force": 1000.0}, "the force or its interface model"),
+        ({"h": 10.0}, "H of the model is 10"),
+        ({"a": 1e4}, "a of the model"),
+    ],
+)
+def test_a_side_that_does_not_add_up_is_named(how, words):
+    with pytest.raises(rimbench.RimbenchError, match=words):
+        pair(told(**how))
+    assert rimbench.simulate(pair(told()), "rim-smooth").completed
+
+
+def test_a_model_that_turns_false_during_the_run_is_the_fault_of_its_side():
+    class Turns(Honest):
+        time = 0.0
+
+        def step(self, t, u, h):
+            self.time = t + h
+            super().step(t, u, h)
+
+        def interface_model(self, h):
+            model = super().interface_model(h)
+            return model if self.time < 0.3 else {**model, "w": [9.0], "position": [5.0]}
+
+    result = rimbench.simulate(pair(Turns), "rim-smooth")
+    assert result.outcome == "subsystem-failed" and 0.29 < result.outcome_at_s < 0.32
+    assert "position, row 0, is 5" in result.reason and "not of the scheme" in result.reason
+    assert rimbench.simulate(pair(Turns), "zero-order-hold").completed
+
+
+@pytest.mark.parametrize("answer", [0.1, (1.0,), ("0.1", "0.2"), {"x": 1}])
+def test_what_is_wrong_in_the_first_steps_is_said_when_the_case_is_made(answer):
+    class Wrong(Honest):
+        def outputs(self, u):
+            return answer
+
+    with pytest.raises(rimbench.RimbenchError, match="the mechanics fails in its first steps: (Type|Value)Error"):
+        pair(Wrong)
+
+    class Returns(Spring):
+        def step(self, t, u, h):
+            return self.outputs(u)
+
+    with pytest.raises(rimbench.RimbenchError, match="the actuator fails in its first steps: TypeError: step gives outputs"):
+        pair(Honest, Returns)
 
 
 OF_BOTH = {

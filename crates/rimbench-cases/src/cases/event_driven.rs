@@ -1,6 +1,6 @@
 //! Exact solution of one mass that a spring actuator drives between stops, from impact to impact.
 
-use crate::models::{Carriage, LineMass};
+use crate::models::{Carriage, LineMass, exponential};
 use nalgebra::{SMatrix, SVector};
 use rimbench_core::cosim::StopFlag;
 
@@ -135,7 +135,7 @@ impl EventDriven {
         let (free, held) = (system.generator(false), system.generator(true));
         let state = system.initial_state();
         let mut solution = EventDriven {
-            steps: [(free * GRID).exp(), (held * GRID).exp()],
+            steps: [exponential(&(free * GRID)), exponential(&(held * GRID))],
             system,
             pieces: Vec::new(),
             impacts: Vec::new(),
@@ -168,7 +168,7 @@ impl EventDriven {
     /// Goes on to the event at `stop`, which is less than a grid distance away, and through it.
     fn pass_event(&mut self, stop: usize) {
         let after = self.first_time(stop);
-        let mut state = (self.of(self.stuck) * after).exp() * self.state;
+        let mut state = exponential(&(self.of(self.stuck) * after)) * self.state;
         self.time += after;
         if self.stuck.take().is_none() {
             self.impacts.push(Impact { time: self.time, velocity: state[1] });
@@ -212,7 +212,7 @@ impl EventDriven {
         // Halving 1e-4 s: after 80 times nothing is left of it. At the lower end itself the gap may be rounded below 0.
         for _ in 0..80 {
             let middle = 0.5 * (before + after);
-            let there = (self.of(stuck) * middle).exp() * z;
+            let there = exponential(&(self.of(stuck) * middle)) * z;
             let happened = if stuck.is_some() { self.releases(&there, stop) } else { self.gap(&there, stop) < 0.0 };
             if happened {
                 after = middle;
@@ -230,7 +230,7 @@ impl EventDriven {
             return (State::repeat(f64::NAN), false);
         }
         let piece = &self.pieces[self.pieces.partition_point(|piece| piece.since <= t).saturating_sub(1)];
-        ((self.of(piece.stuck) * (t - piece.since)).exp() * piece.state, piece.stuck.is_some())
+        (exponential(&(self.of(piece.stuck) * (t - piece.since))) * piece.state, piece.stuck.is_some())
     }
 
     /// All impacts up to time `t`.

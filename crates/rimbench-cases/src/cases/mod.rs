@@ -4,6 +4,7 @@
 //! its parameters ([`parameters!`](crate::parameters)) and write a function that describes it, in the file of its family or one of its
 //! own, and add it to the list.
 
+mod adds_up;
 mod beam_on_stops;
 mod carriage;
 mod case;
@@ -53,7 +54,7 @@ pub use drawing::{Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, S
 pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
-pub use opening::{Doubts, WHAT_REMAINS, doubts_of, first_outputs};
+pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use recorder::{AUDIT_COLUMNS, Recorder};

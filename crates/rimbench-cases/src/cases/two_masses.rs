@@ -3,6 +3,7 @@
 
 use super::case::{CaseDefaults, StateVariable};
 use super::prelude::*;
+use crate::models::exponential;
 use nalgebra::{Matrix5, Vector4, Vector5};
 use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::Failure;
@@ -360,7 +361,7 @@ impl TwoMasses {
         let [first, second] = self.bodies.map(|body| body.start);
         let start = Vector5::new(first[0], second[0], first[1], second[1], 1.0);
         Box::new(move |t, _, row| {
-            let z = (generator * t).exp() * start;
+            let z = exponential(&(generator * t)) * start;
             self.write(t, z.fixed_rows::<4>(0).into_owned(), row);
         })
     }

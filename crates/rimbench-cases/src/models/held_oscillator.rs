@@ -1,5 +1,6 @@
 //! One linear oscillator under a load that is held within each step, or a polynomial of time, by several integrators.
 
+use super::exponential::exponential;
 use nalgebra::{Matrix3, Matrix6};
 use rimbench_core::cosim::Cubic;
 
@@ -169,7 +170,7 @@ impl HeldOscillator {
 
     fn exponentiate(&mut self, h: f64) {
         let generator = Matrix3::new(0.0, 1.0, 0.0, -self.stiffness, -self.damping, 1.0, 0.0, 0.0, 0.0);
-        let exponential = (generator * h).exp();
+        let exponential = exponential(&(generator * h));
         for (row, values) in self.exponential.iter_mut().enumerate() {
             *values = [exponential[(row, 0)], exponential[(row, 1)], exponential[(row, 2)]];
         }
@@ -182,7 +183,7 @@ impl HeldOscillator {
         for row in 1..5 {
             generator[(row, row + 1)] = 1.0;
         }
-        let exponential = (generator * h).exp();
+        let exponential = exponential(&(generator * h));
         let mut factorial = 1.0;
         for (power, gain) in self.chain.iter_mut().enumerate() {
             factorial *= power.max(1) as f64;

@@ -67,12 +67,10 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
                 position: column(&row.position)?,
                 velocity: column(&row.velocity)?,
                 force: column(&row.force)?,
-                reference_force_peak: reference.force_peak(&spec.case, &row.force),
-                reference_touch_down_peak: reference.known_peak(
-                    &spec.case,
-                    &row.force,
-                    reference.touch_down_peak(&row.force),
-                ),
+                reference_force_peak: reference.force_peak(&spec.case, &row.force).known(),
+                reference_touch_down_peak: reference
+                    .peak_of(&spec.case, &row.force, reference.touch_down_peak(&row.force))
+                    .known(),
             })
         })
         .collect::<Result<Vec<InterfaceRow>>>()?;
@@ -127,8 +125,12 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
     let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
     let metrics: Box<[Option<f64>]> =
         METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
-    // A run whose account of energy cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
-    let outcome = match (result.report.outcome, result.report.audit.not_finite()) {
+    // A run whose account of energy or errors cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
+    let all = METRICS.iter().zip(&metrics);
+    let not_finite =
+        all.filter(|(metric, value)| value.is_some_and(|value| !value.is_finite()) && !metric.may_be_infinite());
+    let not_finite = not_finite.map(|(metric, _)| metric.name).next();
+    let outcome = match (result.report.outcome, result.report.audit.not_finite().or(not_finite)) {
         (Outcome::Completed, Some(quantity)) => {
             Outcome::from_failure(Failure::non_finite(quantity), result.report.ended_at_s)
         }

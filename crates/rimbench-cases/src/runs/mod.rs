@@ -20,7 +20,7 @@ pub use evaluation::{EvaluatedRun, evaluate};
 pub use facts::{Fact, FactValue, only_of};
 pub use findings::{Cell, Columns, Costs, Findings, Latency, counter_names, facts_of, is_taken, names_of};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
-pub use reference::{DIVERGENCE_FACTOR, NO_FORCE, Reference};
+pub use reference::{DIVERGENCE_FACTOR, Peak, Reference};
 pub use request::{Given, RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
 pub use spec::{RunSettings, RunSpec};

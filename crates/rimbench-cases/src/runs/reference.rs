@@ -2,7 +2,9 @@
 
 use super::spec::RunSpec;
 use super::spec::use_integrators;
-use crate::cases::{Case, CoupledSystem, ExactSolution, Recorder, ReferenceMethod, Scale};
+use crate::cases::{
+    Case, CoupledSystem, ExactSolution, InterfaceColumns, Recorder, ReferenceMethod, Scale, without_unit,
+};
 use crate::metrics::{
     ContactEvent, ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state,
     touch_downs,
@@ -29,8 +31,26 @@ const NO_PEAK: f64 = 1e-6;
 /// How many times its uncertainty a peak must be to relate an error to: the first digit of it is known then. Ours.
 const KNOWN_PEAK: f64 = 10.0;
 
-/// What is said where an error has no peak to be related to.
-pub const NO_FORCE: &str = "no force to speak of";
+/// The peak of a column of a reference, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Peak {
+    /// Known to its first digit: errors can be related to it.
+    Known(f64),
+    /// Below a millionth of the case's own scale: there is nothing to speak of.
+    Nothing,
+    /// Not ten times its uncertainty.
+    NotKnown,
+}
+
+impl Peak {
+    /// Returns it where it is known.
+    pub fn known(self) -> Option<f64> {
+        match self {
+            Peak::Known(peak) => Some(peak),
+            Peak::Nothing | Peak::NotKnown => None,
+        }
+    }
+}
 
 /// Rounding of a value that a side computes, relative to the largest of its column and to the case's own scale.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -81,14 +101,48 @@ impl Reference {
     /// Computes the reference of a run, one solution after the other.
     ///
     /// # Errors
-    /// Bad parameters, or parameters for which the solution itself fails; [`Error::Stopped`].
+    /// Bad parameters, or parameters for which the solution itself fails or is [not known](Self::check); [`Error::Stopped`].
     pub fn compute(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Self> {
         if let Some(reference) = Self::exact(spec, stop)? {
             return Ok(reference);
         }
         let spec = &spec.of_the_reference();
         let [coarse, middle, fine] = Self::REFINEMENTS.map(|refinement| Self::solution(spec, refinement, stop));
-        Self::compared(spec, [coarse?, middle?, fine?], stop)
+        let reference = Self::compared(spec, [coarse?, middle?, fine?], stop)?;
+        reference.check(&spec.case)?;
+        Ok(reference)
+    }
+
+    /// Checks that it is known what runs are held against: no force and no position of the interface is uncertain by more than a tenth of
+    /// its peak, where that is above the case's own scale.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] naming the column.
+    pub fn check(&self, case: &Case) -> Result<()> {
+        let of_row =
+            |row: &InterfaceColumns| [(row.force.clone(), Quantity::Force), (row.position.clone(), Quantity::Position)];
+        for (name, quantity) in case.interface_columns.iter().flat_map(of_row) {
+            let Some(column) = self.trajectory.index_of(&name) else { continue };
+            let (peak, uncertainty) = (self.largest[column], self.uncertainty[column]);
+            // A lone solution says nothing of its uncertainty.
+            let unknown = uncertainty.is_nan() || self.peak_of(case, &name, peak) != Peak::NotKnown;
+            if !unknown && peak > case.scale_of(&name).unwrap_or(quantity.negligible()) {
+                let unit = without_unit(&name).1;
+                let uncertain = match uncertainty / peak {
+                    share if share.is_finite() => {
+                        format!(
+                            "is uncertain by {uncertainty:.1e} {unit}, {share:.1e} of its peak, and may be by a tenth of it"
+                        )
+                    }
+                    _ => format!("is uncertain by more than any number: its peak is {peak:.1e} {unit}"),
+                };
+                return Err(Error::Incompatible(format!(
+                    "case {} has no reference with these parameters: its {name} {uncertain}",
+                    case.name
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Samples the closed form of the run's case, which is uncertain by rounding; none if there is no closed form.
@@ -320,17 +374,49 @@ impl Reference {
         Scale { position_m: 0.0, velocity_m_s: position / duration, force_n: 0.0 }
     }
 
-    /// Returns a peak (N) of a force column to which errors can be related; none if there is [no force to speak of](NO_FORCE): it is not
-    /// known, or below a millionth of the case's own scale.
-    pub fn known_peak(&self, case: &Case, force: &str, peak: f64) -> Option<f64> {
-        let least = NO_PEAK * case.scale_of(force).unwrap_or(Quantity::Force.negligible());
-        (peak > least && peak > KNOWN_PEAK * self.uncertainty_of(force)?).then_some(peak)
+    /// Tells whether it runs away itself: force and velocity of a row grow from quarter to quarter of the run by twice or more, and by no
+    /// less in the last ones than before, as an exponential does and no power of time.
+    pub fn runs_away(&self, case: &Case) -> bool {
+        let grows = |name: &str| {
+            let Some(column) = self.trajectory.index_of(name) else { return false };
+            let rows = self.trajectory.len();
+            let peak = |quarter: usize| {
+                let part = quarter * rows / 4..(quarter + 1) * rows / 4;
+                part.map(|row| self.trajectory.row(row)[column].abs()).fold(0.0, f64::max)
+            };
+            let peaks = [0, 1, 2, 3].map(peak);
+            let growth = [0, 1, 2].map(|quarter| peaks[quarter + 1] / peaks[quarter]);
+            growth.iter().all(|growth| *growth >= 2.0 && growth.is_finite()) && growth[2] >= 0.8 * growth[1]
+        };
+        case.interface_columns.iter().any(|row| grows(&row.force) && grows(&row.velocity))
     }
 
-    /// Returns the largest force (N) of a row of the interface in the reference, if errors can be related to it; see
-    /// [`known_peak`](Self::known_peak).
-    pub fn force_peak(&self, case: &Case, force: &str) -> Option<f64> {
-        self.known_peak(case, force, self.largest[self.trajectory.index_of(force)?])
+    /// Says what is known of a peak of an interface column: the largest magnitude of all of it, or of a part.
+    pub fn peak_of(&self, case: &Case, column: &str, peak: f64) -> Peak {
+        let least = NO_PEAK * case.scale_of(column).unwrap_or(Quantity::Force.negligible());
+        match self.uncertainty_of(column) {
+            _ if peak <= least => Peak::Nothing,
+            Some(uncertainty) if peak > KNOWN_PEAK * uncertainty => Peak::Known(peak),
+            _ => Peak::NotKnown,
+        }
+    }
+
+    /// Says what is known of the largest force (N) of a row of the interface; see [`peak_of`](Self::peak_of).
+    pub fn force_peak(&self, case: &Case, force: &str) -> Peak {
+        let peak = self.trajectory.index_of(force).map(|column| self.largest[column]);
+        peak.map_or(Peak::NotKnown, |peak| self.peak_of(case, force, peak))
+    }
+
+    /// Says why no error is related to a peak of the force, if none is.
+    pub fn without_peak(&self, case: &Case) -> Option<&'static str> {
+        let mut peaks = case.interface_columns.iter().map(|row| self.force_peak(case, &row.force)).peekable();
+        peaks.peek()?;
+        let worst = peaks.try_fold("no force to speak of", |words, peak| match peak {
+            Peak::Known(_) => None,
+            Peak::Nothing => Some(words),
+            Peak::NotKnown => Some("the force of the reference is not known to a tenth"),
+        });
+        worst
     }
 
     /// Tells whether a column of a run is the gap of one contact; of a column that the reference lacks its name says so.

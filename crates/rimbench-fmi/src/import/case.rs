@@ -8,10 +8,10 @@ use super::side::ImportedSide;
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, Doubts, InterfaceColumns, Parameters, PossibleSteps, Scale, WHAT_REMAINS,
-    doubts_of, first_outputs,
+    Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameters, PossibleSteps, Remedy, Scale,
+    Tried, WHAT_REMAINS, doubts_of, first_outputs,
 };
-use rimbench_core::cosim::{PerSide, Ports, Side, check_coupling};
+use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
@@ -160,11 +160,17 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let tried = if Side::BOTH.into_iter().all(is_allowed) { defaults.micro_step_s } else { macro_step_s };
     let usual = Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s);
     let doubts = try_out(&members, &usual, &started, [macro_step_s, tried])?;
-    if let Some(words) = doubts.reversed {
+    if let Some((side, failure)) = doubts.failed {
+        let path = members[side].file();
         return Err(Error::file(
-            members.mechanics.file(),
-            format!("{words}; valid: force = {{ variable = \"…\", factor = -1 }}"),
+            path,
+            format!("fails in its first steps: {}", without_file(&failure.to_string(), path)),
         ));
+    }
+    for side in Side::BOTH {
+        if let Some(fault) = &doubts.faults[side] {
+            return Err(Error::file(members[side].file(), in_words(fault, &file, side, &members[side])));
+        }
     }
     for note in doubts.notes {
         tell_once(&format!("note: {}: {note}\n", path.display()));
@@ -225,6 +231,32 @@ fn named(path: &Path, file: &Path, side: Side) -> Result<PathBuf> {
     let message =
         format!("cannot be read: it is not in {}, where [{side}] of {} names it", folder.display(), path.display());
     Err(Error::file(found, message))
+}
+
+/// What a side says, without the file before it, which is named anyway.
+fn without_file<'a>(said: &'a str, file: &Path) -> &'a str {
+    said.strip_prefix(&format!("{}: ", file.display())).unwrap_or(said)
+}
+
+/// A fault of a side, with what sets it right, where that is known.
+fn in_words(Fault { words, remedy }: &Fault, file: &CaseFile, side: Side, member: &Member) -> String {
+    let Some(Remedy { row, quantity, factor }) = remedy else { return words.clone() };
+    let which = match quantity {
+        Quantity::Position => 0,
+        Quantity::Velocity => 1,
+        Quantity::Force | Quantity::Pressure => 2,
+    };
+    let name = ["position", "velocity", "force"][which];
+    match (member, file.interface[*row].end(side, which)) {
+        (Member::Fmu(_), Some((variable, own))) => {
+            let now = own.map_or_else(String::new, |own| format!(" (it has factor = {own})"));
+            match own.unwrap_or(1.0) * factor {
+                1.0 => format!("{words}{now}; valid: {name} = {variable:?}"),
+                factor => format!("{words}{now}; valid: {name} = {{ variable = {variable:?}, factor = {factor} }}"),
+            }
+        }
+        _ => format!("{words}; valid: the {name} times {factor} in what the class takes or puts out"),
+    }
 }
 
 /// Opens what the file names as its two sides.
@@ -310,20 +342,25 @@ fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) 
     let zeros = |member: &Member| vec![0.0; member.ports().outputs.len()];
     let (mut force, mut motion) = (zeros(&members.actuator), zeros(&members.mechanics));
     let mut told = force.clone();
-    let mut begin = || -> Result<(), Failure> {
+    let of_mechanics = |failure| (Side::Mechanics, failure);
+    let of_actuator = |failure| (Side::Actuator, failure);
+    let mut begin = || -> Result<(), (Side, Failure)> {
         for _ in 0..ROUNDS {
-            mechanics.initial_outputs(&force, &mut motion)?;
-            actuator.initial_outputs(&motion, &mut told)?;
+            mechanics.initial_outputs(&force, &mut motion).map_err(of_mechanics)?;
+            actuator.initial_outputs(&motion, &mut told).map_err(of_actuator)?;
             if told == force {
                 break;
             }
             force.copy_from_slice(&told);
         }
-        mechanics.begin(&force)?;
-        mechanics.initial_outputs(&force, &mut motion)?;
-        actuator.begin(&motion)
+        mechanics.begin(&force).map_err(of_mechanics)?;
+        mechanics.initial_outputs(&force, &mut motion).map_err(of_mechanics)?;
+        actuator.begin(&motion).map_err(of_actuator)
     };
-    begin().map_err(|failure| Error::Incompatible(failure.to_string()))?;
+    begin().map_err(|(side, failure)| {
+        let file = members[side].file().display();
+        Error::Incompatible(format!("{file}: {}", without_file(&failure.to_string(), members[side].file())))
+    })?;
     Ok(PerSide { mechanics, actuator })
 }
 
@@ -340,7 +377,9 @@ fn try_out(
         Ok((CoupledSystem::new(sides.mechanics, sides.actuator), given.err()))
     };
     let (mut system, refused) = boxed()?;
-    let mut doubts = doubts_of(system.sides.lend(), h);
+    let any_step = members.as_ref().map(|member| !member.steps().equal && member.steps().multiple_of.is_none());
+    let probed = members.as_ref().map(|member| matches!(member, Member::Fmu(fmu) if fmu.offers.probed));
+    let mut doubts = doubts_of(system.sides.lend(), Tried { h, any_step, probed });
     if let Some(words) = refused {
         doubts.model = Some(format!("{words}; {WHAT_REMAINS}"));
     }

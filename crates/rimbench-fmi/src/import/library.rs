@@ -489,6 +489,7 @@ impl Loaded {
         output.resize(from + rows * columns, 0.0);
         let mut column = vec![0.0; rows];
         for (at, (input, scale)) in self.inputs.single.iter().zip(&self.plan.inputs).enumerate() {
+            column.fill(0.0);
             let status = self.version.derivative(self.instance, unknowns, *input, &mut column);
             let status = status.ok_or("it has no directional derivatives")?;
             self.check(status, "a directional derivative")?;

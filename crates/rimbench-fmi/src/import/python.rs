@@ -58,6 +58,15 @@ impl PythonMember {
                 side_name(side)
             )));
         }
+        let scaled = |which: usize| {
+            let ends = file.interface.iter().filter_map(|row| row.end(side, which));
+            ends.filter_map(|(variable, factor)| factor.map(|factor| (variable, factor))).next()
+        };
+        if let Some((variable, factor)) = (0..3).find_map(scaled).filter(|(_, factor)| *factor != 1.0) {
+            return Err(wrong(format!(
+                "is a side of Python, and `{variable}` has factor = {factor}; valid: none, for a class takes and puts out m, m/s and N itself"
+            )));
+        }
         let list = |which: usize, quantity| rows.iter().map(move |row| Port::new(row[which].clone(), quantity));
         let motion = list(0, Quantity::Position).chain(list(1, Quantity::Velocity)).collect();
         let force = list(2, Quantity::Force).collect();

@@ -17,8 +17,14 @@ def main():
             os._exit(0)  # whoever asked has gone
         return data
 
+    def to_number(value):
+        # A text is none, as little as it is one for a class in a notebook.
+        if isinstance(value, (str, bytes, bytearray)):
+            raise TypeError(f"{value!r} instead of a number")
+        return float(value)
+
     def numbers(values):
-        values = [float(value) for value in values]
+        values = [to_number(value) for value in values]
         return struct.pack(f"<BQ{len(values)}d", 0, len(values), *values)
 
     def refusal(error):
@@ -45,7 +51,10 @@ def main():
     outputs, inputs = plan["outputs"], plan["inputs"]
 
     def checked(values, count, what):
-        values = [float(value) for value in values]
+        try:
+            values = [to_number(value) for value in values]
+        except TypeError as error:
+            raise TypeError(f"{what} gives {values!r}: {error}") from None
         if len(values) != count:
             raise ValueError(f"{what} gives {len(values)} numbers instead of {count}")
         return values
@@ -64,7 +73,7 @@ def main():
         gap = part("gap", contacts) if contacts else []
         closed = model.get("closed")
         closed = [gap <= TOUCHING for gap in gap] if closed is None else [bool(value) for value in closed]
-        gamma, e = (float(getattr(side, name, 0.0) or 0.0) for name in ("stabilisation", "restitution"))
+        gamma, e = (to_number(getattr(side, name, 0.0) or 0.0) for name in ("stabilisation", "restitution"))
         parts = part("H", n * n) + part("a", n) + part("w", n) + part("position", inputs) + gap + [0.0] * contacts
         return parts + checked(closed, contacts, "interface_model: `closed`") + [gamma, e, 0.0, 0.0]
 

@@ -3,7 +3,7 @@
 use super::host::{Ask, Host};
 use super::probing::{ProbeErrors, SideNotes};
 use crate::model_parts::ModelSize;
-use rimbench_cases::cases::WHAT_REMAINS;
+use rimbench_cases::cases::{WHAT_REMAINS, model_against_outputs};
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -238,7 +238,11 @@ impl ImportedSide {
         self.ask(Ask::Model)?;
         size.read(&self.output, kinks, model)?;
         model.mechanics_step = h;
-        model.check().map_err(|what| format!("its interface model: {what}"))
+        model.check().map_err(|what| format!("its interface model: {what}"))?;
+        if self.known && !self.ports.direct_feedthrough {
+            model_against_outputs(model, &self.y)?;
+        }
+        Ok(())
     }
 
     /// Asks how the outputs move; one that is probed takes steps of at most `longest` (s) for it.

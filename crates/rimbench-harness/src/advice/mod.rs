@@ -19,7 +19,7 @@ use super::spectral::spectral_radius;
 use forms::least_work;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{NEUTRAL, Reference, RunRequest, RunSpec, simulate};
+use rimbench_cases::runs::{NEUTRAL, Peak, Reference, RunRequest, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
 use rimbench_core::error::{Error, Result};
 use serde::Serialize;
@@ -148,7 +148,8 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
 fn uncertainty_of_peak(reference: &Reference, spec: &RunSpec) -> Option<f64> {
     let rows = spec.case.interface_columns.iter().filter_map(|row| {
         let peak = reference.largest[reference.trajectory.index_of(&row.force)?];
-        (peak > 0.0).then(|| Some(reference.uncertainty_of(&row.force)? / peak))?
+        let nothing = reference.force_peak(&spec.case, &row.force) == Peak::Nothing;
+        (!nothing).then(|| Some(reference.uncertainty_of(&row.force)? / peak))?
     });
     rows.reduce(f64::max)
 }
