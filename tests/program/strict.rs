@@ -1,6 +1,8 @@
 //! Nothing silently wrong: what could be mixed up, lost, left over or half there is told apart, made again, or said.
 
 use crate::program::{assert_has, assert_refused, call, printed, process, refused, rimbench, said};
+use rimbench::everything;
+use rimbench::harness::{Experiment, check_claims, write_claims};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
@@ -677,6 +679,41 @@ fn rows_are_those_of_the_digest_that_is_kept() {
     seal(&place.results());
     place.verify_says(&["runs.csv", "is not that of digest.toml"]);
 }
+
+/// Without rows a verdict and the number of failed runs must still follow from what is kept.
+#[test]
+fn a_kept_verdict_that_does_not_follow_from_what_was_measured_is_refused() {
+    let place = Place::new();
+    let bad = EXPERIMENT.split_once("[[claims]]").unwrap().1.replace("\"stable\"", "\"small\"");
+    let bad = bad.replace("metric = \"failed\"\nstatistic = \"max\"\nexpect = \"<= 0\"", MEDIAN);
+    let text = format!("{EXPERIMENT}[[claims]]{bad}");
+    place.run(&text);
+    place.verify(0);
+    let claims = place.results().join("claims.csv");
+    if !claims.exists() {
+        let experiment = Experiment::read(&place.path("group/strict.toml")).unwrap();
+        let measured = check_claims(&experiment, &everything().unwrap(), &place.results()).unwrap();
+        write_claims(&claims, &measured).unwrap();
+    }
+    for file in ["runs.csv", "SHA256SUMS"] {
+        std::fs::remove_file(place.results().join(file)).unwrap();
+    }
+    place.verify(0);
+    let whole = std::fs::read_to_string(&claims).unwrap();
+    let last = |old: &str, new: &str| {
+        let (before, after) = whole.rsplit_once(old).unwrap();
+        std::fs::write(&claims, format!("{before}{new}{after}")).unwrap();
+    };
+    last(",reproduced,reproduced,", ",not-reproduced,reproduced,");
+    place.verify_says(&["small", "does not follow from what was measured"]);
+    last(",0\n", ",1\n");
+    place.verify_says(&["1 runs of `small` failed, and the summary says 0"]);
+    std::fs::write(&claims, whole.clone()).unwrap();
+    place.verify(0);
+}
+
+/// A claim on the median of one row.
+const MEDIAN: &str = "macro_step_s = 5e-3\nmetric = \"force_error_rms_n\"\nstatistic = \"median\"\nexpect = \"<= 1e9\"";
 
 #[test]
 fn narrow_terminals_and_closed_pipes_are_no_panic_and_a_list_in_a_pipe_is_whole() {
