@@ -67,6 +67,7 @@ impl Simulate {
             let spec = RunRequest { late_samples: None, late_forces: None, ..bare }.resolve(&catalogue)?;
             let grid = CommunicationGrid::new(spec.macro_step, spec.phase, spec.duration)?;
             let channel = request.delivery_up.get_or_insert_default();
+            channel.check("delivery_up", grid.macro_steps())?;
             if let Some(note) = log.replay(&grid, channel).map_err(|why| wrong(file, why))? {
                 eprintln!("note: {} {note}", file.display());
             }

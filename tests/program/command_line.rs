@@ -59,6 +59,12 @@ fn a_log_is_replayed_and_what_samples_cannot_be_is_one_error() {
     assert!(printed(&mut simulate(&replayed)).lines().next().unwrap().contains("samples late, delay:0,missed:1*2"));
     std::fs::write(&log, "time_s,computing_time_s\n0.005,0.001\n0,0.011\n").unwrap();
     assert_has(&refused(&mut simulate(&replayed)), &["times.csv", "line 3: time_s = 0 goes back from 0.005"]);
+    // What the log says has places of its own in messages, and what is asked for besides is named as it was given.
+    std::fs::write(&log, "time_s,computing_time_s\n0,0.001\n0.0075,0.011\n").unwrap();
+    assert_has(&refused(&mut simulate(&replayed)), &["times.csv", "line 3: time_s = 0.0075 is between macro steps"]);
+    std::fs::write(&log, "time_s,computing_time_s\n0,0.001\n0.005,0.011\n").unwrap();
+    let late = refused(&mut simulate(&format!("{replayed} --delivery-up delay:900")));
+    assert!(late.contains("--delivery-up = delay:900 is not valid"), "{late}");
     let all = "simulate --case wedge-box --macro-step 5e-3 --scheme";
     assert_refused(
         all,

@@ -204,7 +204,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
 /// Refuses what else may be meant by a case of FMUs.
 fn check_is_case_file(path: &Path) -> Result<()> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    let what = match ending.as_deref() {
+    let kind = match ending.as_deref() {
         Some("fmu") => "an FMU",
         Some("ssp") => "an archive of SSP (System Structure and Parameterization)",
         Some("ssd") => "a system of SSP (System Structure and Parameterization)",
@@ -214,7 +214,7 @@ fn check_is_case_file(path: &Path) -> Result<()> {
     Err(Error::file(
         path,
         format!(
-            "is {what} and no case file; valid: a file (.toml) that names two FMUs, or classes of Python, and what is coupled \
+            "is {kind} and no case file; valid: a file (.toml) that names two FMUs, or classes of Python, and what is coupled \
              (docs/guide/fmi.md)"
         ),
     ))

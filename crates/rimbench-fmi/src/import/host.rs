@@ -302,6 +302,9 @@ impl Probe {
     }
 }
 
+/// What is to be said of an FMU that is but half of what runs.
+pub(super) const NEEDS_TOOL: &str = "it drives a tool that must be installed here (needsExecutionTool)";
+
 /// Everything that driving an FMU needs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Plan {

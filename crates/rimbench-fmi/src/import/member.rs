@@ -4,7 +4,7 @@ use super::archive::Unpacked;
 use super::case_file::{CaseFile, ProcessKind, SideTable};
 use super::description::{Description, Exponents, FORCE, LENGTH, VELOCITY};
 use super::finder::{Finder, number_as};
-use super::host::{Element, Host, Limits, ModelVariables, Plan, Probe, Scaled, Start, Type};
+use super::host::{Element, Host, Limits, ModelVariables, NEEDS_TOOL, Plan, Probe, Scaled, Start, Type};
 use super::library::Loaded;
 use super::probing::SideNotes;
 use super::process::Remote;
@@ -37,9 +37,6 @@ const NO_RATES: &str = "its FMU has no directional derivatives of them, and cann
 /// Why there is no interface model.
 const NO_MODEL: &str = "its FMU has none, no directional derivatives of how its velocities move, and cannot be probed for them, which \
                         takes states to be kept and set, steps of any length, and outputs that are continuous and of type Float64";
-
-/// What is to be said of an FMU that is but half of what runs.
-pub(super) const NEEDS_TOOL: &str = "it drives a tool that must be installed here (needsExecutionTool)";
 
 /// A parameter of the case, and the variable that takes it.
 struct Taken {

@@ -198,6 +198,7 @@ impl SchemeRow {
         let mut notes = Vec::new();
         for (option, channel, name, log) in &self.logs {
             let mut channel = channel.clone();
+            channel.check(option, grid.macro_steps())?;
             let note = log.replay(grid, &mut channel).map_err(|why| Error::file(name, why))?;
             notes.extend(note.map(|note| format!("{name} {note}")));
             request.put(option, &channel.to_string())?;
