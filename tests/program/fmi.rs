@@ -2,6 +2,7 @@
 //! one line.
 
 use crate::program::{assert_has, copy, json, printed, refused, rimbench, rows_of};
+use rimbench::cosim::Quantity;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -122,7 +123,13 @@ fn friction_and_kinks_of_an_interface_model_come_through_the_fmu_to_the_bit() {
 #[test]
 fn what_every_exported_case_says_of_its_motion_adds_up() {
     let mut opened = 0;
-    for case in rimbench::everything().unwrap().cases().iter().filter(|case| case.interface_columns.len() == 1) {
+    let everything = rimbench::everything().unwrap();
+    for case in everything.cases().iter().filter(|case| case.interface_columns.len() == 1) {
+        // What exchanges displacements alone is no mechanics under a force.
+        let sides = (case.build)(&case.default_parameters(), &everything.solvers()[0]).unwrap().sides;
+        if sides.mechanics.ports().inputs.iter().any(|input| input.quantity != Quantity::Force) {
+            continue;
+        }
         let folder = tempfile::tempdir().unwrap();
         let written = ["mechanics", "actuator"].iter().all(|side| {
             let out = folder.path().join(format!("{side}.fmu"));

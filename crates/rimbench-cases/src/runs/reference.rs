@@ -411,12 +411,11 @@ impl Reference {
     pub fn without_peak(&self, case: &Case) -> Option<&'static str> {
         let mut peaks = case.interface_columns.iter().map(|row| self.force_peak(case, &row.force)).peekable();
         peaks.peek()?;
-        let worst = peaks.try_fold("no force to speak of", |words, peak| match peak {
+        peaks.try_fold("no force to speak of", |words, peak| match peak {
             Peak::Known(_) => None,
             Peak::Nothing => Some(words),
             Peak::NotKnown => Some("the force of the reference is not known to a tenth"),
-        });
-        worst
+        })
     }
 
     /// Tells whether a column of a run is the gap of one contact; of a column that the reference lacks its name says so.
