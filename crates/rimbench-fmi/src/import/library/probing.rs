@@ -341,8 +341,6 @@ mod tests {
             outputs: Places::of(&plan.outputs),
             rates: Places::default(),
             room: Vec::new(),
-            truths: Vec::new(),
-            integers: Vec::new(),
             said: ManuallyDrop::new(Box::new(Said::default())),
             opened: ManuallyDrop::new(Opened {
                 library: libloading::os::unix::Library::this().into(),
