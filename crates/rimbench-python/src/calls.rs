@@ -191,6 +191,9 @@ pub fn simulate<'py>(
     Ok(result)
 }
 
+/// Ends of a scan, s, as they are given.
+type Ends<'py> = (Option<Bound<'py, PyAny>>, Option<Bound<'py, PyAny>>);
+
 /// The stability limit, as a dictionary.
 #[pyfunction]
 pub fn limit<'py>(
@@ -198,7 +201,7 @@ pub fn limit<'py>(
     case: &Bound<'py, PyAny>,
     scheme: &Bound<'py, PyAny>,
     settings: &Bound<'py, PyDict>,
-    scan: (Option<Bound<'py, PyAny>>, Option<Bound<'py, PyAny>>, usize, usize, Bound<'py, PyAny>),
+    scan: (Ends<'py>, usize, usize, Bound<'py, PyAny>),
     method: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -206,7 +209,7 @@ pub fn limit<'py>(
         return Err(refused(Error::invalid("method", method, "run, spectral")));
     }
     let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
-    let (from, to, per_decade, phases, relative_tolerance) = scan;
+    let ((from, to), per_decade, phases, relative_tolerance) = scan;
     let time = |key: &str, value: Option<Bound<'py, PyAny>>| value.map(|value| number(key, &value)).transpose();
     let relative_tolerance = number("relative_tolerance", &relative_tolerance)?;
     let scan = Scan { from: time("from_s", from)?, to: time("to_s", to)?, per_decade, phases };

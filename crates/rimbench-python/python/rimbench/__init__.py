@@ -232,7 +232,7 @@ def limit(
     **settings : as for `simulate`, without macro step and phase.
     """
     found = _native.limit(
-        case, scheme, settings, (from_s, to_s, per_decade, phases, relative_tolerance), method, _told(progress)
+        case, scheme, settings, ((from_s, to_s), per_decade, phases, relative_tolerance), method, _told(progress)
     )
     return Limit(**found)
 

@@ -144,7 +144,7 @@ def limit(
     case: str | Case,
     scheme: str | Scheme,
     settings: dict[str, Any],
-    scan: tuple[float | None, float | None, int, int, float],
+    scan: tuple[tuple[float | None, float | None], int, int, float],
     method: str,
     progress: Callable[[int, int], object] | None,
     /,
