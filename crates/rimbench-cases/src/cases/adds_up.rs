@@ -114,12 +114,17 @@ pub(super) fn position_over_velocity(moves: &[Move], row: usize) -> Option<f64> 
         judged += usize::from(one_way || !fits);
         if !fits {
             let largest = if least.abs() > most.abs() { least } else { most };
-            out.push(moved / largest);
+            out.push(or_none(moved / largest));
         }
     }
     // A contact or an event spoils a step or two.
     let most = out.len() >= 2 && 4 * out.len() >= 3 * judged && agree(&out);
-    most.then(|| ratio_of_all(moves, row))
+    most.then(|| or_none(ratio_of_all(moves, row)))
+}
+
+/// A ratio, or 0 where it is round-off.
+fn or_none(ratio: f64) -> f64 {
+    if ratio.abs() < ROUND_OFF { 0.0 } else { ratio }
 }
 
 /// The ratio over all steps, by the velocity at the beginning, in the middle or at the end of each, whichever says most.
@@ -311,6 +316,7 @@ mod tests {
         // A velocity that says nothing, and a position that does not follow.
         assert_eq!(ratio(&x, &[0.0; 4]), Some(f64::INFINITY));
         assert_eq!(ratio(&[0.5; 4], &[1.0, 1.1, 1.2, 1.3]), Some(0.0));
+        assert_eq!(ratio(&[0.0, 0.0, 1e-210, 2e-210], &[1.0, 1.1, 1.2, 1.3]), Some(0.0));
     }
 
     #[test]
