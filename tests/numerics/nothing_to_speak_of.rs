@@ -37,15 +37,22 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
 /// Impacts of a chaotic machine: above the scale of the case there is no reference, below it a force that is not known, and at rest none.
 #[test]
 fn a_force_that_is_not_known_must_be_told_from_no_force_and_from_no_reference() {
-    let random = |seed| {
+    // As it is, the case is judged by its energy, and needs no reference that is known.
+    let random = |seed, unbounded| {
         let set = [("seed", seed), ("actuator", "spring"), ("own_frequency_rad_s", "0")];
         let spec = spec_with("random-body", "zero-order-hold", &[], &set);
+        let mut case = Case::clone(&spec.case);
+        let build = Arc::clone(&case.build);
+        case.build = Arc::new(move |parameters, solver| Ok(CoupledSystem { unbounded, ..build(parameters, solver)? }));
+        let spec = spec.changed(|own| own.case = Arc::new(case));
         let reference = Reference::compute(&spec, StopFlag::never());
         reference.map(|reference| reference.without_peak(&spec.case)).map_err(|error| error.to_string())
     };
-    let refused = random("332211").unwrap_err();
+    let refused = random("332211", false).unwrap_err();
     assert!(refused.contains("has no reference") && refused.contains("is uncertain by"), "{refused}");
-    assert_eq!(random("341333"), Ok(Some("the force of the reference is not known to a tenth")));
+    for known in [random("332211", true), random("341333", false)] {
+        assert_eq!(known, Ok(Some("the force of the reference is not known to a tenth")));
+    }
     let (case, set) = AT_REST[2];
     let spec = spec_with(case, "zero-order-hold", &[("duration_s", "0.5")], set);
     assert_eq!(coarse_reference(&spec).without_peak(&spec.case), Some("no force to speak of"));

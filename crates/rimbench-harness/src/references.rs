@@ -27,7 +27,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     if let Some(data) = kept
         && let Some(reference) = Reference::unpack(&spec.case, data)
     {
-        reference.check(&spec.case)?;
+        reference.check(spec)?;
         return Ok(reference);
     }
     let Ok([fine, middle, coarse]) =
@@ -39,7 +39,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     if !spec.case.from_outside {
         cache.write(&key, &reference.pack());
     }
-    reference.check(&spec.case)?;
+    reference.check(spec)?;
     Ok(reference)
 }
 

@@ -109,16 +109,23 @@ impl Reference {
         let spec = &spec.of_the_reference();
         let [coarse, middle, fine] = Self::REFINEMENTS.map(|refinement| Self::solution(spec, refinement, stop));
         let reference = Self::compared(spec, [coarse?, middle?, fine?], stop)?;
-        reference.check(&spec.case)?;
+        reference.check(spec)?;
         Ok(reference)
     }
 
     /// Checks that it is known what runs are held against: no force and no position of the interface is uncertain by more than a tenth of
-    /// its peak, where that is above the case's own scale.
+    /// its peak, where that is above the case's own scale. A run that is unbounded is not held against it, but against its own energy.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] naming the column.
-    pub fn check(&self, case: &Case) -> Result<()> {
+    /// [`Error::Incompatible`] naming the column; those of building the case.
+    pub fn check(&self, spec: &RunSpec) -> Result<()> {
+        match self.check_rows(&spec.case) {
+            Err(_) if (spec.case.build)(&spec.parameters, &spec.solver)?.unbounded => Ok(()),
+            checked => checked,
+        }
+    }
+
+    fn check_rows(&self, case: &Case) -> Result<()> {
         let of_row =
             |row: &InterfaceColumns| [(row.force.clone(), Quantity::Force), (row.position.clone(), Quantity::Position)];
         for (name, quantity) in case.interface_columns.iter().flat_map(of_row) {
