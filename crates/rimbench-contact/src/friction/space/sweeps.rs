@@ -1,6 +1,6 @@
 //! Gauss–Seidel by contact in space: each contact is solved exactly while the others stand still.
 
-use super::{SpaceProblem, measure, of, rows};
+use super::{SpaceProblem, of, rows};
 use crate::problem::norm;
 
 /// Bisections of the scalar equation of a contact that slides.
@@ -30,7 +30,7 @@ impl SpaceSweeps {
             self.w.resize(size, 0.0);
         }
         let w = &mut self.w[..size];
-        let mut residual = measure(problem, impulses, w);
+        let mut residual = problem.measure(impulses, w);
         for sweep in 0..most {
             if residual <= tolerance {
                 return (sweep, residual);
@@ -52,7 +52,7 @@ impl SpaceSweeps {
                     impulses[row] = impulse;
                 }
             }
-            residual = measure(problem, impulses, w);
+            residual = problem.measure(impulses, w);
         }
         (most, residual)
     }

@@ -16,6 +16,7 @@ use crate::interface_model::ReducedInterfaceModel;
 use coulomb::CoulombStep;
 use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
 use rimbench_contact::contact_law::{Solved, gap_velocity};
+use rimbench_contact::known_size;
 use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot};
 
 /// Contact law and Eq. 4 of a step, which determine the right-hand side of its contact problem.
@@ -66,12 +67,8 @@ impl DenseProblem {
 
     /// Writes `H` and `b`; tangential rows come after the normal ones.
     pub(super) fn pose(&mut self, terms: ContactTerms<'_>, p_i: &[f64]) {
-        // With one force and a few contacts the compiler knows the size, which halves the instructions.
-        match (self.b.len(), <[f64; 1]>::try_from(p_i)) {
-            (4, Ok(force)) => self.pose_few::<4>(terms, force),
-            (8, Ok(force)) => self.pose_few::<8>(terms, force),
-            (rows, _) => self.pose_rows(rows, terms, p_i),
-        }
+        let Ok(force) = <[f64; 1]>::try_from(p_i) else { return self.pose_rows(self.b.len(), terms, p_i) };
+        known_size!(self.b.len(), N if N <= 8 => self.pose_few::<N>(terms, force), rows => self.pose_rows(rows, terms, p_i));
     }
 
     #[inline(never)]
