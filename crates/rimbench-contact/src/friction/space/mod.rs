@@ -5,7 +5,7 @@
 //! ```
 //! A contact can slide in any direction, so there is no finite list of states as in the plane, and an answer is found by iteration. Methods
 //! propose, the [natural residual](crate::problem::ContactProblem::natural_residual) decides: [`SpaceSolver`] asks [`SemismoothNewton`] from
-//! the impulses of the last problem, then in turn [`SpaceSweeps`] and [`SpaceAdmm`], each followed by Newton.
+//! the impulses of the last problem, then in turn [`ContactSweeps`](super::ContactSweeps) and [`SpaceAdmm`], each followed by Newton.
 //!
 //! Velocities are unique in the plane, in space they are not: where rigid contacts are redundant and slide in different directions, the
 //! resultant of their friction depends on how they share the load. Four feet under one body have a family of solutions.
@@ -15,12 +15,10 @@
 mod admm;
 mod newton;
 mod solver;
-mod sweeps;
 
 pub use admm::SpaceAdmm;
 pub use newton::SemismoothNewton;
 pub use solver::{SpaceFallbacks, SpaceSolver};
-pub use sweeps::SpaceSweeps;
 
 use super::FrictionProblem;
 
