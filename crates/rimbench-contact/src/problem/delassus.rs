@@ -47,7 +47,7 @@ impl<K: Cone> ContactProblem<'_, DenseDelassus<'_>, K> {
     ) {
         known_size!(
             self.b.len(),
-            N if N % K::ROWS == 0 => self.velocities_of_few::<N>(impulses, w, few),
+            N if N.is_multiple_of(K::ROWS) => self.velocities_of_few::<N>(impulses, w, few),
             n => rows(n, self.delassus.h, self.b, impulses, w, many),
         );
     }

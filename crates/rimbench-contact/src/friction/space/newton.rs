@@ -89,7 +89,7 @@ impl SemismoothNewton {
             let (jacobian, step) = (&mut self.jacobian[..rows * rows], &mut self.step[..rows]);
             let solved = known_size!(
                 rows,
-                N if N % 3 == 0 => eliminate_few::<N>(jacobian, step),
+                N if N.is_multiple_of(3) => eliminate_few::<N>(jacobian, step),
                 _ => eliminate_by_rows(jacobian, step, &mut self.row),
             );
             if !solved {
