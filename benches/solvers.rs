@@ -21,7 +21,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::Lcp;
 use rimbench::cosim::{Bounds, StopFlag};
-use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver, SpaceSweeps};
+use rimbench::friction::ContactSweeps;
+use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver};
 use rimbench::known_problems::known_problems;
 use rimbench::runs::{RunRequest, simulate};
 use rimbench::solver_entry::SolverEntry;
@@ -111,7 +112,7 @@ fn cones(c: &mut Criterion) {
                 }
             });
         });
-        let mut sweeps = SpaceSweeps::new(feet);
+        let mut sweeps = ContactSweeps::<2>::new(feet);
         group.bench_function("gauss-seidel", |bencher| {
             bencher
                 .iter(|| problems.iter().map(|b| sweeps.sweep(problem(b), 1e-8, 5000, &mut impulses).0).sum::<u32>());

@@ -2,8 +2,8 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver, SpaceSweeps};
-use rimbench::friction::{FrictionProblem, FrictionSolver};
+use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver};
+use rimbench::friction::{ContactSweeps, FrictionProblem, FrictionSolver};
 use rimbench::linear_algebra::dot;
 
 /// Writes `w = H P + b`.
@@ -257,7 +257,7 @@ fn redundant_feet_that_stick_on_the_border_are_solved_where_sweeps_need_thousand
             let scale = problem.scale();
             assert!(w.iter().all(|w| w.abs() <= 1e-7 * scale), "{feet} feet, {seed}: {w:?}");
             p.fill(0.0);
-            let (sweeps, _) = SpaceSweeps::new(feet).sweep(problem, 1e-9, 2000, &mut p);
+            let (sweeps, _) = ContactSweeps::<2>::new(feet).sweep(problem, 1e-9, 2000, &mut p);
             slow += usize::from(sweeps == 2000);
         }
     }
@@ -303,7 +303,7 @@ fn velocities_of_redundant_feet_that_give_way_are_unique() {
         let mut p = vec![0.0; 12];
         newton.solve(problem, &mut p).unwrap();
         let mut swept = start.clone();
-        assert!(SpaceSweeps::new(4).sweep(problem, 1e-12, 10_000, &mut swept).1 <= 1e-12);
+        assert!(ContactSweeps::<2>::new(4).sweep(problem, 1e-12, 10_000, &mut swept).1 <= 1e-12);
         found.extend([p, swept]);
     }
     for other in &found[1..] {
@@ -326,7 +326,7 @@ fn the_three_methods_agree_where_the_answer_is_unique() {
         let problem = SpaceProblem::with_friction(&h, &b, &friction);
         let (mut newton, mut swept, mut split) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         SpaceSolver::new(1, 1e-9).solve(problem, &mut newton).unwrap();
-        let (sweeps, residual) = SpaceSweeps::new(1).sweep(problem, 1e-12, 3, &mut swept);
+        let (sweeps, residual) = ContactSweeps::<2>::new(1).sweep(problem, 1e-12, 3, &mut swept);
         assert!(sweeps <= 1 && residual <= 1e-12, "{turn}: {sweeps} sweeps, {residual}");
         let (_, _, residual) = SpaceAdmm::new(1).iterate(problem, 1e-10, 5000, &mut split);
         assert!(residual <= 1e-10, "{turn}: {residual}");

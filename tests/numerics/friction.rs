@@ -196,7 +196,8 @@ fn all_methods_must_find_the_same_velocities_and_resultant_where_there_is_one_so
             warm += 1;
         }
         // These stop at a residual; a direction that hardly moves anything may be off by so many times more.
-        if ContactSweeps.attempt(bodies.problem(), 1e-13, &mut states, &mut impulses).is_ok() {
+        impulses.fill(0.0);
+        if ContactSweeps::<1>::new(n).sweep(bodies.problem(), 1e-13, 5000, &mut impulses).1 <= 1e-13 {
             assert_same("sweeps", &bodies, &impulses, wanted, 1e-7);
             swept += 1;
         }
@@ -300,8 +301,6 @@ fn the_states_that_a_method_reports_must_be_those_of_its_impulses() {
         };
         let found = CopositiveLemke::new(n).attempt(problem, &mut states, &mut impulses);
         check("Lemke", found, &states, &impulses);
-        let found = ContactSweeps.attempt(problem, 1e-11, &mut states, &mut impulses);
-        check("sweeps", found, &states, &impulses);
         let found = Enumeration::new(n).attempt(problem, 1e-11, &mut states, &mut impulses);
         check("enumeration", found, &states, &impulses);
         states.fill(Open);

@@ -93,8 +93,9 @@ fn residuals(planar: &OfOthers<1>) -> [(&'static str, f64); 5] {
     let enumeration = judge(found, &p);
     let found = CopositiveLemke::new(n).attempt(problem, &mut states, &mut p);
     let lemke = judge(found, &p);
-    let found = ContactSweeps.attempt(problem, 1e-10, &mut states, &mut p);
-    let sweeps = judge(found, &p);
+    p.fill(0.0);
+    let (_, residual) = ContactSweeps::<1>::new(n).sweep(problem, 1e-10, 5000, &mut p);
+    let sweeps = if residual <= 1e-10 { residual } else { f64::INFINITY };
     let mut solver = FrictionSolver::new(n, 1e-9);
     let found = solver.solve(problem, &mut p);
     let all = judge(found, &p);

@@ -42,6 +42,8 @@
 //!
 //! Nothing is allocated after construction, and no file, clock or thread is used.
 
+mod known_size;
+
 pub mod affine_step;
 pub mod complementarity;
 pub mod contact_law;

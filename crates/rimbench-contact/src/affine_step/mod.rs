@@ -40,6 +40,7 @@ pub use factor::ActiveSetFactor;
 pub use law::StepContactLaw;
 pub use sparse::SparseSetFactor;
 
+use crate::known_size;
 use crate::linear_algebra::largest_entry;
 use discretised_model::add_multiple;
 
@@ -216,17 +217,12 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         let (Ok(&force), true) = (<&[f64; 1]>::try_from(lambda), !F::MANY) else {
             return self.step_of_size(self.rows, model, law, lambda, state);
         };
-        match self.rows {
+        known_size!(
+            self.rows,
+            N if N <= 4 || (F::ROWS == 2 && N <= 8) => self.step_of_few::<N>(model, law, force, state),
             0 => self.step_of_few::<0>(model, law, force, state),
-            1 => self.step_of_few::<1>(model, law, force, state),
-            2 => self.step_of_few::<2>(model, law, force, state),
-            3 => self.step_of_few::<3>(model, law, force, state),
-            4 => self.step_of_few::<4>(model, law, force, state),
-            // Three and four contacts with two rows each.
-            6 if F::ROWS == 2 => self.step_of_few::<6>(model, law, force, state),
-            8 if F::ROWS == 2 => self.step_of_few::<8>(model, law, force, state),
             n => self.step_of_size(n, model, law, &force, state),
-        }
+        )
     }
 
     #[inline(never)]

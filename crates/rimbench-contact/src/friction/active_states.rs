@@ -2,6 +2,7 @@
 
 use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
+use crate::known_size;
 use crate::problem::{Cone, Coulomb};
 
 /// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold start can cycle.
@@ -110,13 +111,11 @@ fn worst_violation(problem: FrictionProblem<'_>, impulses: &[f64], w: &[f64]) ->
         FrictionProblem::<1>::with_friction(&delassus.h[..4 * n * n], &b[..2 * n], friction)
             .violation(&impulses[..2 * n], |row| w[row])
     }
-    match problem.contacts() {
-        1 => of(1, problem, impulses, w),
-        2 => of(2, problem, impulses, w),
-        3 => of(3, problem, impulses, w),
-        4 => of(4, problem, impulses, w),
+    known_size!(
+        problem.contacts(),
+        N if N <= 4 => of(N, problem, impulses, w),
         n => of(n, problem, impulses, w),
-    }
+    )
 }
 
 /// Whether contacts that slide do so in the direction of their state: of one that hardly presses no residual tells.

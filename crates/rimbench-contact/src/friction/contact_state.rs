@@ -1,5 +1,7 @@
 //! The state of a contact with friction.
 
+use super::FrictionProblem;
+
 /// So near the border of the cone, in parts of it, an impulse is on it.
 const BORDER: f64 = 1e-12;
 
@@ -66,6 +68,14 @@ impl ContactState {
             ContactState::SlipNegative
         } else {
             ContactState::SlipPositive
+        }
+    }
+
+    /// Writes the states of all contacts that impulses (N·s) are those of.
+    pub(super) fn write_of_impulses(problem: FrictionProblem<'_>, impulses: &[f64], states: &mut [Self]) {
+        let (normal, tangential) = impulses.split_at(states.len());
+        for (contact, (state, mu)) in states.iter_mut().zip(problem.cone.friction).enumerate() {
+            *state = Self::of_impulses(normal[contact], tangential[contact], *mu);
         }
     }
 

@@ -70,10 +70,7 @@ impl CopositiveLemke {
             impulses.copy_from_slice(&self.afresh[..2 * n]);
         } else {
             // A basis that is singular or degenerate: what its variables are worth says what the contacts do.
-            for (contact, state) in states.iter_mut().enumerate() {
-                let (p_n, p_t) = (impulses[contact], impulses[n + contact]);
-                *state = ContactState::of_impulses(p_n, p_t, problem.cone.friction[contact]);
-            }
+            ContactState::write_of_impulses(problem, impulses, states);
         }
         Ok(SolveStats { pivots, factorisations: 1, ..SolveStats::default() })
     }

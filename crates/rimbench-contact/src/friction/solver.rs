@@ -4,6 +4,9 @@ use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumerat
 use crate::complementarity::{Checked, ProposeImpulses, SolveStats, Unsolved};
 use crate::problem::{Coulomb, DenseDelassus};
 
+/// Sweeps over all contacts after which the method gives up.
+const MOST_SWEEPS: u32 = 5000;
+
 /// The states of the last problem, and the method that goes on from them.
 #[derive(Debug, Clone)]
 pub struct WarmStates {
@@ -69,7 +72,7 @@ impl ProposeImpulses for WarmStates {
         let attempted = match turn {
             0 => cold.enumeration.attempt(problem, wanted, states, impulses),
             1 => cold.lemke.attempt(problem, states, impulses),
-            2 => ContactSweeps.attempt(problem, wanted, states, impulses),
+            2 => cold.sweep(problem, wanted, states, impulses),
             _ => return None,
         };
         let residual = problem.natural_residual(impulses);
@@ -95,6 +98,23 @@ fn within(stats: SolveStats, tolerance: f64) -> Result<SolveStats, Unsolved> {
 pub struct ColdMethods {
     enumeration: Enumeration,
     lemke: CopositiveLemke,
+    sweeps: ContactSweeps,
+}
+
+impl ColdMethods {
+    /// Sweeps from zero.
+    fn sweep(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        tolerance: f64,
+        states: &mut [ContactState],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        impulses.fill(0.0);
+        let (pivots, residual) = self.sweeps.sweep(problem, tolerance, MOST_SWEEPS, impulses);
+        ContactState::write_of_impulses(problem, impulses, states);
+        within(SolveStats { pivots, residual, ..SolveStats::default() }, tolerance)
+    }
 }
 
 /// Solves one problem after the other, each from the states of the last; every answer is measured by the natural residual.
@@ -108,7 +128,8 @@ impl FrictionSolver {
     pub fn new(contacts: usize, tolerance: f64) -> Self {
         let method = ActiveStates::new(contacts);
         let solver = WarmStates { method, states: vec![ContactState::Open; contacts], len: 0 };
-        let fallback = ColdMethods { enumeration: Enumeration::new(contacts), lemke: CopositiveLemke::new(contacts) };
+        let (enumeration, lemke) = (Enumeration::new(contacts), CopositiveLemke::new(contacts));
+        let fallback = ColdMethods { enumeration, lemke, sweeps: ContactSweeps::new(contacts) };
         Checked::wrap(solver, fallback, tolerance)
     }
 }

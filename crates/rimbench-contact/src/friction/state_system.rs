@@ -1,6 +1,7 @@
 //! The linear equations of one combination of states.
 
 use super::ContactState;
+use crate::known_size;
 
 /// A pivot below this part of the first one is zero: its row depends on those before.
 const DEPENDENT: f64 = 1e-11;
@@ -208,20 +209,11 @@ impl StateSystem {
     /// Elimination in the order of the last matrix; says whether that serves this one: as many pivots, and none too small.
     #[inline]
     fn eliminate_in_order<'a>(&mut self, line: &impl Fn(usize) -> &'a [f64]) -> bool {
-        match self.len {
-            0 => true,
-            // Searched each time: models in space are condensed once per macro step.
-            _ if self.tangents > 1 => false,
-            1 => self.eliminate_few::<1>(line),
-            2 => self.eliminate_few::<2>(line),
-            3 => self.eliminate_few::<3>(line),
-            4 => self.eliminate_few::<4>(line),
-            5 => self.eliminate_few::<5>(line),
-            6 => self.eliminate_few::<6>(line),
-            7 => self.eliminate_few::<7>(line),
-            8 => self.eliminate_few::<8>(line),
-            _ => false,
+        // Searched each time: models in space are condensed once per macro step.
+        if self.tangents > 1 && self.len > 0 {
+            return false;
         }
+        known_size!(self.len, K if K <= 8 => self.eliminate_few::<K>(line), k => k == 0)
     }
 
     /// Solves with a size that the compiler knows; more unknowns are searched for pivots each time.
@@ -384,17 +376,7 @@ impl StateSystem {
     /// Solves for what stands in `permuted`, rows and unknowns in the order of the pivots.
     #[inline]
     fn solve_ordered(&mut self) {
-        match self.len {
-            1 => self.solve_few::<1>(),
-            2 => self.solve_few::<2>(),
-            3 => self.solve_few::<3>(),
-            4 => self.solve_few::<4>(),
-            5 => self.solve_few::<5>(),
-            6 => self.solve_few::<6>(),
-            7 => self.solve_few::<7>(),
-            8 => self.solve_few::<8>(),
-            k => self.solve_lines(k, self.rank),
-        }
+        known_size!(self.len, K if K <= 8 => self.solve_few::<K>(), k => self.solve_lines(k, self.rank));
     }
 
     #[inline(never)]

@@ -26,4 +26,12 @@ impl Stiction {
     pub fn after(self, state: ContactState) -> f64 {
         if state == ContactState::Stick { self.at_rest } else { self.in_motion }
     }
+
+    /// Writes the coefficients of the step that follows one that ends in these states, moving by `w_t` (m/s), which is rounding up to
+    /// `rounding` (m/s).
+    pub fn update(self, friction: &mut [f64], states: &[ContactState], w_t: impl Iterator<Item = f64>, rounding: f64) {
+        for ((coefficient, state), w_t) in friction.iter_mut().zip(states).zip(w_t) {
+            *coefficient = self.after(state.moving(w_t, rounding));
+        }
+    }
 }

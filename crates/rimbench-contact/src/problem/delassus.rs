@@ -1,6 +1,7 @@
 //! The operator `H = A M⁻¹ Aᵀ` over the rows of contacts; where joints are eliminated `H_uu = A_u G A_uᵀ`, Eq. 4.
 
 use super::{Cone, ContactProblem};
+use crate::known_size;
 use crate::linear_algebra::{SymmetricRows, dot};
 
 /// The Delassus operator `H = A M⁻¹ Aᵀ`, symmetric positive semidefinite, 1/kg.
@@ -33,46 +34,65 @@ impl DelassusOperator for DenseDelassus<'_> {
     }
 }
 
-/// Computes [`ContactProblem::natural_residual`]. The compiler knows the sizes of few contacts.
-#[inline(always)]
-pub(super) fn natural_residual<K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
-    match b.len() {
-        1 => of_few::<1, K>(h, b, cone, impulses),
-        2 => of_few::<2, K>(h, b, cone, impulses),
-        3 => of_few::<3, K>(h, b, cone, impulses),
-        4 => of_few::<4, K>(h, b, cone, impulses),
-        5 => of_few::<5, K>(h, b, cone, impulses),
-        6 => of_few::<6, K>(h, b, cone, impulses),
-        7 => of_few::<7, K>(h, b, cone, impulses),
-        8 => of_few::<8, K>(h, b, cone, impulses),
-        // Three, four and six contacts in space.
-        9 if K::ROWS == 3 => of_few::<9, K>(h, b, cone, impulses),
-        12 if K::ROWS == 3 => of_few::<12, K>(h, b, cone, impulses),
-        18 if K::ROWS == 3 => of_few::<18, K>(h, b, cone, impulses),
-        _ => of_many(h, b, cone, impulses),
+impl<K: Cone> ContactProblem<'_, DenseDelassus<'_>, K> {
+    /// Writes `w = H P + b`. How the products of a row are added to `b` is part of the digits: `few` where the compiler knows the size,
+    /// `many` elsewhere.
+    #[inline]
+    pub(crate) fn velocities_by(
+        &self,
+        impulses: &[f64],
+        w: &mut [f64],
+        few: impl Fn(f64, &[f64], &[f64]) -> f64,
+        many: impl Fn(f64, &[f64], &[f64]) -> f64,
+    ) {
+        known_size!(
+            self.b.len(),
+            N if N.is_multiple_of(K::ROWS) => self.velocities_of_few::<N>(impulses, w, few),
+            n => rows(n, self.delassus.h, self.b, impulses, w, many),
+        );
+    }
+
+    #[inline(never)]
+    fn velocities_of_few<const N: usize>(
+        &self,
+        impulses: &[f64],
+        w: &mut [f64],
+        row: impl Fn(f64, &[f64], &[f64]) -> f64,
+    ) {
+        rows(N, self.delassus.h, self.b, impulses, w, row);
     }
 }
 
-/// Computes all rows at once, column by column of H. One function per size, as one large stack frame would lose the saving; the problem
-/// comes as slices, as it would be passed through memory as one.
+#[inline(always)]
+fn rows(n: usize, h: &[f64], b: &[f64], impulses: &[f64], w: &mut [f64], row: impl Fn(f64, &[f64], &[f64]) -> f64) {
+    let (h, b, impulses, w) = (&h[..n * n], &b[..n], &impulses[..n], &mut w[..n]);
+    for (at, w) in w.iter_mut().enumerate() {
+        let line = &h[at * n..(at + 1) * n];
+        *w = row(b[at], line, impulses);
+    }
+}
+
+/// Computes [`ContactProblem::natural_residual`]; the problem comes as slices, as it would be passed through memory as one.
+#[inline(always)]
+pub(super) fn natural_residual<K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
+    known_size!(
+        b.len(),
+        N if N <= 8 || K::ROWS == 3 => residual_of_few::<N, K>(h, b, cone, impulses),
+        _ => residual_of_many(h, b, cone, impulses),
+    )
+}
+
 #[inline(never)]
-fn of_few<const N: usize, K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
-    let (h, b, impulses) = (&h[..N * N], &b[..N], &impulses[..N]);
+fn residual_of_few<const N: usize, K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
     let mut w = [0.0; N];
-    for j in 0..N {
-        for i in 0..N {
-            w[i] += h[i * N + j] * impulses[j];
-        }
-    }
-    for (w, b) in w.iter_mut().zip(b) {
-        *w += b;
-    }
-    ContactProblem { delassus: DenseDelassus { h, rows: N }, b, cone }.residual_of(impulses, |row| w[row])
+    rows(N, h, b, impulses, &mut w, |b, h, p| (0..N).fold(0.0, |sum, column| sum + h[column] * p[column]) + b);
+    let (delassus, b) = (DenseDelassus { h: &h[..N * N], rows: N }, &b[..N]);
+    ContactProblem { delassus, b, cone }.residual_of(&impulses[..N], |row| w[row])
 }
 
 /// Computes row by row.
 #[inline(never)]
-fn of_many<K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
+fn residual_of_many<K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
     let delassus = DenseDelassus { h, rows: b.len() };
     ContactProblem { delassus, b, cone }.residual_of(impulses, |row| dot(delassus.row(row), impulses) + b[row])
 }

@@ -1,13 +1,13 @@
 //! Which of the closed contacts carry impulse at a communication point.
 
-use super::coulomb_contacts::CoulombContacts;
+use super::coulomb_contacts::{CoulombContacts, SpaceContacts};
 use super::model_contacts::{ContactSolver, Posed, Signorini};
 use super::recorded_modes::RecordedModes;
-use super::space_contacts::SpaceContacts;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::complementarity::SolverCounters;
+use rimbench_contact::linear_algebra::largest_entry;
 use rimbench_contact::solver_entry::SolverEntry;
 
 /// Solves the contacts that are closed at `t_k` once, over one step `h` of the mechanics with the actuator's force held.
@@ -40,14 +40,12 @@ struct Problem {
 }
 
 impl Problem {
-    /// Poses the problem of the contacts `closed` and solves it.
+    /// Poses the problem of the contacts `closed`, solves it, and records their modes where they have friction.
     fn solve<S: ContactSolver>(
         &mut self,
         solver: &mut S,
-        closed: &[usize],
-        model: &ReducedInterfaceModel,
-        lambda: &[f64],
-        by_law: bool,
+        (closed, model, lambda, by_law): (&[usize], &ReducedInterfaceModel, &[f64], bool),
+        modes: &mut RecordedModes,
     ) -> Result<(), Failure> {
         solver.set_contacts(closed, model);
         let set = solver.rows(closed);
@@ -67,7 +65,13 @@ impl Problem {
             }
         }
         let posed = Posed { model: &self.discretised, changed: true, b: &self.free[..n] };
-        solver.solve(posed, &mut self.impulses[..n])
+        solver.solve(posed, &mut self.impulses[..n])?;
+        if S::ROWS > 1 {
+            let rounding = solver.tolerance() * largest_entry(&self.free[..n]);
+            self.discretised.add_impulses(&self.impulses[..n], &mut self.free[..rows]);
+            solver.record_modes(closed, &self.free[..n], rounding, modes);
+        }
+        Ok(())
     }
 }
 
@@ -109,24 +113,11 @@ impl ActiveContacts {
         modes: &mut RecordedModes,
     ) -> Result<(), Failure> {
         let ActiveContacts { solver, problem } = self;
+        let given = (&**closed, model, lambda, by_law);
         match solver {
-            ActiveSolver::Signorini(solver) => problem.solve(&mut **solver, closed, model, lambda, by_law)?,
-            ActiveSolver::Coulomb(contacts) => {
-                problem.solve(&mut **contacts, closed, model, lambda, by_law)?;
-                let Problem { discretised, free, impulses, .. } = problem;
-                let (m, n) = (closed.len(), 2 * closed.len());
-                let rounding = contacts.tolerance() * free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-                discretised.add_impulses(&impulses[..n], &mut free[..n + lambda.len()]);
-                contacts.record_modes(closed, &free[m..n], rounding, modes);
-            }
-            ActiveSolver::Space(contacts) => {
-                problem.solve(&mut **contacts, closed, model, lambda, by_law)?;
-                let Problem { discretised, free, impulses, .. } = problem;
-                let n = 3 * closed.len();
-                let rounding = contacts.tolerance() * free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-                discretised.add_impulses(&impulses[..n], &mut free[..n + lambda.len()]);
-                contacts.record_modes(closed, &free[..n], rounding, modes);
-            }
+            ActiveSolver::Signorini(solver) => problem.solve(&mut **solver, given, modes)?,
+            ActiveSolver::Coulomb(solver) => problem.solve(&mut **solver, given, modes)?,
+            ActiveSolver::Space(solver) => problem.solve(&mut **solver, given, modes)?,
         }
         let mut carries = self.problem.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));
@@ -204,7 +195,7 @@ mod tests {
         let mut modes = RecordedModes::of(&model);
         active.keep(&mut closed, &model, &[0.3], false, &mut modes).unwrap();
         let ActiveSolver::Coulomb(contacts) = &active.solver else { unreachable!("the model has friction") };
-        let solved = contacts.states();
+        let solved = contacts.solver.solver.states();
         assert!(solved.iter().any(|state| state.friction() != 0.0), "one is at its border: {solved:?}");
         assert_eq!(modes.get().states, [ContactState::Stick; 2]);
     }

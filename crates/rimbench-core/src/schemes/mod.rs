@@ -42,7 +42,6 @@ mod rim_smooth_active;
 mod rim_split;
 mod second_order_hold;
 mod slip_rows;
-mod space_contacts;
 mod split;
 mod taylor_force;
 mod transmission_line;

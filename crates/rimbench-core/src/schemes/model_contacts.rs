@@ -11,9 +11,8 @@ mod solvers;
 
 pub(super) use solvers::{ContactSolver, Posed, Signorini};
 
-use super::coulomb_contacts::CoulombContacts;
+use super::coulomb_contacts::{CoulombContacts, SpaceContacts};
 use super::recorded_modes::RecordedModes;
-use super::space_contacts::SpaceContacts;
 use crate::cosim::MicroStep;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -231,6 +230,15 @@ impl<S: ContactSolver> Complementarity<S> {
         Ok(())
     }
 
+    fn record_modes(&self, discretised: &DiscretisedModel, set: &[usize], w_plus: &[f64], modes: &mut RecordedModes) {
+        let n = discretised.contacts();
+        if S::ROWS > 1 {
+            let rows = w_plus[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
+            let rounding = rounding_velocity(self.solver.tolerance(), rows);
+            self.solver.record_modes(set, &w_plus[..n], rounding, modes);
+        }
+    }
+
     fn counters(&self) -> SolverCounters {
         let mut counters = self.solver.counters();
         counters.parametric += self.affine.as_ref().map_or(0, AffineStep::steps);
@@ -334,19 +342,7 @@ impl ModelContacts {
         w_plus: &[f64],
         modes: &mut RecordedModes,
     ) {
-        let (m, n) = (set.len(), discretised.contacts());
-        let rows = w_plus[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
-        match self {
-            ModelContacts::Coulomb(contacts) => {
-                let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
-                contacts.solver.record_modes(set, &w_plus[m..n], rounding, modes);
-            }
-            ModelContacts::Space(contacts) => {
-                let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
-                contacts.solver.record_modes(set, &w_plus[..n], rounding, modes);
-            }
-            _ => (),
-        }
+        each!(self, contacts => contacts.record_modes(discretised, set, w_plus, modes), ());
     }
 
     /// Returns what solvers and affine steps have done.

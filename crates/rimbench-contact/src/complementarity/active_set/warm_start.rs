@@ -2,6 +2,7 @@
 
 use super::{ActiveSet, DEPENDENT, NEGLIGIBLE};
 use crate::complementarity::Lcp;
+use crate::known_size;
 
 /// Outcome of a start from the last active set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,22 +24,15 @@ impl ActiveSet {
     #[inline(always)]
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, p: &mut [f64]) -> WarmStart {
         let (h, b) = (lcp.h(), lcp.b);
-        match b.len() {
+        known_size!(
+            b.len(),
+            N if N <= 8 => self.of_size::<N>(h, b, p),
             0 => WarmStart::Zero,
-            1 => self.of_size::<1>(h, b, p),
-            2 => self.of_size::<2>(h, b, p),
-            3 => self.of_size::<3>(h, b, p),
-            4 => self.of_size::<4>(h, b, p),
-            5 => self.of_size::<5>(h, b, p),
-            6 => self.of_size::<6>(h, b, p),
-            7 => self.of_size::<7>(h, b, p),
-            8 => self.of_size::<8>(h, b, p),
             _ => WarmStart::Rejected,
-        }
+        )
     }
 
-    /// A function per size, or the saving is lost in one large frame; slices one by one, for the problem as one would go
-    /// through memory.
+    /// Takes slices one by one, for the problem as one would go through memory.
     #[inline(never)]
     fn of_size<const N: usize>(&self, h: &[f64], b: &[f64], p: &mut [f64]) -> WarmStart {
         let (rows, _) = h.as_chunks::<N>();
@@ -53,13 +47,7 @@ impl ActiveSet {
             *p = [0.0; N];
             return WarmStart::Zero;
         }
-        let confirmed = match self.len {
-            1 => self.confirm::<N, 1>(h, b, p),
-            2 if N >= 2 => self.confirm::<N, 2>(h, b, p),
-            3 if N >= 3 => self.confirm::<N, 3>(h, b, p),
-            4 if N >= 4 => self.confirm::<N, 4>(h, b, p),
-            _ => None,
-        };
+        let confirmed = known_size!(self.len, K if K <= 4 && K <= N => self.confirm::<N, K>(h, b, p), _ => None);
         if confirmed.is_some() { WarmStart::Confirmed } else { WarmStart::Rejected }
     }
 

@@ -1,6 +1,6 @@
 //! The alternating direction method of multipliers, with De Saxcé's correction inside.
 
-use super::{SpaceProblem, measure, of, rows};
+use super::{SpaceProblem, of, rows};
 use crate::linear_algebra::{factor_lower, solve_lower};
 use crate::problem::norm;
 
@@ -59,7 +59,7 @@ impl SpaceAdmm {
         self.grow(size);
         let Self { factor, x, y, z, w } = self;
         let (x, y, z, w) = (&mut x[..size], &mut y[..size], &mut z[..size], &mut w[..size]);
-        let mut residual = measure(problem, impulses, w);
+        let mut residual = problem.measure(impulses, w);
         let mean = (0..size).map(|row| problem.delassus.h[row * size + row]).sum::<f64>() / size as f64;
         let mut rho = 0.3 * mean;
         let mut factors = 0;
@@ -98,7 +98,7 @@ impl SpaceAdmm {
                 }
             }
             if iteration % LOOK == 0 {
-                residual = measure(problem, z, w);
+                residual = problem.measure(z, w);
                 if residual <= tolerance || iteration == most {
                     impulses.copy_from_slice(z);
                     return (iteration, made, residual);
@@ -114,7 +114,7 @@ impl SpaceAdmm {
             }
         }
         impulses.copy_from_slice(z);
-        (most, made, measure(problem, z, w))
+        (most, made, problem.measure(z, w))
     }
 }
 

@@ -1,7 +1,8 @@
 //! Semismooth Newton on the natural map, from the impulses of the last problem.
 
-use super::{SpaceProblem, measure, of, rows, weights};
+use super::{SpaceProblem, of, rows, weights};
 use crate::complementarity::SolveStats;
+use crate::known_size;
 use crate::linear_algebra::{eliminate_by_rows, eliminate_few};
 use crate::problem::norm;
 
@@ -79,21 +80,18 @@ impl SemismoothNewton {
     pub fn iterate(&mut self, problem: SpaceProblem<'_>, tolerance: f64, impulses: &mut [f64]) -> SolveStats {
         let size = problem.b.len();
         self.grow(size);
-        let mut residual = measure(problem, impulses, &mut self.w[..size]);
+        let mut residual = problem.measure(impulses, &mut self.w[..size]);
         self.best[..size].copy_from_slice(impulses);
         let (mut best, mut iterations, mut stalls) = (residual, 0, 0);
         while residual > WANTED * tolerance && iterations < MOST_ITERATIONS && stalls < MOST_STALLS {
             iterations += 1;
             let rows = self.linearise(problem, impulses);
             let (jacobian, step) = (&mut self.jacobian[..rows * rows], &mut self.step[..rows]);
-            let solved = match rows {
-                3 => eliminate_few::<3>(jacobian, step),
-                6 => eliminate_few::<6>(jacobian, step),
-                9 => eliminate_few::<9>(jacobian, step),
-                12 => eliminate_few::<12>(jacobian, step),
-                18 => eliminate_few::<18>(jacobian, step),
+            let solved = known_size!(
+                rows,
+                N if N.is_multiple_of(3) => eliminate_few::<N>(jacobian, step),
                 _ => eliminate_by_rows(jacobian, step, &mut self.row),
-            };
+            );
             if !solved {
                 break;
             }
@@ -123,7 +121,7 @@ impl SemismoothNewton {
                     self.trial[row] = impulses[row] + length * step;
                 }
             }
-            let after = measure(problem, &self.trial[..size], &mut self.w[..size]);
+            let after = problem.measure(&self.trial[..size], &mut self.w[..size]);
             if after < residual || (length == 1.0 && free && after.is_finite()) {
                 impulses.copy_from_slice(&self.trial[..size]);
                 return Some(after);

@@ -1,7 +1,8 @@
 //! The solver of contacts with friction in space that a simulation holds.
 
-use super::{SemismoothNewton, SpaceAdmm, SpaceProblem, SpaceSweeps};
+use super::{SemismoothNewton, SpaceAdmm, SpaceProblem};
 use crate::complementarity::{Checked, ProposeImpulses, SolveStats, Unsolved};
+use crate::friction::ContactSweeps;
 use crate::problem::{Coulomb, DenseDelassus};
 
 /// Turns of the fallbacks; each gives its method twice the iterations of the one before.
@@ -15,7 +16,7 @@ const FIRST_ITERATIONS: u32 = 100;
 /// Sweeps and ADMM by turns, each followed by Newton.
 #[derive(Debug, Clone)]
 pub struct SpaceFallbacks {
-    sweeps: SpaceSweeps,
+    sweeps: ContactSweeps<2>,
     admm: SpaceAdmm,
     /// The best answer so far.
     start: Vec<f64>,
@@ -98,14 +99,14 @@ impl ProposeImpulses for SemismoothNewton {
 
 /// Solves one problem in space after the other, each from the impulses of the last; every answer is measured by the natural residual.
 ///
-/// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`SpaceSweeps`] and [`SpaceAdmm`] by
+/// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`ContactSweeps`] and [`SpaceAdmm`] by
 /// turns, eight in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
 pub type SpaceSolver = Checked<SemismoothNewton>;
 
 impl SpaceSolver {
     /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
     pub fn new(contacts: usize, tolerance: f64) -> Self {
-        let (sweeps, admm) = (SpaceSweeps::new(contacts), SpaceAdmm::new(contacts));
+        let (sweeps, admm) = (ContactSweeps::new(contacts), SpaceAdmm::new(contacts));
         let fallback = SpaceFallbacks { sweeps, admm, start: vec![0.0; 3 * contacts], best: f64::INFINITY };
         Checked::wrap(SemismoothNewton::new(contacts), fallback, tolerance)
     }

@@ -16,7 +16,8 @@ use crate::interface_model::ReducedInterfaceModel;
 use coulomb::CoulombStep;
 use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
 use rimbench_contact::contact_law::{Solved, gap_velocity};
-use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot};
+use rimbench_contact::known_size;
+use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot, largest_entry};
 
 /// Contact law and Eq. 4 of a step, which determine the right-hand side of its contact problem.
 #[derive(Clone, Copy)]
@@ -66,12 +67,8 @@ impl DenseProblem {
 
     /// Writes `H` and `b`; tangential rows come after the normal ones.
     pub(super) fn pose(&mut self, terms: ContactTerms<'_>, p_i: &[f64]) {
-        // With one force and a few contacts the compiler knows the size, which halves the instructions.
-        match (self.b.len(), <[f64; 1]>::try_from(p_i)) {
-            (4, Ok(force)) => self.pose_few::<4>(terms, force),
-            (8, Ok(force)) => self.pose_few::<8>(terms, force),
-            (rows, _) => self.pose_rows(rows, terms, p_i),
-        }
+        let Ok(force) = <[f64; 1]>::try_from(p_i) else { return self.pose_rows(self.b.len(), terms, p_i) };
+        known_size!(self.b.len(), N if N <= 8 => self.pose_few::<N>(terms, force), rows => self.pose_rows(rows, terms, p_i));
     }
 
     #[inline(never)]
@@ -212,7 +209,6 @@ impl StepContacts {
 
     /// Returns `w⁺ + t = H P + b` of the last step, m/s, normal rows first, and up to where it is rounding: the tolerance times `‖b‖_∞`.
     pub(super) fn velocities_after(&mut self, impulses: &[f64]) -> (&[f64], f64) {
-        let scale = |b: &[f64]| b.iter().fold(0.0, |max, b| if b.abs() > max { b.abs() } else { max });
         match self {
             StepContacts::Signorini { problem: DenseProblem { h, b, w }, solver } => {
                 let n = b.len();
@@ -223,9 +219,11 @@ impl StepContacts {
                         w.iter_mut().zip(&h[contact * n..(contact + 1) * n]).for_each(|(w, h)| *w += h * impulse);
                     }
                 }
-                (w, solver.tolerance() * scale(b))
+                (w, solver.tolerance() * largest_entry(b))
             }
-            StepContacts::Sparse { b, solver, .. } => (solver.solver.velocities(), solver.tolerance() * scale(b)),
+            StepContacts::Sparse { b, solver, .. } => {
+                (solver.solver.velocities(), solver.tolerance() * largest_entry(b))
+            }
             StepContacts::Coulomb(contacts) => (&contacts.problem.w, contacts.rounding_velocity()),
         }
     }

@@ -1,14 +1,17 @@
 //! The solvers of a model's contact problem: by cone, and by the form of the Delassus matrix.
 
-use super::super::coulomb_contacts::CoulombContacts;
-use super::super::space_contacts::SpaceContacts;
+use super::super::coulomb_contacts::{CoulombContacts, SpaceContacts};
+use super::super::recorded_modes::RecordedModes;
 use crate::error::Failure;
-use crate::interface_model::ReducedInterfaceModel;
+use crate::interface_model::{ReducedInterfaceModel, closed_in_space};
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
-use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
-use rimbench_contact::friction::FrictionProblem;
-use rimbench_contact::friction::space::SpaceProblem;
+use rimbench_contact::complementarity::{
+    Checked, Lcp, ProposeImpulses, Solver, SolverCounters, SparseActiveSet, SparseLcp, SparseSolver,
+};
+use rimbench_contact::friction::space::{SemismoothNewton, SpaceProblem, SpaceSolver};
+use rimbench_contact::friction::{FrictionProblem, FrictionSolver, WarmStates};
+use rimbench_contact::linear_algebra::largest_entry;
 
 /// A contact problem `w⁺ = H P + b` of a model.
 #[derive(Clone, Copy)]
@@ -25,6 +28,7 @@ pub(crate) struct Posed<'a> {
 pub(crate) trait ContactSolver: Clone {
     /// `H_AA` of its active sets, for micro steps that keep the set.
     type Factor: ActiveSetFactor;
+    type Method: ProposeImpulses;
     /// Rows of each contact.
     const ROWS: usize = 1;
 
@@ -45,10 +49,20 @@ pub(crate) trait ContactSolver: Clone {
     /// Returns the active set of the last problem.
     fn active<'a>(&'a self, impulses: &'a [f64]) -> <Self::Factor as ActiveSetFactor>::Active<'a>;
 
-    /// Returns the natural residual up to which an answer is accepted.
-    fn tolerance(&self) -> f64;
+    /// Returns the solver with its check.
+    fn checked(&self) -> &Checked<Self::Method>;
 
-    fn counters(&self) -> SolverCounters;
+    /// Returns the natural residual up to which an answer is accepted.
+    fn tolerance(&self) -> f64 {
+        self.checked().tolerance()
+    }
+
+    fn counters(&self) -> SolverCounters {
+        self.checked().counters()
+    }
+
+    /// Records what the contacts of `set` have done if they have friction, moving by `w` (m/s), which is rounding up to `rounding` (m/s).
+    fn record_modes(&self, _set: &[usize], _w: &[f64], _rounding: f64, _modes: &mut RecordedModes) {}
 
     /// Sets the contacts of a model that has arrived.
     fn set_contacts(&mut self, _set: &[usize], _model: &ReducedInterfaceModel) {}
@@ -65,6 +79,7 @@ pub(crate) struct Signorini(pub(crate) Checked);
 
 impl ContactSolver for Signorini {
     type Factor = DenseFactor;
+    type Method = Solver;
 
     #[inline(always)]
     fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
@@ -77,17 +92,14 @@ impl ContactSolver for Signorini {
         impulses
     }
 
-    fn tolerance(&self) -> f64 {
-        self.0.tolerance()
-    }
-
-    fn counters(&self) -> SolverCounters {
-        self.0.counters()
+    fn checked(&self) -> &Checked {
+        &self.0
     }
 }
 
 impl ContactSolver for SparseSolver {
     type Factor = SparseSetFactor;
+    type Method = SparseActiveSet;
 
     fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
         let rows = posed.model.contact_rows().expect("a sparse solver has a sparse Delassus matrix");
@@ -104,31 +116,26 @@ impl ContactSolver for SparseSolver {
         (self.solver.factor(), impulses)
     }
 
-    fn tolerance(&self) -> f64 {
-        self.tolerance()
-    }
-
-    fn counters(&self) -> SolverCounters {
-        self.counters()
+    fn checked(&self) -> &Self {
+        self
     }
 }
 
 impl ContactSolver for CoulombContacts {
     type Factor = ModeFactor;
+    type Method = WarmStates;
     const ROWS: usize = 2;
 
     fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
         self.try_solve(posed, impulses)?;
         if let Some(stiction) = self.stiction {
             let (m, h, b) = (self.friction.len(), posed.model.h_uu(), posed.b);
-            let rounding = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-            for (contact, (coefficient, state)) in self.friction.iter_mut().zip(self.solver.solver.states()).enumerate()
-            {
-                let row = m + contact;
-                let pushed: f64 =
-                    h[row * 2 * m..(row + 1) * 2 * m].iter().zip(impulses.iter()).map(|(h, p)| h * p).sum();
-                *coefficient = stiction.after(state.moving(b[row] + pushed, rounding));
-            }
+            let w_t = (m..2 * m).map(|row| {
+                let pushed: f64 = h[row * 2 * m..].iter().zip(impulses.iter()).map(|(h, p)| h * p).sum();
+                b[row] + pushed
+            });
+            let rounding = self.solver.tolerance() * largest_entry(b);
+            stiction.update(&mut self.friction, self.solver.solver.states(), w_t, rounding);
         }
         Ok(())
     }
@@ -142,24 +149,23 @@ impl ContactSolver for CoulombContacts {
     }
 
     fn active<'a>(&'a self, _: &'a [f64]) -> <ModeFactor as ActiveSetFactor>::Active<'a> {
-        (self.states(), &self.friction)
+        (self.solver.solver.states(), &self.friction)
     }
 
-    fn tolerance(&self) -> f64 {
-        self.solver.tolerance()
+    fn checked(&self) -> &FrictionSolver {
+        &self.solver
     }
 
-    fn counters(&self) -> SolverCounters {
-        self.solver.counters()
+    /// Of redundant contacts one may be loaded up to its bound and not move.
+    fn record_modes(&self, set: &[usize], w: &[f64], rounding: f64, modes: &mut RecordedModes) {
+        for ((&contact, state), w_t) in set.iter().zip(self.solver.solver.states()).zip(&w[set.len()..]) {
+            modes.record(contact, state.moving(*w_t, rounding));
+        }
     }
 
     /// With coefficients and modes as the model has them.
     fn set_contacts(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
-        let n = model.contacts();
-        self.rows.clear();
-        self.rows.extend(set.iter().copied().chain(set.iter().map(|contact| n + contact)));
-        self.friction.clear();
-        self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
+        self.take(set, Self::ROWS, model);
         self.solver.solver.start_from(set.iter().map(|&contact| model.solved_states[contact]));
     }
 
@@ -171,6 +177,7 @@ impl ContactSolver for CoulombContacts {
 impl ContactSolver for SpaceContacts {
     /// Never made: where a contact slides in space the solution is not affine, as the direction of its friction turns.
     type Factor = DenseFactor;
+    type Method = SemismoothNewton;
     const ROWS: usize = 3;
 
     fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
@@ -188,20 +195,19 @@ impl ContactSolver for SpaceContacts {
         impulses
     }
 
-    fn tolerance(&self) -> f64 {
-        self.solver.tolerance()
+    fn checked(&self) -> &SpaceSolver {
+        &self.solver
     }
 
-    fn counters(&self) -> SolverCounters {
-        self.solver.counters()
+    fn record_modes(&self, set: &[usize], w: &[f64], rounding: f64, modes: &mut RecordedModes) {
+        let n = set.len();
+        for (slot, &contact) in set.iter().enumerate() {
+            modes.record_in_space(contact, closed_in_space([w[n + slot], w[2 * n + slot]], rounding));
+        }
     }
 
     fn set_contacts(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
-        let n = model.contacts();
-        self.rows.clear();
-        self.rows.extend((0..3).flat_map(|axis| set.iter().map(move |contact| axis * n + contact)));
-        self.friction.clear();
-        self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
+        self.take(set, Self::ROWS, model);
         self.forces.clear();
         self.forces.extend(self.rows.iter().map(|&row| model.solved_forces[row]));
     }

@@ -3,7 +3,7 @@
 use super::super::active_contacts::ActiveContacts;
 use super::super::construction::{Construction, ModelConstruction};
 use super::super::contact_detection::{ContactDetection, DetectionRule};
-use super::super::coulomb_contacts::CoulombContacts;
+use super::super::coulomb_contacts::{CoulombContacts, SpaceContacts};
 use super::super::entry::{Family, SchemeEntry};
 use super::super::implicit_feedthrough::ImplicitFeedthrough;
 use super::super::model_contacts::{Complementarity, ModelContacts, ModelState, Signorini};
@@ -12,7 +12,6 @@ use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
 use super::super::requirement::Requirement;
 use super::super::slip_rows::SlipRows;
-use super::super::space_contacts::SpaceContacts;
 use super::ReducedInterface;
 use super::contact_set::{ContactSet, Contacts};
 use super::effective_mass::EffectiveMass;

@@ -12,7 +12,7 @@ use rimbench_contact::complementarity::SolverCounters;
 use rimbench_contact::contact_law::Solved;
 use rimbench_contact::friction::space::{SpaceProblem, SpaceSolver};
 use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
-use rimbench_contact::linear_algebra::dot;
+use rimbench_contact::linear_algebra::{dot, largest_entry};
 use rimbench_contact::solver_entry::SolverEntry;
 
 /// Friction of the contacts: Coulomb's law, in the plane or in space.
@@ -123,7 +123,7 @@ impl CoulombStep {
     pub(in super::super) fn rounding_velocity(&self) -> f64 {
         let DenseProblem { h, b, .. } = &self.problem;
         let scale = match &self.solver {
-            ConeSolver::Plane(_) => b.iter().fold(0.0, |max: f64, b| max.max(b.abs())),
+            ConeSolver::Plane(_) => largest_entry(b),
             ConeSolver::Space(_) => SpaceProblem::with_friction(h, b, &self.friction).scale(),
         };
         self.tolerance() * scale
@@ -169,10 +169,8 @@ impl CoulombStep {
         if let (Some(stiction), Solved::Velocity) = (self.law.stiction(), terms.solved) {
             let rounding = self.rounding_velocity();
             let ConeSolver::Plane(solver) = &self.solver else { return Ok(()) };
-            let (n, states) = (self.friction.len(), solver.solver.states());
-            for ((coefficient, state), w_t) in self.friction.iter_mut().zip(states).zip(&self.problem.w[n..]) {
-                *coefficient = stiction.after(state.moving(*w_t, rounding));
-            }
+            let w_t = self.problem.w[self.friction.len()..].iter().copied();
+            stiction.update(&mut self.friction, solver.solver.states(), w_t, rounding);
         }
         solved?;
         Ok(())
