@@ -570,7 +570,7 @@ fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     let file = place.write(&EXPERIMENT.replace("phases = 4", "phases = 100"));
     let plan = |more: &[&str]| printed(rimbench().arg("run").arg(&file).arg("--dry-run").args(more));
     let short = plan(&[]);
-    assert!(short.lines().take(4).any(|line| line == "400 runs, 1 claims") && short.lines().count() < 60, "{short}");
+    assert!(short.lines().take(4).any(|line| line == "400 runs, 1 claim") && short.lines().count() < 60, "{short}");
     assert_has(&short, &["… and 360 more: --all shows them"]);
     assert!(plan(&["--all"]).lines().count() > 400);
 }

@@ -88,16 +88,6 @@ pub struct Metric {
     pub compute: fn(&Evidence<'_>) -> Option<f64>,
 }
 
-impl Metric {
-    /// Tells whether a run may complete with a value that is not finite: of an interface that is locked, and of an account that was asked for
-    /// and could not be drawn up.
-    pub fn may_be_infinite(&self) -> bool {
-        [super::contact::EFFECTIVE_MASS_MAX, super::contact::EFFECTIVE_MASS_RATIO, super::model_energy::HEAVINESS]
-            .iter()
-            .any(|metric| metric.name == self.name)
-    }
-}
-
 /// The runs that a metric says something of, where these are not all. Tables without such runs lack it, but for friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Only {

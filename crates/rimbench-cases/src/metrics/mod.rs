@@ -121,3 +121,13 @@ pub fn is_of_ends(name: &str) -> bool {
 pub fn ideal_of(name: &str) -> f64 {
     METRICS.iter().find(|metric| metric.name == name).map_or(0.0, |metric| metric.ideal)
 }
+
+impl Metric {
+    /// Tells whether a run may complete with a value that is not finite: of an interface that is locked, and of an account that was asked for
+    /// and could not be drawn up.
+    pub fn may_be_infinite(&self) -> bool {
+        [contact::EFFECTIVE_MASS_MAX, contact::EFFECTIVE_MASS_RATIO, model_energy::HEAVINESS]
+            .iter()
+            .any(|metric| metric.name == self.name)
+    }
+}
