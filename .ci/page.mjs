@@ -27,7 +27,7 @@ const simulate = (...options) => {
 
 async function digits() {
   // The page's own worker, outside a page.
-  const source = fs.readFileSync(new URL("../crates/rimbench-figures/page/worker.js", import.meta.url), "utf8");
+  const source = fs.readFileSync(new URL("../crates/presentation/rimbench-figures/page/worker.js", import.meta.url), "utf8");
   let answer;
   const worker = { WebAssembly, TextEncoder, TextDecoder, Uint8Array, Float64Array, postMessage: (message) => (answer = message) };
   vm.runInNewContext(source, worker);

@@ -20,7 +20,7 @@ try:
         root / "paper" / "paper.typ",
         output=out,
         root=root,
-        font_paths=[root / "crates" / "rimbench-figures" / "src" / "font"],
+        font_paths=[root / "crates" / "presentation" / "rimbench-figures" / "src" / "font"],
         ignore_system_fonts=True,
         pdf_standards=["ua-1"],
     )

@@ -13,7 +13,7 @@ const SOURCE: &str = "paper/paper.typ";
 /// What sets it by the Python package of Typst.
 const BUILD: &str = "paper/build.py";
 /// Where the typeface of the figures is.
-const TYPEFACE: &str = "crates/rimbench-figures/src/font";
+const TYPEFACE: &str = "crates/presentation/rimbench-figures/src/font";
 
 /// Sets the report as a PDF in the file `out`.
 pub(super) fn set_pdf(out: &Path) -> anyhow::Result<()> {

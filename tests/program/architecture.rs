@@ -1,11 +1,62 @@
-//! No files use each other in a circle; between packages the compiler sees to that.
+//! Between the yards of crates there are fences, and no files use each other in a circle; between packages the compiler sees to that.
 
 use crate::support::sources;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-fn code_of(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates").join(name).join("src")
+/// The folders of the crates, each with the name of its yard.
+fn crates() -> Vec<(String, PathBuf)> {
+    let folders = |path: &Path| {
+        let entries = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
+        entries.filter(|path| path.is_dir()).collect::<Vec<_>>()
+    };
+    let yards = folders(&Path::new(env!("CARGO_MANIFEST_DIR")).join("crates")).into_iter();
+    yards.flat_map(|yard| folders(&yard).into_iter().map(move |path| (name_of(&yard), path))).collect()
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+/// The names that a manifest has in any table of dependencies: for a target, for tests and for the build script as well.
+fn dependencies(manifest: &toml::Table) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for (key, value) in manifest {
+        let Some(table) = value.as_table() else { continue };
+        match key.as_str() {
+            "dependencies" | "dev-dependencies" | "build-dependencies" => found.extend(table.keys().cloned()),
+            _ => found.extend(dependencies(table)),
+        }
+    }
+    found
+}
+
+#[test]
+fn the_benchmark_uses_nothing_of_the_other_yards_and_presentation_no_interface() {
+    let crates = crates();
+    let yard_of: BTreeMap<String, &str> = crates.iter().map(|(yard, path)| (name_of(path), yard.as_str())).collect();
+    let mut seen = 0;
+    for (yard, path) in &crates {
+        let manifest = std::fs::read_to_string(path.join("Cargo.toml")).unwrap();
+        let allowed: &[&str] = match yard.as_str() {
+            "benchmark" => &["benchmark"],
+            "presentation" => &["benchmark", "presentation"],
+            "interfaces" => &["benchmark", "presentation", "interfaces"],
+            other => panic!("{other} is no yard: which may its crates use?"),
+        };
+        for used in dependencies(&manifest.parse().unwrap()) {
+            let own = used.starts_with("rimbench");
+            seen += usize::from(own);
+            let at = yard_of.get(&used).copied();
+            assert!(
+                !own || at.is_some_and(|at| allowed.contains(&at)) || (yard == "interfaces" && at.is_none()),
+                "{} of {yard} uses {used} of {}",
+                name_of(path),
+                at.unwrap_or("the program")
+            );
+        }
+    }
+    assert!(seen > 20, "{seen} uses of own crates: the check reads nothing");
 }
 
 /// Modules with the modules that each uses.
@@ -113,9 +164,8 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
 fn no_files_but_parent_and_child_use_each_other_in_a_circle() {
     let mut seen = 0;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let crates =
-        ["cases", "contact", "core", "dev", "figures", "fmi", "harness", "python", "results", "statistics", "web"];
-    for folder in crates.map(|name| code_of(&format!("rimbench-{name}"))).into_iter().chain([root.join("src")]) {
+    let crates = crates().into_iter().map(|(_, path)| path.join("src"));
+    for folder in crates.chain([root.join("src")]) {
         let uses = uses(&folder);
         seen += uses.len();
         assert_eq!(circle(&uses), None, "{}", folder.display());

@@ -296,7 +296,7 @@ fn the_compiler_gets_the_source_the_typeface_and_the_standard() {
     stand_in(&program, "for last; do :; done; echo \"$@\" >\"$last\"");
     paper(folder.path(), &out, 0);
     let told = crate::program::read(&out);
-    let typeface = "--font-path crates/rimbench-figures/src/font";
+    let typeface = "--font-path crates/presentation/rimbench-figures/src/font";
     assert_has(&told, &["compile --root .", typeface, "--pdf-standard ua-1 paper/paper.typ"]);
     stand_in(&program, "echo 'paper.typ: this sentence is no longer true' >&2; exit 1");
     assert_has(&paper(folder.path(), &out, 2), &["no longer true"]);

@@ -207,7 +207,7 @@ mod tests {
     fn every_scheme_with_a_page_has_a_style_and_no_other() {
         let mut schemes: Vec<_> = standard_schemes().into_iter().map(|scheme| scheme.name).collect();
         let mut drawn = SCHEMES.map(|(name, ..)| name);
-        schemes.retain(|name| Path::new("../../docs/schemes").join(format!("{name}.md")).is_file());
+        schemes.retain(|name| Path::new("../../../docs/schemes").join(format!("{name}.md")).is_file());
         schemes.sort();
         drawn.sort_unstable();
         assert_eq!(schemes, drawn);
