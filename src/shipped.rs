@@ -7,6 +7,9 @@ pub const EXPERIMENTS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/exp
 /// The list of figures: path and text.
 pub const FIGURES: (&str, &str) = ("paper/figures.toml", include_str!("../paper/figures.toml"));
 
+/// The keys of a list of figures: the page of the book.
+pub const FIGURE_KEYS: &str = include_str!("../docs/guide/figure-keys.md");
+
 /// The source of the report: path and text.
 pub const REPORT: (&str, &str) = ("paper/report.md", include_str!("../paper/report.md"));
 

@@ -6,9 +6,9 @@ use super::{Format, print, print_json, with_file};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
-use rimbench::figures::figure_keys;
 use rimbench::fmi::import::SideNotes;
 use rimbench::metrics::{METRICS, Only};
+use rimbench::shipped::FIGURE_KEYS;
 use serde_json::Value;
 
 /// Arguments of `list`.
@@ -107,13 +107,13 @@ impl List {
                     entry(&parameter.name, &parameter.about, more)
                 })
                 .collect(),
-            What::FigureKeys => figure_keys()
-                .into_iter()
-                .map(|key| {
-                    let more = [("place", key.place), ("takes", key.takes), ("absent", key.absent)];
-                    entry(key.name, key.about, more)
-                })
-                .collect(),
+            What::FigureKeys => match self.format {
+                Format::Table => return print(FIGURE_KEYS.trim_end()),
+                Format::Json => {
+                    let message = "`list figure-keys` is a page of the book and has no JSON: leave --format out";
+                    return Err(Error::Incompatible(message.to_owned()).into());
+                }
+            },
         };
         match self.format {
             Format::Json => print_json(&json(&entries)),

@@ -19,7 +19,7 @@ use rimbench::figures::render::{self, svg};
 use rimbench::figures::scheme_picture::timeline;
 use rimbench::figures::style::Styles;
 
-use rimbench::figures::{FigureEntry, FigureList, MadeFigures};
+use rimbench::figures::{FigureEntry, FigureList, MadeFigures, figure_keys};
 use rimbench::runs::{RunRequest, simulate};
 
 /// The style of a built-in scheme, or a variant of one.
@@ -284,10 +284,10 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
     for (line, wanted) in [
         ("range = [1.0, 1e-3]", "range = [1.0, 0.001] is not valid; valid: [low, high], finite, 0 < low < high"),
         ("range = [0.0, 1.0]", "range = "),
-        ("range = [1.0]", "range = "),
+        ("range = [1.0]", "range = [1.0] is"),
         ("slope = [1.0, [0.0, 1.0]]", "slope = "),
-        ("only = { caze = \"box\" }", "only: unknown key `caze` (did you mean `case`?)"),
-        ("labels = [1, 2]", "labels = [1, 2] is"),
+        ("only = { caze = \"box\" }", "only: caze: unknown field `caze`, expected `case` or `set`"),
+        ("labels = [1, 2]", "labels 1: invalid type: integer `1`, expected a string"),
     ] {
         let message = refused(&format!("{LEAST_XY}{LEAST_PANEL}{line}\n"));
         assert_has(&message, &[&format!("panels 1: {wanted}")]);
@@ -305,7 +305,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("x = { cost = \"exchanges\", parameter = \"mass\" }", "not both"),
         ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` does not go with a cost across"),
         ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
-        ("x = { parametre = \"mass\" }", "did you mean `parameter`?"),
+        ("x = { parametre = \"mass\" }", "unknown field `parametre`, expected one of `parameter`"),
     ] {
         for message in [format!("{LEAST_XY}{LEAST_PANEL}{key}\n"), format!("{LEAST_XY}{key}\n{LEAST_PANEL}")]
             .map(|it| refused(&it))
@@ -313,15 +313,21 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
             assert!(message.contains(wanted) && message.lines().count() == 1, "{message}");
         }
     }
-    // All at once, and those of the second figure with its line.
-    let twice = format!("{LEAST_XY}width = 0\nheight = 0\n[[figure.panels]]\n{LEAST_XY}{LEAST_PANEL}");
+    // The first of each figure, and that of the second with its line.
+    let twice = format!("{LEAST_XY}width = 0\n{LEAST_PANEL}{LEAST_XY}height = 0\n{LEAST_PANEL}");
     let message = refused(&twice);
-    let missing = "panels 1: key `metric` is missing: a column of runs.csv";
-    assert_has(&message, &["3 things are wrong", "width = 0", "height = 0", missing]);
+    let missing = "panels 1: missing field `metric`";
+    assert_has(&message, &["2 things are wrong", "in line 1 (`mine`): width = 0", "in line 8 (`mine`): height = 0"]);
+    let message = refused(&format!("{LEAST_XY}[[figure.panels]]\n"));
+    assert_has(&message, &[missing]);
     let message = refused(&format!("{LEAST_XY}{LEAST_PANEL}{LEAST_XY}{LEAST_PANEL}"));
     assert!(message.contains("[[figure]] in line 7 (`mine`): another figure has this id"), "{message}");
     let message = refused("[[figure]]\n");
-    assert!(message.contains("key `id` is missing") && message.contains("key `kind` is missing: "), "{message}");
+    assert!(message.contains("missing field `id`"), "{message}");
+    let message = refused(&LEAST_XY.replace("\"xy\"", "\"xyz\""));
+    assert_has(&message, &["unknown kind of figure `xyz` (did you mean `xy`?)"]);
+    let message = refused(&format!("{LEAST_XY}note = \"two\\nlines\"\n{LEAST_PANEL}"));
+    assert_has(&message, &["text in one line"]);
     assert!(refused("[[figures]]\n").contains("line 1, column 3"), "{}", refused("[[figures]]\n"));
 }
 
@@ -870,4 +876,19 @@ fn no_two_rows_of_a_shipped_figure_look_the_same() {
         }
     }
     assert!(compared > 100, "{compared}");
+}
+
+/// The page of keys is written by hand; what a figure takes are the fields of its struct.
+#[test]
+fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
+    let page = std::fs::read_to_string(root().join("docs/guide/figure-keys.md")).unwrap();
+    let mut said = BTreeSet::new();
+    for section in page.split("\n## ").skip(1).filter(|section| !section.starts_with("Table")) {
+        let kind = section.strip_prefix('`').and_then(|rest| rest.split('`').next()).unwrap_or_default();
+        let keys = section.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next());
+        said.extend(keys.map(|key| (kind, key)));
+    }
+    // Every kind has a width, which stands with the keys of all.
+    let taken = figure_keys().into_iter().map(|(kind, key)| (if key == "width" { "" } else { kind }, key));
+    assert_eq!(said, taken.collect());
 }

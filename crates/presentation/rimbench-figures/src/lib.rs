@@ -61,5 +61,5 @@ mod seven_bits;
 mod vector;
 
 pub use claims_table::claims_markdown;
-pub use figures::{FigureEntry, FigureKey, FigureKind, FigureList, MadeFigures, figure_keys, preview};
+pub use figures::{FigureEntry, FigureKind, FigureList, Head, MadeFigures, figure_keys, preview};
 pub use pages::{fill_page, without_filled};

@@ -1,28 +1,29 @@
 //! What is across in an XY figure: the macro step, a parameter of the case, or the cost.
 
 use super::cost::Cost;
-use super::keys::*;
+use super::valid;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
 use rimbench_statistics::{Run, Runs};
+use serde::Deserialize;
 use std::path::Path;
 
-keys! {
-    /// What is across in a panel: the macro step, where neither a parameter nor a cost is named.
-    pub struct Across {
-        parameter: Option<String> = key(
-            Takes::Text,
-            Then("not across"),
-            "a parameter of the case, by name, or a number of an option, as in `delivery_up:delay`; `contact_detection` is the contact margin, and runs without one are level lines"
-        ),
-        cost: Option<String> = key(
-            Takes::Text,
-            Then("not across"),
-            "a column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance"
-        ),
-        label: Option<String> = key(Takes::Text, Then("the name"), "heading of the horizontal axis"),
-        pub range: Option<[f64; 2]> = key(Takes::PositiveInterval, AUTOMATIC, "horizontal axis, logarithmic"),
-    }
+/// What is across in a panel: the macro step, where neither a parameter nor a cost is named.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Across {
+    /// A parameter of the case, by name, or a number of an option, as in `delivery_up:delay`; `contact_detection` is the contact margin, and runs without one are level lines.
+    #[serde(default)]
+    pub parameter: Option<String>,
+    /// A column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance.
+    #[serde(default)]
+    pub cost: Option<String>,
+    /// Heading of the horizontal axis.
+    #[serde(default)]
+    label: Option<String>,
+    /// Horizontal axis, logarithmic.
+    #[serde(default, deserialize_with = "valid::positive_interval")]
+    pub range: Option<[f64; 2]>,
 }
 
 /// The values across, by row of `runs.csv`.

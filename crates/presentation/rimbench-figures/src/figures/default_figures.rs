@@ -1,8 +1,8 @@
 //! Figures of an experiment that no list names: where it is stable, and how large its errors are.
 
 use super::FigureEntry;
-use super::keys::LONGEST_NAME;
 use super::statistics::read_runs;
+use super::valid::LONGEST_NAME;
 use crate::figure::MOST_LINES;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Runs;
@@ -143,7 +143,7 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
     }
     let entries = list.into_iter().map(|entry| {
         let entry = serde_json::from_value(entry).map_err(|error| Error::file(folder, error.to_string()))?;
-        FigureEntry::checked(entry).map_err(|wrong| Error::file(folder, wrong.join("; ")))
+        FigureEntry::checked(entry).map_err(|wrong| Error::file(folder, wrong))
     });
     entries.collect()
 }

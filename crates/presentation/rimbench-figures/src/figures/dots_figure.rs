@@ -1,7 +1,8 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
-use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
+use super::FigureOptions;
+use super::statistics::{Bars, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
+use super::valid;
 use crate::chart::{Absent, Axis};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
@@ -9,48 +10,73 @@ use crate::style::Styles;
 use rimbench_cases::metrics::ideal_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Runs;
+use serde::Deserialize;
 use std::path::Path;
 
-keys! {
-    /// Options of a dot plot.
-    pub struct DotsFigure {
-        width: f64 = WIDTH,
-        columns: Option<usize> = COLUMNS,
-        labels: Vec<String> = LABELS,
-        macro_steps_ms: Option<Vec<f64>> =
-            key(Takes::Numbers, AUTOMATIC, "macro steps shown, ms; at most nine"),
-        bars: Bars = key(
-            Takes::Choice(&["range", "bootstrap"]),
-            Usual("\"range\""),
-            "from least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs)"
-        ),
-        runs: bool = key(Takes::Flag, Usual("false"), "every run as a faint mark; needs a single macro step"),
-        note: Option<String> = NOTE,
-        panels: Vec<DotsPanel> = panels(DotsPanel::KEYS),
-    }
+/// Options of a dot plot.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DotsFigure {
+    /// Width, px; 680 px are 180 mm on paper, two columns.
+    #[serde(default = "valid::width", deserialize_with = "valid::pixels")]
+    width: f64,
+    /// Panels per row; all panels in one row where it is not given.
+    #[serde(default, deserialize_with = "valid::columns")]
+    columns: Option<usize>,
+    /// Scheme rows shown; all there are where none is given.
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Macro steps shown, ms; at most nine.
+    #[serde(default, deserialize_with = "valid::some_numbers")]
+    macro_steps_ms: Option<Vec<f64>>,
+    /// From least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs).
+    #[serde(default)]
+    bars: Bars,
+    /// Every run as a faint mark; needs a single macro step.
+    #[serde(default)]
+    runs: bool,
+    /// What the picture itself says below its panels.
+    #[serde(default)]
+    note: Option<String>,
+    /// Panels, from the left.
+    #[serde(deserialize_with = "valid::panels")]
+    panels: Vec<DotsPanel>,
 }
 
-keys! {
-    struct DotsPanel {
-        title: String = TITLE,
-        metric: String = METRIC,
-        label: String = METRIC_LABEL,
-        range: Option<[f64; 2]> = RANGE,
-        only: Only = ONLY,
-        without_exact: bool = WITHOUT_EXACT,
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DotsPanel {
+    /// Heading.
+    #[serde(default)]
+    title: String,
+    /// A column of runs.csv, or `fraction_stable`.
+    metric: String,
+    /// Heading of the vertical axis; the metric where it is not given.
+    #[serde(default)]
+    label: String,
+    /// Vertical axis, where it is logarithmic.
+    #[serde(default, deserialize_with = "valid::positive_interval")]
+    range: Option<[f64; 2]>,
+    /// The part of the results shown.
+    #[serde(default)]
+    only: Only,
+    /// Leave out cases in which the model of some run is the mechanics itself (`model_exact`).
+    #[serde(default)]
+    without_exact: bool,
 }
 
 /// Rows and macro steps of the panels: most of what a picture can hold.
 const MOST_SIGNS: usize = 9;
 
-impl DotsFigure {
+impl FigureOptions for DotsFigure {
+    type Panel = DotsPanel;
+
     /// Draws the figure from `runs.csv`: median over phases, bars from the best to the worst. Runs that did not complete are counted
     /// beside the panel. Rows are ranked by how they do in all panels, failures first, then errors, the best on top.
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
-    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let table = read_runs(folder)?;
         let all = Runs::of(&table)?;
         let labels = all.labels(&self.labels);
@@ -127,6 +153,14 @@ impl DotsFigure {
         Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))
     }
 
+    fn finish(&mut self) -> Result<(), String> {
+        let without = self.panels.iter_mut().filter(|panel| panel.label.is_empty());
+        without.for_each(|panel| panel.label.clone_from(&panel.metric));
+        Ok(())
+    }
+}
+
+impl DotsFigure {
     /// The macro steps of a panel, ms, ascending.
     fn steps(&self, runs: &Runs<'_>) -> Result<Vec<f64>> {
         let mut steps: Vec<f64> = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).collect();

@@ -1,8 +1,9 @@
 //! A case at a row of instants, one row per scheme.
 
-use super::keys::*;
+use super::FigureOptions;
 use super::statistics::read_runs;
 use super::trace_figure::{lost_run, trace_path};
+use super::valid;
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -13,19 +14,35 @@ use rimbench_cases::cases::{Drawing as CaseDrawing, standard_cases};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_statistics::Runs;
+use serde::Deserialize;
 use std::path::Path;
 
-keys! {
-    /// Options of a manoeuvre figure.
-    pub struct ManoeuvreFigure {
-        width: f64 = WIDTH,
-        schemes: Vec<String> = key(Takes::Labels, Needed, "scheme rows, one row of drawings each"),
-        instants_s: Vec<f64> =
-            key(Takes::Numbers, Needed, "instants, s; the communication point nearest to each is drawn"),
-        enlarged: f64 = key(Takes::Positive, Usual("1"), "by how much the difference from the reference is drawn larger"),
-        arrow_force_n: f64 =
-            key(Takes::Positive, Usual("2000"), "contact force of the arrow in the legend, N"),
-    }
+/// Options of a manoeuvre figure.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ManoeuvreFigure {
+    /// Width, px; 680 px are 180 mm on paper, two columns.
+    #[serde(default = "valid::width", deserialize_with = "valid::pixels")]
+    width: f64,
+    /// Scheme rows, one row of drawings each.
+    schemes: Vec<String>,
+    /// Instants, s; the communication point nearest to each is drawn.
+    #[serde(deserialize_with = "valid::some_numbers")]
+    instants_s: Vec<f64>,
+    /// By how much the difference from the reference is drawn larger.
+    #[serde(default = "as_it_is", deserialize_with = "valid::positive")]
+    enlarged: f64,
+    /// Contact force of the arrow in the legend, N.
+    #[serde(default = "two_kilonewtons", deserialize_with = "valid::positive")]
+    arrow_force_n: f64,
+}
+
+fn as_it_is() -> f64 {
+    1.0
+}
+
+fn two_kilonewtons() -> f64 {
+    2000.0
 }
 
 const MARGIN: f64 = 8.0;
@@ -71,12 +88,14 @@ impl<'a> Scene<'a> {
     }
 }
 
-impl ManoeuvreFigure {
+impl FigureOptions for ManoeuvreFigure {
+    type Panel = ();
+
     /// Draws the figure from `parameters.csv` and the traces.
     ///
     /// # Errors
     /// [`Error::File`] for what is not there; [`Error::Incompatible`] if its cells have no room.
-    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let scene = Scene::read(folder)?;
         let table = read_runs(folder)?;
         let runs = Runs::of(&table)?;
@@ -130,7 +149,9 @@ impl ManoeuvreFigure {
         self.legend(&mut drawing, &scene.of, View { place, follow: 0.0 }.scale(&scene.of));
         Ok(drawing)
     }
+}
 
+impl ManoeuvreFigure {
     fn legend(&self, drawing: &mut Drawing, of: &CaseDrawing, scale: f64) {
         use rimbench_cases::cases::Shape::Arrow;
         let (y, mut x) = (drawing.height - MARGIN - 10.0, MARGIN);

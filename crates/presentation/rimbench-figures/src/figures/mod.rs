@@ -1,20 +1,19 @@
 //! The figures of the report, from entries in `paper/figures.toml`: figure → experiment, files, columns, caption.
 //!
-//! To add one of a known kind: add an entry to the file. To add a kind: write a file with a function from its
-//! description and the experiment's folder to a [`Drawing`], a variant of [`FigureKind`], and its keys in `keys`.
+//! To add one of a known kind: add an entry to the file. To add a kind: write a file with a struct of its keys that
+//! implements [`FigureOptions`], and list it in `kinds!`.
 
 mod abscissa;
-mod check;
 mod cost;
 mod default_figures;
 mod dots_figure;
-mod keys;
 mod manoeuvre_figure;
 mod preview;
 mod profile_figure;
 mod stability_figure;
 mod statistics;
 mod trace_figure;
+mod valid;
 mod xy_figure;
 
 pub use preview::preview;
@@ -30,8 +29,10 @@ use rimbench_results::kept::DIGEST;
 use rimbench_results::text_place::{line_of, said_at};
 use rimbench_statistics::Runs;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use statistics::read_runs;
 use std::collections::BTreeSet;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use toml::{Spanned, Table};
 
@@ -51,44 +52,97 @@ struct RawList {
 }
 
 /// One figure: where its numbers come from and what it shows.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct FigureEntry {
-    /// File name and anchor.
-    pub id: String,
-    /// Experiment whose results it reads, `group/name`.
-    pub experiment: String,
-    /// Files it reads, relative to the experiment's folder.
-    pub source: String,
-    /// What is found, above the picture.
-    pub title: String,
-    /// What is drawn, and under which conditions.
-    pub subtitle: String,
-    /// Claims that the title says in words.
-    pub claims: Vec<String>,
-    /// How to read it.
-    pub caption: String,
+    /// What every figure has.
+    head: Head,
     /// What kind of figure it is, with its options.
-    #[serde(flatten)]
     pub kind: FigureKind,
     /// Labels of scheme rows that it asks for.
-    #[serde(skip)]
     labels: Vec<String>,
+}
+
+/// The keys of every figure besides its kind.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Head {
+    /// File name and anchor.
+    #[serde(deserialize_with = "valid::file_name")]
+    pub id: String,
+    /// Experiment whose results it reads, `group/name`, and beside which it is written.
+    #[serde(deserialize_with = "valid::experiment")]
+    pub experiment: String,
+    /// Files it reads, relative to the experiment's folder, for the reader.
+    #[serde(default = "rows")]
+    pub source: String,
+    /// What is found, above the picture.
+    #[serde(default)]
+    pub title: String,
+    /// What is drawn, and under which conditions, below the title.
+    #[serde(default)]
+    pub subtitle: String,
+    /// Claims of its experiment that the title says in words, by their ids.
+    #[serde(default)]
+    pub claims: Vec<String>,
+    /// How to read it.
+    #[serde(default)]
+    pub caption: String,
+}
+
+fn rows() -> String {
+    "runs.csv".to_owned()
+}
+
+impl Deref for FigureEntry {
+    type Target = Head;
+
+    fn deref(&self) -> &Head {
+        &self.head
+    }
+}
+
+/// The options of a kind of figure, read from the keys of its fields.
+trait FigureOptions: DeserializeOwned {
+    /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind without panels.
+    type Panel: DeserializeOwned;
+
+    /// Draws the figure from an experiment's folder.
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing>;
+
+    /// Fills in what other keys say, and refuses keys that do not go together.
+    fn finish(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Reads the options.
+    fn read(mut table: Table) -> Result<Self, String> {
+        let [own, of_panels] = [valid::fields::<Self>(), valid::fields::<Self::Panel>()];
+        for name in table.keys().filter(|name| !own.contains(&name.as_str())).cloned().collect::<Vec<_>>() {
+            if !of_panels.contains(&name.as_str()) {
+                return Err(valid::unknown_key(
+                    &name,
+                    valid::fields::<Head>().iter().chain(own).chain(of_panels).copied(),
+                ));
+            }
+            let value = table.remove(&name).unwrap_or(toml::Value::Boolean(false));
+            let panels = table.get_mut("panels").and_then(toml::Value::as_array_mut).into_iter().flatten();
+            for panel in panels.filter_map(toml::Value::as_table_mut) {
+                panel.entry(name.as_str()).or_insert_with(|| value.clone());
+            }
+        }
+        let mut options: Self = valid::read(table)?;
+        options.finish().map(|()| options)
+    }
 }
 
 /// Declares the kinds of figures, each with its name and its options.
 macro_rules! kinds {
     ($($name:literal $(#[$doc:meta])* $kind:ident($figure:ty),)*) => {
         /// The kinds of figures.
-        #[derive(Debug, Clone, Deserialize)]
-        #[serde(tag = "kind")]
+        #[derive(Debug, Clone)]
         pub enum FigureKind {
-            $($(#[$doc])* #[serde(rename = $name)] $kind($figure),)*
+            $($(#[$doc])* $kind($figure),)*
         }
-
-        /// Names of the kinds.
-        const NAMES: [&str; [$($name),*].len()] = [$($name),*];
-        /// Keys of the kinds, in the same order.
-        const FIGURES: [&[keys::Key]; NAMES.len()] = [$(<$figure>::KEYS),*];
 
         impl FigureKind {
             fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
@@ -96,6 +150,22 @@ macro_rules! kinds {
                     $(FigureKind::$kind(figure) => figure.draw(folder, styles),)*
                 }
             }
+
+            fn read(name: &str, table: Table) -> Result<Self, String> {
+                match name {
+                    $($name => <$figure>::read(table).map(FigureKind::$kind),)*
+                    _ => Err(Error::unknown("kind of figure", name, [$($name),*]).to_string()),
+                }
+            }
+        }
+
+        /// Every key of the list of figures, each with the kind that has it; those of every figure are of the kind "".
+        pub fn figure_keys() -> Vec<(&'static str, &'static str)> {
+            let of = |kind, keys: &'static [&'static str]| keys.iter().map(move |key| (kind, *key));
+            let all = of("", &["kind"]).chain(of("", valid::fields::<Head>()));
+            $(let all = all.chain(of($name, valid::fields::<$figure>()));
+            let all = all.chain(of($name, valid::fields::<<$figure as FigureOptions>::Panel>()));)*
+            all.collect()
         }
     };
 }
@@ -132,21 +202,6 @@ pub struct MadeFigures {
     pub failed: Vec<(String, String)>,
 }
 
-/// A key of the list of figures, in words.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FigureKey {
-    /// Where it belongs: every figure, a kind, or a table within one.
-    pub place: String,
-    /// Its name.
-    pub name: &'static str,
-    /// What it takes.
-    pub takes: String,
-    /// What holds without it.
-    pub absent: String,
-    /// What it means.
-    pub about: &'static str,
-}
-
 /// Whether an experiment `group/name` is one, or is of one group; of none is all.
 fn is_in(experiment: &str, part: Option<&str>) -> bool {
     part.is_none_or(|part| experiment.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')))
@@ -157,18 +212,6 @@ fn has_rows(folder: &Path) -> bool {
     let is_checkout =
         || folder.join(DIGEST).exists() && !["cost.csv", CHECKSUMS].iter().any(|name| folder.join(name).exists());
     folder.join("runs.csv").is_file() && !is_checkout()
-}
-
-/// Every key of the list of figures.
-pub fn figure_keys() -> Vec<FigureKey> {
-    let described = |(place, key): (String, &'static keys::Key)| FigureKey {
-        place,
-        name: key.name,
-        takes: key.takes.words(),
-        absent: key.absent.words(),
-        about: key.about,
-    };
-    keys::all_keys().into_iter().map(described).collect()
 }
 
 impl FigureList {
@@ -195,7 +238,7 @@ impl FigureList {
             let name = table.get("id").and_then(toml::Value::as_str).unwrap_or_default().to_owned();
             let twice = figures.iter().any(|figure| figure.id == name);
             let read = FigureEntry::checked(table).map(|figure| figures.push(figure));
-            let mut wrong = read.err().unwrap_or_default();
+            let mut wrong: Vec<String> = read.err().into_iter().collect();
             if twice {
                 wrong.push("another figure has this id".to_owned());
             }
@@ -290,16 +333,38 @@ impl FigureList {
     }
 }
 
-impl FigureEntry {
-    /// Reads an entry, or says all that is wrong with it.
-    fn checked(mut table: Table) -> Result<Self, Vec<String>> {
-        let wrong = check::check(&mut table);
-        if !wrong.is_empty() {
-            return Err(wrong);
+/// Labels of scheme rows that a figure asks for anywhere in it, `reference` aside.
+fn labels(value: &toml::Value) -> Vec<String> {
+    let inside = |value: &toml::Value| match value {
+        toml::Value::Table(_) => labels(value),
+        toml::Value::Array(values) => values.iter().flat_map(labels).collect(),
+        _ => Vec::new(),
+    };
+    let of_key = |(key, value): (&String, &toml::Value)| match value {
+        toml::Value::Array(list) if ["labels", "series", "schemes"].contains(&key.as_str()) => {
+            list.iter().filter_map(toml::Value::as_str).filter(|name| *name != "reference").map(str::to_owned).collect()
         }
-        let labels = check::labels(&table);
-        let figure = FigureEntry::deserialize(toml::Value::Table(table));
-        figure.map(|figure| FigureEntry { labels, ..figure }).map_err(|error| vec![error.message().to_owned()])
+        value => inside(value),
+    };
+    value.as_table().into_iter().flatten().flat_map(of_key).collect()
+}
+
+impl FigureEntry {
+    /// Reads an entry, or says what is wrong with it.
+    fn checked(mut table: Table) -> Result<Self, String> {
+        if let Some(text) = table.values().find_map(valid::unwritable) {
+            return Err(format!("{:?} is not valid; valid: text in one line", shortened(text)));
+        }
+        let labels = labels(&toml::Value::Table(table.clone()));
+        let mut own = Table::new();
+        own.extend(valid::fields::<Head>().iter().filter_map(|key| table.remove_entry(*key)));
+        let head: Head = valid::read(own)?;
+        let kind = match table.remove("kind") {
+            Some(toml::Value::String(name)) => FigureKind::read(&name, table)?,
+            Some(_) => return Err("kind is not valid; valid: the name of a kind of figure, in quotes".to_owned()),
+            None => return Err("missing field `kind`".to_owned()),
+        };
+        Ok(FigureEntry { head, kind, labels })
     }
 
     /// The group of its experiment.

@@ -1,8 +1,9 @@
 //! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the best.
 
+use super::FigureOptions;
 use super::cost::Cost;
-use super::keys::*;
 use super::statistics::read_runs;
+use super::valid;
 use crate::chart::{Axis, Loss};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, Row, RowsPanel, RowsPlot, Sign};
@@ -12,47 +13,62 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::{Run, Runs, data_profile, performance_profile, performance_ratios};
+use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-keys! {
-    /// Options of a performance profile.
-    ///
-    /// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs at all
-    /// macro steps.
-    pub struct ProfileFigure {
-        width: f64 = WIDTH,
-        also: Vec<String> =
-            key(Takes::Experiments, Usual("[]"), "further experiments whose problems count as well"),
-        labels: Vec<String> = key(Takes::Labels, Then("those in every experiment"), "scheme rows shown"),
-        at: Vec<f64> = key(
-            Takes::Numbers,
-            Needed,
-            "ratios, or budgets, at which the share is shown: a row per scheme, ranked"
-        ),
-        panels: Vec<ProfilePanel> = panels(ProfilePanel::KEYS),
-    }
+/// Options of a performance profile.
+///
+/// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs at all
+/// macro steps.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProfileFigure {
+    /// Width, px; 680 px are 180 mm on paper, two columns.
+    #[serde(default = "valid::width", deserialize_with = "valid::pixels")]
+    width: f64,
+    /// Further experiments whose problems count as well.
+    #[serde(default, deserialize_with = "valid::experiments")]
+    also: Vec<String>,
+    /// Scheme rows shown.
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Ratios, or budgets, at which the share is shown: a row per scheme, ranked.
+    #[serde(deserialize_with = "valid::some_numbers")]
+    at: Vec<f64>,
+    /// Panels, from the left.
+    #[serde(deserialize_with = "valid::panels")]
+    panels: Vec<ProfilePanel>,
 }
 
-keys! {
-    struct ProfilePanel {
-        title: String = TITLE,
-        label: String = key(Takes::Text, Usual("\"ratio to the best\""), "heading of the horizontal axis"),
-        budget: bool = key(
-            Takes::Flag,
-            Usual("false"),
-            "a data profile instead of a performance profile: the share solved within a cost per simulated second"
-        ),
-        without_exact: bool = WITHOUT_EXACT,
-        cost: Option<String> = key(
-            Takes::Text,
-            Then("the largest stable macro step"),
-            "cost of the cheapest run that is good enough: as above"
-        ),
-        metric: Option<String> =
-            key(Takes::Text, Then("none"), "what must be small enough, a column of runs.csv"),
-        tolerance: Option<f64> = key(Takes::Positive, Then("any"), "how small"),
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProfilePanel {
+    /// Heading.
+    #[serde(default)]
+    title: String,
+    /// Heading of the horizontal axis.
+    #[serde(default = "ratio")]
+    label: String,
+    /// A data profile instead of a performance profile: the share solved within a cost per simulated second.
+    #[serde(default)]
+    budget: bool,
+    /// Leave out cases in which the model of some run is the mechanics itself (`model_exact`).
+    #[serde(default)]
+    without_exact: bool,
+    /// Cost of the cheapest run that is good enough: as above.
+    #[serde(default)]
+    cost: Option<String>,
+    /// What must be small enough, a column of runs.csv.
+    #[serde(default)]
+    metric: Option<String>,
+    /// How small.
+    #[serde(default, deserialize_with = "valid::positive")]
+    tolerance: Option<f64>,
+}
+
+fn ratio() -> String {
+    "ratio to the best".to_owned()
 }
 
 /// What makes a problem: case, parameters, duration, phase.
@@ -67,12 +83,14 @@ struct Costs {
     of_label: BTreeMap<String, BTreeMap<Problem, f64>>,
 }
 
-impl ProfileFigure {
+impl FigureOptions for ProfileFigure {
+    type Panel = ProfilePanel;
+
     /// Draws the profiles from `runs.csv` and `cost.csv` of all experiments.
     ///
     /// # Errors
     /// [`Error::File`] for results or a column that are not there.
-    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let results = folder.parent().and_then(Path::parent).unwrap_or(folder);
         let mut folders = vec![folder.to_owned()];
         folders.extend(self.also.iter().map(|name| results.join(name)));
@@ -99,7 +117,9 @@ impl ProfileFigure {
         }
         self.rows(&labels, ranked, styles).draw_if_it_fits()
     }
+}
 
+impl ProfileFigure {
     /// The shares in rows, the largest mean share on top.
     fn rows(&self, labels: &[&str], panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>, styles: &Styles) -> RowsPlot {
         let total = |row: usize| panels.iter().map(|(_, shares)| shares[row].iter().sum::<f64>()).sum::<f64>();

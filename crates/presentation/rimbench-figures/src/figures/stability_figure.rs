@@ -1,7 +1,8 @@
 //! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest usable step on top.
 
-use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, over_phases, read_runs, rounded, row, unit_of};
+use super::FigureOptions;
+use super::statistics::{Bars, Only, over_phases, read_runs, rounded, row, unit_of};
+use super::valid;
 use crate::chart::Absent;
 use crate::drawing::Drawing;
 use crate::rows::{Cell, Column, Content, Grid, RowsPanel, RowsPlot};
@@ -17,26 +18,36 @@ use std::path::Path;
 /// What says whether a stable run is right, and up to where. Results that lack it are not judged.
 const JUDGE: &str = "force_error_rms_of_peak";
 
-keys! {
-    /// Options of a stability map.
-    pub struct StabilityFigure {
-        width: f64 = WIDTH,
-        labels: Vec<String> = LABELS,
-        panels: Vec<StabilityPanel> = panels(StabilityPanel::KEYS),
-    }
+/// Options of a stability map.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StabilityFigure {
+    /// Width, px; 680 px are 180 mm on paper, two columns.
+    #[serde(default = "valid::width", deserialize_with = "valid::pixels")]
+    width: f64,
+    /// Scheme rows shown; all there are where none is given.
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Panels, from the left.
+    #[serde(deserialize_with = "valid::panels")]
+    panels: Vec<StabilityPanel>,
 }
 
-keys! {
-    struct StabilityPanel {
-        title: String = TITLE,
-        of: Option<String> = key(Takes::Experiment, Then("that of the figure"), "whose results the panel shows"),
-        across: Across = key(
-            Takes::Choice(&["macro-step", "limit"]),
-            Usual("\"macro-step\""),
-            "columns: macro steps, each with what became of the runs; or limits, each with the number of cases whose largest usable macro step it is"
-        ),
-        only: Only = ONLY,
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StabilityPanel {
+    /// Heading.
+    #[serde(default)]
+    title: String,
+    /// Whose results the panel shows.
+    #[serde(default, deserialize_with = "valid::experiment")]
+    of: Option<String>,
+    /// Columns: macro steps, each with what became of the runs; or limits, each with the number of cases whose largest usable macro step it is.
+    #[serde(default)]
+    across: Across,
+    /// The part of the results shown.
+    #[serde(default)]
+    only: Only,
 }
 
 /// What the columns of a panel are.
@@ -51,12 +62,14 @@ enum Across {
 /// A panel before its rows are ranked: columns, and of each label its cells and how far it comes, from 0 to 1.
 type Ranked = (Vec<Column>, String, Vec<(Vec<Cell>, f64)>);
 
-impl StabilityFigure {
+impl FigureOptions for StabilityFigure {
+    type Panel = StabilityPanel;
+
     /// Draws the matrix from `runs.csv`.
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let results = folder.ancestors().nth(2).unwrap_or(folder);
         let read = |panel: &StabilityPanel| -> Result<ResultsTable> {
             let folder = panel.of.as_ref().map_or_else(|| folder.to_owned(), |name| results.join(name));
@@ -88,7 +101,9 @@ impl StabilityFigure {
         let (columns, quantity, signs) = (panels.len(), String::new(), Vec::new());
         RowsPlot { width: self.width, columns, quantity, signs, rows, panels }.draw_if_it_fits()
     }
+}
 
+impl StabilityFigure {
     /// What became of the runs of one label at one macro step.
     fn cell(&self, runs: &Runs<'_>, step: f64) -> Result<Cell> {
         let here = runs.select(|row| runs.macro_step_ms(row) == step);

@@ -1,6 +1,5 @@
 //! What figures take from the table of runs: a part of it, and a metric over the phases.
 
-use super::keys::*;
 use crate::chart::Loss;
 use crate::line_style::LineStyle;
 use crate::rows::Row;
@@ -16,20 +15,17 @@ use std::path::Path;
 /// Name that stands for the share of phases that completed, where a figure asks for a metric.
 pub const FRACTION_STABLE: &str = "fraction_stable";
 
-keys! {
-    /// One case of an experiment with several, for a figure or a panel of it.
-    pub struct Only {
-        case: Option<String> = key(Takes::Text, ONE_PROBLEM, "one case; \"all\" pools several"),
-        set: Option<String> = key(
-            Takes::Text,
-            ONE_PROBLEM,
-            "its parameters as in the column `set` of runs.csv; \"\" where none is set; \"all\" pools several"
-        ),
-    }
+/// One case of an experiment with several, for a figure or a panel of it.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Only {
+    /// One case; "all" pools several.
+    #[serde(default)]
+    case: Option<String>,
+    /// Its parameters as in the column `set` of runs.csv; "" where none is set; "all" pools several.
+    #[serde(default)]
+    set: Option<String>,
 }
-
-/// Key of figures and panels.
-pub const ONLY: Key = key(Takes::Table(Only::KEYS), ONE_PROBLEM, "the part of the results shown");
 
 /// A quantity over the phases at one abscissa.
 #[derive(Debug, Clone, Copy, PartialEq)]

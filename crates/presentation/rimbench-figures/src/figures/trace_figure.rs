@@ -1,7 +1,8 @@
 //! Columns of traces over time, one panel per column or zoom.
 
-use super::keys::*;
+use super::FigureOptions;
 use super::statistics::read_runs;
+use super::valid;
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -9,49 +10,79 @@ use crate::ticks::signed;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_statistics::Runs;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-keys! {
-    /// Options of a trace figure.
-    pub struct TraceFigure {
-        width: f64 = WIDTH,
-        height: f64 = HEIGHT,
-        series: Vec<String> = key(Takes::Labels, Needed, "scheme rows, or `reference`; the first at the back"),
-        columns: Option<usize> = COLUMNS,
-        panels: Vec<TracePanel> = panels(TracePanel::KEYS),
-    }
+/// Options of a trace figure.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TraceFigure {
+    /// Width, px; 680 px are 180 mm on paper, two columns.
+    #[serde(default = "valid::width", deserialize_with = "valid::pixels")]
+    width: f64,
+    /// Height, px.
+    #[serde(default = "valid::height", deserialize_with = "valid::pixels")]
+    height: f64,
+    /// Scheme rows, or `reference`; the first at the back.
+    series: Vec<String>,
+    /// Panels per row; all panels in one row where it is not given.
+    #[serde(default, deserialize_with = "valid::columns")]
+    columns: Option<usize>,
+    /// Panels, from the left.
+    #[serde(deserialize_with = "valid::panels")]
+    panels: Vec<TracePanel>,
 }
 
-keys! {
-    struct TracePanel {
-        title: String = TITLE,
-        column: String = key(Takes::Text, Needed, "a column of the traces"),
-        label: String = key(Takes::Text, Like("column"), "heading of the vertical axis"),
-        log: bool = key(Takes::Flag, Usual("false"), "logarithmic vertical axis"),
-        time_s: Option<[f64; 2]> = key(Takes::Interval, AUTOMATIC, "horizontal axis, s"),
-        range: Option<[f64; 2]> =
-            key(Takes::Interval, AUTOMATIC, "vertical axis; above 0 where it is logarithmic"),
-        steps: bool =
-            key(Takes::Flag, Usual("false"), "held between communication points instead of joined by lines"),
-        inset: Option<TraceInset> =
-            key(Takes::Table(TraceInset::KEYS), Then("none"), "a part of the panel magnified inside it"),
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TracePanel {
+    /// Heading.
+    #[serde(default)]
+    title: String,
+    /// A column of the traces.
+    column: String,
+    /// Heading of the vertical axis.
+    #[serde(default)]
+    label: String,
+    /// Logarithmic vertical axis.
+    #[serde(default)]
+    log: bool,
+    /// Horizontal axis, s.
+    #[serde(default, deserialize_with = "valid::interval")]
+    time_s: Option<[f64; 2]>,
+    /// Vertical axis; above 0 where it is logarithmic.
+    #[serde(default, deserialize_with = "valid::interval")]
+    range: Option<[f64; 2]>,
+    /// Held between communication points instead of joined by lines.
+    #[serde(default)]
+    steps: bool,
+    /// A part of the panel magnified inside it.
+    #[serde(default)]
+    inset: Option<TraceInset>,
 }
 
-keys! {
-    struct TraceInset {
-        time_s: [f64; 2] = key(Takes::Interval, Needed, "horizontal axis, s"),
-        range: [f64; 2] = key(Takes::Interval, Needed, "vertical axis"),
-        place: [f64; 4] = key(Takes::Place, Needed, "where it stands"),
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TraceInset {
+    /// Horizontal axis, s.
+    #[serde(deserialize_with = "valid::interval")]
+    time_s: [f64; 2],
+    /// Vertical axis.
+    #[serde(deserialize_with = "valid::interval")]
+    range: [f64; 2],
+    /// Where it stands.
+    #[serde(deserialize_with = "valid::rectangle")]
+    place: [f64; 4],
 }
 
-impl TraceFigure {
+impl FigureOptions for TraceFigure {
+    type Panel = TracePanel;
+
     /// Draws the figure from `runs.csv` and the traces it names.
     ///
     /// # Errors
     /// [`Error::File`] for a trace or column that is not there.
-    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let traces = self.series.iter().map(|label| Ok((label, read_table(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
@@ -83,6 +114,21 @@ impl TraceFigure {
             figure = figure.panel(panel);
         }
         figure.draw_if_it_fits()
+    }
+
+    fn finish(&mut self) -> Result<(), String> {
+        for (index, panel) in self.panels.iter_mut().enumerate() {
+            if panel.label.is_empty() {
+                panel.label = panel.column.clone();
+            }
+            if let Some([low, high]) = panel.range.filter(|[low, _]| panel.log && *low <= 0.0) {
+                let at = format!("panels {}: range", index + 1);
+                return Err(format!(
+                    "{at} = [{low:?}, {high:?}] is not valid; valid: [low, high], finite, 0 < low < high"
+                ));
+            }
+        }
+        Ok(())
     }
 }
 

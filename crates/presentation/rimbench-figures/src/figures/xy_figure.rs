@@ -1,11 +1,12 @@
 //! A metric against the macro step, a parameter of the case or the cost: median over phases, with the range from best to worst.
 
+use super::FigureOptions;
 use super::abscissa::{Abscissa, Across, abscissae};
-use super::keys::*;
 use super::statistics::{
-    Bars, FRACTION_STABLE, ONLY, Only, OverPhases, floor, name, over_phases, read_runs, refuse_several, rounded,
+    Bars, FRACTION_STABLE, Only, OverPhases, floor, name, over_phases, read_runs, refuse_several, rounded,
     share_usable, style, unit_of,
 };
+use super::valid::{self, refuse};
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::{Color, Drawing};
 use crate::style::Styles;
@@ -13,6 +14,7 @@ use crate::ticks::signed;
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::Result;
 use rimbench_statistics::{Runs, order_of_medians};
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::convert::identity;
 use std::path::Path;
@@ -20,82 +22,108 @@ use std::path::Path;
 /// A curve that rises less with H has no order that is worth a number.
 const LEAST_ORDER: f64 = 0.25;
 
-keys! {
-    /// Options of an XY figure.
-    pub struct XyFigure {
-        width: f64 = WIDTH,
-        height: f64 = HEIGHT,
-        columns: Option<usize> = COLUMNS,
-        note: Option<String> = NOTE,
-        panels: Vec<XyPanel> = panels(XyPanel::KEYS),
-    }
+/// Options of an XY figure.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct XyFigure {
+    /// Width, px; 680 px are 180 mm on paper, two columns.
+    #[serde(default = "valid::width", deserialize_with = "valid::pixels")]
+    width: f64,
+    /// Height, px.
+    #[serde(default = "valid::height", deserialize_with = "valid::pixels")]
+    height: f64,
+    /// Panels per row; all panels in one row where it is not given.
+    #[serde(default, deserialize_with = "valid::columns")]
+    columns: Option<usize>,
+    /// What the picture itself says below its panels.
+    #[serde(default)]
+    note: Option<String>,
+    /// Panels, from the left.
+    #[serde(deserialize_with = "valid::panels")]
+    panels: Vec<XyPanel>,
 }
 
-keys! {
-    /// The area that some scheme rows cover, from the least to the largest value.
-    struct BandSpec {
-        labels: Vec<String> =
-            key(Takes::Labels, Needed, "scheme rows; those lost at a point are left out there"),
-        label: String = key(Takes::Text, Needed, "what the legend says"),
-    }
+/// The area that some scheme rows cover, from the least to the largest value.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BandSpec {
+    /// Scheme rows; those lost at a point are left out there.
+    labels: Vec<String>,
+    /// What the legend says.
+    label: String,
 }
 
-keys! {
-    /// Several scheme rows that differ in the option across, as one line.
-    struct Line {
-        labels: Vec<String> = key(Takes::Labels, Needed, "scheme rows; the last gives the style"),
-        label: String = key(Takes::Text, Needed, "what the legend says"),
-    }
+/// Several scheme rows that differ in the option across, as one line.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    /// Scheme rows; the last gives the style.
+    labels: Vec<String>,
+    /// What the legend says.
+    label: String,
 }
 
-keys! {
-    struct Border {
-        at: f64 = key(Takes::Positive, Needed, "value of the parameter"),
-        label: String = key(Takes::Text, Needed, "text beside it"),
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Border {
+    /// Value of the parameter.
+    #[serde(deserialize_with = "valid::positive")]
+    at: f64,
+    /// Text beside it.
+    label: String,
 }
 
-keys! {
-    struct XyPanel {
-        title: String = TITLE,
-        x: Across = key(Takes::Table(Across::KEYS), Then("the macro step"), "what is across"),
-        metric: String = METRIC,
-        label: String = METRIC_LABEL,
-        range: Option<[f64; 2]> = RANGE,
-        only: Only = ONLY,
-        labels: Vec<String> = LABELS,
-        lines: Vec<Line> = key(
-            Takes::Tables(Line::KEYS),
-            Then("one per scheme row"),
-            "over a parameter, lines of several scheme rows that differ in the option across"
-        ),
-        border: Option<Border> = key(Takes::Table(Border::KEYS), Then("none"), "a border at a value of the parameter"),
-        macro_step_s: Option<f64> =
-            key(Takes::Positive, Then("the only one there is"), "macro step of the runs shown over a parameter, s"),
-        band: Option<BandSpec> = key(
-            Takes::Table(BandSpec::KEYS),
-            Then("none"),
-            "an area from the least to the largest of some scheme rows"
-        ),
-        symlog: Option<[f64; 2]> = SYMLOG,
-        within: Option<f64> = WITHIN,
-        floor: Option<String> = key(
-            Takes::Text,
-            Then("over the macro step that of the metric, where it has one"),
-            "column with the uncertainty of the reference; the region below it is shaded"
-        ),
-        slope: Option<(f64, [f64; 2])> =
-            key(Takes::Slope, Then("none"), "slope triangle: order and first corner (H in ms, value)"),
-        orders_over_ms: Option<[f64; 2]> =
-            key(Takes::Interval, Then("all"), "interval of H, ms, over which orders in the legend are fitted"),
-    }
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct XyPanel {
+    /// Heading.
+    #[serde(default)]
+    title: String,
+    /// What is across.
+    #[serde(default)]
+    x: Across,
+    /// A column of runs.csv, or `fraction_stable`.
+    metric: String,
+    /// Heading of the vertical axis; the metric where it is not given.
+    #[serde(default)]
+    label: String,
+    /// Vertical axis, where it is logarithmic.
+    #[serde(default, deserialize_with = "valid::positive_interval")]
+    range: Option<[f64; 2]>,
+    /// The part of the results shown.
+    #[serde(default)]
+    only: Only,
+    /// Scheme rows shown; all there are where none is given.
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Over a parameter, lines of several scheme rows that differ in the option across.
+    #[serde(default, deserialize_with = "valid::panels")]
+    lines: Vec<Line>,
+    /// A border at a value of the parameter.
+    #[serde(default)]
+    border: Option<Border>,
+    /// Macro step of the runs shown over a parameter, s.
+    #[serde(default, deserialize_with = "valid::positive")]
+    macro_step_s: Option<f64>,
+    /// An area from the least to the largest of some scheme rows.
+    #[serde(default)]
+    band: Option<BandSpec>,
+    /// Vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second.
+    #[serde(default, deserialize_with = "valid::positive_interval")]
+    symlog: Option<[f64; 2]>,
+    /// Show the share of the runs that complete with at most this much of the metric instead, on a linear axis.
+    #[serde(default, deserialize_with = "valid::positive")]
+    within: Option<f64>,
+    /// Column with the uncertainty of the reference; the region below it is shaded.
+    #[serde(default)]
+    floor: Option<String>,
+    /// Slope triangle: order and first corner (H in ms, value).
+    #[serde(default, deserialize_with = "valid::slope")]
+    slope: Option<(f64, [f64; 2])>,
+    /// Interval of H, ms, over which orders in the legend are fitted.
+    #[serde(default, deserialize_with = "valid::interval")]
+    orders_over_ms: Option<[f64; 2]>,
 }
-
-/// Keys of a panel that need the macro step across.
-pub(super) const OF_STEPS: [&str; 3] = ["band", "slope", "orders_over_ms"];
-
-/// Keys of a panel that need a parameter across.
-pub(super) const OF_PARAMETERS: [&str; 3] = ["macro_step_s", "lines", "border"];
 
 /// One line of a panel.
 struct Curve<'t> {
@@ -117,13 +145,15 @@ impl<'t> Curve<'t> {
     }
 }
 
-impl XyFigure {
+impl FigureOptions for XyFigure {
+    type Panel = XyPanel;
+
     /// Draws the figure from `runs.csv`, `parameters.csv` and `cost.csv`. Runs that did not complete are left out of the medians; where
     /// that has a place across, they are marked above them. A figure of one panel has the observed orders in its legend.
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
-    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let table = read_runs(folder)?;
         let all = Runs::of(&table)?;
         let columns = self.columns.unwrap_or(self.panels.len());
@@ -177,6 +207,39 @@ impl XyFigure {
             figure = figure.panel(panel);
         }
         Ok(figure.draw_if_it_fits()?.noted(self.note.as_deref().unwrap_or_default()))
+    }
+
+    fn finish(&mut self) -> Result<(), String> {
+        for panel in &mut self.panels {
+            if panel.label.is_empty() {
+                panel.label.clone_from(&panel.metric);
+            }
+            let has_parameter = panel.x.parameter.is_some();
+            if has_parameter && panel.x.cost.is_some() {
+                return Err("panels: x: a parameter or a cost is across, not both".to_owned());
+            }
+            if !panel.x.is_macro_step() {
+                let of_steps = [
+                    ("band", panel.band.is_some()),
+                    ("slope", panel.slope.is_some()),
+                    ("orders_over_ms", panel.orders_over_ms.is_some()),
+                ];
+                refuse(&of_steps, "needs the macro step across")?;
+            }
+            if panel.x.cost.is_some() {
+                let of_values = [("symlog", panel.symlog.is_some()), ("within", panel.within.is_some())];
+                refuse(&of_values, "does not go with a cost across")?;
+            }
+            if !has_parameter {
+                let of_parameters = [
+                    ("macro_step_s", panel.macro_step_s.is_some()),
+                    ("lines", !panel.lines.is_empty()),
+                    ("border", panel.border.is_some()),
+                ];
+                refuse(&of_parameters, "needs a parameter across; otherwise `only` chooses runs")?;
+            }
+        }
+        Ok(())
     }
 }
 
