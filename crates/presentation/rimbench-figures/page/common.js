@@ -39,7 +39,25 @@ const page = (() => {
     element.append(...inside);
     return element;
   };
-  const data = unpacked("data").then((response) => response.json());
+  // JSON knows no infinities: the largest number stands for them.
+  const restored = (value) => {
+    for (const [key, inner] of Object.entries(value)) {
+      if (typeof inner === "number") {
+        if (Math.abs(inner) === Number.MAX_VALUE) value[key] = inner * 2;
+      } else if (inner && typeof inner === "object") restored(inner);
+    }
+    return value;
+  };
+  // An object of JSON has no order; columns come as pairs in that of the table.
+  const named = (study) => {
+    if (!study.settings) return;
+    study.settings = Object.fromEntries(study.settings), study.metrics = Object.fromEntries(study.metrics);
+    for (const [row, columns] of Object.entries(study.traces)) study.traces[row] = Object.fromEntries(columns);
+  };
+  const data = unpacked("data").then((response) => response.json()).then((all) => {
+    restored(all).studies.forEach(named);
+    return all;
+  });
   // What a link leads to is opened, whatever it is folded into.
   const reveal = (element) => {
     for (let outer = element; outer; outer = outer.parentElement) if (outer.tagName === "DETAILS") outer.open = true;

@@ -12,8 +12,8 @@ use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_statistics::{Run, Runs};
+use serde_json::{Map, Value, json};
 use std::collections::HashMap;
-use std::io::Write as _;
 
 /// How much is packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,19 +61,20 @@ pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usi
     }
     let drawn = report.studies.iter().flat_map(|study| &study.figures);
     let drawn = || drawn.clone().filter_map(|(id, _, made)| Some((id.as_str(), made.as_ref().ok()?)));
-    let values = drawn().map(|(id, drawing)| (id, panels(drawing.data())));
-    let mut parts = vec![
-        ("studies", list(report.studies.iter().map(|study| object(parts_of(study, detail))))),
-        ("figures", object(values)),
-        ("summaries", object(report.studies.iter().filter_map(summary))),
-    ];
+    let values: Map<String, Value> = drawn().map(|(id, drawing)| (id.to_owned(), panels(drawing.data()))).collect();
+    let mut parts = json!({
+        "studies": report.studies.iter().map(|study| parts_of(study, detail)).collect::<Vec<_>>(),
+        "figures": values,
+        "summaries": report.studies.iter().filter_map(summary).collect::<Map<_, _>>(),
+    });
     if figures {
         let in_text = report.in_text();
         let others = drawn().filter(|(id, _)| !in_text.contains(id));
-        parts.push(("svg", object(others.map(|(id, drawing)| (id, text(&drawing.svg()))))));
+        parts["svg"] = others.map(|(id, drawing)| (id.to_owned(), Value::from(drawing.svg()))).collect();
     }
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
-    let packed = packed.write_all(object(parts).as_bytes()).and_then(|()| packed.finish());
+    let written = serde_json::to_writer(&mut packed, &parts).map_err(std::io::Error::from);
+    let packed = written.and_then(|()| packed.finish());
     let packed = packed.map_err(|error| Error::Incompatible(format!("the runs cannot be packed: {error}")))?;
     let letters = seven_bits(&packed);
     Ok((letters.len() <= most).then_some(letters))
@@ -84,68 +85,46 @@ const OF_SUMMARY: [&str; 7] =
     ["case", "set", "label", "macro_step_s", "runs", OutcomeKind::Completed.name(), "force_error_rms_of_peak_median"];
 
 /// The medians that are kept of a study without rows, by its anchor: rows of cells, the header first.
-fn summary(study: &Study) -> Option<(String, String)> {
+fn summary(study: &Study) -> Option<(String, Value)> {
     let (_, table) = study.kept.as_ref()?;
     let columns: Vec<usize> = OF_SUMMARY.iter().filter_map(|name| table.column(name).ok()).collect();
-    let cells = |cell: &dyn Fn(usize) -> String| list(columns.iter().map(|&column| cell(column)));
-    let head = cells(&|column| text(&table.names()[column]));
-    let rows = (0..table.len()).map(|row| cells(&|column| text(table.text(row, column))));
-    Some((study.anchor(), list(std::iter::once(head).chain(rows))))
+    let head: Value = columns.iter().map(|&column| table.names()[column].as_str()).collect();
+    let cells = |row| columns.iter().map(|&column| table.text(row, column)).collect::<Value>();
+    Some((study.anchor(), std::iter::once(head).chain((0..table.len()).map(cells)).collect()))
 }
 
-/// Writes a list in JSON.
-fn list(items: impl IntoIterator<Item = String>) -> String {
-    format!("[{}]", items.into_iter().collect::<Vec<_>>().join(","))
-}
-
-/// Writes an object in JSON.
-fn object<K: AsRef<str>>(entries: impl IntoIterator<Item = (K, String)>) -> String {
-    let entries: Vec<String> =
-        entries.into_iter().map(|(key, value)| format!("{}:{value}", text(key.as_ref()))).collect();
-    format!("{{{}}}", entries.join(","))
-}
-
-fn text(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
-}
-
-/// A number with so many digits, as JSON: null for NaN, and beyond all numbers for what is infinite.
-fn number(value: f64, digits: usize) -> String {
-    if value.is_nan() {
-        return "null".to_owned();
-    }
+/// A number with so many digits: null for NaN, and the largest number for what is infinite, which JSON does not know.
+fn number(value: f64, digits: usize) -> Value {
     if value.is_infinite() {
-        return if value > 0.0 { "1e999" } else { "-1e999" }.to_owned();
+        return f64::MAX.copysign(value).into();
     }
-    let written = format!("{value:.*e}", digits - 1);
-    let (mantissa, exponent) = written.split_once('e').unwrap_or((&written, "0"));
-    let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
-    if exponent == "0" { mantissa.to_owned() } else { format!("{mantissa}e{exponent}") }
+    let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    let whole = rounded as i64;
+    // A whole number is written without its fraction.
+    if whole as f64 == rounded && whole.abs() < 1 << 53 { whole.into() } else { rounded.into() }
 }
 
-fn parts_of(study: &Study, detail: Detail) -> Vec<(&'static str, String)> {
-    let mut parts = vec![("name", text(&study.name)), ("anchor", text(&study.anchor()))];
+fn parts_of(study: &Study, detail: Detail) -> Value {
+    let mut parts = json!({ "name": study.name, "anchor": study.anchor() });
     let runs = study.runs.as_ref().filter(|_| detail == Detail::Runs);
     // A study without these has no runs, and a remark that says so.
     let runs = runs.and_then(|table| Some((table, Runs::of(table).ok()?, table.column("outcome").ok()?)));
     if let Some((table, runs, outcome)) = runs {
-        parts.extend([
-            ("count", table.len().to_string()),
-            ("ids", text(&runs.iter().map(|run| format!("{} ", run.id)).collect::<String>())),
-            ("settings", settings(table, outcome)),
-            ("metrics", metrics(table, outcome)),
-            ("claims", claims(study, &runs)),
-            ("traces", traces(study, &runs)),
-        ]);
+        parts["count"] = table.len().into();
+        parts["ids"] = runs.iter().map(|run| format!("{} ", run.id)).collect::<String>().into();
+        parts["settings"] = settings(table, outcome);
+        parts["metrics"] = metrics(table, outcome);
+        parts["claims"] = claims(study, &runs);
+        parts["traces"] = traces(study, &runs);
     }
     parts
 }
 
-/// Of each setting the values that there are, and which of them each run has.
-fn settings(runs: &ResultsTable, outcome: usize) -> String {
+/// In the order of the table, of each setting the values that there are, and which of them each run has.
+fn settings(runs: &ResultsTable, outcome: usize) -> Value {
     let names = runs.names().iter().enumerate().take(outcome + 1).skip(1).map(|(column, name)| (name.as_str(), column));
     let reasons = runs.column("reason").ok();
-    let setting = |(name, column)| {
+    let setting = |(name, column): (&str, usize)| {
         let mut known: Vec<&str> = Vec::new();
         let mut index_of: HashMap<&str, usize> = HashMap::new();
         let index = |row: usize| {
@@ -155,45 +134,46 @@ fn settings(runs: &ResultsTable, outcome: usize) -> String {
                 known.len() - 1
             })
         };
-        let indices = list((0..runs.len()).map(index).map(|index| index.to_string()));
-        let values = list(known.iter().map(|cell| text(cell)));
-        (name, list(if known.len() > 1 { vec![values, indices] } else { vec![values] }))
+        let indices: Vec<usize> = (0..runs.len()).map(index).collect();
+        json!([name, if known.len() > 1 { json!([known, indices]) } else { json!([known]) }])
     };
-    object(names.chain(reasons.map(|column| ("reason", column))).map(setting))
+    names.chain(reasons.map(|column| ("reason", column))).map(setting).collect()
 }
 
-fn metrics(runs: &ResultsTable, outcome: usize) -> String {
+fn metrics(runs: &ResultsTable, outcome: usize) -> Value {
     let names = runs.names().iter().map(String::as_str).enumerate().skip(outcome);
     let wanted = |(column, name): &(usize, &str)| {
         // Of several columns of one name the last is the counter.
         let is_number = || (0..runs.len()).any(|row| !runs.number(row, *column).is_nan());
         (CHECKED.contains(name) || MAIN.contains(name)) && is_number() && runs.last_column(name).ok() == Some(*column)
     };
-    object(names.filter(wanted).map(|(column, name)| {
+    let values = |(column, name): (usize, &str)| {
         let exact = CHECKED.contains(&name);
         let cell = |row: usize| match runs.number(row, column) {
-            value if exact && value.is_finite() => format!("{value:?}"),
+            value if exact && value.is_finite() => value.into(),
             value => number(value, DIGITS),
         };
-        (name, list((0..runs.len()).map(cell)))
-    }))
+        json!([name, (0..runs.len()).map(cell).collect::<Vec<_>>()])
+    };
+    names.filter(wanted).map(values).collect()
 }
 
 /// Each claim with its runs: first and last of each stretch.
-fn claims(study: &Study, runs: &Runs<'_>) -> String {
+fn claims(study: &Study, runs: &Runs<'_>) -> Value {
     let rows: HashMap<&str, usize> = runs.iter().enumerate().map(|(row, run)| (run.id, row)).collect();
-    list(study.claims.iter().map(|claim| {
+    let of_claims = study.claims.iter().map(|claim| {
         let mut rows: Vec<usize> = claim.run_ids.iter().filter_map(|id| rows.get(id.as_str()).copied()).collect();
         rows.sort_unstable();
-        let stretches = rows.chunk_by(|a, b| *b == a + 1).map(|rows| format!("{},{}", rows[0], rows[rows.len() - 1]));
-        list([text(&claim.text), list(stretches)])
-    }))
+        let stretches = rows.chunk_by(|a, b| *b == a + 1).flat_map(|rows| [rows[0], rows[rows.len() - 1]]);
+        json!([claim.text, stretches.collect::<Vec<_>>()])
+    });
+    of_claims.collect()
 }
 
 /// Columns of a trace that are packed where it has them; of another, the first few.
 const SHOWN: [&str; 4] = ["actuator_force_n", "effective_mass_kg", "actuator_length_m", "actuator_velocity_m_s"];
 
-fn traces(study: &Study, runs: &Runs<'_>) -> String {
+fn traces(study: &Study, runs: &Runs<'_>) -> Value {
     let of_row = |(row, run): (usize, &Run<'_>)| {
         let name = Some(run.trace).filter(|name| !name.is_empty())?;
         let trace = read_table(&study.folder.join("traces").join(name)).ok()?;
@@ -204,40 +184,44 @@ fn traces(study: &Study, runs: &Runs<'_>) -> String {
         }
         columns.insert(0, time);
         let every = trace.len().div_ceil(TRACE_ROWS).max(1);
-        let values = |column| list((0..trace.len()).step_by(every).map(|row| number(trace.number(row, column), 5)));
-        let entries = columns.iter().map(|&column| (trace.names()[column].as_str(), values(column)));
-        Some((row.to_string(), object(entries)))
+        let value = |row, column| number(trace.number(row, column), 5);
+        let entries = columns.iter().map(|&column| {
+            json!([
+                trace.names()[column],
+                (0..trace.len()).step_by(every).map(|row| value(row, column)).collect::<Vec<_>>()
+            ])
+        });
+        Some((row.to_string(), entries.collect()))
     };
-    object(runs.iter().enumerate().filter_map(of_row))
+    runs.iter().enumerate().filter_map(of_row).collect::<Map<_, Value>>().into()
 }
 
 /// Most points of a series; a trace has more.
 const POINTS: usize = 160;
 
-fn panels(panels: &[PanelData]) -> String {
+fn panels(panels: &[PanelData]) -> Value {
     let series = |series: &SeriesData| {
         let every = series.points.len().div_ceil(POINTS).max(1);
-        list([text(&series.name), every.to_string(), list(series.points.iter().step_by(every).map(point))])
+        json!([series.name, every, series.points.iter().step_by(every).map(point).collect::<Vec<_>>()])
     };
-    let panel = |panel: &PanelData| {
-        list([text(&panel.title), text(&panel.x), text(&panel.y), list(panel.series.iter().map(series))])
-    };
-    list(panels.iter().map(panel))
+    let panel =
+        |panel: &PanelData| json!([panel.title, panel.x, panel.y, panel.series.iter().map(series).collect::<Vec<_>>()]);
+    panels.iter().map(panel).collect()
 }
 
 /// `[x, y, least, most, across, down, note]`, as short as its end allows.
-fn point(point: &Datum) -> String {
+fn point(point: &Datum) -> Value {
     let mut parts = vec![number(point.x, 5), number(point.y, 5)];
     if point.range.is_some() || point.at.is_some() || !point.note.is_empty() {
         parts.extend(point.range.unwrap_or([f64::NAN; 2]).map(|end| number(end, 4)));
     }
     match point.at {
-        Some((across, down)) => parts.extend([across, down].map(|at| format!("{at:.0}"))),
-        None if !point.note.is_empty() => parts.extend(["null"; 2].map(str::to_owned)),
+        Some((across, down)) => parts.extend([across, down].map(|at| Value::from(at.round() as i64))),
+        None if !point.note.is_empty() => parts.extend([Value::Null, Value::Null]),
         None => {}
     }
-    parts.extend((!point.note.is_empty()).then(|| text(&point.note)));
-    list(parts)
+    parts.extend((!point.note.is_empty()).then(|| point.note.as_str().into()));
+    parts.into()
 }
 
 #[cfg(test)]
@@ -246,20 +230,21 @@ mod tests {
 
     #[test]
     fn numbers_are_as_short_as_their_digits_allow() {
-        assert_eq!(number(1234.5678, 3), "1.23e3");
-        assert_eq!(number(5.0, 6), "5");
-        assert_eq!(number(-0.000_25, 4), "-2.5e-4");
-        assert_eq!(number(f64::NAN, 4), "null");
-        assert_eq!(number(f64::NEG_INFINITY, 4), "-1e999");
-        assert_eq!(number(0.0, 4), "0");
+        let written = |value, digits| number(value, digits).to_string();
+        assert_eq!(written(1234.5678, 3), "1230");
+        assert_eq!(written(5.0, 6), "5");
+        assert_eq!(written(-0.000_251_23, 3), "-0.000251");
+        assert_eq!(written(f64::NAN, 4), "null");
+        assert_eq!(number(f64::NEG_INFINITY, 4).as_f64(), Some(-f64::MAX));
+        assert_eq!(written(0.0, 4), "0");
     }
 
     #[test]
     fn a_point_is_as_long_as_what_is_known_of_it() {
         let plain = Datum { x: 1.0, y: 2.0, range: None, note: String::new(), at: None };
-        assert_eq!(point(&plain), "[1,2]");
-        assert_eq!(point(&Datum { at: Some((3.2, 4.0)), ..plain.clone() }), "[1,2,null,null,3,4]");
+        assert_eq!(point(&plain), json!([1, 2]));
+        assert_eq!(point(&Datum { at: Some((3.2, 4.0)), ..plain.clone() }), json!([1, 2, null, null, 3, 4]));
         let noted = Datum { note: "a".to_owned(), y: f64::NAN, ..plain };
-        assert_eq!(point(&noted), "[1,null,null,null,null,null,\"a\"]");
+        assert_eq!(point(&noted), json!([1, null, null, null, null, null, "a"]));
     }
 }
