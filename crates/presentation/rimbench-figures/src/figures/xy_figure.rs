@@ -526,7 +526,7 @@ mod tests {
         let floor = points(&[0.282, 0.261, 0.259, 0.851, 3.31, 9.70]);
         assert!(!panel("orders_over_ms = [2.0, 20.0]").levels_off(&floor));
         // One point, or none, says nothing.
-        assert!(!panel("orders_over_ms = [10.0, 10.0]").levels_off(&floor));
+        assert!(!panel("orders_over_ms = [9.0, 11.0]").levels_off(&floor));
         assert!(!panel("").levels_off(&points(&[f64::NAN, 1.0])));
         // A step at which nothing completed is no plateau.
         assert!(!panel("").levels_off(&points(&[f64::NAN, 1.0, 2.0, f64::NAN])));
