@@ -1,7 +1,7 @@
 //! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours; SIGTERM does at once.
 #![cfg(unix)]
 
-use crate::fmi::{CARRIAGE, case_file, exported};
+use crate::exported_fmus::{CARRIAGE, case_file, exported};
 use crate::program::process;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};

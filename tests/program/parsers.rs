@@ -4,7 +4,7 @@
 //! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names stumble over, or by a
 //! piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
 
-use crate::fmi::{CARRIAGE, case_file, repacked, without_library};
+use crate::exported_fmus::{CARRIAGE, case_file, repacked, without_library};
 use crate::program::{lines, rimbench, root};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;

@@ -291,7 +291,7 @@ mod tests {
                     (Valid::Text, "start") => &["x", "1,0"],
                     (Valid::Text, "dependencies") => &["77", "two"],
                     (Valid::Text, "declaredType") if !two => &["Force"],
-                    // A text may be any, or what it means is tried with the library (tests/program/attributes.rs).
+                    // A text may be any, or what it means is tried with the library (tests/interfaces/attributes.rs).
                     (Valid::Text, _) => continue,
                     (Valid::Truth, _) => &["maybe", "yes", ""],
                     (Valid::Number, _) => &["low", "NaN"],

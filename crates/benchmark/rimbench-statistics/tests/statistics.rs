@@ -1,6 +1,6 @@
 //! What is computed of a table of runs: selection, pools, medians, intervals, orders, profiles.
 
-use rimbench::statistics::*;
+use rimbench_statistics::*;
 use std::path::Path;
 
 #[test]

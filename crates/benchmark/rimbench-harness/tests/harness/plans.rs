@@ -1,10 +1,21 @@
 //! Experiment files and the plans made of them.
 
-use rimbench::catalogue::Catalogue;
-use rimbench::error::Result;
-use rimbench::harness::{Cache, Experiment, Job, prepare_folder};
-use rimbench::runs::RunRequest;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::RunRequest;
+use rimbench_core::error::Result;
+use rimbench_harness::{BuildInfo, Cache, Experiment, Job, prepare_folder};
 use std::path::Path;
+
+const BUILD: BuildInfo = BuildInfo {
+    git_revision: "unknown",
+    git_dirty: "unknown",
+    lock_file: "",
+    version: "0",
+    rustc: "",
+    target: "",
+    target_cpu: "generic",
+    settings: "",
+};
 
 #[test]
 fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
@@ -42,7 +53,7 @@ fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
     // The copy in a results folder says the same where the log is not.
     let results = tempfile::tempdir().unwrap();
     let cache = Cache::in_folder(results.path());
-    prepare_folder(Job::new(&experiment, &catalogue, results.path(), &cache, &rimbench::BUILD)).unwrap();
+    prepare_folder(Job::new(&experiment, &catalogue, results.path(), &cache, &BUILD)).unwrap();
     let copy = Experiment::read_from_results(results.path()).unwrap();
     assert!(copy.is_same_as(&experiment));
     let run = planned(&copy);

@@ -1,8 +1,8 @@
 //! Files written whole or not at all, and what is read of files of users.
 
-use rimbench::atomic_file::{check_writable_file, write_atomically};
-use rimbench::error::Result;
-use rimbench::input::{read_bytes, read_text};
+use rimbench_core::error::Result;
+use rimbench_results::atomic_file::{check_writable_file, write_atomically};
+use rimbench_results::input::{read_bytes, read_text};
 use rimbench_results::text_place::said_at;
 use std::io::Write;
 use std::path::Path;

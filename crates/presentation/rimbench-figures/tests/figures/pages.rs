@@ -1,8 +1,8 @@
 //! Numbers and tables of pages, filled from files.
 
-use rimbench::error::Result;
-use rimbench::figures::{fill_page, without_filled};
-use rimbench::kept::{PooledSets, keep};
+use rimbench_core::error::Result;
+use rimbench_figures::{fill_page, without_filled};
+use rimbench_results::kept::{PooledSets, keep};
 
 fn results() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();

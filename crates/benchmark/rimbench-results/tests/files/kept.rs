@@ -1,8 +1,8 @@
 //! What is kept of results, and checksums of all.
 
-use rimbench::checksums::{CHECKSUMS, sha256, verify, verify_with, write};
-use rimbench::kept::{DIGEST, Digest, PooledSets, SUMMARY, keep, read_summary};
-use rimbench::numerics_version::NUMERICS_VERSION;
+use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_results::checksums::{CHECKSUMS, sha256, verify, verify_with, write};
+use rimbench_results::kept::{DIGEST, Digest, PooledSets, SUMMARY, keep, read_summary};
 
 /// Files with their checksums.
 fn summed() -> tempfile::TempDir {

@@ -2,25 +2,24 @@
 //!
 //! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
 
-use crate::documents::{files, page_of};
-use crate::program::{assert_has, root};
+use crate::{assert_has, files, page_of, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use rimbench::cases::Case;
-use rimbench::catalogue::Catalogue;
-use rimbench::checksums;
-use rimbench::cosim::{Bounds, StopFlag};
-use rimbench::figures::case_picture::picture;
-use rimbench::figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
-use rimbench::figures::drawing::{Drawing, Shape};
-use rimbench::figures::line_style::LineStyle;
-use rimbench::figures::render::{self, svg};
-use rimbench::figures::scheme_picture::timeline;
-use rimbench::figures::style::Styles;
+use rimbench_cases::cases::Case;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::cosim::{Bounds, StopFlag};
+use rimbench_figures::case_picture::picture;
+use rimbench_figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
+use rimbench_figures::drawing::{Drawing, Shape};
+use rimbench_figures::line_style::LineStyle;
+use rimbench_figures::render::{self, svg};
+use rimbench_figures::scheme_picture::timeline;
+use rimbench_figures::style::Styles;
+use rimbench_results::checksums;
 
-use rimbench::figures::{FigureEntry, FigureList, MadeFigures, figure_keys};
-use rimbench::runs::{RunRequest, simulate};
+use rimbench_cases::runs::{RunRequest, simulate};
+use rimbench_figures::{FigureEntry, FigureList, MadeFigures, figure_keys};
 
 /// The style of a built-in scheme, or a variant of one.
 fn style_of(label: &str) -> LineStyle {
@@ -606,7 +605,7 @@ fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
 fn verdicts(results: &Path) -> BTreeMap<String, String> {
     let mut verdicts = BTreeMap::new();
     for path in files(results, "csv").into_iter().filter(|path| path.ends_with("claims.csv")) {
-        let table = rimbench::results_table::read_table(&path).unwrap();
+        let table = rimbench_results::results_table::read_table(&path).unwrap();
         let (id, verdict) = (table.column("id").unwrap(), table.column("verdict").unwrap());
         let place = path.parent().unwrap().strip_prefix(results).unwrap().display().to_string();
         let rows = (0..table.len()).map(|row| (table.text(row, id), table.text(row, verdict)));

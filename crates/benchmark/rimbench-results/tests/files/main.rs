@@ -1,0 +1,4 @@
+//! Files that are kept, and how files are written and read.
+
+mod files;
+mod kept;

@@ -1,0 +1,13 @@
+//! Machines of others: FMUs and sides in other programs, as the program takes and gives them.
+
+#[allow(dead_code)]
+#[path = "../program/exported_fmus.rs"]
+mod exported_fmus;
+#[allow(dead_code, unused_imports, unused_macros)]
+#[path = "../program/program.rs"]
+mod program;
+
+mod attributes;
+mod fmi;
+mod guest_fmu;
+mod outside;
