@@ -2,7 +2,7 @@
 
 use super::spec::{RunSettings, RunSpec};
 use crate::metrics::{METRICS, Only};
-use rimbench_core::cosim::StepControl;
+use rimbench_core::cosim::{MechanicsSteps, StepControl};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
@@ -122,6 +122,10 @@ impl RunSpec {
             wall_limit: _,
         } = &**self;
         let (model, delivery, rule) = (model.as_ref(), delivery.as_ref(), step_control.as_ref());
+        let longest = match mechanics_steps {
+            MechanicsSteps::AtMost(step) => Some(*step),
+            MechanicsSteps::Count(_) | MechanicsSteps::AsActuator => None,
+        };
         let rows = model.filter(|_| self.has_slip_rows()).map(|model| model.friction_rows);
         vec![
             Fact::text("case", case.name.clone()),
@@ -129,7 +133,8 @@ impl RunSpec {
             Fact::text("scheme", scheme.name.clone()),
             Fact::text("sequence", sequence.to_string()),
             Fact::text("force_return", force_return.to_string()),
-            Fact::text("mechanics_steps", mechanics_steps.to_string()),
+            Fact::if_any("mechanics_steps", longest.is_none().then_some(mechanics_steps)),
+            Fact::number("mechanics_step_s", longest).of_some_runs(),
             Fact::text("mechanics_integrator", mechanics_integrator.to_string()),
             Fact::text("actuator_integrator", actuator_integrator.to_string()),
             Fact::if_any("redundancy", model.map(|model| model.redundancy)),
@@ -158,6 +163,10 @@ impl RunSpec {
     /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
     /// numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
+        let counted = self.in_one_form();
+        if counted != self.mechanics_steps {
+            return self.counting(counted).id();
+        }
         let mut text = format!("numerics {NUMERICS_VERSION}\n");
         let mut line = |name: &str, value: &dyn fmt::Display| {
             // Writing to memory cannot fail.

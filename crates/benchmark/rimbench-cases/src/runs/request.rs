@@ -101,6 +101,8 @@ run_options! {
     force_return: ForceReturn, "RETURN";
     /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N";
+    /// Longest step of the mechanics, s, instead of their number: a macro step has as many equal ones as it takes
+    mechanics_step_s: f64, "S";
     /// How the mechanics steps: semi-implicit, midpoint, event-split; semi-implicit if not given
     mechanics_integrator: MechanicsIntegrator, "RULE";
     /// How the actuator steps: euler (its own, of the first order), midpoint; euler if not given
@@ -151,6 +153,12 @@ impl RunRequest {
     /// Asks for a case with a scheme, everything else as they have it.
     pub fn of(case: impl Into<String>, scheme: impl Into<String>) -> Self {
         RunRequest { case: Some(case.into()), scheme: Some(scheme.into()), ..RunRequest::default() }
+    }
+
+    /// Asks the same at one of the macro steps (s) that are gone through: one shorter than the mechanics' longest step is one step.
+    pub fn at_macro_step(&self, macro_step: f64) -> Self {
+        let mechanics_step_s = self.mechanics_step_s.map(|step| step.min(macro_step));
+        RunRequest { macro_step_s: Some(macro_step), mechanics_step_s, ..self.clone() }
     }
 }
 
