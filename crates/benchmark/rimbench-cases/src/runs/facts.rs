@@ -4,6 +4,7 @@ use super::spec::{RunSettings, RunSpec};
 use crate::metrics::{METRICS, Only};
 use rimbench_core::cosim::{MechanicsSteps, StepControl};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_core::schemes::ContactsAct;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
 
@@ -127,6 +128,7 @@ impl RunSpec {
             MechanicsSteps::Count(_) | MechanicsSteps::AsActuator => None,
         };
         let rows = model.filter(|_| self.has_slip_rows()).map(|model| model.friction_rows);
+        let act = model.map(|model| model.contacts_act).filter(|act| *act != ContactsAct::default());
         vec![
             Fact::text("case", case.name.clone()),
             Fact::text("set", parameters.given()),
@@ -142,6 +144,7 @@ impl RunSpec {
             Fact::if_any("contact_detection", model.and_then(|model| model.detection)),
             Fact::if_any("split", model.filter(|_| scheme.splits).map(|model| model.split)).of_some_runs(),
             Fact::if_any("friction_rows", rows).of_some_runs(),
+            Fact::if_any("contacts_act", act).of_some_runs(),
             Fact::if_any("delivery_up", delivery.map(|delivery| &delivery.up)).of_some_runs(),
             Fact::if_any("delivery_down", delivery.map(|delivery| &delivery.down)).of_some_runs(),
             Fact::if_any("late_samples", delivery.map(|delivery| delivery.late)).of_some_runs(),

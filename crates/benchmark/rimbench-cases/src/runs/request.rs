@@ -6,7 +6,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
-use rimbench_core::schemes::{ContactDetection, FrictionRows, ModelMotion, Split};
+use rimbench_core::schemes::{ContactDetection, ContactsAct, FrictionRows, ModelMotion, Split};
 use std::fmt;
 
 /// A value as a file or the command line gives it.
@@ -117,6 +117,8 @@ run_options! {
     split: Split, "SPLIT";
     /// Friction of contacts in space within an interface model: cone (two rows each), slip-direction (one row along the slip at t_k)
     friction_rows: FrictionRows, "ROWS";
+    /// Step over which contacts of an interface model act: micro-step (an impulse acts at once), mechanics-step (it is spread over the mechanics' own step)
+    contacts_act: ContactsAct, "OVER";
     /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
     delivery_up: Channel, "HOW";
     /// How forces reach the mechanics, likewise
@@ -218,6 +220,7 @@ read_by_name!(
     ContactDetection,
     Split,
     FrictionRows,
+    ContactsAct,
     Channel,
     LateRule,
     ForceBridge,

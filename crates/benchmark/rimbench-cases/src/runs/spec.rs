@@ -9,8 +9,9 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
-use rimbench_core::schemes::{FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
+use rimbench_core::schemes::{ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
+use std::fmt;
 use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Duration;
@@ -116,6 +117,7 @@ impl RunRequest {
             contact_detection,
             split,
             friction_rows,
+            contacts_act,
             delivery_up,
             delivery_down,
             late_samples,
@@ -144,6 +146,7 @@ impl RunRequest {
             ("split", split.map(|split| split.to_string())),
             ("belief", belief.as_ref().map(|belief| belief.to_string())),
             ("friction_rows", friction_rows.map(|rows| rows.to_string())),
+            ("contacts_act", contacts_act.map(|act| act.to_string())),
         ];
         let (exchange, of_model) = texts.split_at(4);
         let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..3]);
@@ -184,6 +187,7 @@ impl RunRequest {
             detection: scheme.detection(*contact_detection)?,
             split: split.unwrap_or_default(),
             friction_rows: friction_rows.unwrap_or_default(),
+            contacts_act: contacts_act.unwrap_or_default(),
             solver: solver.clone(),
         };
         if let (None, Some(value)) = (&scheme.gain, gain) {
@@ -364,8 +368,33 @@ impl RunSettings {
         if let Some(model) = &self.model {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
+            self.check_own_step(model)?;
         }
         Ok(grid)
+    }
+
+    /// Checks that both sides step as contacts that act over the mechanics' own step assume.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`], naming what is wrong and what would be valid.
+    fn check_own_step(&self, model: &ModelOptions) -> Result<()> {
+        let refused = |option: &dyn fmt::Display, reason: &str| {
+            Err(Error::Incompatible(format!("contacts_act = {}: {option}: {reason}", model.contacts_act)))
+        };
+        if model.contacts_act == ContactsAct::MicroStep {
+            return Ok(());
+        }
+        if self.mechanics_integrator != MechanicsIntegrator::SemiImplicit {
+            let option = format!("mechanics_integrator = {}", self.mechanics_integrator);
+            let reason = "its contacts act within its own step, as those of micro steps do: use `semi-implicit`, or contacts_act `micro-step`";
+            return refused(&option, reason);
+        }
+        if self.actuator_integrator != ActuatorIntegrator::Euler {
+            let option = format!("actuator_integrator = {}", self.actuator_integrator);
+            let reason = "micro steps of the second order solve for force and contacts at once: use `euler`, or contacts_act `micro-step`";
+            return refused(&option, reason);
+        }
+        Ok(())
     }
 
     /// Checks that late samples go together with the rest of the run.
