@@ -19,10 +19,11 @@ const CASES: [(&str, &str); 6] = [
 ];
 
 /// A value or more of each option beside the usual one.
-const OPTIONS: [(&str, &[&str]); 11] = [
+const OPTIONS: [(&str, &[&str]); 12] = [
     ("sequence", &["jacobi", "gauss-seidel", "gauss-seidel-mechanics-first"]),
     ("force_return", &["held", "end", "mean", "profile"]),
     ("mechanics_steps", &["2", "all"]),
+    ("mechanics_step_s", &["2e-3", "1e-3", "7e-4"]),
     ("mechanics_integrator", &["midpoint", "event-split"]),
     ("actuator_integrator", &["midpoint"]),
     ("redundancy", &["pseudo-inverse", "regularised:1e-3"]),

@@ -102,6 +102,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("sequence", "jacobi", "rim-smooth"),
     ("force_return", "end", "rim-smooth"),
     ("mechanics_steps", "all", "rim-smooth"),
+    ("mechanics_step_s", "1e-3", "rim-smooth"),
     ("mechanics_integrator", "midpoint", "rim-smooth"),
     ("actuator_integrator", "midpoint", "rim-smooth"),
     ("redundancy", "regularised:1e-6", "rim-smooth"),
@@ -180,4 +181,124 @@ fn a_side_that_takes_equal_steps_or_multiples_only_is_not_asked_for_others() {
     assert!(skipped(true, None, &with(("duration_s", "0.105"))));
     assert!(skipped(false, Some(4e-3), &even));
     assert!(skipped(false, Some(1e-3), &with(("phase", "0.55"))));
+}
+
+/// What a longest step of the mechanics must be as well as their number: macro steps of 10 ms of a gripper that is held for 0.2 s.
+const WITH_STEPS: &[(&str, &[(&str, &str)])] = &[
+    ("zero-order-hold", &[("sequence", "jacobi")]),
+    ("zero-order-hold", &[("sequence", "gauss-seidel-mechanics-first")]),
+    ("interface-mass", &[("force_return", "end")]),
+    ("iterated-aitken", &[]),
+    ("rim-nonsmooth", &[("delivery_up", "delay:1"), ("delivery_down", "delay:1,jitter:1"), ("late_forces", "linear")]),
+    ("rim-nonsmooth-gap", &[("force_return", "mean")]),
+    ("rim-nonsmooth-gap", &[("force_return", "profile"), ("actuator_integrator", "midpoint")]),
+    ("rim-nonsmooth-gap", &[("force_return", "pieces"), ("mechanics_integrator", "event-split")]),
+    ("rim-smooth-active", &[("force_return", "profile"), ("delivery_down", "loss:0.2"), ("late_forces", "rates")]),
+];
+
+#[test]
+fn a_longest_step_of_the_mechanics_is_as_many_as_it_takes_and_one_run_has_one_id() {
+    let catalogue = Catalogue::standard();
+    let resolved = |scheme: &str, options: &[(&str, &str)], more: &[(&str, &str)]| {
+        let mut request = RunRequest::of("wedge-box", scheme);
+        let usual = [("macro_step_s", "1e-2"), ("duration_s", "0.6")];
+        usual.iter().chain(options).chain(more).for_each(|(key, value)| request.put(key, value).unwrap());
+        request.resolve(&catalogue).unwrap()
+    };
+    for (scheme, options) in WITH_STEPS {
+        for (step, count) in [("1e-3", "10"), ("3e-3", "4"), ("1e-2", "1"), ("5e-5", "all")] {
+            let [by_step, by_count] = [("mechanics_step_s", step), ("mechanics_steps", count)]
+                .map(|steps| resolved(scheme, options, &[steps]));
+            assert_eq!(by_step.id(), by_count.id(), "{scheme} {options:?} {step}");
+            let [one, other] = [&by_step, &by_count].map(run);
+            assert_ne!(one.report.outcome.name(), "skipped", "{scheme} {options:?}: {}", one.report.outcome);
+            assert!(one.trajectory.data() == other.trajectory.data(), "{scheme} {options:?} {step}");
+            assert_eq!(one.report.work, other.report.work);
+        }
+    }
+    // Where macro steps are not of one length it is no number of them, unless it is one or that of the actuator.
+    let uneven = |steps| resolved("rim-nonsmooth-gap", &[("phase", "0.25")], &[steps]);
+    assert_ne!(uneven(("mechanics_step_s", "1e-3")).id(), uneven(("mechanics_steps", "10")).id());
+    assert_eq!(uneven(("mechanics_step_s", "5e-5")).id(), uneven(("mechanics_steps", "all")).id());
+    let result = completed(&uneven(("mechanics_step_s", "1e-3")));
+    // 2.5 ms take three steps, 59 times 10 ms ten, and what is left, 7.5 ms, eight.
+    assert_eq!(result.report.work.sides.mechanics.micro_steps, 3 + 59 * 10 + 8);
+    // Where a step control sets the macro steps, the number follows their length.
+    let control = [("step_control", "energy-residual"), ("step_tolerance", "0.05"), ("phase", "0.02")];
+    let of_control = [("sequence", "gauss-seidel-mechanics-first"), ("mechanics_step_s", "1e-3")];
+    let result = run(&resolved("zero-order-hold", &control, &of_control));
+    let time = column(&result.trajectory, "time_s");
+    let taken = |pair: &[f64]| ((pair[1] - pair[0]) / 1e-3 - 1e-6).ceil().max(1.0) as u64;
+    let counts: Vec<u64> = time.windows(2).map(taken).collect();
+    assert_eq!(result.report.work.sides.mechanics.micro_steps, counts.iter().sum::<u64>());
+    assert!(counts.contains(&1) && counts.iter().any(|count| *count > 1), "{counts:?}");
+}
+
+#[test]
+fn every_case_takes_a_longest_step_of_its_mechanics() {
+    let catalogue = Catalogue::standard();
+    for case in catalogue.cases() {
+        let duration = case.defaults.duration_s.min(0.05);
+        let macro_step = if duration < 5e-3 { 1e-3 } else { 5e-3 };
+        for (scheme, force_return) in [("zero-order-hold", "held"), ("rim-nonsmooth-gap", "profile")] {
+            let resolved = |key: &str, value: &str| {
+                let mut request = RunRequest::of(case.name.clone(), scheme);
+                (request.macro_step_s, request.duration_s) = (Some(macro_step), Some(duration));
+                request.put(key, value).unwrap();
+                request.put("force_return", force_return).unwrap();
+                request.resolve(&catalogue).unwrap_or_else(|error| panic!("{}: {error}", case.name))
+            };
+            let count = (macro_step / 1e-3).round().to_string();
+            let (by_step, by_count) = (resolved("mechanics_step_s", "1e-3"), resolved("mechanics_steps", &count));
+            let [one, other] = [&by_step, &by_count].map(run);
+            let name = format!("{} {scheme}: {}", case.name, one.report.outcome);
+            assert!(one.trajectory.data() == other.trajectory.data(), "{name}");
+            assert_eq!(one.report.outcome.name(), other.report.outcome.name(), "{name}");
+            if one.report.outcome.name() == "completed" && duration == 0.05 {
+                assert_eq!(one.report.work.sides.mechanics.micro_steps, 50, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_longest_step_of_the_mechanics_that_cannot_be_is_refused_with_what_would_be_valid() {
+    let message = |change: &[(&str, &str)]| {
+        refused(|request| change.iter().for_each(|(key, value)| request.put(key, value).unwrap()))
+    };
+    let step = |step: &str| message(&[("macro_step_s", "1e-2"), ("mechanics_step_s", step)]);
+    for (value, wanted) in [
+        ("0", "a finite time above 0 s"),
+        ("-1e-3", "a finite time above 0 s"),
+        ("NaN", "a finite time above 0 s"),
+        ("inf", "a finite time above 0 s"),
+        ("0.02", "at most the macro step, 0.01 s"),
+        ("1e-9", "at least 1e-8 s for this macro step"),
+    ] {
+        assert!(step(value).starts_with("mechanics-step = "), "{value}: {}", step(value));
+        assert!(step(value).contains(wanted), "{value}: {}", step(value));
+    }
+    let both = message(&[("mechanics_steps", "2"), ("mechanics_step_s", "1e-3")]);
+    assert_eq!(both, "mechanics_steps = 2 and mechanics_step_s = 0.001: give one of the two");
+    let as_one = message(&[("scheme", "monolithic"), ("mechanics_step_s", "1e-3")]);
+    assert!(as_one.starts_with("mechanics_step_s = 0.001: scheme `monolithic` has no such choice"), "{as_one}");
+    // A mechanics of steps of its own.
+    let catalogue = Catalogue::standard();
+    let fixed = |unit: f64, step: &str| {
+        let mut case = Case::clone(catalogue.case("wedge-box").unwrap());
+        case.steps.mechanics = PossibleSteps { equal: true, multiple_of: Some(unit) };
+        let (case, mut request) = (Arc::new(case), RunRequest::of("wedge-box", "zero-order-hold"));
+        request.macro_step_s = Some(1e-2);
+        request.put("mechanics_step_s", step).unwrap();
+        request.resolve_for(&catalogue, &case, &case.default_parameters()).map_err(|error| error.to_string())
+    };
+    assert!(fixed(1e-3, "2e-3").is_ok());
+    for (unit, step, wanted) in [
+        (2e-3, "1e-3", "0.002 s: the mechanics takes multiples of 2e-3 s only, and the macro step is 0.01 s"),
+        (1e-3, "3e-3", "0.002 s: the mechanics takes multiples of 1e-3 s only"),
+        (3e-3, "1e-3", "a macro step that is a multiple of 3e-3 s"),
+    ] {
+        let message = fixed(unit, step).unwrap_err();
+        assert!(message.starts_with("mechanics-step = ") && message.contains(wanted), "{message}");
+    }
 }

@@ -146,5 +146,16 @@ fn an_advice_is_the_same_for_any_number_of_threads_and_prices_change_it() {
     let solves = |advice: &Value| advice["advised"]["work"][1].as_f64().unwrap();
     assert!(solves(&dear) <= solves(&one));
     assert_eq!(dear["advised"]["cost"].as_f64().unwrap(), 1e6 * solves(&dear));
+    // A mechanics of a step of its own is paid for the steps that it takes.
+    let own = "--case wedge-box --duration 0.3 --from 5e-4 --to 1e-2 --error 2% --phases 2 --mechanics-step 1ms";
+    let best = &advised(own)["advised"];
+    assert_has(best["command"].as_str().unwrap(), &[" --mechanics-step "]);
+    let (facts, work) = (called_again(best, None), |place: usize| best["work"][place].as_f64().unwrap());
+    assert_eq!(facts["mechanics_micro_steps"].as_f64(), Some(work(1)));
+    let steps =
+        (best["macro_step_s"].as_f64().unwrap() / 1e-3 - 1e-6).ceil() * 0.3 / best["macro_step_s"].as_f64().unwrap();
+    assert!(work(1) >= steps.floor() && work(1) >= 300.0, "{best:#}");
+    let cost: f64 = USUAL_PRICES.iter().enumerate().map(|(place, price)| price * work(place)).sum();
+    assert_eq!(best["cost"].as_f64(), Some(cost));
     assert_has(&of_bar("--to 5e-6")["notes"].to_string(), &["the largest macro step that was tried"]);
 }

@@ -196,6 +196,8 @@ fn options_reach_the_run() {
     for (extra, fact, wanted) in [
         ("--mechanics-steps 5 --force-return profile", "mechanics_micro_steps", Value::from(800)),
         ("--mechanics-steps all", "mechanics_micro_steps", Value::from(16_000)),
+        ("--mechanics-step 1ms", "mechanics_micro_steps", Value::from(800)),
+        ("--mechanics-step 1ms", "mechanics_step_s", Value::from(1e-3)),
         ("--micro-step 1e-4", "actuator_micro_steps", Value::from(8_000)),
         ("--sequence jacobi", "force_return", Value::from("held")),
         ("--force-return end", "sequence", Value::from("gauss-seidel")),

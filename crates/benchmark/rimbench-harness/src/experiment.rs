@@ -69,6 +69,8 @@ pub struct Experiment {
     duration_s: Option<f64>,
     /// Longest micro step of the actuator side, s; the case's own if absent.
     micro_step_s: Option<f64>,
+    /// Longest step of the mechanics, s, of schemes that say nothing of its steps; as usual if absent.
+    mechanics_step_s: Option<f64>,
     /// Store a trace of each run, one row per this many seconds; none if absent.
     pub trace_every_s: Option<f64>,
     /// Labels of the scheme rows whose traces are stored; all of them if absent.
@@ -122,6 +124,8 @@ struct CaseEntry {
     duration_s: Option<f64>,
     /// Longest micro step of the actuator side, s.
     micro_step_s: Option<f64>,
+    /// Longest step of the mechanics, s.
+    mechanics_step_s: Option<f64>,
     /// Line of the file in which it begins, from 1.
     #[serde(skip)]
     line: usize,

@@ -270,7 +270,7 @@ impl LimitSearch<'_> {
 
     /// The run at a macro step, s.
     fn at(&self, macro_step: f64) -> Result<RunSpec> {
-        RunRequest { macro_step_s: Some(macro_step), ..self.request.clone() }.resolve(self.catalogue)
+        self.request.at_macro_step(macro_step).resolve(self.catalogue)
     }
 
     /// Scans all macro steps, then halves the bracket around the first that is unstable.

@@ -25,13 +25,14 @@ pub struct Share {
     pub better: usize,
     /// Settings in which it has more.
     pub worse: usize,
-    /// Settings in which both fail, have the same error, or have none that the reference could tell from zero.
+    /// Settings in which both fail, have as good as the same error, or have none that the reference could tell from zero.
     pub ties: usize,
 }
 
 impl Share {
-    /// Compares the medians of each setting; one in which either has no run is left out.
-    pub fn of<'t>(runs: impl IntoIterator<Item = PairedRun<'t>>) -> Self {
+    /// Compares the medians of each setting; one in which either has no run is left out. What differs by no more than the share `apart`
+    /// of the other is as good as equal.
+    pub fn of<'t>(runs: impl IntoIterator<Item = PairedRun<'t>>, apart: f64) -> Self {
         let mut settings: BTreeMap<_, ([Vec<f64>; 2], f64)> = BTreeMap::new();
         for run in runs {
             // Macro steps are above zero, so that their bits have their order.
@@ -44,6 +45,7 @@ impl Share {
             let [Some(own), Some(other)] = errors.map(|errors| Pool::of(errors).median()) else { continue };
             match own.partial_cmp(&other) {
                 _ if own <= floor && other <= floor => share.ties += 1,
+                _ if other.is_finite() && (own - other).abs() <= apart * other => share.ties += 1,
                 Some(std::cmp::Ordering::Less) => share.better += 1,
                 Some(std::cmp::Ordering::Greater) => share.worse += 1,
                 _ => share.ties += 1,

@@ -228,10 +228,12 @@ fn settings_are_compared_by_medians_a_failure_is_infinite_and_ties_are_told_apar
             runs.extend(errors.iter().map(run));
         }
     }
-    let share = Share::of(runs);
+    // One failure among two runs is as bad as two, and no difference of percents.
+    assert_eq!(Share::of(runs.clone(), 0.4), Share { better: 1, worse: 0, ties: 5 });
+    let share = Share::of(runs, 0.0);
     assert_eq!(share, Share { better: 2, worse: 1, ties: 3 });
     assert_eq!(share.share(), Some(2.0 / 3.0));
-    assert_eq!((Share::of([]).share(), Share::of([]).interval()), (None, None));
+    assert_eq!((Share::of([], 0.0).share(), Share::of([], 0.0).interval()), (None, None));
 }
 
 fn table(text: &str) -> ResultsTable {

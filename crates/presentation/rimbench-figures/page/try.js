@@ -10,7 +10,7 @@
   const STYLES = JSON.parse($("known").textContent).schemes, SCHEMES = {};
   const called = (scheme) => STYLES[scheme].name;
   let CASES = [];
-  const SIDES = ["a", "b"], OPTIONS = { late: "0", phase: "1", "late-a": "", "late-b": "", "contacts-a": "", "contacts-b": "", integrator: "" };
+  const SIDES = ["a", "b"], OPTIONS = { late: "0", phase: "1", "late-a": "", "late-b": "", "contacts-a": "", "contacts-b": "", integrator: "", step: "" };
   const { at, end, judge, milliseconds, seconds } = verdict;
 
   // ---- state: case, place of the slider, schemes, options, time; in the address as well
@@ -55,6 +55,8 @@
     const contacts = state[`contacts-${side}`];
     if (contacts && SCHEMES[scheme].model) own.push(`contact_detection ${contacts}`);
     if (state.late > 0) own.push(`delivery_up delay:${state.late}`, ...(state[`late-${side}`] ? [`late_samples ${state[`late-${side}`]}`] : []));
+    // At a shorter macro step the mechanics takes one step; the profile of several is that of a model.
+    if (state.step && state.step < steps()[h] / 1000) own.push(`mechanics_step_s ${state.step}`, ...(SCHEMES[scheme].model ? ["force_return profile"] : []));
     if (state.integrator) own.push(`mechanics_integrator ${state.integrator}`, "actuator_integrator midpoint");
     return own.join("\n");
   };

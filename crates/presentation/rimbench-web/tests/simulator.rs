@@ -7,7 +7,7 @@ use rimbench_cases::runs::{Reference, RunRequest, evaluate, simulate_inside};
 use rimbench_core::cosim::{Bounds, StopFlag};
 use rimbench_web::{Answer, Simulator};
 
-const RUN: &str = "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nphase 0.5\nset.box_mass_kg 180\n";
+const RUN: &str = "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nmechanics_step_s 1e-3\nphase 0.5\nset.box_mass_kg 180\n";
 
 fn value<'a>(answer: &'a Answer, key: &str) -> &'a str {
     let line = answer.words.lines().find(|line| line.split(' ').next() == Some(key));
@@ -21,6 +21,7 @@ fn a_run_is_that_of_the_program_to_the_bit() {
     assert_eq!(value(&answer, "outcome"), "completed", "{}", answer.words);
     let request = RunRequest {
         macro_step_s: Some(5e-3),
+        mechanics_step_s: Some(1e-3),
         phase: Some(0.5),
         set: vec![("box_mass_kg".to_owned(), "180".to_owned())],
         ..RunRequest::of("wedge-box", "rim-nonsmooth-gap")

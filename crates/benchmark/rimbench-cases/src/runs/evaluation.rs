@@ -7,7 +7,7 @@ use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
-use rimbench_core::cosim::{Jump, MechanicsSteps, Outcome, StopFlag, Trajectory, division};
+use rimbench_core::cosim::{Jump, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Failure, Result};
 
 /// What is kept of a run: its outcome, every metric, every counter.
@@ -159,10 +159,9 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
 
 /// See [`Evidence::half_steps`].
 fn half_steps(spec: &RunSpec, run: &Trajectory) -> Vec<f64> {
-    let half = |length: f64| match (spec.mechanics_integrator.second_order(), spec.mechanics_steps) {
-        (Some(_), _) => 0.0,
-        (None, MechanicsSteps::Count(count)) => 0.5 * length / f64::from(count.get()),
-        (None, MechanicsSteps::AsActuator) => 0.5 * length / division(length, spec.micro_step) as f64,
+    let half = |length: f64| match spec.mechanics_integrator.second_order() {
+        Some(_) => 0.0,
+        None => 0.5 * length / spec.mechanics_steps.within(length, spec.micro_step) as f64,
     };
     // Nothing has been stepped at the start.
     let lengths = run.column(0).skip(1).zip(run.column(0)).map(|(end, start)| end - start);

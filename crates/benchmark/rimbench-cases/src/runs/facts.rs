@@ -2,8 +2,9 @@
 
 use super::spec::{RunSettings, RunSpec};
 use crate::metrics::{METRICS, Only};
-use rimbench_core::cosim::StepControl;
+use rimbench_core::cosim::{MechanicsSteps, StepControl};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_core::schemes::ContactsAct;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
 
@@ -122,14 +123,20 @@ impl RunSpec {
             wall_limit: _,
         } = &**self;
         let (model, delivery, rule) = (model.as_ref(), delivery.as_ref(), step_control.as_ref());
+        let longest = match mechanics_steps {
+            MechanicsSteps::AtMost(step) => Some(*step),
+            MechanicsSteps::Count(_) | MechanicsSteps::AsActuator => None,
+        };
         let rows = model.filter(|_| self.has_slip_rows()).map(|model| model.friction_rows);
+        let act = model.map(|model| model.contacts_act).filter(|act| *act != ContactsAct::default());
         vec![
             Fact::text("case", case.name.clone()),
             Fact::text("set", parameters.given()),
             Fact::text("scheme", scheme.name.clone()),
             Fact::text("sequence", sequence.to_string()),
             Fact::text("force_return", force_return.to_string()),
-            Fact::text("mechanics_steps", mechanics_steps.to_string()),
+            Fact::if_any("mechanics_steps", longest.is_none().then_some(mechanics_steps)),
+            Fact::number("mechanics_step_s", longest).of_some_runs(),
             Fact::text("mechanics_integrator", mechanics_integrator.to_string()),
             Fact::text("actuator_integrator", actuator_integrator.to_string()),
             Fact::if_any("redundancy", model.map(|model| model.redundancy)),
@@ -137,6 +144,7 @@ impl RunSpec {
             Fact::if_any("contact_detection", model.and_then(|model| model.detection)),
             Fact::if_any("split", model.filter(|_| scheme.splits).map(|model| model.split)).of_some_runs(),
             Fact::if_any("friction_rows", rows).of_some_runs(),
+            Fact::if_any("contacts_act", act).of_some_runs(),
             Fact::if_any("delivery_up", delivery.map(|delivery| &delivery.up)).of_some_runs(),
             Fact::if_any("delivery_down", delivery.map(|delivery| &delivery.down)).of_some_runs(),
             Fact::if_any("late_samples", delivery.map(|delivery| delivery.late)).of_some_runs(),
@@ -158,6 +166,10 @@ impl RunSpec {
     /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
     /// numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
+        let counted = self.in_one_form();
+        if counted != self.mechanics_steps {
+            return self.counting(counted).id();
+        }
         let mut text = format!("numerics {NUMERICS_VERSION}\n");
         let mut line = |name: &str, value: &dyn fmt::Display| {
             // Writing to memory cannot fail.

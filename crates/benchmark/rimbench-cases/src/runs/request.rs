@@ -6,7 +6,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
-use rimbench_core::schemes::{ContactDetection, FrictionRows, ModelMotion, Split};
+use rimbench_core::schemes::{ContactDetection, ContactsAct, FrictionRows, ModelMotion, Split};
 use std::fmt;
 
 /// A value as a file or the command line gives it.
@@ -101,6 +101,8 @@ run_options! {
     force_return: ForceReturn, "RETURN";
     /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N";
+    /// Longest step of the mechanics, s, instead of their number: a macro step has as many equal ones as it takes
+    mechanics_step_s: f64, "S";
     /// How the mechanics steps: semi-implicit, midpoint, event-split; semi-implicit if not given
     mechanics_integrator: MechanicsIntegrator, "RULE";
     /// How the actuator steps: euler (its own, of the first order), midpoint; euler if not given
@@ -115,6 +117,8 @@ run_options! {
     split: Split, "SPLIT";
     /// Friction of contacts in space within an interface model: cone (two rows each), slip-direction (one row along the slip at t_k)
     friction_rows: FrictionRows, "ROWS";
+    /// Step over which contacts of an interface model act: micro-step (an impulse acts at once), mechanics-step (it is spread over the mechanics' own step)
+    contacts_act: ContactsAct, "OVER";
     /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
     delivery_up: Channel, "HOW";
     /// How forces reach the mechanics, likewise
@@ -151,6 +155,12 @@ impl RunRequest {
     /// Asks for a case with a scheme, everything else as they have it.
     pub fn of(case: impl Into<String>, scheme: impl Into<String>) -> Self {
         RunRequest { case: Some(case.into()), scheme: Some(scheme.into()), ..RunRequest::default() }
+    }
+
+    /// Asks the same at one of the macro steps (s) that are gone through: one shorter than the mechanics' longest step is one step.
+    pub fn at_macro_step(&self, macro_step: f64) -> Self {
+        let mechanics_step_s = self.mechanics_step_s.map(|step| step.min(macro_step));
+        RunRequest { macro_step_s: Some(macro_step), mechanics_step_s, ..self.clone() }
     }
 }
 
@@ -210,6 +220,7 @@ read_by_name!(
     ContactDetection,
     Split,
     FrictionRows,
+    ContactsAct,
     Channel,
     LateRule,
     ForceBridge,

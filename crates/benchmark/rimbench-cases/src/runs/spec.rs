@@ -9,8 +9,9 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
-use rimbench_core::schemes::{FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
+use rimbench_core::schemes::{ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
+use std::fmt;
 use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Duration;
@@ -108,6 +109,7 @@ impl RunRequest {
             sequence,
             force_return,
             mechanics_steps,
+            mechanics_step_s,
             mechanics_integrator,
             actuator_integrator,
             redundancy,
@@ -115,6 +117,7 @@ impl RunRequest {
             contact_detection,
             split,
             friction_rows,
+            contacts_act,
             delivery_up,
             delivery_down,
             late_samples,
@@ -137,13 +140,15 @@ impl RunRequest {
             ("sequence", sequence.map(|sequence| sequence.to_string())),
             ("force_return", force_return.map(|kind| kind.to_string())),
             ("mechanics_steps", mechanics_steps.map(|steps| steps.to_string())),
+            ("mechanics_step_s", mechanics_step_s.map(|step| step.to_string())),
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
             ("split", split.map(|split| split.to_string())),
             ("belief", belief.as_ref().map(|belief| belief.to_string())),
             ("friction_rows", friction_rows.map(|rows| rows.to_string())),
+            ("contacts_act", contacts_act.map(|act| act.to_string())),
         ];
-        let (exchange, of_model) = texts.split_at(3);
+        let (exchange, of_model) = texts.split_at(4);
         let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..3]);
         for (in_vain, options, why) in [
             (
@@ -161,10 +166,19 @@ impl RunRequest {
             }
         }
         let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
-        let mechanics_steps = mechanics_steps.unwrap_or(case.usual_mechanics_steps());
+        let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
+        let mechanics_steps = match (mechanics_steps, mechanics_step_s) {
+            (Some(steps), Some(step)) => {
+                return Err(Error::Incompatible(format!(
+                    "mechanics_steps = {steps} and mechanics_step_s = {step}: give one of the two"
+                )));
+            }
+            (None, Some(step)) => MechanicsSteps::AtMost(*step),
+            (steps, None) => steps.unwrap_or(case.usual_mechanics_steps()),
+        };
         // The profile of one step is its mean.
         let force_return = match force_return {
-            ForceReturn::Profile if mechanics_steps == MechanicsSteps::ONE => ForceReturn::Mean,
+            ForceReturn::Profile if mechanics_steps.is_one_in(macro_step) => ForceReturn::Mean,
             other => other,
         };
         let model = ModelOptions {
@@ -173,6 +187,7 @@ impl RunRequest {
             detection: scheme.detection(*contact_detection)?,
             split: split.unwrap_or_default(),
             friction_rows: friction_rows.unwrap_or_default(),
+            contacts_act: contacts_act.unwrap_or_default(),
             solver: solver.clone(),
         };
         if let (None, Some(value)) = (&scheme.gain, gain) {
@@ -183,7 +198,6 @@ impl RunRequest {
             )));
         }
         let delivery = delivery(scheme, delivery_up.as_ref(), delivery_down.as_ref(), *late_samples, *late_forces)?;
-        let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
         let control = step_control.unwrap_or_default();
         let mut settings = RunSettings {
             case: case.clone(),
@@ -209,8 +223,11 @@ impl RunRequest {
             predict_growth: false,
             wall_limit: wall_limit_s.map(wall_limit).transpose()?,
         };
-        settings.mechanics_steps = settings.in_one_form();
+        if mechanics_step_s.is_none() {
+            settings.mechanics_steps = settings.in_one_form();
+        }
         let spec = RunSpec::of(settings)?;
+        spec.check_mechanics_step()?;
         spec.check_model()?;
         spec.check_reference()?;
         Ok(spec)
@@ -233,6 +250,11 @@ impl RunSpec {
         Self::of(settings)
     }
 
+    /// The same run with its mechanics' steps said otherwise.
+    pub(super) fn counting(&self, mechanics_steps: MechanicsSteps) -> Self {
+        RunSpec { settings: RunSettings { mechanics_steps, ..self.settings.clone() }, grid: self.grid }
+    }
+
     /// The same run of another case, which says nothing of communication points.
     pub(super) fn of_case(&self, case: Arc<Case>) -> Self {
         RunSpec { settings: RunSettings { case, ..self.settings.clone() }, grid: self.grid }
@@ -240,18 +262,44 @@ impl RunSpec {
 }
 
 impl RunSettings {
-    /// The mechanics' steps, a count that is the actuator's in every macro step as `all` of them: one run has one id. One step is left as it
-    /// is, because it is exact at that macro step only.
-    fn in_one_form(&self) -> MechanicsSteps {
-        let even = self.step_control.is_none() && self.grid().is_ok_and(|grid| grid.is_even());
+    /// The mechanics' steps, a longest step as the count that it is in every macro step, a count that is the actuator's in every macro step
+    /// as `all` of them: one run has one id. One step is left as it is, because it is exact at that macro step only.
+    pub(super) fn in_one_form(&self) -> MechanicsSteps {
+        let even = || self.step_control.is_none() && self.grid().is_ok_and(|grid| grid.is_even());
         match self.mechanics_steps {
-            MechanicsSteps::Count(count)
-                if count.get() > 1 && even && division(self.macro_step, self.micro_step) == count.get() as usize =>
-            {
-                MechanicsSteps::AsActuator
+            steps if steps.is_one_in(self.macro_step) => MechanicsSteps::ONE,
+            MechanicsSteps::AtMost(step) if step == self.micro_step => MechanicsSteps::AsActuator,
+            steps @ (MechanicsSteps::Count(_) | MechanicsSteps::AtMost(_)) if even() => {
+                match steps.within(self.macro_step, self.micro_step) {
+                    count if count == division(self.macro_step, self.micro_step) => MechanicsSteps::AsActuator,
+                    count => u32::try_from(count).ok().and_then(MechanicsSteps::count).unwrap_or(steps),
+                }
             }
             steps => steps,
         }
+    }
+
+    /// Checks that the mechanics can take the longest step that is asked of it.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`], with what would be valid.
+    fn check_mechanics_step(&self) -> Result<()> {
+        let (MechanicsSteps::AtMost(longest), possible) = (self.mechanics_steps, self.case.steps.mechanics) else {
+            return Ok(());
+        };
+        let own = |longest: f64| self.macro_step / division(self.macro_step, longest) as f64;
+        let Some(unit) = possible.multiple_of.filter(|_| !possible.allows(own(longest))) else { return Ok(()) };
+        let valid = (1..=MOST_MULTIPLES).map(|count| f64::from(count) * unit);
+        let valid = valid.take_while(|step| *step <= self.macro_step).filter(|step| possible.allows(own(*step)));
+        let nearest = valid.min_by(|a, b| (a - longest).abs().total_cmp(&(b - longest).abs()));
+        let expected = match nearest {
+            Some(step) => format!(
+                "{step} s: the mechanics takes multiples of {unit:e} s only, and the macro step is {} s",
+                self.macro_step
+            ),
+            None => format!("a macro step that is a multiple of {unit:e} s: the mechanics takes no others"),
+        };
+        Err(Error::invalid("mechanics-step", longest, expected))
     }
 
     /// Checks what can be checked without running. Both sides are built only for options that not all mechanics allow.
@@ -320,8 +368,33 @@ impl RunSettings {
         if let Some(model) = &self.model {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
+            self.check_own_step(model)?;
         }
         Ok(grid)
+    }
+
+    /// Checks that both sides step as contacts that act over the mechanics' own step assume.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`], naming what is wrong and what would be valid.
+    fn check_own_step(&self, model: &ModelOptions) -> Result<()> {
+        let refused = |option: &dyn fmt::Display, reason: &str| {
+            Err(Error::Incompatible(format!("contacts_act = {}: {option}: {reason}", model.contacts_act)))
+        };
+        if model.contacts_act == ContactsAct::MicroStep {
+            return Ok(());
+        }
+        if self.mechanics_integrator != MechanicsIntegrator::SemiImplicit {
+            let option = format!("mechanics_integrator = {}", self.mechanics_integrator);
+            let reason = "its contacts act within its own step, as those of micro steps do: use `semi-implicit`, or contacts_act `micro-step`";
+            return refused(&option, reason);
+        }
+        if self.actuator_integrator != ActuatorIntegrator::Euler {
+            let option = format!("actuator_integrator = {}", self.actuator_integrator);
+            let reason = "micro steps of the second order solve for force and contacts at once: use `euler`, or contacts_act `micro-step`";
+            return refused(&option, reason);
+        }
+        Ok(())
     }
 
     /// Checks that late samples go together with the rest of the run.
@@ -401,7 +474,7 @@ impl RunSettings {
             && self.model.as_ref().is_some_and(|model| model.motion == ModelMotion::Frozen)
             && !self.has_slip_rows()
             && self.force_return == ForceReturn::Profile
-            && self.mechanics_steps == MechanicsSteps::AsActuator
+            && self.in_one_form() == MechanicsSteps::AsActuator
     }
 
     /// Tells whether contacts in space have one tangential row in the model.
@@ -469,6 +542,7 @@ impl RunSettings {
             let expected = format!("at most the macro step, {} s", self.macro_step);
             return Err(Error::invalid("micro-step", self.micro_step, expected));
         }
+        self.mechanics_steps.check(self.macro_step)?;
         Ok(grid)
     }
 
@@ -479,7 +553,7 @@ impl RunSettings {
     /// are those of the model too, and what they miss is missed by both.
     fn defect_order(&self) -> u32 {
         let coarse =
-            self.mechanics_integrator.second_order().is_none() && self.mechanics_steps != MechanicsSteps::AsActuator;
+            self.mechanics_integrator.second_order().is_none() && self.in_one_form() != MechanicsSteps::AsActuator;
         if coarse { 2 } else { self.scheme.order + 1 }
     }
 }
@@ -573,6 +647,9 @@ fn wall_limit(seconds: f64) -> Result<Duration> {
     let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
     limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a time from 1e-9 s to 1e18 s"))
 }
+
+/// Of these many multiples of what a mechanics takes one is looked for that would do.
+const MOST_MULTIPLES: u32 = 10_000;
 
 /// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.
 const MOST_STEPS: f64 = 1e7;

@@ -1,7 +1,7 @@
 //! The modes of contacts with friction in the place of an active set.
 
 use super::discretised_model::DiscretisedModel;
-use super::{ActiveSetFactor, AffineStep};
+use super::{ActiveSetFactor, AffineStep, ForceRange};
 use crate::friction::{ContactState, StateSystem};
 
 /// The equations of contacts in their modes, factorised: `K = E_σ H F_σ`.
@@ -100,5 +100,27 @@ impl ActiveSetFactor for ModeFactor {
             impulses[row] = impulse;
         }
         true
+    }
+
+    fn keep_admissible(step: &AffineStep<Self>, w: &[f64], rounding: f64, range: &mut ForceRange) {
+        let Modes { states, friction, .. } = &*step.factor.0;
+        let (contacts, mut normal) = (states.len(), [0.0; 2]);
+        for (row, impulse) in step.impulse_lines() {
+            if row >= contacts {
+                // |P_t| ≤ μ P_n; the normal impulse of the contact is the one before.
+                let mu = friction[row - contacts];
+                for sign in [-1.0, 1.0] {
+                    range.keep([0, 1].map(|at| mu * normal[at] + sign * impulse[at]));
+                }
+                continue;
+            }
+            (normal, _) = (impulse, range.keep(impulse));
+            // Friction points against the sliding velocity.
+            let direction = states[row].friction();
+            if direction != 0.0 && friction[row] != 0.0 {
+                let [constant, slope] = step.velocity(w, contacts + row);
+                range.keep([rounding - direction * constant, -direction * slope]);
+            }
+        }
     }
 }

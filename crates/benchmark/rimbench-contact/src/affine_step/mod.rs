@@ -28,6 +28,7 @@ mod coulomb;
 mod dense;
 mod discretised_model;
 mod factor;
+mod force_range;
 mod law;
 mod sparse;
 #[cfg(test)]
@@ -37,6 +38,7 @@ pub use coulomb::ModeFactor;
 pub use dense::DenseFactor;
 pub use discretised_model::{DiscretisedColumns, DiscretisedModel, LinearModel};
 pub use factor::ActiveSetFactor;
+pub use force_range::ForceRange;
 pub use law::StepContactLaw;
 pub use sparse::SparseSetFactor;
 

@@ -56,6 +56,7 @@ impl CoupledPair<'_> {
         let PairState { y, exchange, .. } = &*self.state;
         let sample = Sample {
             model: exchange.interface_model.as_ref(),
+            mechanics_steps: self.setup.own_mechanics_steps(step),
             ..Sample::of_outputs(step, &y.mechanics, self.setup.actuator_micro_step(step))
         };
         self.scheme.receive(Side::Mechanics, &sample)?;

@@ -27,12 +27,24 @@ pub struct Sample<'a> {
     pub step: MacroStep,
     /// Micro step of the actuator side in that macro step, s.
     pub actuator_micro_step: f64,
+    /// Steps of its own that the mechanics takes in that macro step.
+    pub mechanics_steps: usize,
 }
 
 impl<'a> Sample<'a> {
-    /// Makes the sample of a side that sends its outputs `y` and nothing else, at the start of `step`; δ of the actuator in s.
+    /// Makes the sample of a side that sends its outputs `y` and nothing else, at the start of `step`, in which the mechanics takes one step; δ
+    /// of the actuator in s.
     pub fn of_outputs(step: MacroStep, y: &'a [f64], actuator_micro_step: f64) -> Self {
-        Sample { time: step.start, y, model: None, rates: None, line_forces: None, step, actuator_micro_step }
+        Sample {
+            time: step.start,
+            y,
+            model: None,
+            rates: None,
+            line_forces: None,
+            step,
+            actuator_micro_step,
+            mechanics_steps: 1,
+        }
     }
 }
 
@@ -158,11 +170,17 @@ pub trait CouplingScheme: Send {
         false
     }
 
-    /// Changes the length of the micro steps to come, s, for a model that is brought to the present over macro steps of several lengths.
+    /// Changes the macro step that the micro steps to come, of length `micro_step` (s), belong to, in which the mechanics takes so many steps
+    /// of its own: for a model that is brought to the present over macro steps of several lengths.
     ///
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
-    fn change_micro_step(&mut self, _length: f64) -> Result<(), Failure> {
+    fn change_macro_step(
+        &mut self,
+        _step: MacroStep,
+        _micro_step: f64,
+        _mechanics_steps: usize,
+    ) -> Result<(), Failure> {
         Ok(())
     }
 

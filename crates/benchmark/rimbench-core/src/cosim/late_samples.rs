@@ -35,6 +35,7 @@ pub(crate) struct Kept {
     pub(crate) step: MacroStep,
     pub(crate) time: f64,
     pub(crate) micro_step: f64,
+    pub(crate) mechanics_steps: usize,
     /// Outputs of the mechanics.
     pub(crate) motion: Vec<f64>,
     pub(crate) model: Option<ReducedInterfaceModel>,
@@ -72,6 +73,7 @@ impl LateSamples {
             step: full,
             time: 0.0,
             micro_step: 0.0,
+            mechanics_steps: 1,
             motion: vec![0.0; motions],
             model: model.cloned(),
             force: vec![0.0; forces],
@@ -113,16 +115,18 @@ impl LateSamples {
         &mut self.ring[m % length]
     }
 
-    /// Keeps the fresh sample of the mechanics at the start of `step`; δ of the actuator in s.
+    /// Keeps the fresh sample of the mechanics at the start of `step`, for which both sides have steps of their own: δ of the actuator in s,
+    /// the mechanics' by number.
     pub(crate) fn keep(
         &mut self,
         step: MacroStep,
-        micro_step: f64,
+        (micro_step, mechanics_steps): (f64, usize),
         motion: &[f64],
         model: Option<&ReducedInterfaceModel>,
     ) {
         let kept = self.kept_mut(step.index);
-        (kept.step, kept.time, kept.micro_step) = (step, step.start, micro_step);
+        (kept.step, kept.time) = (step, step.start);
+        (kept.micro_step, kept.mechanics_steps) = (micro_step, mechanics_steps);
         kept.motion.copy_from_slice(motion);
         if let (Some(own), Some(model)) = (&mut kept.model, model) {
             own.copy_from(model);
@@ -177,12 +181,9 @@ impl LateSamples {
         scheme: &mut dyn CouplingScheme,
         u: &mut [f64],
     ) -> Result<u64, Failure> {
-        let (start, mut micro_step, mut passed) = (self.kept(m).time, self.kept(m).micro_step, 0);
+        let (start, mut passed) = (self.kept(m).time, 0);
         for kept in (m..k).map(|index| self.kept(index)) {
-            if kept.micro_step != micro_step {
-                micro_step = kept.micro_step;
-                scheme.change_micro_step(micro_step)?;
-            }
+            scheme.change_macro_step(kept.step, kept.micro_step, kept.mechanics_steps)?;
             let rows = kept.history.rows();
             let count = rows.len();
             for (j, force) in rows.enumerate() {
@@ -192,9 +193,8 @@ impl LateSamples {
             }
             passed += count;
         }
-        if self.kept(k).micro_step != micro_step {
-            scheme.change_micro_step(self.kept(k).micro_step)?;
-        }
+        let Kept { step, micro_step, mechanics_steps, .. } = self.kept(k);
+        scheme.change_macro_step(*step, *micro_step, *mechanics_steps)?;
         Ok(passed as u64)
     }
 

@@ -88,5 +88,6 @@ pub(crate) use exchange_data::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES
 pub(crate) use lent_actuator::LentActuator;
 pub(crate) use log::Log;
 pub(crate) use macro_loop::{cover, macro_steps};
+pub(crate) use output_history::overlaps;
 pub(crate) use pair_state::PairState;
 pub(crate) use step_size_control::MacroInterval;

@@ -1,5 +1,14 @@
 //! The actuator's outputs over a macro step, as the mechanics receives them.
 
+/// Lists the parts, of `others` equal ones, that part `index` of `parts` equal parts of the same macro step overlaps, each with the overlap in
+/// units of 1/(parts·others) of the macro step, in which all borders are integers.
+#[inline]
+pub(crate) fn overlaps(index: usize, parts: usize, others: usize) -> impl Iterator<Item = (usize, usize)> {
+    let (from, to) = (index * others, (index + 1) * others);
+    (from / parts..others.min(to.div_ceil(parts)))
+        .map(move |other| (other, to.min((other + 1) * parts) - from.max(other * parts)))
+}
+
 /// Numbers that are held over each of so many equal parts of a macro step, as the means over any others: the actuator's outputs, handed to
 /// the mechanics as the force return says.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,10 +66,7 @@ impl OutputHistory {
     /// count with the share that lies inside.
     pub fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
         mean.fill(0.0);
-        // In units of 1/(count·parts) of the macro step all borders are integers.
-        let (from, to) = (index * self.count, (index + 1) * self.count);
-        for j in from / parts..self.count.min(to.div_ceil(parts)) {
-            let overlap = to.min((j + 1) * parts) - from.max(j * parts);
+        for (j, overlap) in overlaps(index, parts, self.count) {
             let weight = overlap as f64 / self.count as f64;
             for (sum, y) in mean.iter_mut().zip(&self.outputs[j * self.width..(j + 1) * self.width]) {
                 *sum += weight * y;

@@ -74,10 +74,7 @@ impl Setup {
 
     /// Counts the mechanics' own steps in a macro step.
     pub fn own_mechanics_steps(&self, step: MacroStep) -> usize {
-        match self.mechanics_steps {
-            MechanicsSteps::Count(count) => count.get() as usize,
-            MechanicsSteps::AsActuator => self.actuator_steps(step),
-        }
+        self.mechanics_steps.within(step.length, self.micro_step)
     }
 
     /// Returns the mechanics' own step in a macro step, s.

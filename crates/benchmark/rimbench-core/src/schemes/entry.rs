@@ -3,7 +3,7 @@
 use super::construction::{Construction, ModelConstruction};
 use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
-use super::model_options::{FrictionRows, ModelMotion, ModelOptions};
+use super::model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 use super::requirement::Requirement;
 use super::split::Split;
 use crate::cosim::{CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
@@ -64,6 +64,8 @@ pub struct SchemeEntry {
     pub moves_model: bool,
     /// Contacts of its model stick and slide within the macro step, which leaves a choice of their tangential rows.
     pub slides: bool,
+    /// Contacts of its model may act over the mechanics' own step.
+    pub acts_over_mechanics_step: bool,
     /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
     pub condenses: bool,
     /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
@@ -101,6 +103,7 @@ impl SchemeEntry {
             has_mechanics_law: false,
             moves_model: false,
             slides: false,
+            acts_over_mechanics_step: false,
             condenses: true,
             splits: false,
             driver: IterativeDriver::NonIterative,
@@ -147,8 +150,8 @@ impl SchemeEntry {
     /// Checks that options of a reduced interface model go together with the scheme.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, and for rows of contacts that are
-    /// bilateral, or not in it.
+    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, for rows of contacts that are bilateral,
+    /// or not in it, and for contacts that are to act over the mechanics' step in a model without any, or one that moves.
     pub fn check_options(&self, options: &ModelOptions) -> Result<()> {
         if options.motion != ModelMotion::Frozen && !self.moves_model {
             return Err(Error::Incompatible(format!(
@@ -163,6 +166,22 @@ impl SchemeEntry {
                  rim-nonsmooth-gap",
                 options.friction_rows, self.name
             )));
+        }
+        if options.contacts_act == ContactsAct::MechanicsStep {
+            let why = if !self.acts_over_mechanics_step {
+                format!(
+                    "scheme `{}` has no contacts that act within a macro step: use rim-nonsmooth or rim-nonsmooth-gap",
+                    self.name
+                )
+            } else if options.motion != ModelMotion::Frozen {
+                format!(
+                    "model_motion = {}: the mechanics' answer over its own step is that of the model as it was sent: use model_motion `frozen`",
+                    options.motion
+                )
+            } else {
+                return Ok(());
+            };
+            return Err(Error::Incompatible(format!("contacts_act = {}: {why}", options.contacts_act)));
         }
         Ok(())
     }

@@ -54,7 +54,7 @@ pub use coupling::Coupling;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use information::InformationClass;
 pub use input_polynomial::InputPolynomial;
-pub use model_options::{FrictionRows, ModelMotion, ModelOptions};
+pub use model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 pub use requirement::Requirement;
 pub use split::Split;
 

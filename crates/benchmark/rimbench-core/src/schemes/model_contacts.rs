@@ -17,7 +17,7 @@ use crate::cosim::MicroStep;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::{AffineStep, MicroState, StepContactLaw};
+use rimbench_contact::affine_step::{AffineStep, ForceRange, MicroState, StepContactLaw};
 use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
@@ -70,6 +70,8 @@ pub(super) struct Complementarity<S: ContactSolver> {
     /// Constraint violation left in the micro step last solved, m/s.
     violation_left: f64,
     b: Vec<f64>,
+    /// Whether a contact was hit in the step last solved.
+    hit: bool,
     rebounds: Rebounds,
     /// The velocities by which positions change in a micro step in which a contact rebounds.
     w_displacement: Vec<f64>,
@@ -86,6 +88,7 @@ impl<S: ContactSolver> Complementarity<S> {
             matrix_changed: true,
             violation_left: 0.0,
             b: vec![0.0; rows],
+            hit: false,
             rebounds: if rebounds { Rebounds::new(contacts, rows) } else { Rebounds::default() },
             w_displacement: vec![0.0; if rebounds { rows + empty.interface() } else { 0 }],
         }
@@ -129,19 +132,38 @@ impl<S: ContactSolver> Complementarity<S> {
         false
     }
 
-    /// Poses the contact problem of the micro step, solves it, and applies its impulses.
-    fn solve(&mut self, model: FrozenModel<'_>, state: &mut ModelState, lambda: &[f64]) -> Result<(), Failure> {
+    /// Returns the forces around `force` (N) that keep the active set of the last step in the region, from the same state, with the velocity of
+    /// an interface of one row, see [`AffineStep::force_range`]; none where that step was solved.
+    fn force_range(&self, model: FrozenModel<'_>, state: &ModelState, force: f64) -> Option<(ForceRange, [f64; 2])> {
+        let affine = self.affine.as_ref().filter(|affine| affine.is_known())?;
+        Some(affine.force_range(model.discretised, model.law, &state.w, &state.gap, force))
+    }
+
+    /// Writes the velocities after a step under `lambda` (N) by the last tangents.
+    fn velocities_with_set(&self, state: &mut ModelState, lambda: &[f64]) {
+        if let Some(affine) = &self.affine {
+            affine.velocities_with_set(&state.w, lambda, &mut state.w_plus);
+        }
+    }
+
+    /// Poses the contact problem of a step, solves it, and applies its impulses. A trial leaves coefficients of friction as they are.
+    fn solve(
+        &mut self,
+        model: FrozenModel<'_>,
+        state: &mut ModelState,
+        lambda: &[f64],
+        trial: bool,
+    ) -> Result<(), Failure> {
         let FrozenModel { discretised, law, .. } = model;
         let (n, m) = (discretised.contacts(), discretised.contacts() / S::ROWS);
         let rows = n + lambda.len();
         discretised.free_velocity(&state.w[..rows], lambda, &mut state.w_plus[..rows]);
-        if law.restitution > 0.0 {
-            self.find_rebounds(model, state, rows)?;
-        }
+        self.hit = law.restitution > 0.0 && self.find_rebounds(model, state, rows)?;
         self.pose(model, state, Solved::Velocity);
         let changed = std::mem::replace(&mut self.matrix_changed, false);
         let posed = Posed { model: discretised, changed, b: &self.b[..n] };
-        self.solver.solve(posed, &mut state.impulses[..n])?;
+        let impulses = &mut state.impulses[..n];
+        if trial { self.solver.try_solve(posed, impulses) } else { self.solver.solve(posed, impulses) }?;
         let w = &mut state.w_plus[..rows];
         discretised.add_impulses(&state.impulses[..n], w);
         self.violation_left = 0.0;
@@ -186,18 +208,19 @@ impl<S: ContactSolver> Complementarity<S> {
         }
     }
 
-    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.w_plus`.
+    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.w_plus`; says whether any is hit.
     ///
     /// The rows of a frozen model do not turn, so that contacts at rest approach by what the mechanics' step made and no more.
-    fn find_rebounds(&mut self, model: FrozenModel<'_>, state: &mut ModelState, rows: usize) -> Result<(), Failure> {
+    fn find_rebounds(&mut self, model: FrozenModel<'_>, state: &mut ModelState, rows: usize) -> Result<bool, Failure> {
         let n = model.discretised.contacts();
         let step = impact_step(model, self.solver.tolerance());
         let own = |slot: usize| model.received.discretisation_approach_of(model.set[slot]);
         let impact = ImpactRows { gap: &state.gap[..n / S::ROWS], w: &state.w[..n], free: &state.w_plus[..n] };
-        if self.rebounds.record_hits(&step, impact, own) {
+        let hit = self.rebounds.record_hits(&step, impact, own);
+        if hit {
             self.look_ahead(model, &step, state, rows)?;
         }
-        Ok(())
+        Ok(hit)
     }
 
     /// Finds out which contacts that are hit rebound, and the velocities by which positions then change.
@@ -331,7 +354,62 @@ impl ModelContacts {
         state: &mut ModelState,
         lambda: &[f64],
     ) -> Result<(), Failure> {
-        each!(self, contacts => contacts.solve(model, state, lambda), Ok(()))
+        each!(self, contacts => contacts.solve(model, state, lambda, false), Ok(()))
+    }
+
+    /// Does the same as a trial, which leaves coefficients of friction as they are; says whether a contact is hit.
+    ///
+    /// # Errors
+    /// As the contact solver reports.
+    #[inline(never)]
+    pub(super) fn try_solve(
+        &mut self,
+        model: FrozenModel<'_>,
+        state: &mut ModelState,
+        lambda: &[f64],
+    ) -> Result<bool, Failure> {
+        each!(self, contacts => contacts.solve(model, state, lambda, true).map(|()| contacts.hit), Ok(false))
+    }
+
+    /// Returns the forces around `force` (N) for which a step from the same state keeps the active set of the last one, and the interface's
+    /// velocity after it, without force and per force; none where that is not known.
+    pub(super) fn force_range(
+        &self,
+        model: FrozenModel<'_>,
+        state: &ModelState,
+        force: f64,
+    ) -> Option<(ForceRange, [f64; 2])> {
+        each!(self, contacts => contacts.force_range(model, state, force), None)
+    }
+
+    /// Writes the velocities after a step under `lambda` (N) by the last tangents.
+    pub(super) fn velocities_with_set(&self, state: &mut ModelState, lambda: &[f64]) {
+        each!(self, contacts => contacts.velocities_with_set(state, lambda), ());
+    }
+
+    /// Returns the coefficients of friction of the contacts where they change from problem to problem.
+    pub(super) fn friction(&self) -> &[f64] {
+        match self {
+            ModelContacts::Coulomb(contacts) if contacts.solver.stiction.is_some() => &contacts.solver.friction,
+            _ => &[],
+        }
+    }
+
+    /// Sets them.
+    pub(super) fn set_friction(&mut self, friction: &[f64]) {
+        if let ModelContacts::Coulomb(contacts) = self
+            && !friction.is_empty()
+        {
+            contacts.solver.friction.copy_from_slice(friction);
+        }
+    }
+
+    /// Returns the rows of each contact.
+    pub(super) fn rows_of_contact(&self) -> usize {
+        fn rows<S: ContactSolver>(_: &Complementarity<S>) -> usize {
+            S::ROWS
+        }
+        each!(self, contacts => rows(contacts), 1)
     }
 
     /// Records what contacts with friction did in the micro step that ends with velocities `w_plus`.

@@ -56,6 +56,28 @@ impl FrictionRows {
 
 by_name!(FrictionRows, NAMES, "friction rows");
 
+/// The step over which the contacts of a reduced interface model act.
+///
+/// ```text
+/// micro-step        w⁺ = w + δ (a + H_·i λ) + H_·u P                  an impulse acts at once
+/// mechanics-step    w⁺ = w + (δ/h) (Φ(λ) − w_s)                       Φ the mechanics' answer to λ over its own step h, from w_s
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ContactsAct {
+    /// The actuator's.
+    #[default]
+    MicroStep,
+    /// The mechanics' own.
+    MechanicsStep,
+}
+
+impl ContactsAct {
+    const NAMES: [(&'static str, ContactsAct); 2] =
+        [("micro-step", ContactsAct::MicroStep), ("mechanics-step", ContactsAct::MechanicsStep)];
+}
+
+by_name!(ContactsAct, NAMES, "step over which contacts act");
+
 /// Options of a reduced interface model.
 #[derive(Debug, Clone)]
 pub struct ModelOptions {
@@ -69,6 +91,8 @@ pub struct ModelOptions {
     pub split: Split,
     /// Tangential rows of contacts in space.
     pub friction_rows: FrictionRows,
+    /// The step over which contacts act.
+    pub contacts_act: ContactsAct,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
 }
@@ -81,6 +105,7 @@ impl Default for ModelOptions {
             detection: None,
             split: Split::default(),
             friction_rows: FrictionRows::default(),
+            contacts_act: ContactsAct::default(),
             solver: Arc::new(SolverEntry::active_set()),
         }
     }

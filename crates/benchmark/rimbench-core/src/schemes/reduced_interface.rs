@@ -8,7 +8,8 @@
 //! w_u⁺ = w_u + δ a_u + H_uu P_u + δ H_ui λ        w_i⁺ = w_i + δ a_i + H_iu P_u + δ H_ii λ        s⁺ = s + δ w_i⁺
 //! ```
 //! The schemes differ in one decision only, [`Contacts`]: the condition on `w_u⁺` and `P_u` ([`ModelContacts`] solves it).
-//! [`ContactSet`] detects the contacts of the macro step. Micro steps of the second order are in [`second_order`].
+//! [`ContactSet`] detects the contacts of the macro step. Micro steps of the second order are in [`second_order`], contacts that act over the
+//! mechanics' own step in [`own_step`].
 
 mod construction;
 mod contact_set;
@@ -16,6 +17,7 @@ mod effective_mass;
 mod forecast;
 mod gap_law;
 mod model_end;
+mod own_step;
 mod second_order;
 
 pub(super) use contact_set::Contacts;
@@ -23,13 +25,14 @@ pub(super) use contact_set::Contacts;
 use self::contact_set::ContactSet;
 use self::effective_mass::EffectiveMass;
 use self::gap_law::GapTerm;
+use self::own_step::OwnStep;
 use super::construction::sent;
 use super::implicit_feedthrough::ImplicitFeedthrough;
 use super::model_contacts::{FrozenModel, ModelContacts, ModelState};
 use super::moving_model::MovingModel;
 use super::recorded_modes::RecordedModes;
 use super::slip_rows::SlipRows;
-use crate::cosim::{CouplingScheme, Forecast, MicroStep, ModelEnd, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Forecast, MacroStep, MicroStep, ModelEnd, Sample, SchemeReport, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
 use rimbench_contact::affine_step::{DiscretisedModel, StepContactLaw};
@@ -43,7 +46,7 @@ pub(super) struct ReducedInterface {
     slip_rows: Option<Box<SlipRows>>,
     /// Eq. 4 as received, and as it stands in this micro step.
     model: MovingModel,
-    /// Eq. 4 over one micro step, for the contacts of the set.
+    /// Eq. 4 over the step in which contacts act, for those of the set.
     discretised: DiscretisedModel,
     /// Where contacts are bilateral: Eq. 4 with their impulses eliminated.
     condensation: Condensation,
@@ -61,7 +64,11 @@ pub(super) struct ReducedInterface {
     /// Where micro steps are of the second order: the derivative of the force with respect to the motion.
     feedthrough: ImplicitFeedthrough,
     micro_step: f64,
+    /// The step in which contacts act, s.
+    contact_step: f64,
     mass: EffectiveMass,
+    /// Where contacts act over the mechanics' own step.
+    own: Option<Box<OwnStep>>,
 }
 
 impl ReducedInterface {
@@ -74,7 +81,7 @@ impl ReducedInterface {
         self.contacts.set_contacts(self.set.contacts(), &self.model.received);
         self.discretise()?;
         let model = &self.model.received;
-        self.law = self.gap_term.law(model, self.micro_step);
+        self.law = self.gap_term.law(model, self.contact_step);
         let (n, state) = (self.discretised.contacts(), &mut self.state);
         for (w, &row) in state.w_plus[..n].iter_mut().zip(self.contacts.rows(self.set.contacts())) {
             *w = model.w[row];
@@ -87,10 +94,13 @@ impl ReducedInterface {
         state.w_plus[n..n + w_i.len()].copy_from_slice(w_i);
         state.position.copy_from_slice(&model.position);
         self.mass.bilateral = self.condensation.effective_mass;
+        if let Some(own) = &mut self.own {
+            own.start_part(&mut self.state, n, 0);
+        }
         Ok(())
     }
 
-    /// Discretises Eq. 4 over one micro step: `δ a`, `δ H_·i`, `H_·u`; the compliance of contacts goes to the diagonal of `H_uu`.
+    /// Discretises Eq. 4 over the step in which contacts act: `δ a`, `δ H_·i`, `H_·u`; the compliance of contacts goes to the diagonal of `H_uu`.
     fn discretise(&mut self) -> Result<(), Failure> {
         self.contacts.leave_region(&self.law, &mut self.state);
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
@@ -98,17 +108,17 @@ impl ReducedInterface {
             let (model, modes) = (&self.model.current, self.modes.get());
             condense_in_modes(model, modes, self.set.contacts(), self.redundancy, &mut self.condensation);
             let Condensation { a, h, .. } = &self.condensation;
-            self.discretised.discretise_interface(a, h, !self.condensation.is_unsymmetric(), self.micro_step);
+            self.discretised.discretise_interface(a, h, !self.condensation.is_unsymmetric(), self.contact_step);
         } else {
             let rows = self.contacts.rows(self.set.contacts());
-            self.discretised.discretise(self.model.current.linear(), rows, self.micro_step);
+            self.discretised.discretise(self.model.current.linear(), rows, self.contact_step);
         }
         if self.feedthrough.is_on() {
             self.feedthrough.eliminate_from(&mut self.discretised)?;
         }
         if let (false, Some(spring)) = (bilateral, self.model.received.spring) {
-            let opening_time = self.gap_term.opening_time(&self.model.received, self.micro_step);
-            self.discretised.regularise(self.set.contacts().len(), spring.diagonal(self.micro_step, opening_time));
+            let opening_time = self.gap_term.opening_time(&self.model.received, self.contact_step);
+            self.discretised.regularise(self.set.contacts().len(), spring.diagonal(self.contact_step, opening_time));
         }
         Ok(())
     }
@@ -126,6 +136,14 @@ impl ReducedInterface {
             self.record_first_step();
         }
         Ok(())
+    }
+
+    /// Sets the steps of a macro step in which the mechanics takes so many of its own.
+    fn set_steps(&mut self, step: MacroStep, micro_step: f64, mechanics_steps: usize) {
+        (self.micro_step, self.contact_step) = (micro_step, micro_step);
+        if let Some(own) = &mut self.own {
+            self.contact_step = own.set_steps(step.length, mechanics_steps);
+        }
     }
 
     /// Records which contacts carried impulse in the first micro step, and stick or slip.
@@ -150,7 +168,7 @@ impl CouplingScheme for ReducedInterface {
             self.set.detect(model);
             self.modes.start_from(model);
             self.model.receive(sample.time, sample.step.length, model);
-            self.micro_step = sample.actuator_micro_step;
+            self.set_steps(sample.step, sample.actuator_micro_step, sample.mechanics_steps);
             // The contacts that carry impulse depend on the force, which arrives next.
             return if self.set.waits_for_force() { Ok(()) } else { self.begin() };
         }
@@ -167,6 +185,9 @@ impl CouplingScheme for ReducedInterface {
         if to == Side::Mechanics {
             u.copy_from_slice(&self.force);
             return Ok(());
+        }
+        if self.own.is_some() {
+            return self.input_over_own_step(at, own, u);
         }
         debug_assert_eq!(at.length, self.discretised.length());
         if self.model.move_to(at) {
@@ -191,10 +212,14 @@ impl CouplingScheme for ReducedInterface {
         if self.feedthrough.set(feedthrough, self.micro_step) { self.discretise() } else { Ok(()) }
     }
 
-    fn change_micro_step(&mut self, length: f64) -> Result<(), Failure> {
-        self.micro_step = length;
+    fn change_macro_step(&mut self, step: MacroStep, micro_step: f64, mechanics_steps: usize) -> Result<(), Failure> {
+        if self.own.is_none() && self.micro_step == micro_step {
+            return Ok(());
+        }
+        self.end_own_steps()?;
+        self.set_steps(step, micro_step, mechanics_steps);
         self.discretise()?;
-        self.law = self.gap_term.law(&self.model.received, length);
+        self.law = self.gap_term.law(&self.model.received, self.contact_step);
         Ok(())
     }
 
@@ -223,6 +248,7 @@ impl CouplingScheme for ReducedInterface {
         };
         let mut counters = self.contacts.counters();
         counters.add(&self.set.counters());
+        counters.parametric += self.own.as_ref().map_or(0, |own| own.multiples());
         SchemeReport { effective_mass: Some(effective_mass), counters, ..SchemeReport::default() }
     }
 }

@@ -54,7 +54,7 @@ fn requests(scheme: &SchemeEntry, fixed: &RunRequest) -> Vec<RunRequest> {
         scheme: Some(scheme.name.to_string()),
         sequence: fixed.sequence.or(sequence),
         force_return: fixed.force_return.or(force_return),
-        mechanics_steps: fixed.mechanics_steps.or(mechanics_steps),
+        mechanics_steps: fixed.mechanics_steps.or(mechanics_steps).filter(|_| fixed.mechanics_step_s.is_none()),
         ..fixed.clone()
     };
     forms.iter().map(request).collect()
@@ -68,14 +68,15 @@ pub(super) fn least_work(run: &RunSpec, macro_step: f64) -> [f64; 4] {
     let micro_steps = steps * (macro_step / usual - 1e-9).ceil().max(1.0);
     let own = match run.mechanics_steps {
         MechanicsSteps::AsActuator => micro_steps,
-        MechanicsSteps::Count(count) => steps * f64::from(count.get()),
+        own => steps * own.within(macro_step, usual) as f64,
     };
     // What is taken again is taken twice at least.
     let times = if run.scheme.real_time() { 1.0 } else { 2.0 };
     [steps, own * times, micro_steps * times, micro_steps * times]
 }
 
-/// Everything that competes: requests without a macro step, each with its run at the smallest one.
+/// Everything that competes: requests without a macro step, each with its run at the smallest one, or the largest if the mechanics has a
+/// longest step of its own.
 ///
 /// # Errors
 /// Bad input that no scheme could mend: an unknown case, bad parameters, a scheme that does not exist; why the first falls, if all do.
@@ -85,9 +86,11 @@ pub(super) fn all(question: &Question<'_>) -> Result<Vec<(RunRequest, RunSpec)>>
         Some(name) => vec![catalogue.scheme(name)?],
         None => catalogue.schemes().iter().collect(),
     };
+    // A longest step of the mechanics is one step where the macro step is short, and one form as good as another.
+    let at = if fixed.mechanics_step_s.is_some() { macro_steps.last() } else { macro_steps.first() };
     let (mut forms, mut seen, mut first_fault) = (Vec::new(), HashSet::new(), None);
     for request in schemes.into_iter().flat_map(|scheme| requests(scheme, fixed)) {
-        let request = RunRequest { macro_step_s: macro_steps.first().copied(), ..request };
+        let request = RunRequest { macro_step_s: at.copied(), ..request };
         match request.resolve(catalogue) {
             Ok(run) => match question.information.refuses(&run) {
                 Some(reason) => {

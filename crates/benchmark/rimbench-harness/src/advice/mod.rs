@@ -215,8 +215,7 @@ impl Search<'_> {
         // Waiting for another program takes no processor time of this one.
         let (clock, time_is_of): (fn() -> Duration, _) =
             if first.case.waits { (monotonic_clock, "wall") } else { (processor_clock, "processor") };
-        let (request, scheme) =
-            (RunRequest { macro_step_s: Some(macro_step_s), ..request.clone() }, first.scheme.name.to_string());
+        let (request, scheme) = (request.at_macro_step(macro_step_s), first.scheme.name.to_string());
         let form = format!("{}, {}, mechanics steps: {}", first.sequence, first.force_return, first.mechanics_steps);
         let (mut cell, mut time) =
             (Choice { request, place, scheme, form, macro_step_s, time_is_of, ..Choice::default() }, 0.0);

@@ -21,12 +21,14 @@ const STEPS: usize = 12;
 /// # Errors
 /// Those of building the case; [`Error::Incompatible`] where a side cannot take its first steps.
 pub fn prices_of(catalogue: &Catalogue, fixed: &RunRequest) -> Result<[f64; 4]> {
-    if !catalogue.case(fixed.case.as_deref().unwrap_or_default())?.waits {
+    let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
+    if !case.waits {
         return Ok(USUAL_PRICES);
     }
     let scheme = fixed.scheme.clone().or_else(|| Some("zero-order-hold".to_owned()));
     let (_, unit) = times(&RunRequest::of("wedge-box", "zero-order-hold").resolve(&Catalogue::standard())?)?;
-    let (exchange, own) = times(&RunRequest { scheme, ..fixed.clone() }.resolve(catalogue)?)?;
+    let (exchange, own) =
+        times(&RunRequest { scheme, ..fixed.at_macro_step(case.defaults.macro_step_s) }.resolve(catalogue)?)?;
     let [exchange, mechanics, micro_step] = [exchange, own.mechanics, own.actuator].map(|time| time / unit.actuator);
     Ok([exchange + USUAL_PRICES[0], mechanics, micro_step, USUAL_PRICES[3]])
 }
@@ -36,6 +38,7 @@ fn times(spec: &RunSpec) -> Result<(f64, PerSide<f64>)> {
     let failed = |failure: Failure| Error::Incompatible(format!("what a step costs cannot be told: {failure}"));
     let mut sides = (spec.case.build)(&spec.parameters, &spec.solver)?.sides;
     let mut y = sides.as_ref().map(|side| vec![0.0; side.ports().outputs.len()]);
+    let own_step = spec.macro_step / spec.mechanics_steps.within(spec.macro_step, spec.micro_step) as f64;
     let (mut exchanges, mut steps) = (Vec::new(), PerSide::<Vec<f64>>::default());
     for step in 0..=STEPS {
         let begun = monotonic_clock();
@@ -46,7 +49,7 @@ fn times(spec: &RunSpec) -> Result<(f64, PerSide<f64>)> {
             let begun = monotonic_clock();
             side.step(step as f64 * h, u, h).map(|()| (monotonic_clock() - begun).as_secs_f64()).map_err(failed)
         };
-        steps.mechanics.push(timed(&mut *sides.mechanics, &y.actuator, spec.macro_step)?);
+        steps.mechanics.push(timed(&mut *sides.mechanics, &y.actuator, own_step)?);
         steps.actuator.push(timed(&mut *sides.actuator, &y.mechanics, spec.micro_step)?);
     }
     let usual = |times: &[f64]| Pool::of(times[1..].iter().copied()).median().unwrap_or(0.0).max(1e-9);

@@ -189,13 +189,14 @@ impl<'a> Values<'a> {
 
     /// In how many settings the one row is better than the other.
     fn share(&self, rows: &[usize]) -> Share {
-        Share::of(rows.iter().map(|&row| PairedRun {
+        let runs = rows.iter().map(|&row| PairedRun {
             problem: self.runs.problem(row),
             macro_step: self.runs.macro_step(row),
             is_other: self.runs.label(row) != self.claim.scheme,
             error: self.value[row],
             floor: self.floor[row],
-        }))
+        });
+        Share::of(runs, self.claim.apart.unwrap_or(0.0))
     }
 
     /// What the two rows have to say at equal counts, one ratio per case and set.
@@ -231,7 +232,8 @@ impl Claim {
         let metric = if self.is_by_magnitude() { format!("|{}|", self.metric) } else { self.metric.clone() };
         let within = self.within.map(|within| format!(" ≤ {within}, completed,")).unwrap_or_default();
         let [scheme, problem, whom] = [&*self.scheme, &problem.concat(), self.witnesses_in_words()];
-        format!("{statistic} {metric}{above}{within} of {scheme}{relative}{equal}{step}{problem}{whom}")
+        let apart = self.apart.map(|apart| format!(", {} % apart", 100.0 * apart)).unwrap_or_default();
+        format!("{statistic} {metric}{above}{within} of {scheme}{relative}{apart}{equal}{step}{problem}{whom}")
     }
 
     /// Why a run can be left out.

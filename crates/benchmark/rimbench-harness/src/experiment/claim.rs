@@ -41,6 +41,8 @@ pub struct Claim {
     /// What to make of several runs.
     #[serde(default)]
     pub(crate) statistic: Statistic,
+    /// Of a share of settings: those whose two errors differ by no more than this share are ties.
+    pub(crate) apart: Option<f64>,
     /// Whether runs that failed are witnesses, where the claim says so.
     pub(crate) witnesses: Option<Witnesses>,
     /// A comparison with a number, for example `>= 2`.

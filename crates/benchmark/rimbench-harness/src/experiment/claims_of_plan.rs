@@ -101,6 +101,13 @@ impl Claim {
 
     /// Checks that a share of settings has something to be better than.
     fn check_share(&self) -> Result<()> {
+        let Claim { id, statistic, .. } = self;
+        let wrong = |apart: &f64| *statistic != Statistic::ShareBetter || !(*apart > 0.0 && *apart < 1.0);
+        if let Some(apart) = self.apart.filter(wrong) {
+            return Err(Error::Incompatible(format!(
+                "claim `{id}`: apart = {apart} is not valid; valid: a share between 0 and 1, with statistic = \"share-better\""
+            )));
+        }
         if self.statistic != Statistic::ShareBetter || (self.relative_to.is_some() && self.at_equal.is_none()) {
             return Ok(());
         }

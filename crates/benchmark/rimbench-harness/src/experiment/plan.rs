@@ -146,12 +146,14 @@ impl Experiment {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
                     let (steps, requests) = (steps.list()?, row.requests());
+                    let scheme = row.request.scheme.as_deref().unwrap_or_default();
+                    let as_one = catalogue.scheme(scheme).is_ok_and(|scheme| scheme.moves_as_one());
                     for (macro_step, request) in
                         steps.iter().flat_map(|step| requests.iter().map(move |of| (*step, of)))
                     {
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
-                            let mut request = self.request(entry, request, macro_step, phase);
+                            let mut request = self.request(entry, request, macro_step, phase, as_one);
                             if row.has_logs() {
                                 let duration = request.duration_s.unwrap_or(case.defaults.duration_s);
                                 let grid = CommunicationGrid::new(macro_step, phase, duration);
@@ -188,13 +190,17 @@ impl Experiment {
         RunRequest { scheme: request.scheme, duration_s, ..RunRequest::default() }.resolve_for(catalogue, case, set)
     }
 
-    /// What the file asks of one run: the row goes before the case, the case before the experiment.
-    fn request(&self, entry: &CaseEntry, row: &RunRequest, macro_step: f64, phase: f64) -> RunRequest {
+    /// What the file asks of one run: the row goes before the case, the case before the experiment. Where both sides move as one the
+    /// mechanics has no steps of its own.
+    fn request(&self, entry: &CaseEntry, row: &RunRequest, macro_step: f64, phase: f64, as_one: bool) -> RunRequest {
         let row = row.clone();
+        let of_all =
+            entry.mechanics_step_s.or(self.mechanics_step_s).filter(|_| row.mechanics_steps.is_none() && !as_one);
         RunRequest {
             macro_step_s: Some(macro_step),
             phase: Some(phase),
             micro_step_s: row.micro_step_s.or(entry.micro_step_s).or(self.micro_step_s),
+            mechanics_step_s: row.mechanics_step_s.or(of_all),
             duration_s: row.duration_s.or(entry.duration_s).or(self.duration_s),
             wall_limit_s: row.wall_limit_s.or(self.wall_limit_s),
             ..row

@@ -21,6 +21,7 @@ impl CoupledPair<'_> {
     #[cold]
     pub(super) fn exchange_late(&mut self, step: MacroStep) -> Result<(), Failure> {
         let (k, micro_step) = (step.index, self.setup.actuator_micro_step(step));
+        let mechanics_steps = self.setup.own_mechanics_steps(step);
         let known = self.state.late.as_ref().map_or(k, |late| late.newest_motion(k));
         if let (Some(late), true) = (&self.state.late, known < k) {
             self.state.u.actuator.copy_from_slice(&late.kept(known).motion);
@@ -29,14 +30,18 @@ impl CoupledPair<'_> {
         let PairState { y, u, own, exchange, late, counters, .. } = &mut *self.state;
         let Some(late) = late else { return Ok(()) };
         let (model, scheme) = (exchange.interface_model.as_ref(), &mut *self.scheme);
-        late.keep(step, micro_step, &y.mechanics, model);
+        late.keep(step, (micro_step, mechanics_steps), &y.mechanics, model);
         let goes_on = late.rule == LateRule::CatchUp && model.is_some() && known < k;
         let shown = |time: f64| if late.rule == LateRule::Raw { step.start } else { time };
         let kept = late.kept(known);
-        let (at, length) = if goes_on { (kept.step, kept.micro_step) } else { (step, micro_step) };
+        let (at, length, mechanics_steps) = match goes_on {
+            true => (kept.step, kept.micro_step, kept.mechanics_steps),
+            false => (step, micro_step, mechanics_steps),
+        };
         let sample = Sample {
             time: shown(kept.time),
             model: kept.model.as_ref().filter(|_| model.is_some()),
+            mechanics_steps,
             ..Sample::of_outputs(at, &kept.motion, length)
         };
         scheme.receive(Side::Mechanics, &sample)?;
@@ -56,7 +61,8 @@ impl CoupledPair<'_> {
             scheme.receive(Side::Actuator, &sample)?;
         }
         if let Some(shadow) = &mut late.shadow {
-            let sample = Sample { model, ..Sample::of_outputs(step, &y.mechanics, micro_step) };
+            let mechanics_steps = self.setup.own_mechanics_steps(step);
+            let sample = Sample { model, mechanics_steps, ..Sample::of_outputs(step, &y.mechanics, micro_step) };
             shadow.scheme.0.receive(Side::Mechanics, &sample)?;
             let rates = exchange.output_rates.as_ref();
             shadow.scheme.0.receive(Side::Actuator, &Sample { y: &own.actuator, model: None, rates, ..sample })?;

@@ -7,7 +7,7 @@ use super::super::coulomb_contacts::{CoulombContacts, SpaceContacts};
 use super::super::entry::{Family, SchemeEntry};
 use super::super::implicit_feedthrough::ImplicitFeedthrough;
 use super::super::model_contacts::{Complementarity, ModelContacts, ModelState, Signorini};
-use super::super::model_options::{ModelMotion, ModelOptions};
+use super::super::model_options::{ContactsAct, ModelMotion, ModelOptions};
 use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
 use super::super::requirement::Requirement;
@@ -16,6 +16,7 @@ use super::ReducedInterface;
 use super::contact_set::{ContactSet, Contacts};
 use super::effective_mass::EffectiveMass;
 use super::gap_law::GapTerm;
+use super::own_step::OwnStep;
 use crate::cosim::{Sequence, Side};
 use crate::error::{Error, Result};
 use crate::interface_model::{Condensation, MEMORY_LIMIT, ReducedInterfaceModel};
@@ -33,9 +34,17 @@ const SQUARES: u64 = 12;
 
 impl GapTerm {
     /// Returns the gap term of these contacts; the force of compliant ones follows from their gap.
-    pub(super) fn of(contacts: Contacts, detection: Option<ContactDetection>, compliant: bool) -> Self {
+    ///
+    /// From one step of the mechanics to the next its law goes on with the gaps.
+    pub(super) fn of(
+        contacts: Contacts,
+        detection: Option<ContactDetection>,
+        compliant: bool,
+        act: ContactsAct,
+    ) -> Self {
         match (contacts, detection) {
             (Contacts::UnilateralWithGaps, _) => GapTerm::Tracked,
+            (_, Some(ContactDetection::MechanicsLaw)) if act == ContactsAct::MechanicsStep => GapTerm::Tracked,
             (_, Some(ContactDetection::MechanicsLaw)) => GapTerm::Frozen,
             (Contacts::Unilateral, _) if compliant => GapTerm::Tracked,
             _ => GapTerm::None,
@@ -133,6 +142,7 @@ impl ReducedInterface {
             },
             moves_model: true,
             slides: !contacts.are_bilateral(),
+            acts_over_mechanics_step: !contacts.are_bilateral(),
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
         }
     }
@@ -147,7 +157,9 @@ impl ReducedInterface {
             Contacts::BilateralActive => ActiveContacts::of(empty, &options.solver),
             _ => ActiveContacts::none(&options.solver),
         };
+        let acts = options.contacts_act == ContactsAct::MechanicsStep;
         Ok(ReducedInterface {
+            own: acts.then(|| Box::new(OwnStep::new(&discretised, (n_u, first, n_i)))),
             set: ContactSet::new(contacts, detection, n_u, active),
             model: MovingModel::new(empty, options.motion),
             discretised,
@@ -155,11 +167,12 @@ impl ReducedInterface {
             redundancy: options.redundancy,
             modes: RecordedModes::of(empty),
             contacts: solved,
-            gap_term: GapTerm::of(contacts, detection, empty.spring.is_some()),
+            gap_term: GapTerm::of(contacts, detection, empty.spring.is_some(), options.contacts_act),
             law: StepContactLaw::default(),
             state: ModelState::new(n_u, first, n_i),
             force: vec![0.0; n_i],
             feedthrough: ImplicitFeedthrough::new(n_i),
+            contact_step: f64::NAN,
             micro_step: f64::NAN,
             mass: EffectiveMass::new(empty),
             slip_rows,

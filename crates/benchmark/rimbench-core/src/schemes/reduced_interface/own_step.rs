@@ -1,0 +1,399 @@
+//! Contacts that act over the mechanics' own step: the own-step model.
+//!
+//! The mechanics takes n steps of length h per macro step. To a force λ during all of such a step it answers with the velocity Φ(λ), by the
+//! contact law of Eq. 4 over h instead of δ, from where it stands at the start of the step. Each micro step takes its share of the answer to its
+//! own force, and at the end of the part of the macro step the model is where the mechanics will be under the mean force:
+//!
+//! ```text
+//! w ← w + (δ/h) (Φ(λ) − w_s)        s ← s + δ w                  within a part
+//! w_s ← Φ(λ̄)   w ← w_s              g ← g + h w_c                at its end
+//! ```
+//! While the set of contacts that push stays, Φ is affine: for an interface of one row a micro step is one multiply-add and a look at a range of
+//! forces. A step in which friction ends a slip, or turns it, goes by micro steps, as velocity is not linear in it.
+//! # Source
+//! `docs/method/own-step.md`
+
+use super::super::model_contacts::{FrozenModel, ModelContacts, ModelState};
+use super::ReducedInterface;
+use super::gap_law::GapTerm;
+use crate::cosim::{MicroStep, overlaps};
+use crate::error::Failure;
+use crate::interface_model::TOUCHING;
+use rimbench_contact::affine_step::{DiscretisedModel, ForceRange, StepContactLaw};
+
+/// What remains of a slip that goes on, at least.
+const GOES_ON: f64 = 0.5;
+
+/// A step by itself, after which the affine step looks at all contacts.
+const ALONE: MicroStep = MicroStep { index: 0, count: 1, length: 0.0, start: 0.0, since_exchange: 0.0 };
+
+/// The part of the macro step in which the model is, and how far it has come in it.
+#[derive(Clone)]
+pub(super) struct OwnStep {
+    /// n, and h in s.
+    steps: usize,
+    length: f64,
+    /// The micro steps of the macro step, those taken, and the part that the last one fell into.
+    micro_steps: usize,
+    taken: usize,
+    part: usize,
+    /// Whether it has had a micro step.
+    begun: bool,
+    by_micro_steps: bool,
+    /// Whether a contact is hit in it, where contacts rebound.
+    hit: bool,
+    /// Velocity of the interface, m/s.
+    w: Vec<f64>,
+    /// `Σ σ λ` over the micro steps of the part, σ the share of each: at its end the mean force, N.
+    mean: Vec<f64>,
+    /// `Σ σ` and `Σ σ λ` over those on the present region, which are not in `mean` yet.
+    share: f64,
+    forces: Vec<f64>,
+    /// By how much the others have changed the contacts' velocities, m/s.
+    changes: Vec<f64>,
+    /// Of one force: those that keep the active set, and the change of velocity over the part without it and per force.
+    range: ForceRange,
+    change: [f64; 2],
+    /// Micro steps that were one multiply-add.
+    multiples: u64,
+    micro: MicroSteps,
+    /// Room for positions.
+    position: Vec<f64>,
+}
+
+/// Parts that go by micro steps: Eq. 4 over one, none since the model arrived while its length is not a number, and where the part began.
+#[derive(Clone)]
+struct MicroSteps {
+    length: f64,
+    discretised: DiscretisedModel,
+    law: StepContactLaw,
+    w: Vec<f64>,
+    gap: Vec<f64>,
+    friction: Vec<f64>,
+}
+
+/// The contacts of the model over the mechanics' own step. `state` holds `w` and gaps at the start of the part, and `w⁺` of the last answer.
+pub(super) struct StepContacts<'a> {
+    frozen: FrozenModel<'a>,
+    contacts: &'a mut ModelContacts,
+    state: &'a mut ModelState,
+    gap_term: GapTerm,
+}
+
+impl OwnStep {
+    /// Makes room for so many contacts, their rows, and rows of the interface.
+    pub(super) fn new(discretised: &DiscretisedModel, (contacts, rows, interface): (usize, usize, usize)) -> Self {
+        let of_interface = || vec![0.0; interface];
+        OwnStep {
+            steps: 1,
+            length: f64::NAN,
+            micro_steps: 0,
+            taken: 0,
+            part: 0,
+            begun: false,
+            by_micro_steps: false,
+            hit: false,
+            w: of_interface(),
+            mean: of_interface(),
+            share: 0.0,
+            forces: of_interface(),
+            changes: vec![0.0; rows],
+            range: ForceRange::NONE,
+            change: [0.0; 2],
+            multiples: 0,
+            micro: MicroSteps {
+                length: f64::NAN,
+                discretised: discretised.clone(),
+                law: StepContactLaw::default(),
+                w: vec![0.0; rows + interface],
+                gap: vec![0.0; contacts],
+                friction: Vec::with_capacity(contacts),
+            },
+            position: of_interface(),
+        }
+    }
+
+    /// Divides a macro step of `length` (s) into the mechanics' own steps, and returns theirs.
+    pub(super) fn set_steps(&mut self, length: f64, steps: usize) -> f64 {
+        (self.steps, self.length) = (steps, length / steps as f64);
+        (self.micro_steps, self.taken, self.micro.length) = (0, 0, f64::NAN);
+        self.length
+    }
+
+    /// Starts part `part` from `state.w_plus`, which has so many contact rows.
+    pub(super) fn start_part(&mut self, state: &mut ModelState, contact_rows: usize, part: usize) {
+        std::mem::swap(&mut state.w, &mut state.w_plus);
+        self.w.copy_from_slice(&state.w[contact_rows..contact_rows + self.mean.len()]);
+        (self.part, self.begun, self.by_micro_steps, self.hit) = (part, false, false, false);
+        (self.range, self.share) = (ForceRange::NONE, 0.0);
+        for sums in [&mut self.mean, &mut self.forces, &mut self.changes] {
+            sums.fill(0.0);
+        }
+    }
+
+    /// Returns the number of micro steps that were one multiply-add.
+    pub(super) fn multiples(&self) -> u64 {
+        self.multiples
+    }
+
+    /// Returns the time that gaps are behind velocities at the end of the macro step, s.
+    pub(super) fn gaps_behind(&self) -> f64 {
+        if self.by_micro_steps { 0.0 } else { self.length }
+    }
+
+    /// Takes a micro step wholly inside the part that keeps the active set; false where it is to be taken in another way.
+    #[inline(always)]
+    fn multiply(&mut self, lambda: &[f64]) -> bool {
+        let &[force] = lambda else { return false };
+        if !self.range.contains(force) || (self.taken + 1) * self.steps > (self.part + 1) * self.micro_steps {
+            return false;
+        }
+        let share = self.steps as f64 / self.micro_steps as f64;
+        self.w[0] += share * (self.change[0] + force * self.change[1]);
+        self.share += share;
+        self.forces[0] += share * force;
+        self.multiples += 1;
+        true
+    }
+
+    /// Takes a micro step by its pieces in the mechanics' own steps.
+    #[inline(never)]
+    fn step(&mut self, mut of: StepContacts<'_>, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
+        if self.taken == self.micro_steps {
+            // A model that is run forward goes on with the next macro step.
+            self.end_macro_step(&mut of)?;
+            self.micro_steps = at.count;
+        }
+        for (part, overlap) in overlaps(self.taken, self.micro_steps, self.steps) {
+            if part != self.part {
+                self.end_part(&mut of, part)?;
+            }
+            let share = overlap as f64 / self.micro_steps as f64;
+            if !self.begun {
+                self.begin(&mut of, lambda)?;
+            }
+            self.take(&mut of, share, lambda)?;
+        }
+        Ok(())
+    }
+
+    /// Finds out how a part goes whose first force is `lambda` (N).
+    fn begin(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<(), Failure> {
+        self.answer(of, lambda)?;
+        self.begun = true;
+        of.state.position.copy_from_slice(&self.position);
+        if of.ends_a_slip(self.length) {
+            self.by_micro_steps = true;
+            let StepContacts { contacts, state, frozen, .. } = of;
+            self.micro.w.copy_from_slice(&state.w);
+            self.micro.gap.copy_from_slice(&state.gap);
+            self.micro.friction.clear();
+            self.micro.friction.extend_from_slice(contacts.friction());
+            state.w_plus.copy_from_slice(&state.w);
+            contacts.leave_region(frozen.law, state);
+        }
+        Ok(())
+    }
+
+    /// Writes the answer to the force `lambda` (N), with the position that it leads to; says whether it is affine in the force.
+    fn answer(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<bool, Failure> {
+        let law = self.trial_law(of.frozen.law);
+        let StepContacts { contacts, state, frozen, .. } = of;
+        self.position.copy_from_slice(&state.position);
+        let affine = contacts.step_in_region(frozen.discretised, &law, state, lambda, ALONE);
+        if !affine {
+            self.leave_region(contacts, state, frozen.discretised.contacts());
+            self.hit = contacts.try_solve(FrozenModel { law: &law, ..*frozen }, state, lambda)?;
+        }
+        Ok(affine)
+    }
+
+    /// Takes a share of the mechanics' own step under the force `lambda` (N).
+    fn take(&mut self, of: &mut StepContacts<'_>, share: f64, lambda: &[f64]) -> Result<(), Failure> {
+        if self.by_micro_steps {
+            return self.take_micro_step(of, share, lambda);
+        }
+        let affine = self.answer(of, lambda)?;
+        let StepContacts { contacts, state, frozen, .. } = of;
+        let n = frozen.discretised.contacts();
+        for (position, start) in state.position.iter_mut().zip(&self.position) {
+            *position = start + share * (*position - start);
+        }
+        for (w, (answer, start)) in self.w.iter_mut().zip(state.w_plus[n..].iter().zip(&state.w[n..])) {
+            *w += share * (answer - start);
+        }
+        if !affine {
+            self.mean.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
+            self.add_changes(share, state, n);
+            return Ok(());
+        }
+        self.share += share;
+        self.forces.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
+        if let &[force] = lambda {
+            let law = self.trial_law(frozen.law);
+            let known = contacts.force_range(FrozenModel { law: &law, ..*frozen }, state, force);
+            if let Some((range, [constant, slope])) = known {
+                (self.range, self.change) = (range, [constant - state.w[n], slope]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a micro step of Eq. 4, or the piece of one that lies in this part.
+    #[cold]
+    fn take_micro_step(&mut self, of: &mut StepContacts<'_>, share: f64, lambda: &[f64]) -> Result<(), Failure> {
+        let StepContacts { contacts, state, frozen, gap_term } = of;
+        let FrozenModel { set, received, .. } = *frozen;
+        let (length, micro) = (share * self.length, &mut self.micro);
+        if micro.length != length {
+            contacts.leave_region(&micro.law, state);
+            micro.discretised.discretise(received.linear(), contacts.rows(set), length);
+            if let Some(spring) = received.spring {
+                let opening_time = gap_term.opening_time(received, length);
+                micro.discretised.regularise(set.len(), spring.diagonal(length, opening_time));
+            }
+            (micro.length, micro.law) = (length, gap_term.law(received, length));
+        }
+        let MicroSteps { discretised, law, .. } = &*micro;
+        std::mem::swap(&mut state.w, &mut state.w_plus);
+        if !contacts.step_in_region(discretised, law, state, lambda, ALONE) {
+            contacts.solve(FrozenModel { discretised, law, ..*frozen }, state, lambda)?;
+        }
+        let n = discretised.contacts();
+        self.w.copy_from_slice(&state.w_plus[n..n + lambda.len()]);
+        self.mean.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
+        Ok(())
+    }
+
+    /// Ends a part where the mechanics' own step ends under the mean force, and starts another.
+    fn end_part(&mut self, of: &mut StepContacts<'_>, next: usize) -> Result<(), Failure> {
+        let law = self.trial_law(of.frozen.law);
+        let StepContacts { contacts, state, frozen, .. } = of;
+        let n = frozen.discretised.contacts();
+        if self.by_micro_steps {
+            contacts.leave_region(&self.micro.law, state);
+            state.w.copy_from_slice(&self.micro.w);
+            state.gap.copy_from_slice(&self.micro.gap);
+            contacts.set_friction(&self.micro.friction);
+        } else {
+            self.leave_region(contacts, state, n);
+        }
+        if contacts.step_in_region(frozen.discretised, &law, state, &self.mean, ALONE) {
+            let step = frozen.law.gap_step;
+            state.gap.iter_mut().zip(&state.w_plus[..n]).for_each(|(gap, w)| *gap += step * w);
+        } else {
+            self.position.copy_from_slice(&state.position);
+            contacts.solve(*frozen, state, &self.mean)?;
+            state.position.copy_from_slice(&self.position);
+        }
+        self.start_part(state, n, next);
+        Ok(())
+    }
+
+    /// Ends a macro step, if one has begun, of a model that is run forward over several.
+    fn end_macro_step(&mut self, of: &mut StepContacts<'_>) -> Result<(), Failure> {
+        if self.taken > 0 {
+            self.end_part(of, 0)?;
+            self.taken = 0;
+        }
+        Ok(())
+    }
+
+    /// Returns the contact law of a trial from the start of the part: gaps stay, and where no contact is hit none rebounds.
+    fn trial_law(&self, law: &StepContactLaw) -> StepContactLaw {
+        let restitution = if self.begun && !self.hit { 0.0 } else { law.restitution };
+        StepContactLaw { gap_step: 0.0, restitution, ..*law }
+    }
+
+    /// Adds up what the micro steps on the present region did: the mean of answers that are affine is the answer to the mean.
+    fn leave_region(&mut self, contacts: &ModelContacts, state: &mut ModelState, contact_rows: usize) {
+        self.range = ForceRange::NONE;
+        if self.share > 0.0 {
+            for (mean, force) in self.mean.iter_mut().zip(&mut self.forces) {
+                *mean += *force;
+                *force /= self.share;
+            }
+            contacts.velocities_with_set(state, &self.forces);
+            self.add_changes(self.share, state, contact_rows);
+            self.share = 0.0;
+            self.forces.fill(0.0);
+        }
+    }
+
+    fn add_changes(&mut self, share: f64, state: &ModelState, contact_rows: usize) {
+        let answers = state.w_plus[..contact_rows].iter().zip(&state.w);
+        self.changes.iter_mut().zip(answers).for_each(|(change, (answer, w))| *change += share * (answer - w));
+    }
+}
+
+impl StepContacts<'_> {
+    /// Tells whether friction ends a slip within the step of `length` (s), or turns it.
+    ///
+    /// In space it turns every slip a little.
+    fn ends_a_slip(&self, length: f64) -> bool {
+        let (state, rows) = (&*self.state, self.contacts.rows_of_contact());
+        let m = self.frozen.discretised.contacts() / rows;
+        let along = |contact: usize, w: &[f64]| -> f64 {
+            (1..rows).map(|axis| axis * m + contact).map(|row| state.w[row] * w[row]).sum()
+        };
+        (0..if rows > 1 { m } else { 0 }).filter(|&contact| state.impulses[contact] > 0.0).any(|contact| {
+            let before = along(contact, &state.w);
+            before > (TOUCHING / length).powi(2) && (rows > 2 || along(contact, &state.w_plus) < GOES_ON * before)
+        })
+    }
+}
+
+impl ReducedInterface {
+    /// Writes the input of the actuator in a micro step under the force `lambda` (N), where contacts act over the mechanics' own step.
+    ///
+    /// # Errors
+    /// As the contact solver reports.
+    #[inline]
+    pub(super) fn input_over_own_step(&mut self, at: MicroStep, lambda: &[f64], u: &mut [f64]) -> Result<(), Failure> {
+        let Some((own, of)) = self.own_step() else { return Ok(()) };
+        if !own.multiply(lambda) {
+            own.step(of, lambda, at)?;
+            if at.index == 0 {
+                self.record_first_step();
+            }
+        }
+        let Some((own, of)) = self.own_step() else { return Ok(()) };
+        own.taken += 1;
+        let (u_position, u_velocity) = u.split_at_mut(lambda.len());
+        for (i, w) in own.w.iter().enumerate() {
+            // s⁺ = s + δ w_i⁺
+            of.state.position[i] += at.length * w;
+            (u_position[i], u_velocity[i]) = (of.state.position[i], *w);
+        }
+        Ok(())
+    }
+
+    /// Brings the contacts to where the last micro step ends.
+    pub(super) fn bring_contacts_up_to_date(&mut self) {
+        let Some((own, StepContacts { contacts, state, frozen, .. })) = self.own_step() else { return };
+        if !own.by_micro_steps {
+            let n = frozen.discretised.contacts();
+            own.leave_region(contacts, state, n);
+            let start = state.w.iter().zip(&own.changes);
+            state.w_plus[..n].iter_mut().zip(start).for_each(|(w_plus, (w, change))| *w_plus = w + change);
+        }
+    }
+
+    /// Ends a macro step of a model that is run forward over several.
+    ///
+    /// # Errors
+    /// As the contact solver reports.
+    pub(super) fn end_own_steps(&mut self) -> Result<(), Failure> {
+        match self.own_step() {
+            Some((own, mut of)) => own.end_macro_step(&mut of),
+            None => Ok(()),
+        }
+    }
+
+    #[inline(always)]
+    fn own_step(&mut self) -> Option<(&mut OwnStep, StepContacts<'_>)> {
+        let ReducedInterface { own, discretised, law, set, model, contacts, state, gap_term, .. } = self;
+        let frozen = FrozenModel { discretised, law, set: set.contacts(), received: &model.received };
+        Some((own.as_deref_mut()?, StepContacts { frozen, contacts, state, gap_term: *gap_term }))
+    }
+}
