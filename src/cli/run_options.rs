@@ -2,7 +2,7 @@
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use rimbench::error::{Error, Result};
-use rimbench::runs::{Given, RunOption, RunRequest};
+use rimbench::runs::{Given, OptionOf, RunOption, RunRequest};
 
 /// Options that name one run among those that a command makes itself when it scans.
 const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
@@ -58,6 +58,16 @@ fn is_time(option: &RunOption) -> bool {
     option.key.ends_with("_s")
 }
 
+/// What stands above options in the help.
+fn heading(of: OptionOf) -> &'static str {
+    match of {
+        OptionOf::Run => "What is run",
+        OptionOf::Scheme => "The scheme",
+        OptionOf::Loop => "The macro loop: how both sides step and exchange",
+        OptionOf::Model => "The interface model",
+    }
+}
+
 /// The options of a request as they would be typed.
 pub(super) fn typed(request: &RunRequest) -> String {
     let mut words = String::new();
@@ -76,10 +86,17 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> Args for RunOptions<SCANS, ONE_S
             let arg = Arg::new(option.key).long(flag(option.key)).value_name(option.takes).help(option.about);
             let arg = if is_time(option) { arg.value_name("TIME").value_parser(seconds) } else { arg };
             let required = option.key == "case" || option.key == "scheme" && ONE_SCHEME;
-            command.arg(arg.required(required).allow_negative_numbers(true))
+            command.arg(arg.required(required).allow_negative_numbers(true).help_heading(heading(option.of)))
         });
         let help = "A parameter of the case, key=value (see `rimbench list parameters`); may be repeated";
-        command.arg(Arg::new("set").long("set").value_name("KEY=VALUE").action(ArgAction::Append).help(help))
+        command.arg(
+            Arg::new("set")
+                .long("set")
+                .value_name("KEY=VALUE")
+                .action(ArgAction::Append)
+                .help(help)
+                .help_heading(heading(OptionOf::Run)),
+        )
     }
 
     fn augment_args_for_update(command: Command) -> Command {

@@ -42,13 +42,13 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     }
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
-    let setup = Setup {
-        step_rule: variant.step_rule,
+    let exchange = Exchange {
         delivery: variant.delivery.clone(),
         mechanics_steps: variant.mechanics_steps,
         actuator_integrator,
-        ..Setup::new(grid, MICRO_STEP, variant.sequence, variant.force_return)
+        ..Exchange::new(MICRO_STEP, variant.sequence, variant.force_return)
     };
+    let setup = Setup { grid, step_rule: variant.step_rule, exchange, bounds: Bounds::default() };
     let points = setup.expected_macro_steps() + 1;
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);
     let mut counts = Vec::with_capacity(points + 1);

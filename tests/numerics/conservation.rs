@@ -138,7 +138,8 @@ fn account(
     let entry = scheme_by_name(scheme);
     let (sequence, force_return) = entry.sequence_and_return(None, back).unwrap();
     let grid = CommunicationGrid::new(macro_step, 1.0, duration).unwrap();
-    let setup = Setup { mechanics_steps, ..Setup::new(grid, MICRO_STEP, sequence, force_return) };
+    let mut setup = Setup::new(grid, MICRO_STEP, sequence, force_return);
+    setup.mechanics_steps = mechanics_steps;
     let mut audited = Audited::new(law);
     let mut last = vec![0.0; 2];
     audited.outputs(&[], &mut last).unwrap();
@@ -258,7 +259,8 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
         let mut meter = Metered { inner: Box::new(springs), last, middle: 0.0 };
         let grid = CommunicationGrid::new(0.01, 0.7, 3.0).unwrap();
         let actuator_first = Sequence::GaussSeidel { first: Side::Actuator };
-        let setup = Setup { mechanics_steps: ALL, ..Setup::new(grid, 1e-3, actuator_first, ForceReturn::Profile) };
+        let mut setup = Setup::new(grid, 1e-3, actuator_first, ForceReturn::Profile);
+        setup.mechanics_steps = ALL;
         let entry = scheme_by_name(scheme);
         let coupling = coupled(entry, sides(&mut mechanics, &mut meter));
         let mut passed = 0.0;

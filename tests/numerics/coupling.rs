@@ -241,7 +241,8 @@ fn by_hand(
     let model = LinearModel::new(&[2.0], &[0.0], &[(&[1.0], 0.0)]).moving(&[1.0]);
     let (mut mechanics, mut spring) = (stepper(model, PLASTIC), Springs::new(&[4.0], &[0.0]));
     let grid = CommunicationGrid::new(0.5, 1.0, 1.0).unwrap();
-    let setup = Setup { mechanics_steps, ..Setup::new(grid, 0.25, sequence, force_return) };
+    let mut setup = Setup::new(grid, 0.25, sequence, force_return);
+    setup.mechanics_steps = mechanics_steps;
     let entry = scheme_by_name(scheme);
     let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut spring), entry);
     assert_eq!(report.outcome, Outcome::Completed);

@@ -117,8 +117,8 @@ pub fn macro_step(
     (micro_steps, mechanics_steps, force_return): (usize, u32, ForceReturn),
 ) -> Report {
     let grid = CommunicationGrid::new(H, 1.0, H).unwrap();
-    let usual = Setup::new(grid, H / micro_steps as f64, ACTUATOR_FIRST, force_return);
-    let setup = Setup { mechanics_steps: MechanicsSteps::count(mechanics_steps).unwrap(), ..usual };
+    let mut setup = Setup::new(grid, H / micro_steps as f64, ACTUATOR_FIRST, force_return);
+    setup.mechanics_steps = MechanicsSteps::count(mechanics_steps).unwrap();
     let coupling = scheme_by_name(scheme).couple(sides(mechanics, actuator), Some(options), None).unwrap();
     let control = RunControl { inside: true, audit: true, ..RunControl::default() };
     let report = coupling.run(&setup, sides(mechanics, actuator), control, &mut |_| ());

@@ -628,7 +628,8 @@ pub fn coupled_rows(
     model: Option<&ModelOptions>,
 ) -> Vec<Vec<f64>> {
     let first = Sequence::GaussSeidel { first: Side::Actuator };
-    let setup = Setup { mechanics_steps: ALL, ..Setup::new(grid, h, first, ForceReturn::Profile) };
+    let mut setup = Setup::new(grid, h, first, ForceReturn::Profile);
+    setup.mechanics_steps = ALL;
     let coupling = scheme_by_name(scheme).couple(sides.lend(), model, None).unwrap();
     let mut rows = Vec::new();
     let report = observed(&setup, sides, coupling, &mut |point| rows.push(row_of(&point)));

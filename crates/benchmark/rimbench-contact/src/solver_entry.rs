@@ -34,6 +34,12 @@ impl fmt::Debug for SolverEntry {
     }
 }
 
+impl Default for SolverEntry {
+    fn default() -> Self {
+        SolverEntry::active_set()
+    }
+}
+
 impl SolverEntry {
     /// Builds the solver behind the check and with the fallback its entry states.
     pub fn checked(&self, capacity: usize) -> Checked {

@@ -1,7 +1,7 @@
 //! What is kept of a run, as one list of columns: tables, the store and JSON write it by that list, and the store reads it back.
 
-use super::facts::{Fact, FactValue};
-use super::request::RunRequest;
+use super::fact::{Fact, FactValue};
+use super::options::RunRequest;
 use crate::metrics::METRICS;
 use rimbench_core::cosim::{Outcome, OutcomeKind, Work};
 use rimbench_statistics::nearest_rank;

@@ -4,23 +4,28 @@
 //! [`simulate`] makes a [`RunResult`] of it, and [`evaluate`] holds that against a [`Reference`]. What determines a run is one
 //! list, [`RunSpec::facts`], from which run id, tables, JSON and plans are made.
 //!
-//! To add an option: a line in the list of [`RunRequest`], and what it resolves to in [`RunSpec`] with its fact. Neither
-//! [`RunRequest::resolve`] nor [`RunSpec::facts`] compiles without it.
+//! To add an option: a line in the list of [`RunRequest`], and a field where its value goes, in
+//! [`Exchange`](rimbench_core::cosim::Exchange) or [`ModelOptions`](rimbench_core::schemes::ModelOptions).
 
 mod evaluation;
+mod fact;
 mod facts;
 mod findings;
+mod option_value;
+mod options;
 mod predicted_growth;
 mod reference;
-mod request;
+mod resolve;
 mod simulation;
 mod spec;
 
 pub use evaluation::{EvaluatedRun, evaluate};
-pub use facts::{Fact, FactValue, only_of};
+pub use fact::{Fact, FactValue};
+pub use facts::only_of;
 pub use findings::{Cell, Columns, Costs, Findings, Latency, counter_names, facts_of, is_taken, names_of};
+pub use option_value::Given;
+pub use options::{OptionOf, RunOption, RunRequest};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, Peak, Reference};
-pub use request::{Given, RunOption, RunRequest};
 pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
 pub use spec::{RunSettings, RunSpec};

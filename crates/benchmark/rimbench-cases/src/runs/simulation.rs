@@ -1,7 +1,7 @@
 //! One run, from everything that determines it to what comes of it.
 
 use super::reference::Reference;
-use super::spec::{RunSettings, RunSpec};
+use super::spec::RunSpec;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
     Bounds, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides, StepControl, StepRule,
@@ -55,7 +55,7 @@ impl RunSpec {
 
     /// Says why there can be no account of what the interface model creates, if there can be none.
     pub fn not_auditable(&self) -> Option<String> {
-        let RunSettings { scheme, force_return, .. } = &**self;
+        let (scheme, force_return) = (&self.scheme, self.force_return);
         let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),

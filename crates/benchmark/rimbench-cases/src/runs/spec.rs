@@ -1,18 +1,15 @@
 //! What a request resolves to: everything that determines a run.
 
-use super::request::RunRequest;
 use crate::cases::{Case, Parameters};
-use crate::catalogue::Catalogue;
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Bounds, Channel, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule,
-    MechanicsIntegrator, MechanicsSteps, SecondOrder, Sequence, Setup, Sides, StepRule, division,
+    ActuatorIntegrator, Bounds, CommunicationGrid, Delivery, Exchange, ForceBridge, ForceReturn, LateRule,
+    MechanicsIntegrator, MechanicsSteps, SecondOrder, Setup, Sides, StepRule, division,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::Belief;
 use rimbench_core::schemes::{ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
 use std::fmt;
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -33,6 +30,20 @@ impl Deref for RunSpec {
     }
 }
 
+impl Deref for RunSettings {
+    type Target = Exchange;
+
+    fn deref(&self) -> &Exchange {
+        &self.exchange
+    }
+}
+
+impl DerefMut for RunSettings {
+    fn deref_mut(&mut self) -> &mut Exchange {
+        &mut self.exchange
+    }
+}
+
 /// Everything that determines a run.
 #[derive(Debug, Clone)]
 pub struct RunSettings {
@@ -48,28 +59,16 @@ pub struct RunSettings {
     pub gain: Option<f64>,
     /// Solver of the complementarity problems (of the mechanics; the scheme's own is in `model`).
     pub solver: Arc<SolverEntry>,
-    /// Who goes first.
-    pub sequence: Sequence,
-    /// What the mechanics receives.
-    pub force_return: ForceReturn,
-    /// The mechanics' own steps per macro step.
-    pub mechanics_steps: MechanicsSteps,
+    /// How both sides step and exchange.
+    pub exchange: Exchange,
     /// How the mechanics steps.
     pub mechanics_integrator: MechanicsIntegrator,
-    /// How the actuator steps.
-    pub actuator_integrator: ActuatorIntegrator,
-    /// How samples arrive, if not all of them in time.
-    pub delivery: Option<Delivery>,
-    /// What its reduced interface model believes of the mechanics, if it is wrong.
-    pub belief: Option<Belief>,
     /// Macro step H, s.
     pub macro_step: f64,
     /// How the macro step is controlled; H is then the first and the longest.
     pub step_control: Option<StepRule>,
     /// Communication phase φ ∈ (0, 1].
     pub phase: f64,
-    /// Longest micro step of the actuator side, s.
-    pub micro_step: f64,
     /// Simulated time, s.
     pub duration: f64,
     /// Whether there is an account of what its interface model creates (see [`audited`](RunSpec::audited)).
@@ -80,163 +79,9 @@ pub struct RunSettings {
     pub wall_limit: Option<Duration>,
 }
 
-/// The solver of a run that does not ask for one.
-const USUAL_SOLVER: &str = "active-set";
-
-impl RunRequest {
-    /// Finds everything by name, fills in what is usual, and checks all that can be checked without running.
-    ///
-    /// # Errors
-    /// [`Error::UnknownName`], [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    pub fn resolve(&self, catalogue: &Catalogue) -> Result<RunSpec> {
-        let case = catalogue.case(named("case", &self.case)?)?;
-        let mut parameters = case.default_parameters();
-        for (key, value) in &self.set {
-            parameters.set(key, value)?;
-        }
-        self.resolve_for(catalogue, case, &parameters)
-    }
-
-    /// Does the same for a case and parameters that are at hand, whatever the request says of them.
-    ///
-    /// # Errors
-    /// As [`resolve`](Self::resolve).
-    pub fn resolve_for(&self, catalogue: &Catalogue, case: &Arc<Case>, parameters: &Parameters) -> Result<RunSpec> {
-        let RunRequest {
-            case: _,
-            set: _,
-            scheme,
-            sequence,
-            force_return,
-            mechanics_steps,
-            mechanics_step_s,
-            mechanics_integrator,
-            actuator_integrator,
-            redundancy,
-            model_motion,
-            contact_detection,
-            split,
-            friction_rows,
-            contacts_act,
-            delivery_up,
-            delivery_down,
-            late_samples,
-            late_forces,
-            belief,
-            solver,
-            gain,
-            macro_step_s,
-            step_control,
-            step_tolerance,
-            min_macro_step_s,
-            phase,
-            micro_step_s,
-            duration_s,
-            wall_limit_s,
-        } = self;
-        let scheme = catalogue.scheme(named("scheme", scheme)?)?;
-        let solver = catalogue.solver(solver.as_deref().unwrap_or(USUAL_SOLVER))?;
-        let texts = [
-            ("sequence", sequence.map(|sequence| sequence.to_string())),
-            ("force_return", force_return.map(|kind| kind.to_string())),
-            ("mechanics_steps", mechanics_steps.map(|steps| steps.to_string())),
-            ("mechanics_step_s", mechanics_step_s.map(|step| step.to_string())),
-            ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
-            ("model_motion", model_motion.map(|motion| motion.to_string())),
-            ("split", split.map(|split| split.to_string())),
-            ("belief", belief.as_ref().map(|belief| belief.to_string())),
-            ("friction_rows", friction_rows.map(|rows| rows.to_string())),
-            ("contacts_act", contacts_act.map(|act| act.to_string())),
-        ];
-        let (exchange, of_model) = texts.split_at(4);
-        let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..3]);
-        for (in_vain, options, why) in [
-            (
-                scheme.moves_as_one(),
-                exchange,
-                "has no such choice, because its sides move as one between communication points",
-            ),
-            (!scheme.has_model(), of_model, "has no reduced interface model"),
-            (!scheme.condenses, redundancy_alone, "makes no contacts bilateral"),
-            (!scheme.splits, split_alone, "has one model for all actuators"),
-        ] {
-            let asked = options.iter().find_map(|(key, value)| Some((key, value.as_ref()?)));
-            if let Some((key, value)) = asked.filter(|_| in_vain) {
-                return Err(Error::Incompatible(format!("{key} = {value}: scheme `{}` {why}", scheme.name)));
-            }
-        }
-        let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
-        let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
-        let mechanics_steps = match (mechanics_steps, mechanics_step_s) {
-            (Some(steps), Some(step)) => {
-                return Err(Error::Incompatible(format!(
-                    "mechanics_steps = {steps} and mechanics_step_s = {step}: give one of the two"
-                )));
-            }
-            (None, Some(step)) => MechanicsSteps::AtMost(*step),
-            (steps, None) => steps.unwrap_or(case.usual_mechanics_steps()),
-        };
-        // The profile of one step is its mean.
-        let force_return = match force_return {
-            ForceReturn::Profile if mechanics_steps.is_one_in(macro_step) => ForceReturn::Mean,
-            other => other,
-        };
-        let model = ModelOptions {
-            redundancy: redundancy.unwrap_or_default(),
-            motion: model_motion.unwrap_or_default(),
-            detection: scheme.detection(*contact_detection)?,
-            split: split.unwrap_or_default(),
-            friction_rows: friction_rows.unwrap_or_default(),
-            contacts_act: contacts_act.unwrap_or_default(),
-            solver: solver.clone(),
-        };
-        if let (None, Some(value)) = (&scheme.gain, gain) {
-            return Err(Error::Incompatible(format!(
-                "gain = {value}: scheme `{}` has no gain; schemes that have one: {}",
-                scheme.name,
-                catalogue.tunable_schemes().join(", ")
-            )));
-        }
-        let delivery = delivery(scheme, delivery_up.as_ref(), delivery_down.as_ref(), *late_samples, *late_forces)?;
-        let control = step_control.unwrap_or_default();
-        let mut settings = RunSettings {
-            case: case.clone(),
-            parameters: parameters.clone().lasting(duration_s.unwrap_or(case.defaults.duration_s)),
-            model: scheme.has_model().then_some(model),
-            gain: scheme.gain_value(*gain)?,
-            scheme: scheme.clone(),
-            solver: solver.clone(),
-            sequence,
-            force_return,
-            mechanics_steps,
-            mechanics_integrator: mechanics_integrator.unwrap_or_default(),
-            actuator_integrator: actuator_integrator.unwrap_or_default(),
-            delivery,
-            belief: belief.clone().filter(|belief| *belief != Belief::default()),
-            macro_step,
-            step_control: StepRule::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
-            phase: phase.unwrap_or(1.0),
-            // A macro step below the usual micro step is its own micro step, unless one is asked for.
-            micro_step: micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
-            duration: duration_s.unwrap_or(case.defaults.duration_s),
-            audit: false,
-            predict_growth: false,
-            wall_limit: wall_limit_s.map(wall_limit).transpose()?,
-        };
-        if mechanics_step_s.is_none() {
-            settings.mechanics_steps = settings.in_one_form();
-        }
-        let spec = RunSpec::of(settings)?;
-        spec.check_mechanics_step()?;
-        spec.check_model()?;
-        spec.check_reference()?;
-        Ok(spec)
-    }
-}
-
 impl RunSpec {
     /// Checks everything that can be checked without either side.
-    fn of(settings: RunSettings) -> Result<Self> {
+    pub(super) fn of(settings: RunSettings) -> Result<Self> {
         Ok(RunSpec { grid: settings.checked()?, settings })
     }
 
@@ -252,7 +97,9 @@ impl RunSpec {
 
     /// The same run with its mechanics' steps said otherwise.
     pub(super) fn counting(&self, mechanics_steps: MechanicsSteps) -> Self {
-        RunSpec { settings: RunSettings { mechanics_steps, ..self.settings.clone() }, grid: self.grid }
+        let mut settings = self.settings.clone();
+        settings.mechanics_steps = mechanics_steps;
+        RunSpec { settings, grid: self.grid }
     }
 
     /// The same run of another case, which says nothing of communication points.
@@ -283,7 +130,7 @@ impl RunSettings {
     ///
     /// # Errors
     /// [`Error::InvalidValue`], with what would be valid.
-    fn check_mechanics_step(&self) -> Result<()> {
+    pub(super) fn check_mechanics_step(&self) -> Result<()> {
         let (MechanicsSteps::AtMost(longest), possible) = (self.mechanics_steps, self.case.steps.mechanics) else {
             return Ok(());
         };
@@ -306,7 +153,7 @@ impl RunSettings {
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    fn check_model(&self) -> Result<()> {
+    pub(super) fn check_model(&self) -> Result<()> {
         // A machine that cannot be built says so when it is built.
         if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
             && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
@@ -567,13 +414,7 @@ impl RunSpec {
                 order: if rule.control.by_defect() { self.defect_order() } else { rule.order },
                 ..rule
             }),
-            micro_step: self.micro_step,
-            mechanics_steps: self.mechanics_steps,
-            actuator_integrator: self.actuator_integrator,
-            sequence: self.sequence,
-            force_return: self.force_return,
-            delivery: self.delivery.clone(),
-            belief: self.belief.clone(),
+            exchange: self.exchange.clone(),
             bounds,
         }
     }
@@ -595,57 +436,6 @@ pub(super) fn use_integrators(
         return Some(format!("actuator_integrator = {actuator}: {reason}"));
     }
     None
-}
-
-/// Resolves how samples arrive; none where all are in time.
-///
-/// # Errors
-/// [`Error::Incompatible`] for a treatment of late samples where none is late, or that the scheme does not have.
-fn delivery(
-    scheme: &SchemeEntry,
-    up: Option<&Channel>,
-    down: Option<&Channel>,
-    late: Option<LateRule>,
-    bridge: Option<ForceBridge>,
-) -> Result<Option<Delivery>> {
-    let late_one = |channel: Option<&Channel>| channel.filter(|channel| !channel.is_in_time()).cloned();
-    let (up, down) = (late_one(up), late_one(down));
-    for (asked, given, needs) in [
-        (late.map(|late| format!("late_samples = {late}")), up.is_some() || down.is_some(), "delivery_up"),
-        (bridge.map(|bridge| format!("late_forces = {bridge}")), down.is_some(), "delivery_down"),
-    ] {
-        if let Some(asked) = asked.filter(|_| !given) {
-            return Err(Error::Incompatible(format!("{asked}: no sample is late: give {needs}, such as `delay:1`")));
-        }
-    }
-    if up.is_none() && down.is_none() {
-        return Ok(None);
-    }
-    let possible = !scheme.has_model() || (scheme.moves_model && !scheme.splits);
-    if !possible && late == Some(LateRule::CatchUp) {
-        return Err(Error::Incompatible(format!(
-            "late_samples = catch-up: scheme `{}` does not move its model by itself: use `raw`",
-            scheme.name
-        )));
-    }
-    let usual = if possible { LateRule::CatchUp } else { LateRule::Raw };
-    Ok(Some(Delivery {
-        up: up.unwrap_or_default(),
-        down: down.unwrap_or_default(),
-        late: late.unwrap_or(usual),
-        bridge: bridge.unwrap_or_default(),
-    }))
-}
-
-/// A name that must be given.
-fn named<'a>(kind: &'static str, name: &'a Option<String>) -> Result<&'a str> {
-    name.as_deref().ok_or_else(|| Error::invalid(kind, "nothing", format!("the name of a {kind}")))
-}
-
-/// A wall-time limit from seconds.
-fn wall_limit(seconds: f64) -> Result<Duration> {
-    let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
-    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a time from 1e-9 s to 1e18 s"))
 }
 
 /// Of these many multiples of what a mechanics takes one is looked for that would do.

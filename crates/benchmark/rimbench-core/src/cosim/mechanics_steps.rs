@@ -37,6 +37,14 @@ impl MechanicsSteps {
         }
     }
 
+    /// Returns their longest length, s, where they are said by it.
+    pub fn longest(self) -> Option<f64> {
+        match self {
+            MechanicsSteps::AtMost(step) => Some(step),
+            MechanicsSteps::Count(_) | MechanicsSteps::AsActuator => None,
+        }
+    }
+
     /// Counts them in a macro step of this length, in which the micro steps of the actuator are no longer than `micro_step` (s).
     pub fn within(self, length: f64, micro_step: f64) -> usize {
         match self {

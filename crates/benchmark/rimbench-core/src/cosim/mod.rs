@@ -73,7 +73,7 @@ pub use output_rates::OutputRates;
 pub use ports::{Port, Ports, Quantity, check_coupling};
 pub use report::Report;
 pub use run_control::{RunControl, StopFlag, Timer};
-pub use setup::{Bounds, Setup};
+pub use setup::{Bounds, Exchange, Setup};
 pub use side::{PerSide, Side};
 pub use step_rule::{StepControl, StepRule};
 pub use subsystem::{Sides, Subsystem, SubsystemCounters, subsystem_methods};

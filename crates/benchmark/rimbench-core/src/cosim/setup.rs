@@ -8,15 +8,11 @@ use super::mechanics_steps::MechanicsSteps;
 use super::side::PerSide;
 use super::step_rule::StepRule;
 use crate::interface_model::Belief;
+use std::ops::{Deref, DerefMut};
 
-/// Everything that determines a run besides the subsystems and the scheme.
+/// How both sides step between communication points, and what they exchange there.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setup {
-    /// The communication points.
-    pub grid: CommunicationGrid,
-    /// How far the error that a run finds of itself may go, if the length of the macro steps is to follow it. The first macro step of
-    /// `grid` is then the start, its `H` the longest.
-    pub step_rule: Option<StepRule>,
+pub struct Exchange {
     /// Longest micro step of the actuator side, s; the one used divides the macro step.
     pub micro_step: f64,
     /// The mechanics' own steps per macro step.
@@ -32,6 +28,47 @@ pub struct Setup {
     pub delivery: Option<Delivery>,
     /// What the scheme believes of the mechanics, if its interface model is wrong.
     pub belief: Option<Belief>,
+}
+
+impl Exchange {
+    /// Exchanges in time: one step of the mechanics per macro step, micro steps of the actuator up to `micro_step` (s) by its own rule.
+    pub fn new(micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Self {
+        Exchange {
+            micro_step,
+            mechanics_steps: MechanicsSteps::ONE,
+            actuator_integrator: ActuatorIntegrator::default(),
+            sequence,
+            force_return,
+            delivery: None,
+            belief: None,
+        }
+    }
+}
+
+impl Deref for Setup {
+    type Target = Exchange;
+
+    fn deref(&self) -> &Exchange {
+        &self.exchange
+    }
+}
+
+impl DerefMut for Setup {
+    fn deref_mut(&mut self) -> &mut Exchange {
+        &mut self.exchange
+    }
+}
+
+/// Everything that determines a run besides the subsystems and the scheme.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// The communication points.
+    pub grid: CommunicationGrid,
+    /// How far the error that a run finds of itself may go, if the length of the macro steps is to follow it. The first macro step of
+    /// `grid` is then the start, its `H` the longest.
+    pub step_rule: Option<StepRule>,
+    /// How both sides step and exchange.
+    pub exchange: Exchange,
     /// Beyond these the run counts as diverged.
     pub bounds: Bounds,
 }
@@ -49,13 +86,7 @@ impl Setup {
         Setup {
             grid,
             step_rule: None,
-            micro_step,
-            mechanics_steps: MechanicsSteps::ONE,
-            actuator_integrator: ActuatorIntegrator::default(),
-            sequence,
-            force_return,
-            delivery: None,
-            belief: None,
+            exchange: Exchange::new(micro_step, sequence, force_return),
             bounds: Bounds::default(),
         }
     }

@@ -22,11 +22,11 @@ pub enum IterativeDriver {
 impl IterativeDriver {
     /// Returns the steps that the sides take: together the mechanics takes every micro step.
     pub(crate) fn setup(self, setup: &Setup) -> Setup {
-        let mechanics_steps = match self {
-            IterativeDriver::Monolithic => MechanicsSteps::AsActuator,
-            IterativeDriver::NonIterative | IterativeDriver::Iterated(_) => setup.mechanics_steps,
-        };
-        Setup { mechanics_steps, ..setup.clone() }
+        let mut setup = setup.clone();
+        if let IterativeDriver::Monolithic = self {
+            setup.mechanics_steps = MechanicsSteps::AsActuator;
+        }
+        setup
     }
 
     /// Runs a pair beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)).

@@ -79,7 +79,7 @@ impl ContactsAct {
 by_name!(ContactsAct, NAMES, "step over which contacts act");
 
 /// Options of a reduced interface model.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ModelOptions {
     /// Treatment of dependent contacts where they become bilateral.
     pub redundancy: Redundancy,
@@ -95,20 +95,6 @@ pub struct ModelOptions {
     pub contacts_act: ContactsAct,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
-}
-
-impl Default for ModelOptions {
-    fn default() -> Self {
-        ModelOptions {
-            redundancy: Redundancy::default(),
-            motion: ModelMotion::default(),
-            detection: None,
-            split: Split::default(),
-            friction_rows: FrictionRows::default(),
-            contacts_act: ContactsAct::default(),
-            solver: Arc::new(SolverEntry::active_set()),
-        }
-    }
 }
 
 impl ModelOptions {

@@ -1,0 +1,279 @@
+//! The options of a run, in one list: what each takes and does, what it is of, when it is in vain, where its value goes, and what it
+//! says of a run. Command line, experiments, Python, run ids and tables read it.
+
+use super::fact::{Fact, FactValue};
+use super::option_value::{Given, OptionValue};
+use super::spec::RunSpec;
+use rimbench_core::cosim::{
+    ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps,
+    Sequence, StepControl,
+};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::{Belief, Redundancy};
+use rimbench_core::schemes::{
+    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, SchemeEntry, Split,
+};
+use std::fmt::Display;
+
+/// What an option is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OptionOf {
+    /// What is run, for how long, in which macro steps.
+    Run,
+    /// The coupling scheme.
+    Scheme,
+    /// The macro loop: how both sides step and exchange.
+    Loop,
+    /// The reduced interface model.
+    Model,
+}
+
+/// What a scheme must have for an option to mean anything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Needs {
+    Nothing,
+    /// Sides that step between communication points, each for itself.
+    Exchange,
+    /// A reduced interface model.
+    Model,
+    /// One that makes contacts bilateral.
+    Condensing,
+    /// One for each of several actuators.
+    Split,
+}
+
+impl Needs {
+    /// Says what a scheme lacks.
+    fn lacks(self, scheme: &SchemeEntry) -> Option<&'static str> {
+        match self {
+            Needs::Nothing => None,
+            Needs::Exchange => scheme
+                .moves_as_one()
+                .then_some("has no such choice, because its sides move as one between communication points"),
+            _ if !scheme.has_model() => Some("has no reduced interface model"),
+            Needs::Model => None,
+            Needs::Condensing => (!scheme.condenses).then_some("makes no contacts bilateral"),
+            Needs::Split => (!scheme.splits).then_some("has one model for all actuators"),
+        }
+    }
+}
+
+/// An option of a run, for whoever offers it to a user.
+#[derive(Debug, Clone, Copy)]
+pub struct RunOption {
+    /// Its name in files and data, with the unit.
+    pub key: &'static str,
+    /// What it takes, in a word.
+    pub takes: &'static str,
+    /// What it does.
+    pub about: &'static str,
+    /// What it is of.
+    pub of: OptionOf,
+    needs: Needs,
+    given: fn(&RunRequest) -> Option<Given>,
+    fact: fn(&RunSpec) -> Option<Fact>,
+}
+
+/// Where the values of options go that mean the same for every case and scheme.
+pub(super) struct Parts {
+    pub(super) exchange: Exchange,
+    pub(super) model: ModelOptions,
+}
+
+/// Defines the request and the list of its options. Of each: name, type, what it takes in a word, what it is of and what that needs,
+/// the field that its value goes into, and what it says: of `all` runs, of `some`, so that others keep their ids, or of `none`.
+macro_rules! run_options {
+    ($($(#[doc = $about:literal])+ $key:ident: $kind:ty, $takes:literal, $of:ident $(($needs:ident))?
+        $(=> $part:ident . $field:ident)?, $whose:ident |$run:ident| $says:expr;)+) => {
+        /// What is asked of one run; what is left out is as the case and the scheme have it. Texts are names in a
+        /// [`Catalogue`](crate::catalogue::Catalogue).
+        #[derive(Debug, Clone, Default, PartialEq)]
+        pub struct RunRequest {
+            $($(#[doc = $about])+ pub $key: Option<$kind>,)+
+            /// Parameters of the case, key and value, in the order in which they are set
+            pub set: Vec<(String, String)>,
+        }
+
+        impl RunRequest {
+            /// All options but the parameters of the case.
+            pub const OPTIONS: &'static [RunOption] = &[$(RunOption {
+                key: stringify!($key),
+                takes: $takes,
+                about: concat!($($about),+).trim_ascii(),
+                of: OptionOf::$of,
+                needs: run_options!(@needs $($needs)?),
+                given: |request| request.$key.as_ref().map(OptionValue::write),
+                fact: |$run| run_options!(@fact $whose stringify!($key), $says),
+            }),+];
+
+            /// Sets one option.
+            ///
+            /// # Errors
+            /// [`Error::UnknownName`] for a key that is none; whatever reading a text says.
+            pub fn put(&mut self, key: &str, value: impl Into<Given>) -> Result<()> {
+                let value = value.into();
+                match key {
+                    $(stringify!($key) => self.$key = Some(<$kind as OptionValue>::read(key, value)?),)+
+                    _ => return Err(Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))),
+                }
+                Ok(())
+            }
+
+            /// Puts the values that need nothing else to be understood into their places.
+            pub(super) fn fill(&self, parts: &mut Parts) {
+                $($(if let Some(value) = &self.$key {
+                    parts.$part.$field = *value;
+                })?)+
+            }
+        }
+    };
+    (@needs) => { Needs::Nothing };
+    (@needs $needs:ident) => { Needs::$needs };
+    (@fact none $key:expr, $says:expr) => { $says };
+    (@fact all $key:expr, $says:expr) => { {
+        let said = || -> Option<FactValue> { Some($says) };
+        Some(Fact::new($key, said()))
+    } };
+    (@fact some $key:expr, $says:expr) => { {
+        let said = || -> Option<FactValue> { Some($says) };
+        Some(Fact::new($key, said()).of_some_runs())
+    } };
+}
+
+run_options! {
+    /// Case by name (see `rimbench list cases`)
+    case: String, "NAME", Run,
+        all |run| text(&run.case.name);
+    /// Coupling scheme by name (see `rimbench list schemes`)
+    scheme: String, "NAME", Scheme,
+        all |run| text(&run.scheme.name);
+    /// Order of the sides: jacobi, gauss-seidel (actuator first), gauss-seidel-mechanics-first
+    sequence: Sequence, "ORDER", Loop(Exchange),
+        all |run| text(run.sequence);
+    /// What the mechanics receives: held, end, mean, profile, pieces
+    force_return: ForceReturn, "RETURN", Loop(Exchange),
+        all |run| text(run.force_return);
+    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
+    mechanics_steps: MechanicsSteps, "N", Loop(Exchange),
+        all |run| run.mechanics_steps.longest().is_none().then(|| text(run.mechanics_steps))?;
+    /// Longest step of the mechanics, s, instead of their number: a macro step has as many equal ones as it takes
+    mechanics_step_s: f64, "S", Loop(Exchange),
+        some |run| number(run.mechanics_steps.longest()?);
+    /// How the mechanics steps: semi-implicit, midpoint, event-split; semi-implicit if not given
+    mechanics_integrator: MechanicsIntegrator, "RULE", Loop,
+        all |run| text(run.mechanics_integrator);
+    /// How the actuator steps: euler (its own, of the first order), midpoint; euler if not given
+    actuator_integrator: ActuatorIntegrator, "RULE", Loop => exchange.actuator_integrator,
+        all |run| text(run.actuator_integrator);
+    /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
+    redundancy: Redundancy, "TREATMENT", Model(Condensing) => model.redundancy,
+        all |run| text(run.model.as_ref()?.redundancy);
+    /// Interface model within a macro step: frozen, extrapolated, half-kick (springs and dampers of the mechanics act at t_k), piecewise (from kink to kink of the geometry)
+    model_motion: ModelMotion, "MOTION", Model(Model) => model.motion,
+        all |run| text(run.model.as_ref()?.motion);
+    /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
+    contact_detection: ContactDetection, "DETECTION", Model,
+        all |run| text(run.model.as_ref()?.detection?);
+    /// Where each of several actuators has a model of its own, what it contains of the others, and how heavy it is: mean, blind, each with :rows, :shares, :body; law; joint
+    split: Split, "SPLIT", Model(Split) => model.split,
+        some |run| text(run.model.as_ref().filter(|_| run.scheme.splits)?.split);
+    /// Friction of contacts in space within an interface model: cone (two rows each), slip-direction (one row along the slip at t_k)
+    friction_rows: FrictionRows, "ROWS", Model(Model) => model.friction_rows,
+        some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
+    /// Step over which contacts of an interface model act: micro-step (an impulse acts at once), mechanics-step (it is spread over the mechanics' own step)
+    contacts_act: ContactsAct, "OVER", Model(Model) => model.contacts_act,
+        some |run| text(changed(run.model.as_ref()?.contacts_act)?);
+    /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
+    delivery_up: Channel, "HOW", Loop,
+        some |run| text(&run.delivery.as_ref()?.up);
+    /// How forces reach the mechanics, likewise
+    delivery_down: Channel, "HOW", Loop,
+        some |run| text(&run.delivery.as_ref()?.down);
+    /// What the actuator makes of late samples: catch-up (uses their time, runs a model forward to the present), raw
+    late_samples: LateRule, "RULE", Model,
+        some |run| text(run.delivery.as_ref()?.late);
+    /// What the mechanics makes of late forces: hold, linear, rates (a model of the actuator); hold if not given
+    late_forces: ForceBridge, "RULE", Loop,
+        some |run| text(run.delivery.as_ref()?.bridge);
+    /// What an interface model believes of the mechanics, which stays as it is: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
+    belief: Belief, "HOW", Model(Model),
+        some |run| text(run.belief.as_ref()?);
+    /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
+    solver: String, "NAME", Run,
+        all |run| text(&run.solver.name);
+    /// The scheme's gain, where it has one (see `rimbench list schemes`)
+    gain: f64, "X", Scheme,
+        all |run| number(run.gain?);
+    /// Macro step H, s
+    macro_step_s: f64, "S", Run,
+        all |run| number(run.macro_step);
+    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, model-defect and model-defect-blind (of schemes with an interface model)
+    step_control: StepControl, "HOW", Loop,
+        all |run| text(run.step_control.map_or(StepControl::None, |rule| rule.control));
+    /// Error allowed per macro step where the step is controlled, a pure number
+    step_tolerance: f64, "TOL", Loop,
+        all |run| number(run.step_control?.tolerance);
+    /// Shortest macro step where the step is controlled, s; H/100 if not given
+    min_macro_step_s: f64, "S", Loop,
+        all |run| number(run.step_control?.shortest);
+    /// Communication phase φ in (0, 1]: the first macro step is φH long; 1 if not given
+    phase: f64, "PHI", Run,
+        all |run| number(run.phase);
+    /// Longest micro step of the actuator side, s
+    micro_step_s: f64, "S", Loop,
+        all |run| number(run.micro_step);
+    /// Simulated time, s
+    duration_s: f64, "S", Run,
+        all |run| number(run.duration);
+    /// Wall time after which the run ends with outcome `timeout`, s; none if not given
+    wall_limit_s: f64, "S", Run,
+        none |_run| None;
+}
+
+impl RunRequest {
+    /// Asks for a case with a scheme, everything else as they have it.
+    pub fn of(case: impl Into<String>, scheme: impl Into<String>) -> Self {
+        RunRequest { case: Some(case.into()), scheme: Some(scheme.into()), ..RunRequest::default() }
+    }
+
+    /// Asks the same at one of the macro steps (s) that are gone through: one shorter than the mechanics' longest step is one step.
+    pub fn at_macro_step(&self, macro_step: f64) -> Self {
+        let mechanics_step_s = self.mechanics_step_s.map(|step| step.min(macro_step));
+        RunRequest { macro_step_s: Some(macro_step), mechanics_step_s, ..self.clone() }
+    }
+
+    /// Lists the options that are given, with values of which [`put`](Self::put) makes the same.
+    pub fn given(&self) -> Vec<(&'static str, Given)> {
+        Self::OPTIONS.iter().filter_map(|option| Some((option.key, (option.given)(self)?))).collect()
+    }
+
+    /// Refuses what a scheme has no use for.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`], naming the option and what the scheme lacks.
+    pub(super) fn refuse_in_vain(&self, scheme: &SchemeEntry) -> Result<()> {
+        let mut asked = Self::OPTIONS.iter().filter_map(|option| Some((option, (option.given)(self)?)));
+        let in_vain = asked.find_map(|(option, value)| Some((option.key, value, option.needs.lacks(scheme)?)));
+        in_vain.map_or(Ok(()), |(key, value, why)| {
+            Err(Error::Incompatible(format!("{key} = {value}: scheme `{}` {why}", scheme.name)))
+        })
+    }
+}
+
+/// What all options say of a run, in their order.
+pub(super) fn facts_of(run: &RunSpec) -> impl Iterator<Item = Fact> {
+    RunRequest::OPTIONS.iter().filter_map(|option| (option.fact)(run))
+}
+
+fn text(text: impl Display) -> FactValue {
+    FactValue::Text(text.to_string())
+}
+
+fn number(number: f64) -> FactValue {
+    FactValue::Number(number)
+}
+
+/// What is not as usual.
+fn changed<T: Default + PartialEq>(value: T) -> Option<T> {
+    (value != T::default()).then_some(value)
+}
