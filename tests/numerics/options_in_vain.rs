@@ -19,7 +19,7 @@ const CASES: [(&str, &str); 6] = [
 ];
 
 /// A value or more of each option beside the usual one.
-const OPTIONS: [(&str, &[&str]); 11] = [
+const OPTIONS: [(&str, &[&str]); 12] = [
     ("sequence", &["jacobi", "gauss-seidel", "gauss-seidel-mechanics-first"]),
     ("force_return", &["held", "end", "mean", "profile"]),
     ("mechanics_steps", &["2", "all"]),
@@ -29,6 +29,7 @@ const OPTIONS: [(&str, &[&str]); 11] = [
     ("model_motion", &["extrapolated", "piecewise"]),
     ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
     ("friction_rows", &["slip-direction"]),
+    ("contacts_act", &["mechanics-step"]),
     ("gain", &["0.25"]),
     ("step_control", &["energy-residual", "model-defect"]),
 ];
