@@ -110,6 +110,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
     ("split", "joint", "rim-split"),
     ("friction_rows", "slip-direction", "rim-nonsmooth"),
+    ("contacts_act", "mechanics-step", "rim-nonsmooth"),
     ("delivery_up", "delay:1", "rim-smooth"),
     ("delivery_down", "loss:0.1", "rim-smooth"),
     ("late_samples", "raw", "rim-smooth"),
