@@ -300,6 +300,26 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
     }
 }
 
+/// In parts whose borders no micro step meets, with friction and without, samples late and in time.
+#[test]
+fn the_macro_loop_must_allocate_nothing_where_contacts_act_over_the_mechanics_step() {
+    let over_own_step = |solver: &Arc<SolverEntry>| {
+        let mut variants = variants(solver);
+        variants.retain(|variant| {
+            variant.scheme.acts_over_mechanics_step
+                && variant.options.motion == ModelMotion::Frozen
+                && variant.options.redundancy == Redundancy::Drop
+        });
+        variants.iter_mut().for_each(|variant| variant.options.contacts_act = ContactsAct::MechanicsStep);
+        let parts = variants.clone().into_iter().map(|own| Variant { mechanics_steps: MechanicsSteps::count(3).unwrap(), ..own });
+        variants.extend(parts.collect::<Vec<_>>());
+        variants
+    };
+    for case in ["wedge-box", "gripper", "wedge-box-friction", "tripod"] {
+        nothing_is_allocated_in(case_by_name(case), |solver| solver.name == DEFAULT, over_own_step);
+    }
+}
+
 #[test]
 fn the_macro_loop_must_allocate_nothing_with_both_sides_of_the_second_order() {
     let once_per_scheme = |solver: &Arc<SolverEntry>| {

@@ -43,6 +43,7 @@ mod options_in_vain;
 mod oscillator_theory;
 mod output_rates;
 mod outside;
+mod own_step;
 mod parametric_step;
 mod plain_implementation;
 mod polynomial_inputs;

@@ -35,6 +35,10 @@ fn options_are_read_as_they_are_written_and_nonsense_is_refused() {
         [FrictionRows::Cone, FrictionRows::SlipDirection],
         &[("slip-directions", "did you mean `slip-direction`"), ("facets", "unknown friction rows")],
     );
+    assert_read(
+        [ContactsAct::MicroStep, ContactsAct::MechanicsStep],
+        &[("mechanic-step", "did you mean `mechanics-step`"), ("step", "unknown step over which contacts act")],
+    );
     let regularised = |epsilon| Redundancy::Regularised { epsilon };
     assert_read(
         [Redundancy::Drop, Redundancy::PseudoInverse, regularised(0.1)],

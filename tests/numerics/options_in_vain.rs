@@ -30,6 +30,7 @@ const OPTIONS: [(&str, &[&str]); 12] = [
     ("model_motion", &["extrapolated", "piecewise"]),
     ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
     ("friction_rows", &["slip-direction"]),
+    ("contacts_act", &["mechanics-step"]),
     ("gain", &["0.25"]),
     ("step_control", &["energy-residual", "model-defect"]),
 ];

@@ -387,23 +387,6 @@ impl ModelContacts {
         each!(self, contacts => contacts.velocities_with_set(state, lambda), ());
     }
 
-    /// Returns the coefficients of friction of the contacts where they change from problem to problem.
-    pub(super) fn friction(&self) -> &[f64] {
-        match self {
-            ModelContacts::Coulomb(contacts) if contacts.solver.stiction.is_some() => &contacts.solver.friction,
-            _ => &[],
-        }
-    }
-
-    /// Sets them.
-    pub(super) fn set_friction(&mut self, friction: &[f64]) {
-        if let ModelContacts::Coulomb(contacts) = self
-            && !friction.is_empty()
-        {
-            contacts.solver.friction.copy_from_slice(friction);
-        }
-    }
-
     /// Returns the rows of each contact.
     pub(super) fn rows_of_contact(&self) -> usize {
         fn rows<S: ContactSolver>(_: &Complementarity<S>) -> usize {

@@ -9,7 +9,8 @@
 //! w_s ← Φ(λ̄)   w ← w_s              g ← g + h w_c                at its end
 //! ```
 //! While the set of contacts that push stays, Φ is affine: for an interface of one row a micro step is one multiply-add and a look at a range of
-//! forces. A step in which friction ends a slip, or turns it, goes by micro steps, as velocity is not linear in it.
+//! forces. Where velocity is not linear over the step, what is left of it goes by micro steps: where friction ends a slip, turns it, or changes
+//! what a contact does, and where the set has changed in most steps of the mechanics of late.
 //! # Source
 //! `docs/method/own-step.md`
 
@@ -23,6 +24,8 @@ use rimbench_contact::affine_step::{DiscretisedModel, ForceRange, StepContactLaw
 
 /// What remains of a slip that goes on, at least.
 const GOES_ON: f64 = 0.5;
+/// Cosine of the angle by which a slip may turn: one degree.
+const STRAIGHT: f64 = 0.9998;
 
 /// A step by itself, after which the affine step looks at all contacts.
 const ALONE: MicroStep = MicroStep { index: 0, count: 1, length: 0.0, start: 0.0, since_exchange: 0.0 };
@@ -42,14 +45,22 @@ pub(super) struct OwnStep {
     by_micro_steps: bool,
     /// Whether a contact is hit in it, where contacts rebound.
     hit: bool,
+    /// What contacts do in the last answer, whether that has changed within the part, in how many parts of the macro step before, and whether in
+    /// most of each of the last two macro steps.
+    doing: Vec<Doing>,
+    changed: bool,
+    parts_changed: usize,
+    unsteady: [bool; 2],
+    /// `Σ σ` over the micro steps of the part that are not on the present region, σ the share of each.
+    elapsed: f64,
     /// Velocity of the interface, m/s.
     w: Vec<f64>,
-    /// `Σ σ λ` over the micro steps of the part, σ the share of each: at its end the mean force, N.
+    /// `Σ σ λ` over them: with the others, at its end, the mean force, N.
     mean: Vec<f64>,
-    /// `Σ σ` and `Σ σ λ` over those on the present region, which are not in `mean` yet.
+    /// `Σ σ` and `Σ σ λ` over those on the present region.
     share: f64,
     forces: Vec<f64>,
-    /// By how much the others have changed the contacts' velocities, m/s.
+    /// By how much those before have changed the contacts' velocities, m/s.
     changes: Vec<f64>,
     /// Of one force: those that keep the active set, and the change of velocity over the part without it and per force.
     range: ForceRange,
@@ -61,15 +72,20 @@ pub(super) struct OwnStep {
     position: Vec<f64>,
 }
 
-/// Parts that go by micro steps: Eq. 4 over one, none since the model arrived while its length is not a number, and where the part began.
+/// What a contact does in an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Doing {
+    Nothing,
+    Pushing,
+    Sliding,
+}
+
+/// Eq. 4 over a micro step; since a model has arrived there is none while the length is not a number.
 #[derive(Clone)]
 struct MicroSteps {
     length: f64,
     discretised: DiscretisedModel,
     law: StepContactLaw,
-    w: Vec<f64>,
-    gap: Vec<f64>,
-    friction: Vec<f64>,
 }
 
 /// The contacts of the model over the mechanics' own step. `state` holds `w` and gaps at the start of the part, and `w⁺` of the last answer.
@@ -93,6 +109,11 @@ impl OwnStep {
             begun: false,
             by_micro_steps: false,
             hit: false,
+            doing: vec![Doing::Nothing; contacts],
+            changed: false,
+            parts_changed: 0,
+            unsteady: [false; 2],
+            elapsed: 0.0,
             w: of_interface(),
             mean: of_interface(),
             share: 0.0,
@@ -105,9 +126,6 @@ impl OwnStep {
                 length: f64::NAN,
                 discretised: discretised.clone(),
                 law: StepContactLaw::default(),
-                w: vec![0.0; rows + interface],
-                gap: vec![0.0; contacts],
-                friction: Vec::with_capacity(contacts),
             },
             position: of_interface(),
         }
@@ -122,10 +140,15 @@ impl OwnStep {
 
     /// Starts part `part` from `state.w_plus`, which has so many contact rows.
     pub(super) fn start_part(&mut self, state: &mut ModelState, contact_rows: usize, part: usize) {
+        self.parts_changed += usize::from(self.changed);
+        if part == 0 {
+            self.unsteady = [self.unsteady[1], self.parts_changed > 0 && 2 * self.parts_changed >= self.steps];
+            self.parts_changed = 0;
+        }
         std::mem::swap(&mut state.w, &mut state.w_plus);
         self.w.copy_from_slice(&state.w[contact_rows..contact_rows + self.mean.len()]);
-        (self.part, self.begun, self.by_micro_steps, self.hit) = (part, false, false, false);
-        (self.range, self.share) = (ForceRange::NONE, 0.0);
+        (self.part, self.begun, self.by_micro_steps, self.hit, self.changed) = (part, false, false, false, false);
+        (self.range, self.share, self.elapsed) = (ForceRange::NONE, 0.0, 0.0);
         for sums in [&mut self.mean, &mut self.forces, &mut self.changes] {
             sums.fill(0.0);
         }
@@ -183,16 +206,23 @@ impl OwnStep {
         self.begun = true;
         of.state.position.copy_from_slice(&self.position);
         if of.ends_a_slip(self.length) {
-            self.by_micro_steps = true;
-            let StepContacts { contacts, state, frozen, .. } = of;
-            self.micro.w.copy_from_slice(&state.w);
-            self.micro.gap.copy_from_slice(&state.gap);
-            self.micro.friction.clear();
-            self.micro.friction.extend_from_slice(contacts.friction());
-            state.w_plus.copy_from_slice(&state.w);
-            contacts.leave_region(frozen.law, state);
+            self.go_by_micro_steps(of);
         }
         Ok(())
+    }
+
+    /// Leaves the rest of the part to micro steps, from where its contacts are.
+    #[cold]
+    fn go_by_micro_steps(&mut self, of: &mut StepContacts<'_>) {
+        let StepContacts { contacts, state, frozen, .. } = of;
+        let n = frozen.discretised.contacts();
+        self.by_micro_steps = true;
+        self.write_contacts(state, n);
+        state.w_plus[n..n + self.w.len()].copy_from_slice(&self.w);
+        let half = 0.5 * self.elapsed * frozen.law.gap_step;
+        let velocities = state.w.iter().zip(&state.w_plus[..n]);
+        state.gap.iter_mut().zip(velocities).for_each(|(gap, (w, w_plus))| *gap += half * (w + w_plus));
+        contacts.leave_region(frozen.law, state);
     }
 
     /// Writes the answer to the force `lambda` (N), with the position that it leads to; says whether it is affine in the force.
@@ -204,8 +234,25 @@ impl OwnStep {
         if !affine {
             self.leave_region(contacts, state, frozen.discretised.contacts());
             self.hit = contacts.try_solve(FrozenModel { law: &law, ..*frozen }, state, lambda)?;
+            self.record(of);
         }
         Ok(affine)
+    }
+
+    /// Records what contacts do in an answer, and whether that has changed within the part.
+    fn record(&mut self, of: &StepContacts<'_>) {
+        let (m, rows) = of.contacts_and_rows();
+        for (contact, doing) in self.doing[..m].iter_mut().enumerate() {
+            let now = if of.state.impulses[contact] <= 0.0 {
+                Doing::Nothing
+            } else if rows > 1 && of.slip(contact, &of.state.w_plus, &of.state.w_plus) > slip_of_rest(self.length) {
+                Doing::Sliding
+            } else {
+                Doing::Pushing
+            };
+            self.changed |= self.begun && *doing != now;
+            *doing = now;
+        }
     }
 
     /// Takes a share of the mechanics' own step under the force `lambda` (N).
@@ -214,6 +261,11 @@ impl OwnStep {
             return self.take_micro_step(of, share, lambda);
         }
         let affine = self.answer(of, lambda)?;
+        if self.changed && (self.unsteady == [true; 2] || of.contacts_and_rows().1 > 1) {
+            of.state.position.copy_from_slice(&self.position);
+            self.go_by_micro_steps(of);
+            return self.take_micro_step(of, share, lambda);
+        }
         let StepContacts { contacts, state, frozen, .. } = of;
         let n = frozen.discretised.contacts();
         for (position, start) in state.position.iter_mut().zip(&self.position) {
@@ -223,6 +275,7 @@ impl OwnStep {
             *w += share * (answer - start);
         }
         if !affine {
+            self.elapsed += share;
             self.mean.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
             self.add_changes(share, state, n);
             return Ok(());
@@ -261,23 +314,20 @@ impl OwnStep {
         }
         let n = discretised.contacts();
         self.w.copy_from_slice(&state.w_plus[n..n + lambda.len()]);
-        self.mean.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
         Ok(())
     }
 
-    /// Ends a part where the mechanics' own step ends under the mean force, and starts another.
+    /// Ends a part where the mechanics' own step ends under the mean force, or where its micro steps have come to, and starts another.
     fn end_part(&mut self, of: &mut StepContacts<'_>, next: usize) -> Result<(), Failure> {
         let law = self.trial_law(of.frozen.law);
         let StepContacts { contacts, state, frozen, .. } = of;
         let n = frozen.discretised.contacts();
         if self.by_micro_steps {
             contacts.leave_region(&self.micro.law, state);
-            state.w.copy_from_slice(&self.micro.w);
-            state.gap.copy_from_slice(&self.micro.gap);
-            contacts.set_friction(&self.micro.friction);
-        } else {
-            self.leave_region(contacts, state, n);
+            self.start_part(state, n, next);
+            return Ok(());
         }
+        self.leave_region(contacts, state, n);
         if contacts.step_in_region(frozen.discretised, &law, state, &self.mean, ALONE) {
             let step = frozen.law.gap_step;
             state.gap.iter_mut().zip(&state.w_plus[..n]).for_each(|(gap, w)| *gap += step * w);
@@ -315,9 +365,16 @@ impl OwnStep {
             }
             contacts.velocities_with_set(state, &self.forces);
             self.add_changes(self.share, state, contact_rows);
+            self.elapsed += self.share;
             self.share = 0.0;
             self.forces.fill(0.0);
         }
+    }
+
+    /// Writes the velocities that contacts have by now.
+    fn write_contacts(&self, state: &mut ModelState, contact_rows: usize) {
+        let start = state.w.iter().zip(&self.changes);
+        state.w_plus[..contact_rows].iter_mut().zip(start).for_each(|(w_plus, (w, change))| *w_plus = w + change);
     }
 
     fn add_changes(&mut self, share: f64, state: &ModelState, contact_rows: usize) {
@@ -327,20 +384,32 @@ impl OwnStep {
 }
 
 impl StepContacts<'_> {
-    /// Tells whether friction ends a slip within the step of `length` (s), or turns it.
-    ///
-    /// In space it turns every slip a little.
+    /// The contacts of the set, and the rows of each.
+    fn contacts_and_rows(&self) -> (usize, usize) {
+        let rows = self.contacts.rows_of_contact();
+        (self.frozen.discretised.contacts() / rows, rows)
+    }
+
+    /// The product of the slips of a contact in two vectors of velocities, m²/s².
+    fn slip(&self, contact: usize, w: &[f64], other: &[f64]) -> f64 {
+        let (m, rows) = self.contacts_and_rows();
+        (1..rows).map(|axis| axis * m + contact).map(|row| w[row] * other[row]).sum()
+    }
+
+    /// Tells whether friction ends or turns a slip within the step of `length` (s).
     fn ends_a_slip(&self, length: f64) -> bool {
-        let (state, rows) = (&*self.state, self.contacts.rows_of_contact());
-        let m = self.frozen.discretised.contacts() / rows;
-        let along = |contact: usize, w: &[f64]| -> f64 {
-            (1..rows).map(|axis| axis * m + contact).map(|row| state.w[row] * w[row]).sum()
-        };
+        let ((m, rows), state) = (self.contacts_and_rows(), &*self.state);
         (0..if rows > 1 { m } else { 0 }).filter(|&contact| state.impulses[contact] > 0.0).any(|contact| {
-            let before = along(contact, &state.w);
-            before > (TOUCHING / length).powi(2) && (rows > 2 || along(contact, &state.w_plus) < GOES_ON * before)
+            let [before, along, after] = [(&state.w, &state.w), (&state.w, &state.w_plus), (&state.w_plus, &state.w_plus)]
+                .map(|(w, other)| self.slip(contact, w, other));
+            before > slip_of_rest(length) && (along < GOES_ON * before || along < STRAIGHT * (before * after).sqrt())
         })
     }
+}
+
+/// The square of the slip, m²/s², that within a step of `length` (s) goes no farther than contacts that touch are apart.
+fn slip_of_rest(length: f64) -> f64 {
+    (TOUCHING / length).powi(2)
 }
 
 impl ReducedInterface {
@@ -374,8 +443,7 @@ impl ReducedInterface {
         if !own.by_micro_steps {
             let n = frozen.discretised.contacts();
             own.leave_region(contacts, state, n);
-            let start = state.w.iter().zip(&own.changes);
-            state.w_plus[..n].iter_mut().zip(start).for_each(|(w_plus, (w, change))| *w_plus = w + change);
+            own.write_contacts(state, n);
         }
     }
 
