@@ -31,18 +31,13 @@ parameters! {
         stop_1_clearance_m: f64 = 0.05, NotNegative, "distance of stop 1 below the straight beam";
         stop_2_position_m: f64 = 0.8, NotNegative, "where stop 2 is, from the left end";
         stop_2_clearance_m: f64 = 0.03, NotNegative, "distance of stop 2 below the straight beam";
-        carriage: Carriage {
-            spring_stiffness_n_m = 2000.0;
-            spring_damping_n_s_m = 2.0;
-            carriage_mass_kg = 0.5;
-            base_stiffness_n_m = 4000.0;
-            base_damping_n_s_m = 10.0;
-            base_position_m = -0.05;
-            base_amplitude_m = 0.05;
-            base_frequency_hz = 1.0;
-            base_phase_rad = 1.5707963267948966;
-        };
-        contacts: Contacts only { stabilisation; restitution };
+        carriage: Carriage with |set| set
+            .default("spring_stiffness_n_m", 2000.0).default("spring_damping_n_s_m", 2.0)
+            .default("carriage_mass_kg", 0.5).default("base_stiffness_n_m", 4000.0)
+            .default("base_damping_n_s_m", 10.0).default("base_position_m", -0.05)
+            .default("base_amplitude_m", 0.05).default("base_frequency_hz", 1.0)
+            .default("base_phase_rad", 1.5707963267948966);
+        contacts: Contacts with |set| set.only(&["stabilisation", "restitution"]);
     }
 }
 

@@ -10,8 +10,12 @@ parameters! {
         ball_diameter_m: f64 = 0.1, Positive, "diameter D";
         pendulum_frequency_rad_s: f64 = 5.0, NotNegative, "√(g/l) of each pendulum; small angles";
         start_position_m: f64 = -0.1, Finite, "position of the first ball at the start; it touches at 0";
-        carriage: Carriage { spring_stiffness_n_m = 2.0; carriage_mass_kg = 0.2; base_stiffness_n_m = 4.0 };
-        contacts: Contacts only { restitution = 1.0 from "Moreau 1988"; stabilisation };
+        carriage: Carriage with |set| set
+            .default("spring_stiffness_n_m", 2.0).default("carriage_mass_kg", 0.2)
+            .default("base_stiffness_n_m", 4.0);
+        contacts: Contacts with |set| set
+            .only(&["restitution", "stabilisation"]).default("restitution", 1.0)
+            .source("restitution", "Moreau 1988");
     }
 }
 

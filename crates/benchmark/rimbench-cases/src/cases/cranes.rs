@@ -21,19 +21,18 @@ parameters! {
 parameters! {
     /// What lifts it.
     struct Jack from "LIM cosim-benchmarks" {
-        cylinder: Cylinder from "LIM cosim-benchmarks" {
-            piston_area_m2 = 65e-4;
-            cylinder_length_m = 0.442;
-            viscous_friction_n_s_m = 1e5;
-            valve_area_m2 = 5e-4;
-        };
+        cylinder: Cylinder with |set| set
+            .from("LIM cosim-benchmarks").default("piston_area_m2", 65e-4).default("cylinder_length_m", 0.442)
+            .default("viscous_friction_n_s_m", 1e5).default("valve_area_m2", 5e-4);
     }
 }
 parameters! {
     /// What cranes have besides.
     struct Rest from "LIM cosim-benchmarks" {
         gravity_m_s2: f64 = 9.81, Positive, "gravity";
-        contacts: Contacts only { stabilisation; restitution, "restitution e of load and rope" from "ours" };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution"]).about("restitution", "restitution e of load and rope")
+            .source("restitution", "ours");
         attachment_m: f64 = 0.5, Positive, "distance of the actuator's other end from the joint O";
     }
 }
@@ -63,7 +62,8 @@ parameters! {
         rest: Rest;
         load_offset_m: f64 = 0.2, Finite, "how far out from the end of the link the load lies at the start";
         lift_start_s: f64 = 0.2, NotNegative, "start of lifting";
-        rough: Contacts only { friction = 0.3 in Positive; tangential_restitution };
+        rough: Contacts with |set| set
+            .only(&["friction", "tangential_restitution"]).default("friction", 0.3).within("friction", Positive);
     }
 }
 parameters! {
@@ -78,7 +78,7 @@ parameters! {
         list_reach_radii: f64 = 0.8, Positive, "gap up to which contacts are listed, in radii; at most 0.8";
         lift_end_s: f64 = 0.9, NotNegative, "end of lifting";
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
-        link: Link { load_mass_kg = 20.0 from "ours" };
+        link: Link with |set| set.default("load_mass_kg", 20.0).source("load_mass_kg", "ours");
         jack: Jack;
         spool_change: f64 = 0.04, Fraction, "spool away from equilibrium while lifting" study 0.01..0.1;
         lift_start_s: f64 = 0.2, NotNegative, "start of lifting";

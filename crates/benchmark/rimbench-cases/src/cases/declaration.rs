@@ -26,37 +26,71 @@ impl ParameterSet for () {
     fn read(_parameters: &Parameters) -> Self {}
 }
 
-/// A parameter of a set, with what one case changes of it: nothing or one of each; of the sources the first.
-#[doc(hidden)]
-pub fn changed<Set: ParameterSet, Field: Setting>(
-    name: &str,
-    _field: fn(&Set) -> Field,
-    default: &[Field],
-    range: &[Range],
-    [about, own_source, source]: [&[&'static str]; 3],
-) -> Parameter {
-    let known = Set::declared().into_iter().find(|parameter| parameter.name == name);
-    let known = known.expect("a field of the set is one of its parameters");
-    Parameter {
-        default: default.first().map_or(known.default, |default| default.value()),
-        range: range.first().cloned().unwrap_or(known.range),
-        about: about.first().map_or(known.about, |about| (*about).into()),
-        source: own_source.iter().chain(source).next().map_or(known.source, |source| (*source).into()),
-        ..known
-    }
-}
+/// The parameters of a set that cases share, as one case declares them.
+#[derive(Debug, Clone)]
+pub struct SharedSet(Vec<Parameter>);
 
-/// The parameters of a set with another source, if there is one, and with some of them changed.
-#[doc(hidden)]
-pub fn with_changes<Set: ParameterSet>(changed: &[Parameter], source: &[&'static str]) -> Vec<Parameter> {
-    let mut list = Set::declared();
-    for known in &mut list {
-        match changed.iter().find(|change| change.name == known.name) {
-            Some(change) => *known = change.clone(),
-            None => source.iter().for_each(|source| known.source = (*source).into()),
-        }
+impl SharedSet {
+    /// Takes all parameters of a set as they are.
+    pub fn of<Set: ParameterSet>() -> Self {
+        SharedSet(Set::declared())
     }
-    list
+
+    /// Returns the parameters.
+    pub fn declared(self) -> Vec<Parameter> {
+        self.0
+    }
+
+    /// Gives all of them another source.
+    #[must_use]
+    pub fn from(mut self, source: &'static str) -> Self {
+        self.0.iter_mut().for_each(|parameter| parameter.source = source.into());
+        self
+    }
+
+    /// Takes a part of them, in this order.
+    ///
+    /// # Panics
+    /// If the set has no such parameter, as all below: a defect of the case.
+    #[must_use]
+    pub fn only(self, names: &[&str]) -> Self {
+        SharedSet(names.iter().map(|name| self.0[self.place(name)].clone()).collect())
+    }
+
+    /// Gives one another default.
+    #[must_use]
+    pub fn default(self, name: &str, default: impl Setting) -> Self {
+        self.with(name, |parameter| parameter.default = default.value())
+    }
+
+    /// Gives one other valid values.
+    #[must_use]
+    pub fn within(self, name: &str, range: Range) -> Self {
+        self.with(name, |parameter| parameter.range = range)
+    }
+
+    /// Says of one otherwise what it is.
+    #[must_use]
+    pub fn about(self, name: &str, about: &'static str) -> Self {
+        self.with(name, |parameter| parameter.about = about.into())
+    }
+
+    /// Gives one another source.
+    #[must_use]
+    pub fn source(self, name: &str, source: &'static str) -> Self {
+        self.with(name, |parameter| parameter.source = source.into())
+    }
+
+    fn with(mut self, name: &str, change: impl FnOnce(&mut Parameter)) -> Self {
+        let place = self.place(name);
+        change(&mut self.0[place]);
+        self
+    }
+
+    fn place(&self, name: &str) -> usize {
+        let place = self.0.iter().position(|parameter| parameter.name == name);
+        place.unwrap_or_else(|| panic!("`{name}` is no parameter of the set"))
+    }
 }
 
 /// Pairs the name of a parameter with its value, for an error that says which one is wrong: `named!(p.belt.speed_m_s)` is
@@ -133,16 +167,14 @@ macro_rules! choices {
 ///         density_kg_m3: f64 = 7800.0, Positive, "density" from "steel";  // a source of its own
 ///         tilt_rad: f64 = 0.0, Finite, "slope" when support = "clamped";  // of use with that choice, or `> number`, only
 ///         /// Two parameters of a set that cases share, with a default of this case.
-///         contacts: Contacts only { stabilisation; restitution = 0.5 };
+///         contacts: Contacts with |set| set.only(&["stabilisation", "restitution"]).default("restitution", 0.5);
 ///     }
 /// }
 /// let names: Vec<_> = Beam::declared().into_iter().map(|parameter| parameter.name).collect();
 /// assert_eq!(names, ["support", "modes", "length_m", "density_kg_m3", "tilt_rad", "stabilisation", "restitution"]);
 /// ```
-/// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole (`carriage: Carriage;`), with
-/// changes (`Carriage { base_damping_n_s_m = 5.0 }`), or in part (`only { … }`), and
-/// `Carriage from "source"` gives it another source. A change is `name = default in Range, "about" from "source"`, of which all but the
-/// name may be left out.
+/// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole (`carriage: Carriage;`), or as a
+/// function makes it of the whole [`SharedSet`](crate::cases::SharedSet).
 #[macro_export]
 macro_rules! parameters {
     (
@@ -150,12 +182,11 @@ macro_rules! parameters {
         $visibility:vis struct $set:ident from $source:literal {
             $(
                 $(#[$group:meta])*
-                $field:ident: $kind:ident $(from $whole:literal)?
+                $field:ident: $kind:ident
                 $(= $default:expr, $valid:expr, $about:literal $(study $least:literal .. $most:literal)?
                     $(when $($with:ident = $needed:literal),+)? $(from $own:literal)?)?
                 $([$($choice:ident),+], $meaning:literal $(from $origin:literal)?)?
-                $({ $($changes:tt)* })?
-                $(only { $($only:tt)* })?
+                $(with $shared:expr)?
                 ;
             )*
         }
@@ -174,11 +205,10 @@ macro_rules! parameters {
             #[allow(clippy::vec_init_then_push, reason = "one push per field")]
             fn declared() -> Vec<$crate::cases::Parameter> {
                 let mut list = Vec::new();
-                $($crate::parameter_field!(declare list $source $field $kind from [$($whole)?]
+                $($crate::parameter_field!(declare list $source $field $kind
                     $(number [$default] [$valid] [$about] [$($least, $most)?] [$($($with $needed)+)?] [$($own)?])?
                     $(choice [$($choice)+] [$meaning] [$($origin)?])?
-                    $(changes { $($changes)* })?
-                    $(only { $($only)* })?
+                    $(shared [$shared])?
                 );)*
                 list
             }
@@ -196,7 +226,7 @@ macro_rules! parameters {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! parameter_field {
-    (declare $list:ident $source:literal $field:ident $kind:ident from []
+    (declare $list:ident $source:literal $field:ident $kind:ident
         number [$default:expr] [$valid:expr] [$about:literal] [$($least:literal, $most:literal)?]
         [$($with:ident $needed:literal)*] [$($own:literal)?]) => {{
         #[allow(unused_imports)]
@@ -209,30 +239,19 @@ macro_rules! parameter_field {
             ..parameter
         });
     }};
-    (declare $list:ident $source:literal $field:ident $kind:ident from []
+    (declare $list:ident $source:literal $field:ident $kind:ident
         choice [$first:ident $($choice:ident)*] [$about:literal] [$($own:literal)?]) => {{
         let (sources, valid) = ([$($own,)? $source], &[$kind::$first, $($kind::$choice),*]);
         $list.push($crate::cases::Parameter::of::<$kind>(stringify!($field), $kind::$first, valid, $about, sources[0]));
     }};
-    (declare $list:ident $source:literal $field:ident $kind:ident from $whole:tt $(changes { $($changes:tt)* })?) => {{
-        #[allow(unused_mut)]
-        let mut changed = Vec::new();
-        $($crate::parameter_field!(change changed $kind $whole $($changes)*);)?
-        $list.extend($crate::cases::with_changes::<$kind>(&changed, &$whole));
+    (declare $list:ident $source:literal $field:ident $kind:ident $(shared [$shared:expr])?) => {{
+        #[allow(unused_imports)]
+        use $crate::cases::{Range::*, SharedSet};
+        let set = SharedSet::of::<$kind>();
+        $(let shared: fn(SharedSet) -> SharedSet = $shared;
+        let set = shared(set);)?
+        $list.extend(set.declared());
     }};
-    (declare $list:ident $source:literal $field:ident $kind:ident from $whole:tt only { $($only:tt)* }) => {
-        $crate::parameter_field!(change $list $kind $whole $($only)*)
-    };
-    (change $list:ident $kind:ident $whole:tt
-        $($name:ident $(= $default:literal)? $(in $range:ident)? $(, $about:literal)? $(from $own:literal)?);+ $(;)?) => {
-        $($list.push($crate::cases::changed(
-            stringify!($name),
-            |set: &$kind| set.$name,
-            &[$($default)?],
-            &[$($crate::cases::Range::$range)?],
-            [&[$($about)?], &[$($own)?], &$whole],
-        ));)+
-    };
     (read $parameters:ident $field:ident $kind:ident [$default:expr]) => {
         $parameters.setting(stringify!($field)).unwrap_or($default)
     };

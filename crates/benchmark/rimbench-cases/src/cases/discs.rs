@@ -34,7 +34,9 @@ parameters! {
     /// A cylinder of the size of a loader's.
     struct Actuator from "ours" {
         actuator_length_m: f64 = 1.5, Positive, "length of the actuator at the start";
-        cylinder: Cylinder from "ours" { piston_area_m2 = 2e-3; cylinder_length_m = 1.0; valve_area_m2 = 1e-5 };
+        cylinder: Cylinder with |set| set
+            .from("ours").default("piston_area_m2", 2e-3).default("cylinder_length_m", 1.0)
+            .default("valve_area_m2", 1e-5);
     }
 }
 parameters! {
@@ -42,7 +44,9 @@ parameters! {
     struct Rest from "ours" {
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only { stabilisation; restitution, "restitution e of all contacts" from "ours" };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution"]).about("restitution", "restitution e of all contacts")
+            .source("restitution", "ours");
     }
 }
 parameters! {

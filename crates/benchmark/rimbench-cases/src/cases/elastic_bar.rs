@@ -14,15 +14,13 @@ parameters! {
         density_kg_m3: f64 = 7800.0, Positive, "density ρ";
         start_gap_m: f64 = 5e-5, NotNegative, "gap between bar and floor at the start";
         start_velocity_m_s: f64 = -0.1, Finite, "velocity of the bar at the start, upwards";
-        carriage: Carriage {
-            spring_stiffness_n_m = 1e6;
-            carriage_mass_kg = 0.5;
-            base_stiffness_n_m = 1e5;
-            base_position_m = 1.00005;
-            carriage_position_m = 1.00005;
-            carriage_velocity_m_s = -0.1;
-        };
-        contacts: Contacts only { restitution = 0.0 from "plastic node"; stabilisation };
+        carriage: Carriage with |set| set
+            .default("spring_stiffness_n_m", 1e6).default("carriage_mass_kg", 0.5)
+            .default("base_stiffness_n_m", 1e5).default("base_position_m", 1.00005)
+            .default("carriage_position_m", 1.00005).default("carriage_velocity_m_s", -0.1);
+        contacts: Contacts with |set| set
+            .only(&["restitution", "stabilisation"]).default("restitution", 0.0)
+            .source("restitution", "plastic node");
     }
 }
 

@@ -16,16 +16,19 @@ parameters! {
         drop_height_m: f64 = 0.0, NotNegative, "height h of the lower end above the scale at the start";
         platform_mass_kg: f64 = 1.0, Positive, "mass m_p of the platform";
         /// What holds the platform.
-        scale: Carriage only {
-            spring_stiffness_n_m = 4e4 in Positive, "stiffness k between carriage and platform";
-            spring_damping_n_s_m = 150.0, "damping c between carriage and platform";
-            carriage_mass_kg = 0.5 in Positive, "mass m_a of the carriage";
-            base_stiffness_n_m = 8e4 in Positive;
-            base_damping_n_s_m = 200.0;
-        };
+        scale: Carriage with |set| set
+            .only(&["spring_stiffness_n_m", "spring_damping_n_s_m", "carriage_mass_kg", "base_stiffness_n_m", "base_damping_n_s_m"])
+            .default("spring_stiffness_n_m", 4e4).within("spring_stiffness_n_m", Positive)
+            .about("spring_stiffness_n_m", "stiffness k between carriage and platform")
+            .default("spring_damping_n_s_m", 150.0)
+            .about("spring_damping_n_s_m", "damping c between carriage and platform")
+            .default("carriage_mass_kg", 0.5).within("carriage_mass_kg", Positive)
+            .about("carriage_mass_kg", "mass m_a of the carriage").default("base_stiffness_n_m", 8e4)
+            .within("base_stiffness_n_m", Positive).default("base_damping_n_s_m", 200.0);
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         /// The contact law.
-        contacts: Contacts only { stabilisation; restitution = 0.0 from "ours" };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution"]).default("restitution", 0.0).source("restitution", "ours");
     }
 }
 

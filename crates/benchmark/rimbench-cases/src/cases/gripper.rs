@@ -20,12 +20,12 @@ parameters! {
         right_clearance_m: f64 = 0.05, Finite, "distance of the right jaw from the box at the start";
         actuator_length_m: f64 = 0.6, Positive, "length of both actuators at the start";
         /// Both cylinders.
-        cylinder: Cylinder {
-            piston_area_m2 = 1e-3 from "ours";
-            cylinder_length_m = 0.6 from "ours";
-            viscous_friction_n_s_m = 5e3, "viscous friction c of a cylinder" from "ours";
-            valve_area_m2 = 4e-6 from "ours";
-        };
+        cylinder: Cylinder with |set| set
+            .default("piston_area_m2", 1e-3).source("piston_area_m2", "ours").default("cylinder_length_m", 0.6)
+            .source("cylinder_length_m", "ours").default("viscous_friction_n_s_m", 5e3)
+            .about("viscous_friction_n_s_m", "viscous friction c of a cylinder")
+            .source("viscous_friction_n_s_m", "ours").default("valve_area_m2", 4e-6)
+            .source("valve_area_m2", "ours");
         start_pressure_pa: f64 = 3.85e6, Positive, "pressure in all chambers at the start";
         spool_close: f64 = 0.4, Fraction, "spool command while closing; below 0.5 extends";
         spool_open: f64 = 0.6, Fraction, "spool command while opening";
@@ -36,7 +36,9 @@ parameters! {
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         /// The contact law.
-        contacts: Contacts only { stabilisation; restitution = 0.0, "restitution e of pads and corners" from "ours" };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution"]).default("restitution", 0.0)
+            .about("restitution", "restitution e of pads and corners").source("restitution", "ours");
     }
 }
 

@@ -23,7 +23,9 @@ parameters! {
         start_height_m: f64 = 0.0, Finite, "height of both wheels above the smooth road at the start";
         gravity_m_s2: f64 = 9.81, Positive, "gravity" from "standard";
         /// The contact law.
-        contacts: Contacts only { stabilisation; restitution = 0.0, "restitution e of the wheels" from "ours" };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution"]).default("restitution", 0.0)
+            .about("restitution", "restitution e of the wheels").source("restitution", "ours");
     }
 }
 

@@ -43,12 +43,11 @@ parameters! {
         pin_x_m: f64 = 0.8660254037844386, Positive, "x of the actuator's fixed end B; its y is 0";
         theta_1_start_rad: f64 = 0.5235987755982989, Finite, "angle of link 1 at the start";
         theta_2_start_rad: f64 = -1.5707963267948966, Finite, "angle of link 2 at the start";
-        cylinder: Cylinder {
-            piston_area_m2 = 65e-4;
-            cylinder_length_m = 0.442 from "Naya et al. 2011";
-            viscous_friction_n_s_m = 1e5 from "Naya et al. 2011";
-            valve_area_m2 = 5e-4 from "Naya et al. 2011";
-        };
+        cylinder: Cylinder with |set| set
+            .default("piston_area_m2", 65e-4).default("cylinder_length_m", 0.442)
+            .source("cylinder_length_m", "Naya et al. 2011").default("viscous_friction_n_s_m", 1e5)
+            .source("viscous_friction_n_s_m", "Naya et al. 2011").default("valve_area_m2", 5e-4)
+            .source("valve_area_m2", "Naya et al. 2011");
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "LIM cosim-benchmarks";
     }

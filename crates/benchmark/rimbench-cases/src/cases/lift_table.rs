@@ -16,7 +16,7 @@ parameters! {
         stop_m: f64 = 0.4, Positive, "distance of each stop from the middle";
         start_height_m: f64 = 0.02, NotNegative, "height of the box above the stops at the start";
         actuator_length_m: f64 = 0.8, Positive, "length of all cylinders at the start";
-        cylinder: Cylinder { cylinder_length_m = 1.0 from "ours" };
+        cylinder: Cylinder with |set| set.default("cylinder_length_m", 1.0).source("cylinder_length_m", "ours");
         spool_lower: f64 = 0.1, Finite, "change of the spools from rest that lowers" study 0.05..0.15;
         spool_uneven: f64 = 0.02, Finite, "what the spools left of the middle change more, and those right of it less";
         spool_lift: f64 = 0.1, Finite, "change of the spools that lifts; half of it left of the middle";
@@ -26,7 +26,9 @@ parameters! {
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spools move";
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only { stabilisation; restitution = 0.0, "restitution e of the stops" from "ours" };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution"]).default("restitution", 0.0)
+            .about("restitution", "restitution e of the stops").source("restitution", "ours");
     }
 }
 

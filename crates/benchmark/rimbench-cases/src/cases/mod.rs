@@ -46,9 +46,9 @@ pub use case::{
     PossibleSteps, Purpose, RowFunction, Scale, StateVariable,
 };
 pub use contacts::Contacts;
-pub use declaration::{ParameterSet, choices, named, parameters};
 #[doc(hidden)]
-pub use declaration::{changed, with_changes};
+pub use declaration::SharedSet;
+pub use declaration::{ParameterSet, choices, named, parameters};
 pub use discs::wall_forces;
 pub use drawing::{Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, Solid, camera, offered_steps_ms};
 pub use falling_chain::Chain;

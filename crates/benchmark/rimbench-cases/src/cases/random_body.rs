@@ -30,7 +30,7 @@ parameters! {
         actuator: Kind [Spring, Cubic, Damped, Saturating, Varying, Active],
             "spring alone, with a cubic part, with a damper, saturating, with a varying damper, with a pump whose work is booked";
         own_frequency_rad_s: f64 = 0.0, NotNegative, "angular frequency of the body's own springs to the ground; 0: none";
-        contacts: Contacts only { stabilisation; friction };
+        contacts: Contacts with |set| set.only(&["stabilisation", "friction"]);
     }
 }
 

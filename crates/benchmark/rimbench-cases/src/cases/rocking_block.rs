@@ -21,24 +21,25 @@ parameters! {
     /// The block without friction.
     struct Slippery from "ours" {
         block: Block;
-        cylinder: Cylinder { cylinder_length_m = 1.0; viscous_friction_n_s_m = 2e3 };
-        ramp: Ramp { spool_final = 0.4 };
+        cylinder: Cylinder with |set| set.default("cylinder_length_m", 1.0).default("viscous_friction_n_s_m", 2e3);
+        ramp: Ramp with |set| set.default("spool_final", 0.4);
         oil: Oil;
-        contacts: Contacts only { stabilisation; restitution; contact_compliance_m_n; contact_damping_n_s_m };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution", "contact_compliance_m_n", "contact_damping_n_s_m"]);
     }
 }
 parameters! {
     /// The block with friction.
     struct Rough from "ours" {
         block: Block;
-        cylinder: Cylinder {
-            piston_area_m2 = 1e-4 from "ours";
-            cylinder_length_m = 1.0;
-            viscous_friction_n_s_m = 50.0 from "ours";
-        };
-        ramp: Ramp { spool_final = 0.5 from "ours" };
+        cylinder: Cylinder with |set| set
+            .default("piston_area_m2", 1e-4).source("piston_area_m2", "ours").default("cylinder_length_m", 1.0)
+            .default("viscous_friction_n_s_m", 50.0).source("viscous_friction_n_s_m", "ours");
+        ramp: Ramp with |set| set.default("spool_final", 0.5).source("spool_final", "ours");
         oil: Oil;
-        contacts: Contacts only { stabilisation; restitution; friction = 0.5 in Positive; tangential_restitution };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution", "friction", "tangential_restitution"]).default("friction", 0.5)
+            .within("friction", Positive);
     }
 }
 

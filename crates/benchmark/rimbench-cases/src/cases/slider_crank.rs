@@ -29,12 +29,10 @@ parameters! {
         motor_damping_n_s_m: f64 = 50.0, NotNegative, "force c_b of the motor per speed lost" from "ours";
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         /// The contact law.
-        contacts: Contacts only {
-            stabilisation;
-            restitution = 0.4 from "Flores et al. 2010";
-            friction = 0.01 in Positive from "Flores et al. 2010";
-            tangential_restitution;
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution", "friction", "tangential_restitution"])
+            .default("restitution", 0.4).source("restitution", "Flores et al. 2010").default("friction", 0.01)
+            .within("friction", Positive).source("friction", "Flores et al. 2010");
     }
 }
 

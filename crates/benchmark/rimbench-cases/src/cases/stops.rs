@@ -14,14 +14,11 @@ parameters! {
         start_height_m: f64 = 1.0, Finite, "height of the ball at the start";
         start_velocity_m_s: f64 = 0.0, Finite, "velocity of the ball at the start, upwards";
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        carriage: Carriage {
-            spring_stiffness_n_m = 2.0;
-            carriage_mass_kg = 0.1;
-            base_stiffness_n_m = 5.0;
-            base_position_m = 1.0;
-            carriage_position_m = 1.0;
-        };
-        contacts: Contacts only { restitution = 0.9 from "textbook"; stabilisation };
+        carriage: Carriage with |set| set
+            .default("spring_stiffness_n_m", 2.0).default("carriage_mass_kg", 0.1)
+            .default("base_stiffness_n_m", 5.0).default("base_position_m", 1.0).default("carriage_position_m", 1.0);
+        contacts: Contacts with |set| set
+            .only(&["restitution", "stabilisation"]).default("restitution", 0.9).source("restitution", "textbook");
     }
 }
 parameters! {
@@ -33,8 +30,11 @@ parameters! {
         stop_position_m: f64 = 0.05, Finite, "position d of the stop";
         start_position_m: f64 = 0.0, Finite, "position of the mass at the start";
         start_velocity_m_s: f64 = 0.0, Finite, "velocity of the mass at the start";
-        carriage: Carriage { spring_stiffness_n_m = 100.0; base_amplitude_m = 0.1; base_frequency_hz = 2.4 };
-        contacts: Contacts only { restitution = 0.8 from "ours"; stabilisation };
+        carriage: Carriage with |set| set
+            .default("spring_stiffness_n_m", 100.0).default("base_amplitude_m", 0.1)
+            .default("base_frequency_hz", 2.4);
+        contacts: Contacts with |set| set
+            .only(&["restitution", "stabilisation"]).default("restitution", 0.8).source("restitution", "ours");
     }
 }
 parameters! {
@@ -45,16 +45,13 @@ parameters! {
         clearance_m: f64 = 0.1, NotNegative, "distance d of either stop from x = 0";
         start_position_m: f64 = 0.0, Finite, "position of the slider at the start";
         start_velocity_m_s: f64 = 0.0, Finite, "velocity of the slider at the start";
-        carriage: Carriage {
-            spring_stiffness_n_m = 500.0;
-            spring_damping_n_s_m = 5.0;
-            carriage_mass_kg = 0.5;
-            base_stiffness_n_m = 1000.0;
-            base_damping_n_s_m = 20.0;
-            base_amplitude_m = 0.25;
-            base_frequency_hz = 1.0;
-        };
-        contacts: Contacts only { restitution = 0.5 from "ours"; stabilisation };
+        carriage: Carriage with |set| set
+            .default("spring_stiffness_n_m", 500.0).default("spring_damping_n_s_m", 5.0)
+            .default("carriage_mass_kg", 0.5).default("base_stiffness_n_m", 1000.0)
+            .default("base_damping_n_s_m", 20.0).default("base_amplitude_m", 0.25)
+            .default("base_frequency_hz", 1.0);
+        contacts: Contacts with |set| set
+            .only(&["restitution", "stabilisation"]).default("restitution", 0.5).source("restitution", "ours");
     }
 }
 

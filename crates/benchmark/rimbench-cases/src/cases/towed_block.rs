@@ -20,11 +20,10 @@ parameters! {
         spring_stiffness_n_m: f64 = 100.0, Positive, "stiffness k of the spring, relaxed at the start";
         towing_speed_m_s: f64 = 0.1, Positive, "speed V of the spring's other end";
         gravity_m_s2: f64 = 9.81, Positive, "gravity" from "standard";
-        contacts: Contacts only {
-            stabilisation;
-            friction = 0.4 in Positive, "coefficient of friction μ_k of contacts that slide";
-            static_friction = 0.5;
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "friction", "static_friction"]).default("friction", 0.4)
+            .within("friction", Positive).about("friction", "coefficient of friction μ_k of contacts that slide")
+            .default("static_friction", 0.5);
     }
 }
 

@@ -26,7 +26,7 @@ parameters! {
         fixed_1_x_m: f64 = -2.0, Finite, "fixed end of the first cylinder, which lies along x at the start";
         fixed_2_y_m: f64 = -2.0, Finite, "fixed end of the second cylinder, which lies along y at the start";
         cylinder: Cylinder;
-        ramp: Ramp only { start_pressure_pa };
+        ramp: Ramp with |set| set.only(&["start_pressure_pa"]);
         spool_centre: f64 = 0.5, Positive, "spool commands κ₀ in the middle of their swing";
         spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spools' swing" study 0.15..0.4;
         spool_1_frequency_hz: f64 = 1.5, Positive, "frequency of the first spool, a sine" study 0.6..2.4;
@@ -45,7 +45,8 @@ parameters! {
         foot_3_angle_deg: f64 = 330.0, Finite, "direction of the third foot";
         spin_rad_s: f64 = 0.0, Finite, "yaw rate at the start" study 0.0..8.0;
         push: Push;
-        contacts: Contacts only { stabilisation; friction = 0.3 in Positive };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "friction"]).default("friction", 0.3).within("friction", Positive);
     }
 }
 parameters! {
@@ -54,12 +55,10 @@ parameters! {
         body: Body;
         long_feet_m: f64 = 0.0, Finite, "by how much the feet on the y axis are longer than those on the x axis";
         push: Push;
-        contacts: Contacts only {
-            stabilisation;
-            friction = 0.3 in Positive;
-            contact_compliance_m_n = 1e-7;
-            contact_damping_n_s_m = 1e5;
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "friction", "contact_compliance_m_n", "contact_damping_n_s_m"])
+            .default("friction", 0.3).within("friction", Positive).default("contact_compliance_m_n", 1e-7)
+            .default("contact_damping_n_s_m", 1e5);
     }
 }
 

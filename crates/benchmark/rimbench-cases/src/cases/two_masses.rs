@@ -150,7 +150,7 @@ parameters! {
             "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
         masses: Masses;
         damping_n_s_m: f64 = 0.01, NotNegative, "c₁ = c_c = c₂ of variant 1" when variant = "1";
-        start: Start { v1_0_m_s = 100.0; v2_0_m_s = -100.0 };
+        start: Start with |set| set.default("v1_0_m_s", 100.0).default("v2_0_m_s", -100.0);
     }
 }
 parameters! {
@@ -159,12 +159,12 @@ parameters! {
         coupling: CouplingKind [DisplacementDisplacement, ForceDisplacement, ForceForce], "what the sides exchange";
         integrator: Integrator [Exact, Newmark, GeneralisedAlpha],
             "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
-        masses: Masses from "preCICE tutorial oscillator" {
-            stiffness_1_n_m = 39.47841760435743;
-            coupling_stiffness_n_m = 157.91367041742973, "stiffness k₁₂ of the spring between the masses";
-            stiffness_2_n_m = 39.47841760435743;
-        };
-        start: Start from "preCICE tutorial oscillator" { x1_0_m = 1.0 };
+        masses: Masses with |set| set
+            .from("preCICE tutorial oscillator").default("stiffness_1_n_m", 39.47841760435743)
+            .default("coupling_stiffness_n_m", 157.91367041742973)
+            .about("coupling_stiffness_n_m", "stiffness k₁₂ of the spring between the masses")
+            .default("stiffness_2_n_m", 39.47841760435743);
+        start: Start with |set| set.from("preCICE tutorial oscillator").default("x1_0_m", 1.0);
     }
 }
 parameters! {

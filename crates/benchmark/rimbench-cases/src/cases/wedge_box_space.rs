@@ -31,12 +31,9 @@ parameters! {
         ramp: Ramp;
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only {
-            stabilisation;
-            friction = 0.3 in Positive from "ours";
-            contact_compliance_m_n;
-            contact_damping_n_s_m;
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "friction", "contact_compliance_m_n", "contact_damping_n_s_m"])
+            .default("friction", 0.3).within("friction", Positive).source("friction", "ours");
     }
 }
 

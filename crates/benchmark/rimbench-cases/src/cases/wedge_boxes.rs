@@ -30,32 +30,34 @@ parameters! {
     struct Surroundings from "ours" {
         oil: Oil;
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only {
-            stabilisation;
-            restitution from "plastic, as in the paper";
-            contact_compliance_m_n;
-            contact_damping_n_s_m;
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution", "contact_compliance_m_n", "contact_damping_n_s_m"])
+            .source("restitution", "plastic, as in the paper");
     }
 }
 parameters! {
     /// The box of the paper, pushed by a ramp of the spool.
     struct WithRamp from "ours" {
         body: Body;
-        cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
-        ramp: Ramp from "ours";
+        cylinder: Cylinder with |set| set
+            .source("cylinder_length_m", "ours").source("viscous_friction_n_s_m", "ours")
+            .source("valve_area_m2", "ours");
+        ramp: Ramp with |set| set.from("ours");
         rest: Surroundings;
-        rough: Contacts only { friction; tangential_restitution };
+        rough: Contacts with |set| set.only(&["friction", "tangential_restitution"]);
     }
 }
 parameters! {
     /// The box of the paper with friction, pushed and pulled by a swinging spool.
     struct WithFriction from "ours" {
         body: Body;
-        cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
-        ramp: Ramp from "ours" only { start_pressure_pa };
+        cylinder: Cylinder with |set| set
+            .source("cylinder_length_m", "ours").source("viscous_friction_n_s_m", "ours")
+            .source("valve_area_m2", "ours");
+        ramp: Ramp with |set| set.from("ours").only(&["start_pressure_pa"]);
         rest: Surroundings;
-        rough: Contacts only { friction = 0.3 in Positive; tangential_restitution };
+        rough: Contacts with |set| set
+            .only(&["friction", "tangential_restitution"]).default("friction", 0.3).within("friction", Positive);
         spool_centre: f64 = 0.5, Positive, "spool command κ₀ at first, and in the middle of its swing";
         spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spool's swing" study 0.1..0.45;
         spool_frequency_hz: f64 = 1.5, Positive, "frequency f of the spool's swing" study 0.5..3.0;
@@ -66,14 +68,14 @@ parameters! {
 parameters! {
     /// The box of the paper against its ramp, held by a cylinder that pulls.
     struct AgainstRamp from "ours" {
-        body: Body only {
-            box_mass_kg; box_width_m; box_height_m; disc_mass_kg; disc_radius_m; disc_pin_x_m; disc_pin_y_m; wedge_tip_x_m; wedge_tip_y_m;
-            ledge_height_m; ramp_slope; attachment_x_m; attachment_y_m; ground_pin_x_m;
-        };
-        cylinder: Cylinder { cylinder_length_m from "ours"; viscous_friction_n_s_m from "ours"; valve_area_m2 from "ours" };
-        ramp: Ramp from "ours" only { spool_final };
+        body: Body with |set| set
+            .only(&["box_mass_kg", "box_width_m", "box_height_m", "disc_mass_kg", "disc_radius_m", "disc_pin_x_m", "disc_pin_y_m", "wedge_tip_x_m", "wedge_tip_y_m", "ledge_height_m", "ramp_slope", "attachment_x_m", "attachment_y_m", "ground_pin_x_m"]);
+        cylinder: Cylinder with |set| set
+            .source("cylinder_length_m", "ours").source("viscous_friction_n_s_m", "ours")
+            .source("valve_area_m2", "ours");
+        ramp: Ramp with |set| set.from("ours").only(&["spool_final"]);
         rest: Surroundings;
-        rough: Contacts only { friction; tangential_restitution };
+        rough: Contacts with |set| set.only(&["friction", "tangential_restitution"]);
         holding_pull_n: f64 = 90.0, Positive, "force with which the cylinder pulls at first";
         reversal_start_s: f64 = 0.3, NotNegative, "start of the spool's ramp to its final command";
         reversal_end_s: f64 = 0.4, NotNegative, "end of the spool's ramp";
@@ -302,32 +304,22 @@ parameters! {
         cylinder: Cylinder;
         ramp: Ramp;
         oil: Oil;
-        contacts: Contacts only {
-            stabilisation;
-            restitution from "plastic, as in the paper";
-            contact_compliance_m_n;
-            contact_damping_n_s_m;
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution", "contact_compliance_m_n", "contact_damping_n_s_m"])
+            .source("restitution", "plastic, as in the paper");
     }
 }
 parameters! {
     /// A box with a disc on either side.
     struct TwoLedges from "as in the wedge box" {
-        body: Body from "as in the wedge box" only {
-            box_mass_kg;
-            box_width_m;
-            box_height_m;
-            wedge_tip_x_m;
-            wedge_tip_y_m;
-            disc_mass_kg, "mass of each disc";
-            disc_radius_m, "radius of each disc";
-            disc_pin_x_m = 0.8 in Positive, "joint of the right disc in the box frame, x (the left one is mirrored)" from "ours";
-            disc_pin_y_m, "joints of the discs in the box frame, y";
-            ramp_slope, "fall over run of both ramps";
-            attachment_x_m;
-            attachment_y_m;
-            ground_pin_x_m;
-        };
+        body: Body with |set| set
+            .from("as in the wedge box")
+            .only(&["box_mass_kg", "box_width_m", "box_height_m", "wedge_tip_x_m", "wedge_tip_y_m", "disc_mass_kg", "disc_radius_m", "disc_pin_x_m", "disc_pin_y_m", "ramp_slope", "attachment_x_m", "attachment_y_m", "ground_pin_x_m"])
+            .about("disc_mass_kg", "mass of each disc").about("disc_radius_m", "radius of each disc")
+            .default("disc_pin_x_m", 0.8).within("disc_pin_x_m", Positive)
+            .about("disc_pin_x_m", "joint of the right disc in the box frame, x (the left one is mirrored)")
+            .source("disc_pin_x_m", "ours").about("disc_pin_y_m", "joints of the discs in the box frame, y")
+            .about("ramp_slope", "fall over run of both ramps");
         left_ledge_height_m: f64 = 0.06, NotNegative, "height of the left disc's ledge above the floor";
         right_ledge_height_m: f64 = 0.06, NotNegative, "height of the right disc's ledge above the floor" from "ours";
         left_ledge_lead_m: f64 = 0.1, NotNegative, "distance of the left ledge's corner ahead of its disc";
@@ -343,10 +335,10 @@ parameters! {
         washboard_height_m: f64 = 0.0, NotNegative, "height of the waves of the wedges' floor";
         washboard_length_m: f64 = 0.15, Positive, "length of the waves";
         washboard_lead_m: f64 = 0.05, NotNegative, "distance of the first wave ahead of the right wedge";
-        body: Body from "as in the wedge box" {
-            wedge_tip_x_m, "rightmost wedge tip in the box frame, x (the leftmost is mirrored)";
-            wedge_tip_y_m, "rightmost wedge tip in the box frame, y";
-        };
+        body: Body with |set| set
+            .from("as in the wedge box")
+            .about("wedge_tip_x_m", "rightmost wedge tip in the box frame, x (the leftmost is mirrored)")
+            .about("wedge_tip_y_m", "rightmost wedge tip in the box frame, y");
         pushed: Pushed;
     }
 }

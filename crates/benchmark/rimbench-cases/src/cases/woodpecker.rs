@@ -26,11 +26,11 @@ parameters! {
         sleeve_velocity_m_s: f64 = -0.3411, Finite, "velocity of the sleeve at the start";
         bird_rate_rad_s: f64 = -7.4583, Finite, "angular velocity of the bird at the start";
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
-        contacts: Contacts only {
-            stabilisation;
-            restitution = 0.5, "restitution e of the beak along the normal; the sleeve's edges are plastic" from "Glocker 1995";
-            friction = 0.3 in Positive from "Glocker 1995";
-        };
+        contacts: Contacts with |set| set
+            .only(&["stabilisation", "restitution", "friction"]).default("restitution", 0.5)
+            .about("restitution", "restitution e of the beak along the normal; the sleeve's edges are plastic")
+            .source("restitution", "Glocker 1995").default("friction", 0.3).within("friction", Positive)
+            .source("friction", "Glocker 1995");
     }
 }
 
