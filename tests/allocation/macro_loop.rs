@@ -311,7 +311,10 @@ fn the_macro_loop_must_allocate_nothing_where_contacts_act_over_the_mechanics_st
                 && variant.options.redundancy == Redundancy::Drop
         });
         variants.iter_mut().for_each(|variant| variant.options.contacts_act = ContactsAct::MechanicsStep);
-        let parts = variants.clone().into_iter().map(|own| Variant { mechanics_steps: MechanicsSteps::count(3).unwrap(), ..own });
+        let parts = variants
+            .clone()
+            .into_iter()
+            .map(|own| Variant { mechanics_steps: MechanicsSteps::count(3).unwrap(), ..own });
         variants.extend(parts.collect::<Vec<_>>());
         variants
     };

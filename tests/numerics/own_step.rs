@@ -97,7 +97,9 @@ fn assert_same(one: &RunSpec, other: &RunSpec, bound: f64) {
 
 #[test]
 fn the_papers_model_under_the_mechanics_law_is_that_of_gap_tracking() {
-    for (case, set) in [("wedge-box", "0"), ("wedge-box", "0.3"), ("disc-row", "0"), ("gripper", "0"), ("half-car", "0")] {
+    for (case, set) in
+        [("wedge-box", "0"), ("wedge-box", "0.3"), ("disc-row", "0"), ("gripper", "0"), ("half-car", "0")]
+    {
         for n in ["1", "3", "5"] {
             let set = [("restitution", set)];
             let of_gap = spec(case, GAP, (5.0, n), &[OWN], &set);
@@ -108,9 +110,13 @@ fn the_papers_model_under_the_mechanics_law_is_that_of_gap_tracking() {
 
 #[test]
 fn with_all_micro_steps_in_the_mechanics_it_is_gap_tracking_to_round_off() {
-    for (case, set) in
-        [("wedge-box", "0"), ("wedge-box", "0.3"), ("disc-row", "0"), ("rocking-block", "0"), ("wedge-box-friction", "0")]
-    {
+    for (case, set) in [
+        ("wedge-box", "0"),
+        ("wedge-box", "0.3"),
+        ("disc-row", "0"),
+        ("rocking-block", "0"),
+        ("wedge-box-friction", "0"),
+    ] {
         let set = [("restitution", set)];
         assert_same(&spec(case, GAP, (5.0, "all"), &[], &set), &spec(case, GAP, (5.0, "all"), &[OWN], &set), 1e-9);
     }
@@ -189,13 +195,13 @@ fn drift(spec: &RunSpec) -> f64 {
     *sum.lock().unwrap() - 0.5 * spec.macro_step * (velocities[0] - velocities[velocities.len() - 1])
 }
 
-/// An independent trial has 41 and 143 µm for gap tracking, and 10 and 12 µm.
+/// An independent trial has 10 and 12 µm. Gap tracking adds 37 and 69 µm where the box lands.
 #[test]
 fn the_difference_of_displacement_adds_up_to_little() {
-    for (h, of_gap) in [(5.0, 41e-6), (10.0, 143e-6)] {
+    for (h, of_gap, of_own) in [(5.0, 41e-6, 10e-6), (10.0, 84e-6, 12e-6)] {
         let [usual, own] = [&[][..], &[OWN]].map(|more| drift(&spec("wedge-box", GAP, (h, "1"), more, &[])).abs());
-        assert!((usual / of_gap - 1.0).abs() < 0.15, "{h} ms: {usual} m");
-        assert!(own < 15e-6, "{h} ms: {own} m");
+        assert!((usual / of_gap - 1.0).abs() < 0.03, "{h} ms: {usual} m");
+        assert!((own / of_own - 1.0).abs() < 0.05, "{h} ms: {own} m");
     }
 }
 
@@ -238,7 +244,12 @@ fn what_it_cannot_go_with_is_refused_by_name() {
     for (case, scheme, more, wanted) in [
         ("wedge-box", "rim-smooth", ("model_motion", "frozen"), "scheme `rim-smooth` has no contacts that act within"),
         ("wedge-box", "interface-mass", ("model_motion", "frozen"), "use rim-nonsmooth or rim-nonsmooth-gap"),
-        ("wedge-box", "zero-order-hold", ("phase", "1"), "contacts_act = mechanics-step: scheme `zero-order-hold` has no"),
+        (
+            "wedge-box",
+            "zero-order-hold",
+            ("phase", "1"),
+            "contacts_act = mechanics-step: scheme `zero-order-hold` has no",
+        ),
         ("wedge-box", GAP, ("model_motion", "extrapolated"), "use model_motion `frozen`"),
         ("wedge-box", GAP, ("mechanics_integrator", "event-split"), "mechanics_integrator = event-split"),
         ("wedge-box", GAP, ("mechanics_integrator", "midpoint"), "use `semi-implicit`"),

@@ -61,12 +61,13 @@ fn random_model(rng: &mut impl Rng, n: usize, n_i: usize, bodies: usize, frictio
     model
 }
 
+const GAP: &str = "rim-nonsmooth-gap";
 const H: f64 = 5e-3;
 const MICRO_STEPS: usize = 60;
 
 /// Largest difference of the interface velocities (m/s) within a macro step, both from the same state, and the work of both.
 fn compare(
-    name: &str,
+    (name, act): (&str, ContactsAct),
     detection: Option<ContactDetection>,
     model: &ReducedInterfaceModel,
     force: impl Fn(usize) -> Vec<f64>,
@@ -74,7 +75,7 @@ fn compare(
     let step = CommunicationGrid::new(H, 1.0, 1.0).unwrap().step(0);
     let n_i = model.interface();
     let both = options_of_both(model.has_friction()).map(|options| {
-        let mut scheme = scheme(name, model, detection, options);
+        let mut scheme = scheme(name, model, detection, ModelOptions { contacts_act: act, ..options });
         let y = vec![0.0; 2 * n_i];
         let actuator_micro_step = H / MICRO_STEPS as f64;
         let sample = Sample { model: Some(model), ..Sample::of_outputs(step, &y, actuator_micro_step) };
@@ -120,7 +121,7 @@ fn answers_alike(
         let (phase, pitch) = (rng.random_range(0.0..6.0), rng.random_range(0.0..0.3));
         // Forces of the size of the pull, and changing: contacts open and close.
         let force = |j: usize| (0..n_i).map(|i| 8.0 * (phase + i as f64 + pitch * j as f64).sin()).collect::<Vec<_>>();
-        let Some((off, [with_sets, every])) = compare(name, detection, &model, force) else {
+        let Some((off, [with_sets, every])) = compare((name, ContactsAct::MicroStep), detection, &model, force) else {
             lost += 1;
             continue;
         };
@@ -154,6 +155,26 @@ fn a_micro_step_that_goes_on_with_its_set_answers_as_one_that_solves() {
             answers_alike(&mut rng, name, detection, 11, false, restitution);
         }
     }
+}
+
+/// Over the mechanics' own step, contacts and their impacts included.
+#[test]
+fn an_answer_by_the_region_of_the_forces_is_that_of_the_contact_problem() {
+    let mut rng = Pcg64::seed_from_u64(22);
+    let (mut by_region, mut solved) = (0, 0);
+    for turn in 0..600 {
+        let (n, n_i) = (1 + turn % 7, 1 + turn % 3);
+        let mut model = random_model(&mut rng, n, n_i, n + n_i + 1, &[]);
+        model.restitution = [0.0, 0.6][turn % 2];
+        let (phase, pitch) = (rng.random_range(0.0..6.0), rng.random_range(0.0..0.3));
+        let force = |j: usize| (0..n_i).map(|i| 8.0 * (phase + i as f64 + pitch * j as f64).sin()).collect::<Vec<_>>();
+        let (off, [counters, _]) = compare((GAP, ContactsAct::MechanicsStep), None, &model, force).unwrap();
+        // As above.
+        assert!(off < 1e-12, "{turn}: off by {off:e} m/s");
+        by_region += counters.parametric;
+        solved += counters.solves;
+    }
+    assert!(by_region > solved && solved > 1200, "{by_region} by region, {solved} solved");
 }
 
 #[test]

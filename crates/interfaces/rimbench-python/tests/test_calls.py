@@ -22,13 +22,13 @@ def command(program, *arguments):
     ("case", "scheme", "macro_step_s", "settings"),
     [
         ("bouncing-ball", "zero-order-hold", 1e-3, {"restitution": 0.8, "duration_s": 0.5}),
-        ("bouncing-ball", "rim-nonsmooth-gap", 1.3e-3, {"force_return": "profile", "phase": 0.3}),
+        ("bouncing-ball", "rim-nonsmooth-gap", 1.3e-3, {"force_return": "profile", "phase": 0.3, "mechanics_step_s": 4e-4}),
         ("linear-oscillator", "nepce", 1e-3, {"gain": 0.1, "variant": "1", "mechanics_steps": 3}),
     ],
 )
 def test_digits_are_those_of_the_command_line_to_the_bit(program, tmp_path, case, scheme, macro_step_s, settings):
     options = {"duration_s": "--duration", "force_return": "--force-return", "phase": "--phase", "gain": "--gain"}
-    options["mechanics_steps"] = "--mechanics-steps"
+    options |= {"mechanics_steps": "--mechanics-steps", "mechanics_step_s": "--mechanics-step"}
     typed = ["--case", case, "--scheme", scheme, "--macro-step", repr(macro_step_s)]
     for key, value in settings.items():
         typed += [options[key], str(value)] if key in options else ["--set", f"{key}={value}"]

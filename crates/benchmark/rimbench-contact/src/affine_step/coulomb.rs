@@ -1,7 +1,7 @@
 //! The modes of contacts with friction in the place of an active set.
 
 use super::discretised_model::DiscretisedModel;
-use super::{ActiveSetFactor, AffineStep, ForceRange};
+use super::{ActiveSetFactor, AffineStep, ForceRegion};
 use crate::friction::{ContactState, StateSystem};
 
 /// The equations of contacts in their modes, factorised: `K = E_σ H F_σ`.
@@ -102,24 +102,24 @@ impl ActiveSetFactor for ModeFactor {
         true
     }
 
-    fn keep_admissible(step: &AffineStep<Self>, w: &[f64], rounding: f64, range: &mut ForceRange) {
+    fn keep_admissible(step: &AffineStep<Self>, w: &[f64], rounding: f64, region: &mut ForceRegion) {
         let Modes { states, friction, .. } = &*step.factor.0;
-        let (contacts, mut normal) = (states.len(), [0.0; 2]);
-        for (row, impulse) in step.impulse_lines() {
+        let contacts = states.len();
+        for (slot, &row) in step.active.iter().enumerate() {
             if row >= contacts {
                 // |P_t| ≤ μ P_n; the normal impulse of the contact is the one before.
                 let mu = friction[row - contacts];
                 for sign in [-1.0, 1.0] {
-                    range.keep([0, 1].map(|at| mu * normal[at] + sign * impulse[at]));
+                    region.keep(|column| mu * step.impulse(slot - 1, column) + sign * step.impulse(slot, column));
                 }
                 continue;
             }
-            (normal, _) = (impulse, range.keep(impulse));
+            region.keep(|column| step.impulse(slot, column));
             // Friction points against the sliding velocity.
             let direction = states[row].friction();
             if direction != 0.0 && friction[row] != 0.0 {
-                let [constant, slope] = step.velocity(w, contacts + row);
-                range.keep([rounding - direction * constant, -direction * slope]);
+                let slack = |column: usize| if column == 0 { rounding } else { 0.0 };
+                region.keep(|column| slack(column) - direction * step.velocity(w, contacts + row, column));
             }
         }
     }

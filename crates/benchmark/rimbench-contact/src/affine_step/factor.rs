@@ -1,7 +1,7 @@
 //! The differences between dense, sparse and frictional contact problems on a critical region.
 
 use super::discretised_model::DiscretisedModel;
-use super::{AffineStep, ForceRange, MicroState, NEGLIGIBLE, StepContactLaw};
+use super::{AffineStep, ForceRegion, MicroState, NEGLIGIBLE, StepContactLaw};
 
 /// `H_AA` of the active set, factorised, and the conditions of its region that depend on the kind of contact problem.
 pub trait ActiveSetFactor: Clone + Sized {
@@ -54,8 +54,8 @@ pub trait ActiveSetFactor: Clone + Sized {
     ) -> bool;
 
     /// Keeps the forces for which impulses, in a step from `w`, are admissible; velocities up to `rounding` (m/s) are zero.
-    fn keep_admissible(step: &AffineStep<Self>, _w: &[f64], _rounding: f64, range: &mut ForceRange) {
-        step.impulse_lines().for_each(|(_, impulse)| range.keep(impulse));
+    fn keep_admissible(step: &AffineStep<Self>, _w: &[f64], _rounding: f64, region: &mut ForceRegion) {
+        (0..step.active.len()).for_each(|slot| region.keep(|column| step.impulse(slot, column)));
     }
 
     /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date where they no longer do.

@@ -28,7 +28,7 @@ mod coulomb;
 mod dense;
 mod discretised_model;
 mod factor;
-mod force_range;
+mod force_region;
 mod law;
 mod sparse;
 #[cfg(test)]
@@ -38,7 +38,7 @@ pub use coulomb::ModeFactor;
 pub use dense::DenseFactor;
 pub use discretised_model::{DiscretisedColumns, DiscretisedModel, LinearModel};
 pub use factor::ActiveSetFactor;
-pub use force_range::ForceRange;
+pub use force_region::ForceRegion;
 pub use law::StepContactLaw;
 pub use sparse::SparseSetFactor;
 

@@ -17,7 +17,7 @@ use crate::cosim::MicroStep;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::{AffineStep, ForceRange, MicroState, StepContactLaw};
+use rimbench_contact::affine_step::{AffineStep, ForceRegion, MicroState, StepContactLaw};
 use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
@@ -132,11 +132,11 @@ impl<S: ContactSolver> Complementarity<S> {
         false
     }
 
-    /// Returns the forces around `force` (N) that keep the active set of the last step in the region, from the same state, with the velocity of
-    /// an interface of one row, see [`AffineStep::force_range`]; none where that step was solved.
-    fn force_range(&self, model: FrozenModel<'_>, state: &ModelState, force: f64) -> Option<(ForceRange, [f64; 2])> {
-        let affine = self.affine.as_ref().filter(|affine| affine.is_known())?;
-        Some(affine.force_range(model.discretised, model.law, &state.w, &state.gap, force))
+    /// Finds the forces around those of the last step that keep its active set, see [`AffineStep::find_force_region`].
+    fn find_force_region(&self, model: FrozenModel<'_>, state: &ModelState, lambda: &[f64], region: &mut ForceRegion) {
+        if let Some(affine) = self.affine.as_ref().filter(|affine| affine.is_known()) {
+            affine.find_force_region(model.discretised, model.law, (&state.w, &state.gap), lambda, region);
+        }
     }
 
     /// Writes the velocities after a step under `lambda` (N) by the last tangents.
@@ -371,15 +371,16 @@ impl ModelContacts {
         each!(self, contacts => contacts.solve(model, state, lambda, true).map(|()| contacts.hit), Ok(false))
     }
 
-    /// Returns the forces around `force` (N) for which a step from the same state keeps the active set of the last one, and the interface's
-    /// velocity after it, without force and per force; none where that is not known.
-    pub(super) fn force_range(
+    /// Finds the forces around those of the last step, `lambda` (N), for which a step from the same state keeps its active set; none where it
+    /// had no tangents.
+    pub(super) fn find_force_region(
         &self,
         model: FrozenModel<'_>,
         state: &ModelState,
-        force: f64,
-    ) -> Option<(ForceRange, [f64; 2])> {
-        each!(self, contacts => contacts.force_range(model, state, force), None)
+        lambda: &[f64],
+        region: &mut ForceRegion,
+    ) {
+        each!(self, contacts => contacts.find_force_region(model, state, lambda, region), ());
     }
 
     /// Writes the velocities after a step under `lambda` (N) by the last tangents.

@@ -193,7 +193,7 @@ def simulate(
     case, scheme : names (see `cases()` and `schemes()`), or a `Case` or `Scheme` of your own.
     macro_step_s : macro step H, s; that of the case if not given.
     **settings : parameters of the case (`box_mass_kg=250`), and options of a run by the names that they have in experiment files
-        (`phase`, `duration_s`, `force_return`, `mechanics_steps`, `gain`, ...).
+        (`phase`, `duration_s`, `force_return`, `mechanics_step_s`, `gain`, ...).
 
     Raises
     ------

@@ -8,9 +8,9 @@
 //! w ← w + (δ/h) (Φ(λ) − w_s)        s ← s + δ w                  within a part
 //! w_s ← Φ(λ̄)   w ← w_s              g ← g + h w_c                at its end
 //! ```
-//! While the set of contacts that push stays, Φ is affine: for an interface of one row a micro step is one multiply-add and a look at a range of
-//! forces. Where velocity is not linear over the step, what is left of it goes by micro steps: where friction ends a slip, turns it, or changes
-//! what a contact does, and where the set has changed in most steps of the mechanics of late.
+//! While the set of contacts that push stays, Φ is affine: a micro step is one multiply-add for each row of the interface, and a look at the
+//! region of the forces, a range where it has one row. Where velocity is not linear over the step, what is left of it goes by micro steps: where
+//! friction ends a slip, turns it, or changes what a contact does, and where the set has changed in most steps of the mechanics of late.
 //! # Source
 //! `docs/method/own-step.md`
 
@@ -20,12 +20,10 @@ use super::gap_law::GapTerm;
 use crate::cosim::{MicroStep, overlaps};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;
-use rimbench_contact::affine_step::{DiscretisedModel, ForceRange, StepContactLaw};
+use rimbench_contact::affine_step::{DiscretisedModel, ForceRegion, StepContactLaw};
 
 /// What remains of a slip that goes on, at least.
 const GOES_ON: f64 = 0.5;
-/// Cosine of the angle by which a slip may turn: one degree.
-const STRAIGHT: f64 = 0.9998;
 
 /// A step by itself, after which the affine step looks at all contacts.
 const ALONE: MicroStep = MicroStep { index: 0, count: 1, length: 0.0, start: 0.0, since_exchange: 0.0 };
@@ -62,9 +60,8 @@ pub(super) struct OwnStep {
     forces: Vec<f64>,
     /// By how much those before have changed the contacts' velocities, m/s.
     changes: Vec<f64>,
-    /// Of one force: those that keep the active set, and the change of velocity over the part without it and per force.
-    range: ForceRange,
-    change: [f64; 2],
+    /// Forces that keep the active set, with their answer.
+    region: ForceRegion,
     /// Micro steps that were one multiply-add.
     multiples: u64,
     micro: MicroSteps,
@@ -119,14 +116,9 @@ impl OwnStep {
             share: 0.0,
             forces: of_interface(),
             changes: vec![0.0; rows],
-            range: ForceRange::NONE,
-            change: [0.0; 2],
+            region: ForceRegion::new(rows, interface),
             multiples: 0,
-            micro: MicroSteps {
-                length: f64::NAN,
-                discretised: discretised.clone(),
-                law: StepContactLaw::default(),
-            },
+            micro: MicroSteps { length: f64::NAN, discretised: discretised.clone(), law: StepContactLaw::default() },
             position: of_interface(),
         }
     }
@@ -148,7 +140,8 @@ impl OwnStep {
         std::mem::swap(&mut state.w, &mut state.w_plus);
         self.w.copy_from_slice(&state.w[contact_rows..contact_rows + self.mean.len()]);
         (self.part, self.begun, self.by_micro_steps, self.hit, self.changed) = (part, false, false, false, false);
-        (self.range, self.share, self.elapsed) = (ForceRange::NONE, 0.0, 0.0);
+        self.region.clear();
+        (self.share, self.elapsed) = (0.0, 0.0);
         for sums in [&mut self.mean, &mut self.forces, &mut self.changes] {
             sums.fill(0.0);
         }
@@ -164,17 +157,19 @@ impl OwnStep {
         if self.by_micro_steps { 0.0 } else { self.length }
     }
 
-    /// Takes a micro step wholly inside the part that keeps the active set; false where it is to be taken in another way.
+    /// Takes a micro step wholly inside the part that keeps the active set, from the velocities `start` of the interface at the start of the
+    /// part; false where it is to be taken in another way.
     #[inline(always)]
-    fn multiply(&mut self, lambda: &[f64]) -> bool {
-        let &[force] = lambda else { return false };
-        if !self.range.contains(force) || (self.taken + 1) * self.steps > (self.part + 1) * self.micro_steps {
+    fn multiply(&mut self, start: &[f64], lambda: &[f64]) -> bool {
+        if !self.region.contains(lambda) || (self.taken + 1) * self.steps > (self.part + 1) * self.micro_steps {
             return false;
         }
         let share = self.steps as f64 / self.micro_steps as f64;
-        self.w[0] += share * (self.change[0] + force * self.change[1]);
         self.share += share;
-        self.forces[0] += share * force;
+        for (i, force) in lambda.iter().enumerate() {
+            self.w[i] += share * (self.region.velocity(i, lambda) - start[i]);
+            self.forces[i] += share * force;
+        }
         self.multiples += 1;
         true
     }
@@ -282,13 +277,8 @@ impl OwnStep {
         }
         self.share += share;
         self.forces.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
-        if let &[force] = lambda {
-            let law = self.trial_law(frozen.law);
-            let known = contacts.force_range(FrozenModel { law: &law, ..*frozen }, state, force);
-            if let Some((range, [constant, slope])) = known {
-                (self.range, self.change) = (range, [constant - state.w[n], slope]);
-            }
-        }
+        let law = self.trial_law(frozen.law);
+        contacts.find_force_region(FrozenModel { law: &law, ..*frozen }, state, lambda, &mut self.region);
         Ok(())
     }
 
@@ -357,7 +347,7 @@ impl OwnStep {
 
     /// Adds up what the micro steps on the present region did: the mean of answers that are affine is the answer to the mean.
     fn leave_region(&mut self, contacts: &ModelContacts, state: &mut ModelState, contact_rows: usize) {
-        self.range = ForceRange::NONE;
+        self.region.clear();
         if self.share > 0.0 {
             for (mean, force) in self.mean.iter_mut().zip(&mut self.forces) {
                 *mean += *force;
@@ -396,13 +386,14 @@ impl StepContacts<'_> {
         (1..rows).map(|axis| axis * m + contact).map(|row| w[row] * other[row]).sum()
     }
 
-    /// Tells whether friction ends or turns a slip within the step of `length` (s).
+    /// Tells whether friction ends or turns a slip within the step of `length` (s); in space it turns every one, from step to step by little,
+    /// which adds up.
     fn ends_a_slip(&self, length: f64) -> bool {
         let ((m, rows), state) = (self.contacts_and_rows(), &*self.state);
         (0..if rows > 1 { m } else { 0 }).filter(|&contact| state.impulses[contact] > 0.0).any(|contact| {
-            let [before, along, after] = [(&state.w, &state.w), (&state.w, &state.w_plus), (&state.w_plus, &state.w_plus)]
-                .map(|(w, other)| self.slip(contact, w, other));
-            before > slip_of_rest(length) && (along < GOES_ON * before || along < STRAIGHT * (before * after).sqrt())
+            let before = self.slip(contact, &state.w, &state.w);
+            let goes_on = rows == 2 && self.slip(contact, &state.w, &state.w_plus) >= GOES_ON * before;
+            before > slip_of_rest(length) && !goes_on
         })
     }
 }
@@ -420,7 +411,8 @@ impl ReducedInterface {
     #[inline]
     pub(super) fn input_over_own_step(&mut self, at: MicroStep, lambda: &[f64], u: &mut [f64]) -> Result<(), Failure> {
         let Some((own, of)) = self.own_step() else { return Ok(()) };
-        if !own.multiply(lambda) {
+        let n = of.frozen.discretised.contacts();
+        if !own.multiply(&of.state.w[n..], lambda) {
             own.step(of, lambda, at)?;
             if at.index == 0 {
                 self.record_first_step();
