@@ -21,6 +21,8 @@ pub struct Job<'a> {
     pub quick: bool,
     /// Forget what is stored.
     pub fresh: bool,
+    /// Forget it unless this very program, of these sources and this compiler, has stored all of it.
+    pub of_this_program: bool,
     /// Only a part of the plan; all of it if absent.
     pub shard: Option<Shard>,
     /// Where references are kept.
@@ -38,7 +40,17 @@ impl<'a> Job<'a> {
         cache: &'a Cache,
         build: &'a BuildInfo,
     ) -> Self {
-        Job { experiment, catalogue, folder, quick: false, fresh: false, shard: None, cache, build }
+        Job {
+            experiment,
+            catalogue,
+            folder,
+            quick: false,
+            fresh: false,
+            of_this_program: false,
+            shard: None,
+            cache,
+            build,
+        }
     }
 }
 
