@@ -88,8 +88,14 @@ fn compute(
         Ok(())
     };
     let mut held = None;
-    for group in groups_of_one_reference(plan, todo) {
+    for mut group in groups_of_one_reference(plan, todo) {
         let first = most_patient(plan, &group);
+        // Runs on one grid follow each other: the reference is brought to their times once.
+        let grid = |index: &usize| {
+            let spec = &plan[*index].spec;
+            [spec.macro_step, spec.phase, spec.micro_step].map(f64::to_bits)
+        };
+        group.sort_by_key(grid);
         let spec = &plan[first].spec;
         let found = obtain_reference(spec, job.cache, stop.soon);
         let (bounds, reference) = match found.and_then(|reference| Ok((reference.bounds(spec)?, reference))) {

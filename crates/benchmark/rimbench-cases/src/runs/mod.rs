@@ -13,6 +13,7 @@ mod findings;
 mod predicted_growth;
 mod reference;
 mod request;
+mod samples;
 mod simulation;
 mod spec;
 
