@@ -105,6 +105,8 @@ pub struct Summary {
     /// Stored runs that are not of the experiment as it is, where some are missing; only [`collect_shards`](crate::collect_shards) counts
     /// them.
     pub unplanned: usize,
+    /// Whether the experiment has more runs than are planned at once: then all counts are of the shard, and there are no result files.
+    pub in_parts: bool,
 }
 
 /// How far a job is.

@@ -129,10 +129,13 @@ impl MassMatrix {
     pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         match self {
             MassMatrix::Diagonal(diagonal) => {
-                let of =
-                    |n: usize| diagonal[..n].iter().zip(a[..n].iter().zip(&b[..n])).map(|(m, (x, y))| m * x * y).sum();
-                // Unrolled for two bodies in the plane.
-                if diagonal.len() == 6 { of(6) } else { of(diagonal.len()) }
+                // Two bodies in the plane.
+                if let (Ok(m), Ok(x), Ok(y)) = (<&[f64; 6]>::try_from(&diagonal[..]), a.try_into(), b.try_into()) {
+                    let (x, y): (&[f64; 6], &[f64; 6]) = (x, y);
+                    let part = |l: usize| m[l] * x[l] * y[l];
+                    return part(0) + part(1) + part(2) + part(3) + part(4) + part(5);
+                }
+                diagonal.iter().zip(a.iter().zip(b)).map(|(m, (x, y))| m * x * y).sum()
             }
             MassMatrix::Dense(dense) => {
                 a.iter().zip(dense.chunks_exact(b.len())).map(|(x, row)| x * body_dot(row, b)).sum()
