@@ -25,8 +25,12 @@ fn median(spec: &RunSpec, reference: &Reference, name: &str) -> f64 {
     0.5 * (found[1] + found[2])
 }
 
+/// Case, its parameters, H in ms, n, and two errors in %.
+type Found = (&'static str, Settings, f64, &'static str, f64, f64);
+type Settings = &'static [(&'static str, &'static str)];
+
 /// Errors in % of the peak of gap tracking and of the own-step model, as an independent trial found them to three digits.
-const TRIAL: &[(&str, &[(&str, &str)], f64, &str, f64, f64)] = &[
+const TRIAL: &[Found] = &[
     ("wedge-box", &[], 5.0, "1", 2.48, 1.55),
     ("wedge-box", &[], 10.0, "1", 4.32, 2.33),
     ("wedge-box", &[], 5.0, "5", 0.562, 0.342),
