@@ -4,6 +4,7 @@ use super::comparison::{Comparison, REBUILT, compare};
 use super::history::{History, Row};
 use super::measuring::{changed_functions, profiles};
 use rimbench_core::error::{Error, Result};
+use rimbench_results::atomic_file::write_atomically;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -57,7 +58,11 @@ impl Checkout {
         build.args(["build", "--release", "--locked", "--bin", "rimbench", "--target-dir"]).arg(&target);
         self.run(&mut build)?;
         let built = target.join("release").join(format!("rimbench{}", std::env::consts::EXE_SUFFIX));
-        std::fs::copy(&built, program).map_err(|error| Error::file(&built, format!("cannot be copied: {error}")))?;
+        let failed = |error: std::io::Error| Error::file(&built, format!("cannot be kept: {error}"));
+        let bytes = std::fs::read(&built).map_err(failed)?;
+        write_atomically(program, |file| file.write_all(&bytes))?;
+        let permissions = built.metadata().map_err(failed)?.permissions();
+        std::fs::set_permissions(program, permissions).map_err(failed)?;
         let mut record = Command::new(program);
         self.run(record.args(["perf", "record", "--history"]).arg(&history).args(options))?;
         Ok(History::read(&history)?.rows)
