@@ -9,6 +9,7 @@ use super::statistics::{
 use super::valid::{self, refuse};
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::{Color, Drawing};
+use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::metrics::floor_of;
@@ -96,6 +97,9 @@ pub struct XyPanel {
     /// Scheme rows shown; all there are where none is given.
     #[serde(default)]
     labels: Vec<String>,
+    /// What all rows of the panel end in, as in `1ms` of `rim-nonsmooth/1ms`: names and styles are those of the rows without it.
+    #[serde(default)]
+    variant: String,
     /// Over a parameter, lines of several scheme rows that differ in the option across.
     #[serde(default, deserialize_with = "valid::panels")]
     lines: Vec<Line>,
@@ -187,7 +191,8 @@ impl FigureOptions for XyFigure {
                 Abscissa::Cost(work) => spec.over_cost(&runs, &all, work, styles)?,
             };
             for curve in curves {
-                panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, &runs, styles);
+                let style = style(&all, spec.without_variant(curve.name), styles);
+                panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, style);
             }
             let floor = match &spec.floor {
                 Some(floor) => {
@@ -244,6 +249,12 @@ impl FigureOptions for XyFigure {
 }
 
 impl XyPanel {
+    /// The row that a row is a variant of, where all of the panel are.
+    fn without_variant<'a>(&self, label: &'a str) -> &'a str {
+        let variant = label.strip_suffix(&self.variant).and_then(|label| label.strip_suffix('/'));
+        variant.filter(|_| !self.variant.is_empty()).unwrap_or(label)
+    }
+
     fn y_axis(&self) -> Axis {
         match (self.symlog, self.within) {
             (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
@@ -268,7 +279,7 @@ impl XyPanel {
             let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
             let order = if has_order { self.order(&runs.of_label(label))? } else { None };
             let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
-            let shown = name(runs, label, styles);
+            let shown = name(all, self.without_variant(label), styles);
             let entry = match order {
                 _ if all.of_label(label).share_completed() == Some(0.0) => format!("{shown}: never stable"),
                 Some(_) if self.levels_off(&points) => format!("{shown}, levels off"),
@@ -432,8 +443,8 @@ impl BandSpec {
 }
 
 /// Adds a curve as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were lost.
-fn with_range(mut panel: Panel, curve: Curve<'_>, runs: &Runs<'_>, styles: &Styles) -> Panel {
-    let (points, name, style) = (&curve.points, curve.name.to_owned(), style(runs, curve.name, styles));
+fn with_range(mut panel: Panel, curve: Curve<'_>, style: LineStyle) -> Panel {
+    let (points, name) = (&curve.points, curve.name.to_owned());
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
     let lost = points.iter().filter(|point| point.lost.is_any()).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
     if !lost.is_empty() {
