@@ -9,8 +9,7 @@ use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::error::Error;
 use rimbench::perf::{
-    BENCHMARKS, Benchmark, History, REBUILT, REPEATED, benchmark_by_name, compare, find_valgrind, record,
-    record_revisions,
+    BENCHMARKS, Benchmark, History, benchmark_by_name, compare, compare_revisions, fence_of, find_valgrind, record,
 };
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -112,7 +111,8 @@ impl Compare {
         let comparison = match (&self.base, &self.new, self.rev.as_slice()) {
             (Some(base), Some(new), _) => {
                 let history = History::read(&self.measuring.history)?;
-                compare(&history.select(base)?, &history.select(new)?, REPEATED)
+                let (base, new) = (history.select(base)?, history.select(new)?);
+                compare(&base, &new, fence_of(&base, &new))?
             }
             (.., [base, new]) => {
                 // Interrupted, the compiler ends by itself, and what was checked out is removed.
@@ -120,8 +120,7 @@ impl Compare {
                 let Measuring { benchmarks, without_instructions, .. } = self.measuring;
                 let mut options: Vec<String> = benchmarks.iter().map(|name| format!("--benchmark={name}")).collect();
                 options.extend(without_instructions.then(|| "--without-instructions".to_owned()));
-                let [base, new] = record_revisions(&std::env::current_dir()?, [base, new], &options)?;
-                compare(&base, &new, REBUILT)
+                compare_revisions(&std::env::current_dir()?, [base, new], &options)?
             }
             _ => return Err(Error::invalid("--rev", self.rev.join(" "), "two revisions: --rev BASE --rev NEW").into()),
         };

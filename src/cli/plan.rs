@@ -5,7 +5,7 @@ use super::number::counted;
 use super::screen::{Table, paragraph};
 use super::{Format, print, print_json};
 use rimbench::catalogue::Catalogue;
-use rimbench::harness::{Experiment, PlannedRun};
+use rimbench::harness::{Experiment, MOST_RUNS, PlannedRun};
 use rimbench::runs::Fact;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -15,6 +15,10 @@ const SHOWN: usize = 40;
 
 /// Prints the plan: as a table of some runs or of all, or as JSON, which has all.
 pub(super) fn show(experiment: &Experiment, catalogue: &Catalogue, all: bool, format: Format) -> anyhow::Result<()> {
+    let size = experiment.size(false)?;
+    if size > MOST_RUNS && !all && format == Format::Table {
+        return show_parts(experiment, catalogue, size);
+    }
     let planned = experiment.plan(catalogue, false)?;
     if format == Format::Json {
         return print_json(&json(experiment, &planned));
@@ -51,6 +55,19 @@ pub(super) fn show(experiment: &Experiment, catalogue: &Catalogue, all: bool, fo
         print(&format!("… and {} more: --all shows them", planned.len() - shown))?;
     }
     Ok(())
+}
+
+/// Lays out all parts of a plan that is too large to be shown at once, and prints how many runs it has.
+fn show_parts(experiment: &Experiment, catalogue: &Catalogue, size: usize) -> anyhow::Result<()> {
+    for part in experiment.parts(catalogue, false, 0..size) {
+        part?;
+    }
+    print(&format!("{}\n", paragraph(&experiment.question, 0)))?;
+    print(&format!(
+        "{}, {}: more than are shown or written to tables at once, each checked. Run parts: --places FIRST-LAST, --shard I/N or --slurm",
+        counted(size, "run"),
+        counted(experiment.claims().len(), "claim")
+    ))
 }
 
 /// The plan for programs: each run with its id, its place (shards take every n-th from a place on), and what determines it.

@@ -1,9 +1,11 @@
-//! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
+//! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing, or from rows that this very program has
+//! stored.
 
 use super::everything::{Kept, everything, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
+use super::summary::count_not_completed;
 use super::{claims_list, print, warn_of_cache};
 use clap::Args;
 use rayon::prelude::*;
@@ -31,6 +33,9 @@ pub struct Reproduce {
     /// Fewer phases and macro steps
     #[arg(long)]
     quick: bool,
+    /// Make runs again that this very program has stored in the folder
+    #[arg(long, conflicts_with = "everything")]
+    fresh: bool,
     /// All experiments, figures, tables and pages instead of the paper's, resuming what is stored, held against what is kept
     #[arg(long, conflicts_with = "quick")]
     everything: bool,
@@ -68,15 +73,17 @@ impl Reproduce {
         for experiment in &experiments {
             progress.about(experiment.name());
             let folder = group.join(experiment.name());
-            let job =
-                Job { quick: self.quick, fresh: true, ..Job::new(experiment, catalogue, &folder, &cache, &BUILD) };
+            let (quick, fresh) = (self.quick, self.fresh);
+            let job = Job::new(experiment, catalogue, &folder, &cache, &BUILD);
+            let job = Job { quick, fresh, of_this_program: true, ..job };
             let summary = run_job(job, &|step| progress.after(step), StopFlag::never())?;
-            not_completed += summary.not_completed;
+            not_completed += count_not_completed(&folder)?;
             progress.group_done(&format!(
-                "{}: {} runs, {} of them did not complete, as data",
+                "{}: {} runs computed, {} of them did not complete, as data; {} were stored by this program",
                 experiment.name(),
                 summary.computed,
-                summary.not_completed
+                summary.not_completed,
+                summary.reused
             ));
             claims.extend(check_fresh_claims(experiment, catalogue, &folder)?);
         }

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 pub struct Run {
-    /// Experiment file (see experiments/README.md), of 100000 runs at most
+    /// Experiment file (see experiments/README.md), of 1000000 runs at most; above 100000 run in parts
     file: PathBuf,
     /// Folder for results [default: results/<group>/<name>]
     #[arg(long, value_name = "DIR")]
@@ -122,8 +122,8 @@ impl Run {
             print("Stopped. What is stored is kept; the same command goes on from there.")?;
             return Ok(ExitCode::from(INTERRUPTED));
         }
-        if matches!(shard, Some(Shard::Places { .. })) {
-            // Whether that was all is for --collect to find out.
+        if summary.in_parts || matches!(shard, Some(Shard::Places { .. })) {
+            // Whether that was all is for --collect to find out, where there are not too many runs for tables.
         } else if summary.missing > 0 {
             print(&format!("{} runs are missing: run the other shards, then --collect them", summary.missing))?;
         } else {
@@ -157,6 +157,7 @@ impl Run {
         ))?;
         let folder = folder.display();
         print(&match summary.missing {
+            0 if summary.in_parts => format!("{folder}/records: rows of more runs than result files have"),
             0 => format!("{folder}/runs.csv · `rimbench report {folder}` writes a page"),
             _ => format!("in {folder}"),
         })?;

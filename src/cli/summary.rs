@@ -60,6 +60,15 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
     Ok(text)
 }
 
+/// Counts the runs that did not complete, of all in a results folder.
+///
+/// # Errors
+/// Those of [`summary`].
+pub(super) fn count_not_completed(folder: &Path) -> Result<usize> {
+    let runs = read_table(&folder.join("runs.csv"))?;
+    Ok(runs.len() - Runs::of(&runs)?.tally().completed)
+}
+
 /// Says how many runs did not complete, of all that are stored; none if all did.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use rimbench::metrics::{Evidence, Inside, InterfaceRow, METRICS, contact_intervals, friction_phases};
+use std::sync::Arc;
 
 /// A run and its reference of which nothing else is known.
 fn bare<'a>(run: &'a Trajectory, reference: &'a Trajectory, report: &'a Report) -> Evidence<'a> {
@@ -180,13 +181,13 @@ fn inside_a_macro_step_forces_are_compared_where_a_micro_step_starts_and_positio
     let positions = table(&["time_s", "gap_m"], vec![0.5, 7.0, 1.5, 14.0]);
     let mut given = Given::new(&[], &[], &[]);
     assert_eq!(given.value("force_error_inside_rms_n"), None, "nothing was noted");
-    given.inside = Some(Inside { log: &log, reference: [forces, positions] });
+    given.inside = Some(Inside { log: &log, reference: [forces, positions].map(Arc::new) });
     // Errors 0 and 4 N, 3 and −4 m.
     assert_eq!(given.value("force_error_inside_rms_n"), Some(8.0_f64.sqrt()));
     assert_eq!(given.value("position_error_inside_rms_m"), Some(12.5_f64.sqrt()));
     // A coupling that exchanges other quantities has no such error.
     let other = table(&["time_s", "middle_s", "p_pa"], vec![0.0, 0.5, 1.0]);
-    given.inside = Some(Inside { log: &other, reference: [other.clone(), other.clone()] });
+    given.inside = Some(Inside { log: &other, reference: [0, 1].map(|_| Arc::new(other.clone())) });
     assert_eq!(given.value("force_error_inside_rms_n"), None);
 }
 

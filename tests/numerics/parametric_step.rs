@@ -163,7 +163,7 @@ fn an_answer_by_the_region_of_the_forces_is_that_of_the_contact_problem() {
     let mut rng = Pcg64::seed_from_u64(22);
     let (mut by_region, mut solved) = (0, 0);
     for turn in 0..600 {
-        let (n, n_i) = (1 + turn % 7, 1 + turn % 3);
+        let (n, n_i) = (1 + turn % 7, 1 + turn / 7 % 2);
         let mut model = random_model(&mut rng, n, n_i, n + n_i + 1, &[]);
         model.restitution = [0.0, 0.6][turn % 2];
         let (phase, pitch) = (rng.random_range(0.0..6.0), rng.random_range(0.0..0.3));
@@ -171,10 +171,13 @@ fn an_answer_by_the_region_of_the_forces_is_that_of_the_contact_problem() {
         let (off, [counters, _]) = compare((GAP, ContactsAct::MechanicsStep), None, &model, force).unwrap();
         // As above.
         assert!(off < 1e-12, "{turn}: off by {off:e} m/s");
-        by_region += counters.parametric;
-        solved += counters.solves;
+        // Where contacts are hit, every micro step is solved.
+        if model.restitution == 0.0 {
+            by_region += counters.parametric;
+            solved += counters.solves;
+        }
     }
-    assert!(by_region > solved && solved > 1200, "{by_region} by region, {solved} solved");
+    assert!(by_region > 3 * solved && solved > 300 + 100, "{by_region} by region, {solved} solved");
 }
 
 #[test]

@@ -19,6 +19,7 @@ mod paper;
 mod parsers;
 mod perf;
 mod perf_command_line;
+mod plans;
 mod program;
 mod ranking;
 mod report;

@@ -1,7 +1,10 @@
 //! What counts as a regression, on records that are made up and on those that are kept.
 
 use crate::program::root;
-use rimbench::perf::{BENCHMARKS, COUNTERS, Comparison, History, REBUILT, REPEATED, Row, Verdict, compare, measure};
+use rimbench::perf::{
+    BENCHMARKS, COUNTERS, ChangedFunction, Comparison, History, REBUILT, REPEATED, Row, Verdict, changed_functions,
+    compare, fence_of, measure,
+};
 
 fn kept() -> History {
     History::read(&root().join("results/perf/history.csv")).unwrap()
@@ -22,7 +25,8 @@ fn level(records: usize) -> History {
 }
 
 fn compared(history: &History, base: &str, new: &str) -> Comparison {
-    compare(&history.select(base).unwrap(), &history.select(new).unwrap(), REPEATED)
+    let (base, new) = (history.select(base).unwrap(), history.select(new).unwrap());
+    compare(&base, &new, fence_of(&base, &new)).unwrap()
 }
 
 fn verdict(comparison: &Comparison, quantity: &str) -> Option<Verdict> {
@@ -41,9 +45,50 @@ fn instructions_are_held_against_the_fence_of_a_repetition_or_of_another_build()
         (-0.02, Verdict::Improved, Verdict::Improved),
     ] {
         let after = [row("after", "after1234567", 1e7 * (1.0 + share))];
-        let of = |fence| verdict(&compare(&before, &after, fence), "instructions").unwrap();
+        let of = |fence| verdict(&compare(&before, &after, fence).unwrap(), "instructions").unwrap();
         assert_eq!([of(REPEATED), of(REBUILT)], [repeated, rebuilt], "{share}");
     }
+}
+
+/// A thousandth is seen between two records of one program; two builds scatter by twice as much, also where both are in the history.
+#[test]
+fn records_of_two_revisions_are_held_against_the_fence_of_two_builds() {
+    let verdicts = |revision: &str, dirty: &str| {
+        let base = [row("before00", "rev000000001", 1e7)];
+        let changed = |share: f64| {
+            let mut new = [Row { git_dirty: dirty.to_owned(), ..row("after000", revision, 1e7 * (1.0 + share)) }];
+            new[0].record = "after000".to_owned();
+            verdict(&compare(&base, &new, fence_of(&base, &new)).unwrap(), "instructions").unwrap()
+        };
+        [-3e-4, 1e-3, -3e-3, 3e-3].map(changed)
+    };
+    let [same, better, worse] = [Verdict::Same, Verdict::Improved, Verdict::Regressed];
+    assert_eq!(verdicts("rev000000001", "false"), [better, worse, better, worse]);
+    assert_eq!(verdicts("rev000000002", "false"), [same, same, better, worse]);
+    // What is not committed is another build, whatever revision it is near.
+    assert_eq!(verdicts("rev000000001", "true"), [same, same, better, worse]);
+}
+
+/// Of a repetition, so that what happens once drops out; own instructions, so that callers of what changed are not named for it.
+#[test]
+fn the_functions_that_changed_are_named_largest_first() {
+    let profile = |repetitions: u64, solve: u64, copy: u64, once: u64| {
+        let (solve, copy) = (repetitions * solve, repetitions * copy);
+        format!(
+            "events: Ir\nfn=(1) toy::main\n1 {once}\ncfn=(2) toy::solve::h0123456789abcdef\ncalls=1 5\n+3 {solve}\n* 7\n\n\
+             fn=(2)\n5 {solve}\ncfi=(4) copy.S\ncfn=(3) copy\ncalls=2 0\n-1 {copy}\n\nfn=(3)\n0 {copy}\ntotals: 1\n"
+        )
+    };
+    let program = |solve, copy, once| [1, 2].map(|repetitions| profile(repetitions, solve, copy, once));
+    let changed = |before: [u64; 3], after: [u64; 3]| {
+        let [before, after] = [before, after].map(|[solve, copy, once]| program(solve, copy, once));
+        changed_functions([&before, &after])
+    };
+    let named = |name: &str, counts| ChangedFunction { name: name.to_owned(), counts };
+    assert_eq!(changed([100, 50, 9], [100, 50, 9000]), []);
+    assert_eq!(changed([100, 50, 9], [150, 50, 9]), [named("toy::solve", [100, 150])]);
+    assert_eq!(changed([100, 50, 9], [80, 90, 9]), [named("copy", [50, 90]), named("toy::solve", [100, 80])]);
+    assert_eq!(changed([100, 50, 9], [101, 90, 9]), [named("copy", [50, 90])]);
 }
 
 /// In our own history, whose compilers are alike, programs that had changed took 1 to 8 % more instructions, and programs that had not
@@ -87,12 +132,26 @@ fn another_compiler_and_another_build_have_other_instructions() {
         (verdict(&comparison, "instructions"), comparison.notes.join(" "))
     };
     assert_eq!(told(&history), (Some(Verdict::Same), String::new()));
-    history.rows[1].build = "release CARGO_PROFILE_RELEASE_CODEGEN_UNITS=32".to_owned();
-    let (instructions, notes) = told(&history);
-    assert!(instructions.is_none() && notes.contains("CODEGEN_UNITS=32: instructions are not compared"), "{notes}");
+    // A record without settings is one of the usual ones, or it is refused.
     history.rows[0].build.clear();
     let (instructions, notes) = told(&history);
     assert!(instructions.is_some() && notes.contains("settings of a build are not known"), "{notes}");
+    let refused = |[base, new]: [&str; 2]| {
+        let mut rows = level(2).rows;
+        (rows[0].build, rows[1].build) = (base.to_owned(), new.to_owned());
+        compare(&rows[..1], &rows[1..], REBUILT).err().map(|error| error.to_string())
+    };
+    let changed = "release CARGO_PROFILE_RELEASE_OPT_LEVEL=0";
+    for builds in [["release", changed], [changed, "release"], ["", changed], [changed, ""], ["release", "debug"]] {
+        let message = refused(builds).unwrap();
+        assert!(
+            ["rec00000 has ", "rec00001 has ", "--rev BASE --rev NEW"].iter().all(|said| message.contains(said)),
+            "{message}"
+        );
+    }
+    for builds in [["release", "release"], [changed, changed], ["", "release"], ["", ""]] {
+        assert_eq!(refused(builds), None, "{builds:?}");
+    }
     history.rows[1].rustc = "rustc 1.99.0".to_owned();
     let (instructions, notes) = told(&history);
     assert!(instructions.is_none() && notes.contains("compilers rustc 1.88.0 and rustc 1.99.0"), "{notes}");

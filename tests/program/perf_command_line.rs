@@ -2,7 +2,7 @@
 
 use crate::program::{assert_has, printed, read, refused, rimbench, root, said};
 use assert_cmd::Command;
-use rimbench::perf::{History, Row};
+use rimbench::perf::{History, Row, find_valgrind};
 use std::fs;
 use std::path::Path;
 
@@ -69,17 +69,22 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
 }
 
 /// A package without dependencies that records as the suite does, with a number of pivots.
-fn commit_toy(repository: &Path, pivots: u64) -> String {
+fn commit_toy(repository: &Path, pivots: u64, instructions: Option<u64>) -> String {
     let folder = tempfile::tempdir().unwrap();
     let history = folder.path().join("history.csv");
     let (record, benchmark, status) = ("12345678".to_owned(), "toy".to_owned(), "ok".to_owned());
     let counters = [1, 1, 1, 1, 1, pivots, 1, 1];
-    History::append(&history, &[Row { record, benchmark, status, counters, ..Row::default() }]).unwrap();
+    History::append(&history, &[Row { record, benchmark, status, counters, instructions, ..Row::default() }]).unwrap();
+    // Under callgrind it spins as often as it counts.
     let main = format!(
-        "fn main() {{ let words: Vec<String> = std::env::args().skip(1).collect(); \
-         assert_eq!([&*words[0], &*words[1], &*words[2], &*words[4]], \
-                    [\"perf\", \"record\", \"--history\", \"--without-instructions\"]); \
+        "#[inline(never)] pub fn spin(times: u64) {{ (0..times).for_each(|k| {{ std::hint::black_box(k); }}); }}\n\
+         fn main() {{ let words: Vec<String> = std::env::args().skip(1).collect(); \
+         if words[1] == \"sample\" {{ \
+             assert_eq!([&*words[2], &*words[3]], [\"toy\", \"--repetitions\"]); \
+             let times = words[4].parse::<u64>().unwrap() * {}; return spin(std::hint::black_box(times)); }} \
+         assert_eq!([&*words[0], &*words[1], &*words[2]], [\"perf\", \"record\", \"--history\"]); \
          std::fs::write(&words[3], {:?}).unwrap(); }}",
+        instructions.unwrap_or(0) / 10,
         read(&history)
     );
     fs::create_dir_all(repository.join("src")).unwrap();
@@ -103,7 +108,7 @@ fn commit_toy(repository: &Path, pivots: u64) -> String {
 #[test]
 fn two_revisions_are_built_recorded_compared_and_cleaned_up() {
     let folder = tempfile::tempdir().unwrap();
-    let (before, after) = (commit_toy(folder.path(), 7), commit_toy(folder.path(), 8));
+    let (before, after) = (commit_toy(folder.path(), 7, None), commit_toy(folder.path(), 8, None));
     let compare = |base: &str, new: &str, code: i32| {
         let mut command = perf(&["compare", "--rev", base, "--rev", new, "--without-instructions"]);
         said(command.current_dir(folder.path()), code)
@@ -114,4 +119,24 @@ fn two_revisions_are_built_recorded_compared_and_cleaned_up() {
     let left = git.current_dir(folder.path()).args(["worktree", "list"]).output().unwrap().stdout;
     assert_eq!(String::from_utf8(left).unwrap().lines().count(), 1);
     assert!(!folder.path().join("results").exists(), "a comparison of revisions writes no history");
+}
+
+/// Which function it is says callgrind, which the comparison asks itself: a base may be older than the question.
+#[test]
+fn the_function_that_changed_between_two_revisions_is_named() {
+    if let Err(why) = find_valgrind() {
+        println!("skipped: {why}");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let commits = [100_000, 120_000, 120_100].map(|count| commit_toy(folder.path(), 7, Some(count)));
+    let compare = |base: &str, new: &str, code: i32| {
+        said(perf(&["compare", "--rev", base, "--rev", new]).current_dir(folder.path()), code)
+    };
+    let slower = compare(&commits[0], &commits[1], 1);
+    assert_has(&slower, &["Regressed: toy: instructions.", "function that changed most"]);
+    let named = slower.lines().find(|line| line.contains("spin")).unwrap_or_else(|| panic!("{slower}"));
+    assert!(named.starts_with("| toy | `rimbench::spin"), "{named}");
+    // Within the fence of builds nothing has changed.
+    assert!(!compare(&commits[1], &commits[2], 0).contains("function that changed"));
 }

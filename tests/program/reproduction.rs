@@ -92,6 +92,41 @@ fn what_is_kept_of_the_paper_is_compared_file_by_file_and_a_difference_is_an_exi
     assert!(other.contains(&format!("{} of {count} kept files", count - 5)), "{other}");
 }
 
+/// Rows are those of one program: what another has stored, or might have, is made again, and so is all of it if that is asked for.
+#[test]
+fn a_second_reproduction_makes_only_what_this_very_program_has_not_stored() {
+    let place = tempfile::tempdir().unwrap();
+    let records = place.path().join("paper/fig1/records");
+    let tables = |more: &[&str]| {
+        let mut command = rimbench();
+        let command = command.current_dir(root()).args(["reproduce", "--quick", "--out"]).arg(place.path()).args(more);
+        let last = printed(command).lines().last().unwrap().split(" in ").next().unwrap().to_owned();
+        let tables: Vec<PathBuf> = files(&records).into_iter().filter(|file| file.extension().is_some()).collect();
+        (tables, last)
+    };
+    let first = tables(&[]);
+    assert_eq!(tables(&[]), first, "what is stored is not made again, and counts as before");
+    for spoil in [&(|| std::fs::write(records.join("made_by"), "another program").unwrap()) as &dyn Fn(), &|| {
+        std::fs::remove_file(records.join("made_by")).unwrap()
+    }] {
+        let before = tables(&[]);
+        spoil();
+        let after = tables(&[]);
+        assert!(after.0 != before.0 && after.0.len() == 1 && after.1 == before.1, "{after:?}");
+    }
+    let before = tables(&[]);
+    assert_ne!(tables(&["--fresh"]).0, before.0);
+    // Rows that were there when this program began are not its own.
+    std::fs::remove_file(records.join("made_by")).unwrap();
+    printed(
+        rimbench()
+            .current_dir(root())
+            .args(["run", "experiments/paper/fig1.toml", "--out"])
+            .arg(records.parent().unwrap()),
+    );
+    assert!(!records.join("made_by").exists());
+}
+
 /// Whether a file is one that the rules of the repository keep.
 fn is_in_repository(file: &Path) -> bool {
     let git =

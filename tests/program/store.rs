@@ -150,6 +150,65 @@ fn numbers_come_back_to_the_bit_and_damage_is_noticed() {
     assert!(cache.fault().unwrap().to_string().contains("damaged"));
 }
 
+/// Cut off anywhere, any bit turned over, words exchanged, a longer end, zeros instead of a block: none of it is read.
+#[test]
+fn whatever_happens_to_a_file_of_the_cache_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let numbers: Vec<f64> = (0..21).map(|k| if k % 5 == 0 { 0.0 } else { f64::from(k) * 0.1 }).collect();
+    let path = cached(folder.path(), "key");
+    Cache::in_folder(folder.path()).write("key", &numbers);
+    let whole = fs::read(&path).unwrap();
+    let head = whole.len() - 8 * numbers.len();
+    let read = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        Cache::in_folder(folder.path()).read("key")
+    };
+    assert_eq!(read(&whole), Some(numbers.clone()));
+    for length in 0..whole.len() {
+        assert_eq!(read(&whole[..length]), None, "cut off at {length}");
+    }
+    for bit in 0..8 * whole.len() {
+        let mut damaged = whole.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(read(&damaged), None, "bit {bit}");
+    }
+    for (one, other) in (1..numbers.len()).flat_map(|other| (0..other).map(move |one| (one, other))) {
+        let mut damaged = whole.clone();
+        for byte in 0..8 {
+            damaged.swap(head + 8 * one + byte, head + 8 * other + byte);
+        }
+        assert!(damaged == whole || read(&damaged).is_none(), "words {one} and {other} exchanged");
+    }
+    for end in [&[0; 8][..], &[0; 32], &[1; 8], &[0]] {
+        assert_eq!(read(&[&whole[..], end].concat()), None, "{} bytes more", end.len());
+    }
+    for from in (head..whole.len() - 32).step_by(8) {
+        let mut damaged = whole.clone();
+        damaged[from..from + 32].fill(0);
+        assert_eq!(read(&damaged), None, "zeros from {from}");
+    }
+}
+
+/// A file of an older layout is no damage: nobody is told, and it is replaced.
+#[test]
+fn a_file_of_an_older_layout_is_replaced_without_a_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::in_folder(folder.path());
+    let path = cached(folder.path(), "key");
+    fs::write(&path, [&b"rimref02"[..], &[7; 48]].concat()).unwrap();
+    assert_eq!(cache.read("key"), None);
+    assert!(cache.fault().is_none());
+    cache.write("key", &[1.0]);
+    assert_eq!(cache.read("key"), Some(vec![1.0]));
+    // What only begins alike is damaged.
+    for mark in ["rimref99", "rimrefxy", "rimr"] {
+        fs::write(&path, [mark.as_bytes(), &[7; 48]].concat()).unwrap();
+        let cache = Cache::in_folder(folder.path());
+        assert_eq!(cache.read("key"), None);
+        assert!(cache.fault().unwrap().to_string().contains("damaged"), "{mark}");
+    }
+}
+
 #[test]
 fn a_file_that_was_given_the_name_of_another_key_is_not_believed() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,8 @@
 //! What is a regression: counters exactly, instructions against a fence.
 
 use super::history::{COUNTERS, Row};
+use super::measuring::ChangedFunction;
+use rimbench_core::error::{Error, Result};
 use std::cmp::Ordering;
 use std::fmt;
 
@@ -34,6 +36,14 @@ pub const REPEATED: f64 = 1e-6;
 /// Share by which instructions differ of the same source, built again in another folder: alignment, paths and the environment differ.
 pub const REBUILT: f64 = 0.002;
 
+/// Finds the fence for two records: of one program, or of two builds.
+pub fn fence_of(base: &[Row], new: &[Row]) -> f64 {
+    let of = |rows: &[Row]| rows.first().filter(|row| row.git_dirty == "false").map(|row| row.git_revision.clone());
+    if of(base).is_some_and(|revision| of(new) == Some(revision)) { REPEATED } else { REBUILT }
+}
+
+const INSTRUCTIONS: &str = "instructions";
+
 /// One quantity of one benchmark, before and after.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
@@ -56,10 +66,16 @@ pub struct Comparison {
     pub findings: Vec<Finding>,
     /// What could not be compared, and why.
     pub notes: Vec<String>,
+    /// Functions whose instructions changed most, of benchmarks whose instructions changed, where they are known.
+    pub functions: Vec<(String, ChangedFunction)>,
 }
 
 /// Compares the rows of two records; `fence` is the share by which instructions differ where nothing has changed.
-pub fn compare(base: &[Row], new: &[Row], fence: f64) -> Comparison {
+///
+/// # Errors
+/// [`Error::Incompatible`] for builds with other settings, which say nothing of what was written.
+pub fn compare(base: &[Row], new: &[Row], fence: f64) -> Result<Comparison> {
+    refuse_other_settings(base, new)?;
     let name =
         |rows: &[Row]| rows.first().map_or_else(String::new, |row| format!("{} ({})", row.git_revision, row.record));
     let mut comparison =
@@ -92,16 +108,36 @@ pub fn compare(base: &[Row], new: &[Row], fence: f64) -> Comparison {
             found(name, [before, after], verdict);
         }
         if let Some(((before, after), verdict)) = instructions.zip(in_all) {
-            found("instructions", [before, after], verdict);
+            found(INSTRUCTIONS, [before, after], verdict);
         }
     }
-    comparison
+    Ok(comparison)
 }
 
-/// Whether instructions compare, as far as is known: older records say nothing of their settings.
+/// The settings of a build to which nothing was changed: those of older records, which do not say.
+const USUAL_SETTINGS: &str = "release";
+
+/// Refuses two records whose builds had other settings; of an older one, which does not say, those are taken to be the usual ones.
+fn refuse_other_settings(base: &[Row], new: &[Row]) -> Result<()> {
+    let (Some(base), Some(new)) = (base.first(), new.first()) else { return Ok(()) };
+    let settings = |row: &Row| Some(row.build.clone()).filter(|build| !build.is_empty());
+    let usual = || USUAL_SETTINGS.to_owned();
+    if settings(base).unwrap_or_else(usual) == settings(new).unwrap_or_else(usual) {
+        return Ok(());
+    }
+    let said =
+        |row: &Row| format!("{} has {}", row.record, settings(row).unwrap_or_else(|| "none that are known".to_owned()));
+    Err(Error::Incompatible(format!(
+        "these records are of builds with other settings: {}, {}; the same program may take several times as many instructions. Valid: two \
+         records of builds alike, as `rimbench perf compare --rev BASE --rev NEW` makes them",
+        said(base),
+        said(new)
+    )))
+}
+
+/// Whether instructions compare.
 fn built_alike(a: &Row, b: &Row) -> bool {
-    let unknown = a.build.is_empty() || b.build.is_empty();
-    (&a.rustc, &a.target) == (&b.rustc, &b.target) && (unknown || a.build == b.build)
+    (&a.rustc, &a.target) == (&b.rustc, &b.target)
 }
 
 /// Says what the two sides do not share.
@@ -128,15 +164,15 @@ fn notes(base: &[Row], new: &[Row]) -> Vec<String> {
         for (what, first, second, then) in [
             ("targets", &first.target, &second.target, lost),
             ("compilers", &first.rustc, &second.rustc, lost),
-            ("settings of the build", &first.build, &second.build, lost),
             ("processors", &first.cpu, &second.cpu, doubt),
         ] {
-            if first != second && !(is_unknown && what.starts_with("settings")) {
+            if first != second {
                 notes.push(format!("{what} {first} and {second}: {then}"));
             }
         }
         if is_unknown {
-            notes.push("settings of a build are not known: instructions compare only if they were the same".to_owned());
+            let usual = "the usual ones are assumed";
+            notes.push(format!("settings of a build are not known: {usual}, or instructions do not compare"));
         }
     }
     for (side, rows) in [("base", base), ("new", new)] {
@@ -156,6 +192,12 @@ impl Comparison {
         let regressed = self.findings.iter().filter(|finding| finding.verdict == Verdict::Regressed);
         regressed.map(|finding| format!("{}: {}", finding.benchmark, finding.quantity)).collect()
     }
+
+    /// Names of the benchmarks whose instructions are not the same.
+    pub fn changed(&self) -> impl Iterator<Item = &str> {
+        let changed = |finding: &&Finding| finding.quantity == INSTRUCTIONS && finding.verdict != Verdict::Same;
+        self.findings.iter().filter(changed).map(|finding| &*finding.benchmark)
+    }
 }
 
 /// The comparison as a table in Markdown; of the counters only those that changed.
@@ -163,10 +205,16 @@ impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "Base {}, new {}.\n", self.records[0], self.records[1])?;
         writeln!(f, "| benchmark | quantity | base | new | new / base | verdict |\n|---|---|---|---|---|---|")?;
-        let is_told = |finding: &&Finding| finding.quantity == "instructions" || finding.verdict != Verdict::Same;
+        let is_told = |finding: &&Finding| finding.quantity == INSTRUCTIONS || finding.verdict != Verdict::Same;
         for Finding { benchmark, quantity, counts: [base, new], verdict } in self.findings.iter().filter(is_told) {
             let ratio = if *base > 0 { format!("{:.4}", *new as f64 / *base as f64) } else { "–".to_owned() };
             writeln!(f, "| {benchmark} | {quantity} | {base} | {new} | {ratio} | {verdict} |")?;
+        }
+        if !self.functions.is_empty() {
+            writeln!(f, "\n| benchmark | function that changed most | base | new |\n|---|---|---|---|")?;
+        }
+        for (benchmark, ChangedFunction { name, counts: [base, new] }) in &self.functions {
+            writeln!(f, "| {benchmark} | `{name}` | {base} | {new} |")?;
         }
         writeln!(f, "\n{} quantities compared.", self.findings.len())?;
         self.notes.iter().try_for_each(|note| writeln!(f, "- {note}"))?;

@@ -1,5 +1,7 @@
 //! What the program was built from. Only the program itself knows, so it hands it in.
 
+use rimbench_results::checksums::sha256;
+
 /// What the program was built from, baked in when it was built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuildInfo {
@@ -19,4 +21,14 @@ pub struct BuildInfo {
     pub target_cpu: &'static str,
     /// Profile, and what environment and flags of the compiler change of it.
     pub settings: &'static str,
+}
+
+impl BuildInfo {
+    /// Tells one program from another by all that digits depend on: the sources, what they use, and what compiled them.
+    pub(crate) fn program(&self) -> String {
+        let sources = rimbench_core::SOURCES.join(" ");
+        let BuildInfo { lock_file, version, rustc, target, target_cpu, settings, .. } = self;
+        let all = [&*sources, rimbench_cases::SOURCES, lock_file, version, rustc, target, target_cpu, settings];
+        sha256(all.join("\n"))
+    }
 }

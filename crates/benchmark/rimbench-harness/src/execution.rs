@@ -3,6 +3,7 @@
 use super::clock::monotonic_clock;
 use super::experiment::PlannedRun;
 use super::folder::Folder;
+use super::grid::MOST_RUNS;
 use super::job::{Job, Progress, Shard, Step, StopFlags, Summary};
 use super::provenance::Provenance;
 use super::references::{has_none, obtain_reference};
@@ -30,18 +31,23 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
 /// # Errors
 /// Those of [`run_job`]; [`Error::Stopped`] if it was ended when all runs were done and the result files were not.
 pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
-    let plan = job.experiment.plan(job.catalogue, job.quick)?;
+    let size = job.experiment.size(job.quick)?;
     if let Some(Shard::Places { first, last }) = job.shard
-        && !(first <= last && last < plan.len())
+        && !(first <= last && last < size)
     {
-        let expected = format!("places of the plan in order, within 0-{}", plan.len() - 1);
+        let expected = format!("places of the plan in order, within 0-{}", size - 1);
         return Err(Error::invalid("places", format!("{first}-{last}"), expected));
     }
+    if let Some(shard) = job.shard.filter(|_| size > MOST_RUNS) {
+        return run_parts(job, size, shard, progress, stop);
+    }
+    let plan = job.experiment.plan(job.catalogue, job.quick)?;
     let folder = Folder::open(&job, &plan)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
     let missing = folder.missing(&plan);
     let reused = plan.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
+    progress(Step::ToDo(todo.len()));
     let (mut summary, held) = compute(&job, &folder, &plan, &todo, progress, stop)?;
     // One task of many asks only for its own.
     if let Some(Shard::Places { first, last }) = job.shard {
@@ -64,6 +70,40 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     Ok(summary)
 }
 
+/// Runs a shard of a plan that is too large to be laid out at once, part by part. There are no result files of so many runs: their rows stay
+/// tables of the store.
+fn run_parts(job: Job<'_>, size: usize, shard: Shard, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
+    let places = match shard {
+        Shard::Places { first, last } => first..last + 1,
+        Shard::Every { .. } => 0..size,
+    };
+    let mut all = Summary { in_parts: true, ..Summary::default() };
+    let (mut folder, mut to_do) = (None, 0);
+    for part in job.experiment.parts(job.catalogue, job.quick, places) {
+        let (first, plan) = part?;
+        let folder = match &mut folder {
+            Some(folder) => folder,
+            none => none.insert(Folder::open(&job, &plan)?),
+        };
+        let own = (0..plan.len()).filter(|index| shard.has(first + index)).count();
+        let todo: Vec<usize> = folder.missing(&plan).into_iter().filter(|index| shard.has(first + index)).collect();
+        to_do += todo.len();
+        progress(Step::ToDo(to_do));
+        let (summary, _) = compute(&job, folder, &plan, &todo, progress, stop)?;
+        all.planned += own;
+        all.reused += own - todo.len();
+        all.renewed += summary.renewed;
+        all.computed += summary.computed;
+        all.not_completed += summary.not_completed;
+        all.missing += todo.len() - summary.computed;
+        all.damaged = summary.damaged;
+        if stop.soon.check().is_err() {
+            break;
+        }
+    }
+    Ok(all)
+}
+
 /// Computes some runs of a plan and stores them; returns what was done, and the reference that was used last with the place of a run it belongs to.
 fn compute(
     job: &Job<'_>,
@@ -73,7 +113,6 @@ fn compute(
     progress: Progress<'_>,
     stop: StopFlags<'_>,
 ) -> Result<(Summary, Option<(usize, Reference)>)> {
-    progress(Step::ToDo(todo.len()));
     let store = &folder.store;
     let renewed = todo.iter().filter(|&&index| store.get(&plan[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -88,8 +127,14 @@ fn compute(
         Ok(())
     };
     let mut held = None;
-    for group in groups_of_one_reference(plan, todo) {
+    for mut group in groups_of_one_reference(plan, todo) {
         let first = most_patient(plan, &group);
+        // Runs on one grid follow each other: the reference is brought to their times once.
+        let grid = |index: &usize| {
+            let spec = &plan[*index].spec;
+            [spec.macro_step, spec.phase, spec.micro_step].map(f64::to_bits)
+        };
+        group.sort_by_key(grid);
         let spec = &plan[first].spec;
         let found = obtain_reference(spec, job.cache, stop.soon);
         let (bounds, reference) = match found.and_then(|reference| Ok((reference.bounds(spec)?, reference))) {
@@ -127,6 +172,7 @@ fn compute(
         damaged: store.damaged.clone(),
         missing: 0,
         unplanned: 0,
+        in_parts: false,
     };
     Ok((summary, held))
 }
@@ -136,7 +182,13 @@ fn compute(
 /// # Errors
 /// Bad input; a folder that belongs to something else; a disk that is full.
 pub fn prepare_folder(job: Job<'_>) -> Result<()> {
-    let plan = job.experiment.plan(job.catalogue, job.quick)?;
+    let plan = match job.experiment.size(job.quick)? {
+        size if size > MOST_RUNS => {
+            let mut parts = job.experiment.parts(job.catalogue, job.quick, 0..size);
+            parts.next().transpose()?.map(|(_, plan)| plan).unwrap_or_default()
+        }
+        _ => job.experiment.plan(job.catalogue, job.quick)?,
+    };
     Folder::open(&job, &plan).map(drop)
 }
 

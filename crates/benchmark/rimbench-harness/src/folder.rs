@@ -19,12 +19,15 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{EvaluatedRun, Reference};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::atomic_file::check_writable_folder;
+use rimbench_results::atomic_file::{check_writable_folder, write_atomically};
 use rimbench_results::checksums::sha256_of_file;
 use rimbench_results::kept::{PooledSets, keep};
 use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+
+/// Which program has stored all rows of a folder, where it was one.
+const MADE_BY: &str = "records/made_by";
 
 /// Missing runs that are told one by one.
 const TOLD: usize = 20;
@@ -46,12 +49,22 @@ impl<'a> Folder<'a> {
     /// Those of [`look`](Self::look); a disk that is full.
     pub(super) fn open(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
         refuse_files_of_others(job)?;
+        let (mark, own) = (job.folder.join(MADE_BY), job.build.program());
+        let of_others = std::fs::read_to_string(&mark).ok().as_ref() != Some(&own);
+        let job = &Job { fresh: job.fresh || job.of_this_program && of_others, ..*job };
         if job.fresh {
             Store::clear(job.folder)?;
         }
         let folder = Self::read(job, plan)?;
         check_writable_folder(job.folder)?;
         make_folder(&job.folder.join("records"))?;
+        if of_others || job.fresh {
+            // From now on rows of two programs may stand here.
+            match folder.store.run_ids().is_empty() {
+                true => write_atomically(&mark, |file| file.write_all(own.as_bytes()))?,
+                false => drop(std::fs::remove_file(&mark)),
+            }
+        }
         job.experiment.copy_to(job.folder)?;
         Ok(folder)
     }

@@ -7,8 +7,14 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 
-/// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
+/// Most runs whose plan and tables are held in memory at once, some 3 kB for each run.
 pub const MOST_RUNS: usize = 100_000;
+
+/// Most runs of one experiment: one that has more than are held at once is planned part by part, and has no tables of all its runs.
+pub const MOST_PLANNED: usize = 1_000_000;
+
+/// Runs of a part.
+pub(super) const PART: usize = 10_000;
 
 /// Macro steps one by one, or evenly spread in logarithms.
 #[derive(Debug, Clone)]
@@ -150,25 +156,29 @@ pub fn phase_ensemble(count: usize) -> Vec<f64> {
     (0..count).map(|j| 1.0 - (j as f64 * golden).fract()).collect()
 }
 
-/// Every combination of the values that are lists.
-pub(super) fn parameter_grid(case: &Case, set: &BTreeMap<String, toml::Value>) -> Result<Vec<Parameters>> {
-    let mut grid = vec![case.default_parameters()];
+/// Counts the combinations of the values that are lists.
+pub(super) fn points_of_grid(set: &BTreeMap<String, toml::Value>) -> usize {
+    set.values().map(|value| values_of(value).len()).fold(1, usize::saturating_mul)
+}
+
+/// One combination of the values that are lists; that of the last key varies fastest.
+pub(super) fn grid_point(case: &Case, set: &BTreeMap<String, toml::Value>, index: usize) -> Result<Parameters> {
+    let mut parameters = case.default_parameters();
+    let mut below = points_of_grid(set);
     for (key, value) in set {
-        let values = match value {
-            toml::Value::Array(values) => values.as_slice(),
-            single => std::slice::from_ref(single),
-        };
-        let mut next = Vec::with_capacity(grid.len() * values.len());
-        for parameters in &grid {
-            for value in values {
-                let mut changed = parameters.clone();
-                changed.set(key, &scalar_text(key, value)?)?;
-                next.push(changed);
-            }
-        }
-        grid = next;
+        let values = values_of(value);
+        below /= values.len();
+        parameters.set(key, &scalar_text(key, &values[index / below % values.len()])?)?;
     }
-    Ok(grid)
+    Ok(parameters)
+}
+
+/// The values of a key, of which there may be one.
+fn values_of(value: &toml::Value) -> &[toml::Value] {
+    match value {
+        toml::Value::Array(values) => values.as_slice(),
+        single => std::slice::from_ref(single),
+    }
 }
 
 /// A TOML scalar as the value of an option; what is written without a point may be a count, or a number.

@@ -21,6 +21,8 @@ pub struct Job<'a> {
     pub quick: bool,
     /// Forget what is stored.
     pub fresh: bool,
+    /// Forget it unless this very program, of these sources and this compiler, has stored all of it.
+    pub of_this_program: bool,
     /// Only a part of the plan; all of it if absent.
     pub shard: Option<Shard>,
     /// Where references are kept.
@@ -38,7 +40,17 @@ impl<'a> Job<'a> {
         cache: &'a Cache,
         build: &'a BuildInfo,
     ) -> Self {
-        Job { experiment, catalogue, folder, quick: false, fresh: false, shard: None, cache, build }
+        Job {
+            experiment,
+            catalogue,
+            folder,
+            quick: false,
+            fresh: false,
+            of_this_program: false,
+            shard: None,
+            cache,
+            build,
+        }
     }
 }
 
@@ -93,6 +105,8 @@ pub struct Summary {
     /// Stored runs that are not of the experiment as it is, where some are missing; only [`collect_shards`](crate::collect_shards) counts
     /// them.
     pub unplanned: usize,
+    /// Whether the experiment has more runs than are planned at once: then all counts are of the shard, and there are no result files.
+    pub in_parts: bool,
 }
 
 /// How far a job is.

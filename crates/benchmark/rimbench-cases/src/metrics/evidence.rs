@@ -4,12 +4,13 @@ use super::contact_phase::ContactInterval;
 use super::friction_phase::FrictionPhase;
 use rimbench_core::cosim::{Report, Trajectory};
 use rimbench_statistics::Floor;
+use std::sync::Arc;
 
 /// A run, its reference, and which columns are which.
 pub struct Evidence<'a> {
     /// The run, one row per communication point.
     pub run: &'a Trajectory,
-    /// The reference at the communication points of the run: at least the interface's columns and the gaps.
+    /// The reference at the communication points of the run, or at more behind them: at least the interface's columns and the gaps.
     pub reference: &'a Trajectory,
     /// When each contact is closed in the run, in the order of `gaps`.
     pub run_contacts: &'a [Vec<ContactInterval>],
@@ -46,8 +47,8 @@ pub struct Evidence<'a> {
 pub struct Inside<'a> {
     /// See [`Report::inside`].
     pub log: &'a Trajectory,
-    /// The reference at the first two columns of the log: at the start of each micro step, and in its middle.
-    pub reference: [Trajectory; 2],
+    /// The reference at the first two columns of the log, or longer: at the start of each micro step, and in its middle.
+    pub reference: [Arc<Trajectory>; 2],
 }
 
 /// One row of the interface in run and reference.

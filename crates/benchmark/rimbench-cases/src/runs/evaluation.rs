@@ -9,6 +9,7 @@ use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
 use rimbench_core::cosim::{Jump, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Failure, Result};
+use std::sync::Arc;
 
 /// What is kept of a run: its outcome, every metric, every counter.
 #[derive(Debug, Clone)]
@@ -79,7 +80,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         .filter(|&gap| names[gap].starts_with(GAP))
         .partition(|&gap| reference.is_contact_gap(&names[gap]));
     let exact = exact_at(spec, reference, result.trajectory.column(0))?;
-    let aligned = exact.unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));
+    let all = || (0..reference.judged.columns().len()).collect();
+    let aligned = exact.unwrap_or_else(|| reference.judged_at(all(), result.trajectory.column(0)));
     let reference_contacts: Vec<_> = gaps
         .iter()
         .map(|&gap| reference.contacts_of(&result.trajectory.columns()[gap]).cloned().unwrap_or_default())
@@ -173,21 +175,20 @@ fn exact_at(
     spec: &RunSpec,
     reference: &Reference,
     times: impl ExactSizeIterator<Item = f64>,
-) -> Result<Option<Trajectory>> {
+) -> Result<Option<Arc<Trajectory>>> {
     let case = &spec.of_the_reference().case;
     let ReferenceMethod::Exact(solution) = (case.reference)(&spec.parameters)? else { return Ok(None) };
     let mut exact = Trajectory::with_capacity(reference.trajectory.columns().to_vec(), times.len());
     times.for_each(|time| solution(time, StopFlag::never(), exact.push_row()));
-    Ok((!exact.is_empty()).then_some(exact))
+    Ok((!exact.is_empty()).then(|| Arc::new(exact)))
 }
 
 /// Forces (`time` 0) or positions (`time` 1) of the reference's interface at the times in that column of the log.
-fn reference_at(spec: &RunSpec, reference: &Reference, log: &Trajectory, time: usize) -> Result<Trajectory> {
+fn reference_at(spec: &RunSpec, reference: &Reference, log: &Trajectory, time: usize) -> Result<Arc<Trajectory>> {
     if let Some(exact) = exact_at(spec, reference, log.column(time))? {
         return Ok(exact);
     }
     let names = spec.case.interface_columns.iter().map(|row| if time == 0 { &row.force } else { &row.position });
     let columns = names.filter_map(|name| reference.judged.index_of(name));
-    let columns: Vec<usize> = std::iter::once(0).chain(columns).collect();
-    Ok(reference.judged.selected(&columns).resampled(log.column(time)))
+    Ok(reference.judged_at(std::iter::once(0).chain(columns).collect(), log.column(time)))
 }

@@ -16,6 +16,7 @@ mod options;
 mod predicted_growth;
 mod reference;
 mod resolve;
+mod samples;
 mod simulation;
 mod spec;
 

@@ -1,5 +1,6 @@
 //! What a run is held against, with its uncertainty.
 
+use super::samples::Samples;
 use super::spec::RunSpec;
 use super::spec::use_integrators;
 use crate::cases::{
@@ -88,10 +89,14 @@ pub struct Reference {
     pub friction: Vec<(String, Vec<FrictionPhase>)>,
     /// Times at which a touch-down shows, from and to, s.
     pub touch_downs: Vec<[f64; 2]>,
+    /// Largest magnitude of each column of `judged` while a touch-down shows; 0 where none does.
+    touch_down_peaks: Vec<f64>,
     /// Its finest step, s.
     pub step: f64,
     /// Gap columns that are the gap of one contact each; others hold the least of several.
     contact_gaps: Vec<String>,
+    /// What was made of `judged` for the times of runs.
+    samples: Samples,
 }
 
 impl Reference {
@@ -317,10 +322,13 @@ impl Reference {
         let gaps = contact_gaps.iter().filter_map(|gap| judged.index_of(gap));
         let contacts: Vec<_> = gaps.map(|gap| contact_intervals(&judged, gap)).collect();
         let touch_downs = touch_downs(&contacts);
+        let near = |row: &&[f64]| touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&row[0]));
+        let touch_down_peaks = largest_of(judged.columns().len(), judged.rows().filter(near));
         let friction = friction_of(&trajectory);
         Reference {
             largest,
             judged,
+            touch_down_peaks,
             touch_downs,
             contacts,
             friction,
@@ -329,6 +337,7 @@ impl Reference {
             order,
             step,
             contact_gaps,
+            samples: Samples::default(),
         }
     }
 
@@ -446,9 +455,16 @@ impl Reference {
 
     /// Returns the largest magnitude of a column while a touch-down shows; 0 where none does.
     pub fn touch_down_peak(&self, column: &str) -> f64 {
-        let Some(index) = self.judged.index_of(column) else { return 0.0 };
-        let near = |t: f64| self.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
-        self.judged.rows().filter(|row| near(row[0])).map(|row| row[index].abs()).fold(0.0, f64::max)
+        self.judged.index_of(column).map_or(0.0, |index| self.touch_down_peaks[index])
+    }
+
+    /// Returns some of the columns that runs are judged by, by position and the time first, at these times at least; made once for all runs on
+    /// these times.
+    pub(super) fn judged_at<I>(&self, columns: Vec<usize>, times: I) -> Arc<Trajectory>
+    where
+        I: ExactSizeIterator<Item = f64> + Clone,
+    {
+        self.samples.at(&self.judged, columns, times)
     }
 
     /// Returns the uncertainty of a column by name.
@@ -592,8 +608,12 @@ pub(super) fn friction_of(trajectory: &Trajectory) -> Vec<(String, Vec<FrictionP
 
 /// Largest magnitude of each column.
 fn largest(trajectory: &Trajectory) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; trajectory.columns().len()];
-    for row in trajectory.rows() {
+    largest_of(trajectory.columns().len(), trajectory.rows())
+}
+
+fn largest_of<'a>(columns: usize, rows: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; columns];
+    for row in rows {
         for (largest, value) in largest.iter_mut().zip(row) {
             *largest = largest.max(value.abs());
         }

@@ -66,8 +66,14 @@ impl Cholesky {
     /// [`Singular`] naming `matrix` if it is not positive definite.
     #[inline]
     pub fn factor(&mut self, matrix: &'static str) -> Result<(), Singular> {
-        if self.size >= FAER_FROM { self.factor_blocked() } else { factor_lower(&mut self.l, self.size) }
-            .map_err(|()| Singular { matrix })
+        match self.size {
+            // Unrolled.
+            2 => factor_lower(&mut self.l[..4], 2),
+            4 => factor_lower(&mut self.l[..16], 4),
+            n if n < FAER_FROM => factor_lower(&mut self.l, n),
+            _ => self.factor_blocked(),
+        }
+        .map_err(|()| Singular { matrix })
     }
 
     #[inline(never)]
@@ -95,13 +101,21 @@ impl Cholesky {
     /// Solves `L y = b` in place.
     #[inline]
     pub fn forward(&self, b: &mut [f64]) {
-        forward(&self.l, self.size, b);
+        match self.size {
+            2 => forward(&self.l[..4], 2, &mut b[..2]),
+            4 => forward(&self.l[..16], 4, &mut b[..4]),
+            n => forward(&self.l, n, b),
+        }
     }
 
     /// Solves `Lᵀ x = y` in place.
     #[inline]
     pub fn backward(&self, y: &mut [f64]) {
-        backward(&self.l, self.size, y);
+        match self.size {
+            2 => backward(&self.l[..4], 2, &mut y[..2]),
+            4 => backward(&self.l[..16], 4, &mut y[..4]),
+            n => backward(&self.l, n, y),
+        }
     }
 
     /// Solves `A x = b` in place.
@@ -152,7 +166,7 @@ pub(crate) fn solve_lower(l: &[f64], n: usize, b: &mut [f64]) {
 }
 
 /// Factorises the lower triangle in place, row by row, so that every sum has one order on every machine.
-#[inline]
+#[inline(always)]
 pub(crate) fn factor_lower(a: &mut [f64], n: usize) -> Result<(), ()> {
     for i in 0..n {
         for j in 0..=i {

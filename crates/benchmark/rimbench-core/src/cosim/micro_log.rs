@@ -21,20 +21,11 @@ pub(crate) fn micro_log(setup: &Setup, sides: &Sides<'_>) -> Trajectory {
 /// Notes one micro step.
 #[inline]
 pub(crate) fn record_micro_step(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
-    note(log, [at.start, at.middle()], outputs, inputs);
+    log.push_parts([&[at.start, at.middle()], outputs, inputs]);
 }
 
 /// Notes one of the second order, whose outputs belong to its middle.
 #[inline]
 pub(crate) fn record_midpoint(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
-    note(log, [at.middle(); 2], outputs, inputs);
-}
-
-#[inline]
-fn note(log: &mut Trajectory, times: [f64; 2], outputs: &[f64], inputs: &[f64]) {
-    let row = log.push_row();
-    row[..2].copy_from_slice(&times);
-    let (outputs_row, inputs_row) = row[2..].split_at_mut(outputs.len());
-    outputs_row.copy_from_slice(outputs);
-    inputs_row.copy_from_slice(inputs);
+    log.push_parts([&[at.middle(); 2], outputs, inputs]);
 }

@@ -66,6 +66,13 @@ impl OutputHistory {
     /// count with the share that lies inside.
     pub fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
         mean.fill(0.0);
+        if parts == 1 {
+            let weight = 1.0 / self.count as f64;
+            for output in self.outputs.chunks_exact(self.width.max(1)).take(self.count) {
+                mean.iter_mut().zip(output).for_each(|(sum, y)| *sum += weight * y);
+            }
+            return;
+        }
         for (j, overlap) in overlaps(index, parts, self.count) {
             let weight = overlap as f64 / self.count as f64;
             for (sum, y) in mean.iter_mut().zip(&self.outputs[j * self.width..(j + 1) * self.width]) {

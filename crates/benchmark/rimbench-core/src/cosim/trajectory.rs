@@ -36,6 +36,7 @@ impl Trajectory {
     }
 
     /// Returns the number of rows.
+    #[inline]
     pub fn len(&self) -> usize {
         self.data.len() / self.columns.len().max(1)
     }
@@ -46,19 +47,33 @@ impl Trajectory {
     }
 
     /// Returns one row.
+    #[inline]
     pub fn row(&self, index: usize) -> &[f64] {
         let width = self.columns.len();
         &self.data[index * width..(index + 1) * width]
     }
 
     /// Returns all rows.
-    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> + DoubleEndedIterator {
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> + DoubleEndedIterator + Clone {
         self.data.chunks_exact(self.columns.len().max(1))
     }
 
     /// Returns one column by position.
-    pub fn column(&self, index: usize) -> impl ExactSizeIterator<Item = f64> + '_ {
+    pub fn column(&self, index: usize) -> impl ExactSizeIterator<Item = f64> + Clone + '_ {
         self.rows().map(move |row| row[index])
+    }
+
+    /// Appends a row of these parts, which are as long as a row in all.
+    #[inline]
+    pub(crate) fn push_parts(&mut self, [times, outputs, inputs]: [&[f64]; 3]) {
+        debug_assert_eq!(times.len() + outputs.len() + inputs.len(), self.columns.len());
+        match (times, outputs, inputs) {
+            // Mostly one row of an interface.
+            (&[start, middle], &[force], &[position, velocity]) => {
+                self.data.extend_from_slice(&[start, middle, force, position, velocity]);
+            }
+            _ => self.data.extend(times.iter().chain(outputs).chain(inputs)),
+        }
     }
 
     /// Appends a zero row and hands it out to be filled.
@@ -98,25 +113,43 @@ impl Trajectory {
 
     /// Returns all columns at other times, linear between rows, held outside.
     pub fn resampled(&self, times: impl ExactSizeIterator<Item = f64>) -> Trajectory {
-        let mut resampled = Trajectory::with_capacity(self.columns.clone(), times.len());
-        let rows = self.len();
+        self.columns_at(&(0..self.columns.len()).collect::<Vec<_>>(), times)
+    }
+
+    /// Returns some of the columns, by position and the time first, at other times, linear between rows, held outside.
+    pub fn columns_at(&self, columns: &[usize], times: impl ExactSizeIterator<Item = f64>) -> Trajectory {
+        let names = columns.iter().map(|&column| self.columns[column].clone()).collect();
+        let mut resampled = Trajectory::with_capacity(names, times.len());
+        let values = columns.get(1..).unwrap_or_default();
+        let mut passed = 0;
         for t in times {
-            let row = resampled.push_row();
-            if rows == 0 {
-                row.fill(f64::NAN);
-            } else {
-                let after = self.rows_until(t);
-                let (before, after) = (self.row(after.max(1) - 1), self.row(after.min(rows - 1)));
-                let share = (t - before[0]) / (after[0] - before[0]);
-                // The end points exactly, also where a value is infinite.
-                let exact = !(share > 0.0 && share < 1.0);
-                for (value, (a, b)) in row.iter_mut().zip(before.iter().zip(after)) {
-                    *value = if exact || !a.is_finite() { *a } else { a + share * (b - a) };
-                }
+            resampled.data.push(t);
+            if self.is_empty() {
+                resampled.data.extend(values.iter().map(|_| f64::NAN));
+                continue;
             }
-            row[0] = t;
+            passed = self.rows_until_after(passed, t);
+            let (before, after) = (self.row(passed.max(1) - 1), self.row(passed.min(self.len() - 1)));
+            let share = (t - before[0]) / (after[0] - before[0]);
+            // The end points exactly, also where a value is infinite.
+            let exact = !(share > 0.0 && share < 1.0);
+            resampled.data.extend(values.iter().map(|&column| {
+                let (a, b) = (before[column], after[column]);
+                if exact || !a.is_finite() { a } else { a + share * (b - a) }
+            }));
         }
         resampled
+    }
+
+    /// Number of rows with time ≤ `t`, of which there were `passed` at the time that was looked for before: mostly there are as many, or
+    /// one more.
+    #[inline]
+    fn rows_until_after(&self, passed: usize, t: f64) -> usize {
+        let (width, rows) = (self.columns.len(), self.len());
+        let time = |row: usize| self.data[row * width];
+        let passed = if passed < rows && time(passed) <= t { passed + 1 } else { passed };
+        let is_it = (passed == 0 || time(passed - 1) <= t) && (passed == rows || time(passed) > t);
+        if is_it { passed } else { self.rows_until(t) }
     }
 
     /// Number of rows with time ≤ `t`.
@@ -151,6 +184,27 @@ impl Trajectory {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_time_is_found_wherever_the_one_before_was() {
+        let columns = || vec!["time_s".to_owned(), "x".to_owned()];
+        for spread in [|k: usize| k as f64 * 0.1, |k: usize| (k / 2 * k) as f64 * 0.03] {
+            let rows: Vec<f64> = (0..40).flat_map(|k| [spread(k), (k * 7 % 11) as f64]).collect();
+            let trajectory = Trajectory::from_data(columns(), rows);
+            let end = trajectory.end_time().unwrap();
+            // Steps of less than a row, of rows, of many, back, and beyond both ends; times of rows themselves.
+            let mut times: Vec<f64> = (0..400).map(|k| (k * k % 173) as f64 / 173.0 * 1.1 * end - 0.05 * end).collect();
+            times.extend(trajectory.column(0));
+            times.extend((0..300).map(|k| f64::from(k) * 0.01));
+            let found = trajectory.resampled(times.iter().copied());
+            for (row, &t) in found.rows().zip(&times) {
+                let alone = trajectory.resampled([t].into_iter());
+                assert_eq!(row, alone.row(0), "{t}");
+            }
+        }
+        let bare = Trajectory::with_capacity(columns(), 0).resampled([1.0].into_iter());
+        assert!(bare.row(0)[1].is_nan());
+    }
 
     #[test]
     fn values_between_rows_are_linear_and_outside_held() {

@@ -153,13 +153,19 @@ impl Elimination {
         model: &mut ReducedInterfaceModel,
     ) -> Result<(), Failure> {
         self.invert_mass(&eq3.mass)?;
-        match self.velocities {
-            3 => self.reduce_in_blocks::<3>(1, eq3, v, h, stabilisation, model)?,
-            6 => self.reduce_in_blocks::<6>(1, eq3, v, h, stabilisation, model)?,
-            n if n % 3 == 0 => self.reduce_in_blocks::<3>(n / 3, eq3, v, h, stabilisation, model)?,
-            n => self.reduce_in_blocks::<1>(n, eq3, v, h, stabilisation, model)?,
+        let (b, rows) = (self.bilateral, self.rows);
+        match (self.velocities, b, rows) {
+            // Known to the compiler as well: two bodies with a joint, as in the wedge box.
+            (6, 2, 5) if self.mass_factor.is_none() => {
+                self.reduce_in_blocks::<6>([1, 2, 5], true, eq3, v, [h, stabilisation], model)
+            }
+            (3, ..) => self.reduce_in_blocks::<3>([1, b, rows], false, eq3, v, [h, stabilisation], model),
+            (6, ..) => self.reduce_in_blocks::<6>([1, b, rows], false, eq3, v, [h, stabilisation], model),
+            (n, ..) if n % 3 == 0 => {
+                self.reduce_in_blocks::<3>([n / 3, b, rows], false, eq3, v, [h, stabilisation], model)
+            }
+            (n, ..) => self.reduce_in_blocks::<1>([n, b, rows], false, eq3, v, [h, stabilisation], model),
         }
-        Ok(())
     }
 
     /// Tells whether the accelerations by further forces can be had of it.
@@ -199,12 +205,23 @@ impl Elimination {
         if let Some(jointed) = &mut self.jointed {
             return jointed.bilateral_impulses(h, impulses, p_b);
         }
-        for (b, out) in p_b.iter_mut().enumerate() {
-            let from_rows: f64 =
-                impulses.iter().zip(&self.coupling[b * self.rows..]).map(|(impulse, c)| impulse * c).sum();
-            *out = -(self.joint_start[b] + h * self.joint_free[b] + from_rows);
+        match (self.bilateral, self.rows) {
+            (2, 5) => self.bilateral_of(2, 5, h, impulses, p_b),
+            (b, rows) => self.bilateral_of(b, rows, h, impulses, p_b),
         }
         self.schur.backward(p_b);
+    }
+
+    /// Writes `−(s + h r + Cᵀ P)` of so many joint rows and others.
+    #[inline(always)]
+    fn bilateral_of(&self, n_b: usize, rows: usize, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+        let (start, free) = (&self.joint_start[..n_b], &self.joint_free[..n_b]);
+        let coupling = &self.coupling[..n_b * rows];
+        for (b, out) in p_b[..n_b].iter_mut().enumerate() {
+            let row = &coupling[b * rows..(b + 1) * rows];
+            let from_rows: f64 = impulses.iter().zip(row).map(|(impulse, c)| impulse * c).sum();
+            *out = -(start[b] + h * free[b] + from_rows);
+        }
     }
 
     fn invert_mass(&mut self, mass: &MassMatrix) -> Result<(), Failure> {
@@ -223,27 +240,42 @@ impl Elimination {
         }
     }
 
-    /// Reduces a system of `k` blocks of `L` velocities.
+    /// Reduces a system of `k` blocks of `L` velocities, with `n_b` joint rows and so many others; `diagonal` if its mass is known to be.
     #[inline(always)]
     fn reduce_in_blocks<const L: usize>(
         &mut self,
-        k: usize,
+        [k, n_b, rows]: [usize; 3],
+        diagonal: bool,
         eq3: &Linearisation,
         v: &[f64],
-        h: f64,
-        stabilisation: f64,
+        [h, stabilisation]: [f64; 2],
         model: &mut ReducedInterfaceModel,
     ) -> Result<(), Failure> {
-        self.eliminate_bilateral::<L>(k, eq3, v, h, stabilisation)?;
-        let (n_b, n_u, rows) = (self.bilateral, model.contacts(), self.rows);
+        let mass_factor = if diagonal { &None } else { &self.mass_factor };
+        eliminate_bilateral::<L>(
+            [k, n_b],
+            eq3,
+            v,
+            [h, stabilisation],
+            (&self.inverse_mass[..k * L], mass_factor),
+            Joints {
+                schur: &mut self.schur,
+                y: &mut self.y[..n_b * k * L],
+                start: &mut self.joint_start[..n_b],
+                free: &mut self.joint_free[..n_b],
+            },
+            [&mut self.start_velocity[..k * L], &mut self.free_acceleration[..k * L]],
+        )?;
+        let n_u = model.contacts();
         let first = model.interface_start();
-        let (start, free) = (blocks::<L>(&self.start_velocity), blocks::<L>(&self.free_acceleration));
-        let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
+        let (start, free) = (blocks::<L>(&self.start_velocity[..k * L]), blocks::<L>(&self.free_acceleration[..k * L]));
+        let (y, inverse_mass) = (blocks::<L>(&self.y[..n_b * k * L]), blocks::<L>(&self.inverse_mass[..k * L]));
         // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body have `H_xy = 0`.
-        let local = n_b == 0 && self.mass_factor.is_none();
+        let local = n_b == 0 && mass_factor.is_none();
         // Once for all rows: in the loop the compiler would look up where each of them lies at every entry.
         let (model_h, model_w, model_a) = (&mut model.h[..rows * rows], &mut model.w[..rows], &mut model.a[..rows]);
         let (coupling, supports) = (&mut self.coupling[..n_b * rows], &mut self.supports[..rows]);
+        let g_rows = &mut self.g_rows.as_chunks_mut::<L>().0[..rows * k];
         for row in 0..rows {
             let (source, index) = if row < n_u {
                 (&eq3.unilateral, row)
@@ -258,9 +290,9 @@ impl Elimination {
             model_w[row] = dot(a_x, &start[support.clone()]);
             model_a[row] = dot(a_x, &free[support.clone()]) + source.convective[index];
 
-            let (finished, rest) = self.g_rows.as_chunks_mut::<L>().0.split_at_mut(row * k);
+            let (finished, rest) = g_rows.split_at_mut(row * k);
             let g = &mut rest[..k];
-            multiply_by_inverse_mass(inverse_mass, &self.mass_factor, a, g);
+            multiply_by_inverse_mass(inverse_mass, mass_factor, a, g);
             for b in 0..n_b {
                 let y = row_of(y, b, k);
                 let c = dot(a_x, &y[support.clone()]);
@@ -292,52 +324,60 @@ impl Elimination {
             }
         }
     }
+}
 
-    /// Fills `L`, `Y`, `s`, `r`, `v̂` and `α`.
-    #[inline(always)]
-    fn eliminate_bilateral<const L: usize>(
-        &mut self,
-        k: usize,
-        eq3: &Linearisation,
-        v: &[f64],
-        h: f64,
-        gamma: f64,
-    ) -> Result<(), Failure> {
-        let (n_b, rows) = (self.bilateral, blocks::<L>(&eq3.bilateral.jacobian));
-        let start = self.start_velocity.as_chunks_mut::<L>().0;
-        let free = self.free_acceleration.as_chunks_mut::<L>().0;
-        let (inverse_mass, y) = (blocks::<L>(&self.inverse_mass), self.y.as_chunks_mut::<L>().0);
-        start.copy_from_slice(blocks(v));
-        multiply_by_inverse_mass(inverse_mass, &self.mass_factor, blocks(&eq3.force), free);
-        if n_b == 0 {
-            return Ok(());
-        }
-        for b in 0..n_b {
-            let (a_b, y_b) = (row_of(rows, b, k), &mut y[b * k..(b + 1) * k]);
-            multiply_by_inverse_mass(inverse_mass, &self.mass_factor, a_b, y_b);
-            for c in 0..=b {
-                self.schur.l[b * n_b + c] = dot(y_b, row_of(rows, c, k));
-            }
-            self.joint_start[b] = dot(a_b, start) + gamma * eq3.bilateral.position[b] / h;
-            self.joint_free[b] = dot(a_b, free) + eq3.bilateral.convective[b];
-        }
-        self.schur.factor("A_b M⁻¹ A_bᵀ")?;
-        self.schur.forward(&mut self.joint_start);
-        self.schur.forward(&mut self.joint_free);
-        for b in 0..n_b {
-            let (finished, rest) = y.split_at_mut(b * k);
-            let y_b = &mut rest[..k];
-            let l = &self.schur.l[b * n_b..=b * n_b + b];
-            for (c, l) in l[..b].iter().enumerate() {
-                add_multiple(y_b, -l, row_of(finished, c, k));
-            }
-            let scale = 1.0 / l[b];
-            y_b.as_flattened_mut().iter_mut().for_each(|y| *y *= scale);
-            add_multiple(start, -self.joint_start[b], y_b);
-            add_multiple(free, -self.joint_free[b], y_b);
-        }
-        Ok(())
+/// What is kept of the bilateral rows.
+struct Joints<'a> {
+    schur: &'a mut Cholesky,
+    y: &'a mut [f64],
+    start: &'a mut [f64],
+    free: &'a mut [f64],
+}
+
+/// Fills `L`, `Y`, `s`, `r`, `v̂` and `α`.
+#[inline(always)]
+fn eliminate_bilateral<const L: usize>(
+    [k, n_b]: [usize; 2],
+    eq3: &Linearisation,
+    v: &[f64],
+    [h, gamma]: [f64; 2],
+    (inverse_mass, mass_factor): (&[f64], &Option<Cholesky>),
+    Joints { schur, y, start: joint_start, free: joint_free }: Joints<'_>,
+    [start, free]: [&mut [f64]; 2],
+) -> Result<(), Failure> {
+    let (inverse_mass, rows) = (blocks::<L>(inverse_mass), blocks::<L>(&eq3.bilateral.jacobian));
+    let (start, free) = (start.as_chunks_mut::<L>().0, free.as_chunks_mut::<L>().0);
+    start.copy_from_slice(&blocks(v)[..k]);
+    multiply_by_inverse_mass(inverse_mass, mass_factor, &blocks(&eq3.force)[..k], free);
+    if n_b == 0 {
+        return Ok(());
     }
+    let y = y.as_chunks_mut::<L>().0;
+    for b in 0..n_b {
+        let (a_b, y_b) = (row_of(rows, b, k), &mut y[b * k..(b + 1) * k]);
+        multiply_by_inverse_mass(inverse_mass, mass_factor, a_b, y_b);
+        for c in 0..=b {
+            schur.l[b * n_b + c] = dot(y_b, row_of(rows, c, k));
+        }
+        joint_start[b] = dot(a_b, start) + gamma * eq3.bilateral.position[b] / h;
+        joint_free[b] = dot(a_b, free) + eq3.bilateral.convective[b];
+    }
+    schur.factor("A_b M⁻¹ A_bᵀ")?;
+    schur.forward(joint_start);
+    schur.forward(joint_free);
+    for b in 0..n_b {
+        let (finished, rest) = y.split_at_mut(b * k);
+        let y_b = &mut rest[..k];
+        let l = &schur.l[b * n_b..=b * n_b + b];
+        for (c, l) in l[..b].iter().enumerate() {
+            add_multiple(y_b, -l, row_of(finished, c, k));
+        }
+        let scale = 1.0 / l[b];
+        y_b.as_flattened_mut().iter_mut().for_each(|y| *y *= scale);
+        add_multiple(start, -joint_start[b], y_b);
+        add_multiple(free, -joint_free[b], y_b);
+    }
+    Ok(())
 }
 
 #[inline(always)]

@@ -5,8 +5,7 @@ use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
 use super::scheme_row::SchemeRow;
 use super::{CaseEntry, Experiment};
-use crate::grid::MOST_RUNS;
-use crate::grid::parameter_grid;
+use crate::grid::{MOST_PLANNED, MOST_RUNS, PART, grid_point, points_of_grid};
 use crate::references::content_key;
 use rayon::prelude::*;
 use rimbench_cases::cases::{Case, Parameters};
@@ -16,7 +15,9 @@ use rimbench_cases::runs::{Reference, RunRequest, RunSpec, only_of};
 use rimbench_core::cosim::{CommunicationGrid, StopFlag};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
 use std::sync::Arc;
 
 impl Experiment {
@@ -41,8 +42,19 @@ impl Experiment {
         let planned = || {
             self.check_options()?;
             self.check_labels(catalogue)?;
-            self.check_size(quick)?;
-            let runs = self.lay_out(catalogue, quick, search)?;
+            let size = self.check_size(quick)?;
+            if size > MOST_RUNS {
+                return Err(Error::Incompatible(format!(
+                    "the grid has {size} runs, more than the {MOST_RUNS} that are planned at once: run its parts, by --places, --shard or \
+                     --slurm"
+                )));
+            }
+            let runs = self.lay_out(catalogue, quick, search, 0..size)?;
+            if self.audit && !runs.iter().any(|run| run.spec.audit) {
+                return Err(Error::Incompatible(
+                    "audit = true: no scheme has an interface model that can be audited".to_owned(),
+                ));
+            }
             refuse_duplicates(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
@@ -50,9 +62,49 @@ impl Experiment {
             }
             Ok(runs)
         };
-        planned().map_err(|error| match error {
+        planned().map_err(|error| self.in_file(error))
+    }
+
+    fn in_file(&self, error: Error) -> Error {
+        match error {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
+        }
+    }
+
+    /// Counts the runs of a plan without laying it out.
+    ///
+    /// # Errors
+    /// An empty grid, or one of more than [`MOST_PLANNED`] runs.
+    pub fn size(&self, quick: bool) -> Result<usize> {
+        self.check_options().and_then(|()| self.check_size(quick)).map_err(|error| self.in_file(error))
+    }
+
+    /// Lays a plan out part by part, each with the place of its first run: all of it at once where that is allowed, else a hundredth of what is
+    /// allowed at most is in memory, and ten thousand runs at once. Claims are about tables, which so many runs have not.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan); the first of each part.
+    pub fn parts<'a>(
+        &'a self,
+        catalogue: &'a Catalogue,
+        quick: bool,
+        places: Range<usize>,
+    ) -> impl Iterator<Item = Result<(usize, Vec<PlannedRun>)>> + 'a {
+        // Of each run eight bytes.
+        let mut seen: HashSet<u64> = HashSet::new();
+        places.clone().step_by(PART).map(move |first| {
+            let mut part = || {
+                self.check_labels(catalogue)?;
+                let runs = self.lay_out(catalogue, quick, true, first..(first + PART).min(places.end))?;
+                refuse_duplicates(&runs)?;
+                let twice = runs.iter().find(|run| !seen.insert(hash_of(&(&run.id, &run.label))));
+                match twice.map(is_there_twice) {
+                    Some(error) => Err(error),
+                    None => Ok((first, runs)),
+                }
+            };
+            part().map_err(|error| self.in_file(error))
         })
     }
 
@@ -89,16 +141,15 @@ impl Experiment {
         Ok(())
     }
 
-    /// Refuses a grid that is empty or beyond all use, before it is laid out.
-    fn check_size(&self, quick: bool) -> Result<()> {
+    /// Counts the runs of a grid before it is laid out, and refuses one that is empty or beyond all use.
+    fn check_size(&self, quick: bool) -> Result<usize> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).count();
         let steps = quick.and_then(|quick| quick.macro_steps_s.as_ref()).unwrap_or(&self.macro_steps_s).list()?.len();
         let mut cells: usize = 0;
         for case in &self.cases {
-            let lengths = case.set.values().map(|value| value.as_array().map_or(1, Vec::len));
             let draws = case.draw.as_ref().map_or(1, |draw| draw.settings);
-            let parameters = lengths.fold(draws, usize::saturating_mul);
+            let parameters = points_of_grid(&case.set).saturating_mul(draws);
             for row in &self.schemes {
                 let own = row.macro_steps_s.as_ref().or(case.macro_steps_s.as_ref());
                 let steps = own.map_or(Ok(steps), |own| Ok(own.list()?.len()))?;
@@ -113,20 +164,26 @@ impl Experiment {
                 self.cases.len(),
                 self.schemes.len()
             ))),
-            runs if runs > MOST_RUNS => Err(Error::Incompatible(format!(
-                "the grid has {runs} runs, more than the {MOST_RUNS} that one experiment may have: split it into several files"
+            runs if runs > MOST_PLANNED => Err(Error::Incompatible(format!(
+                "the grid has {runs} runs, more than the {MOST_PLANNED} that one experiment may have: split it into several files"
             ))),
-            _ => Ok(()),
+            runs => Ok(runs),
         }
     }
 
-    /// Lays the grid out.
-    fn lay_out(&self, catalogue: &Catalogue, quick: bool, search: bool) -> Result<Vec<PlannedRun>> {
+    /// Lays the runs at these places of the grid out.
+    fn lay_out(
+        &self,
+        catalogue: &Catalogue,
+        quick: bool,
+        search: bool,
+        places: Range<usize>,
+    ) -> Result<Vec<PlannedRun>> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
         let predict_growth = self.claims.iter().any(|claim| only_of(&claim.metric) == Some(Only::Claimed));
-        let (mut runs, mut named) = (Vec::new(), Vec::new());
+        let (mut runs, mut named, mut next) = (Vec::new(), Vec::new(), 0);
         for entry in &self.cases {
             let case = entry.find(catalogue).map_err(|error| entry.place(&error))?;
             let same =
@@ -140,12 +197,24 @@ impl Experiment {
             }
             named.push((case.clone(), entry));
             let case = &self.with_own_reference(&case);
+            let rows = self.schemes.iter().map(|row| {
+                let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
+                let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
+                Ok((row, steps.list()?, row.requests()))
+            });
+            let rows = rows.collect::<Result<Vec<_>>>()?;
+            let of_setting =
+                rows.iter().map(|(_, steps, requests)| steps.len() * requests.len() * phases.len()).sum::<usize>();
             let settings = entry.settings(case, search, |parameters| self.any_run(entry, catalogue, case, parameters));
-            for Setting { parameters, pooled_set, rejected_draws } in &settings.map_err(|error| entry.place(&error))? {
-                for row in &self.schemes {
-                    let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
-                    let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
-                    let (steps, requests) = (steps.list()?, row.requests());
+            let settings = settings.map_err(|error| entry.place(&error))?;
+            for index in 0..settings.len() {
+                if next + of_setting <= places.start || next >= places.end {
+                    next += of_setting;
+                    continue;
+                }
+                let setting = settings.at(case, index).map_err(|error| entry.place(&error))?;
+                let Setting { parameters, pooled_set, rejected_draws } = &setting;
+                for (row, steps, requests) in &rows {
                     let scheme = row.request.scheme.as_deref().unwrap_or_default();
                     let as_one = catalogue.scheme(scheme).is_ok_and(|scheme| scheme.moves_as_one());
                     for (macro_step, request) in
@@ -170,15 +239,13 @@ impl Experiment {
                             let rejected_draws = *rejected_draws;
                             Ok(PlannedRun { id: spec.id(), spec, label, pooled_set, rejected_draws })
                         };
-                        runs.extend(phases.par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
+                        let [from, to] =
+                            [places.start, places.end].map(|place| place.saturating_sub(next).min(phases.len()));
+                        next += phases.len();
+                        runs.extend(phases[from..to].par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
                     }
                 }
             }
-        }
-        if self.audit && !runs.iter().any(|run| run.spec.audit) {
-            return Err(Error::Incompatible(
-                "audit = true: no scheme has an interface model that can be audited".to_owned(),
-            ));
         }
         Ok(runs)
     }
@@ -216,6 +283,37 @@ struct Setting {
     rejected_draws: Option<usize>,
 }
 
+/// Every point of the grid of a case with every setting drawn.
+struct Settings<'a> {
+    set: &'a BTreeMap<String, toml::Value>,
+    points: usize,
+    drawn: Option<Vec<Drawn>>,
+}
+
+impl Settings<'_> {
+    fn len(&self) -> usize {
+        self.points * self.drawn.as_ref().map_or(1, Vec::len)
+    }
+
+    fn at(&self, case: &Case, index: usize) -> Result<Setting> {
+        let Some(drawn) = &self.drawn else {
+            let parameters = grid_point(case, self.set, index)?;
+            return Ok(Setting { parameters, pooled_set: None, rejected_draws: None });
+        };
+        let point = grid_point(case, self.set, index / drawn.len())?;
+        let Drawn { values, rejected } = &drawn[index % drawn.len()];
+        let (pooled_set, rejected_draws) = (Some(point.given().into()), *rejected);
+        Ok(Setting { parameters: drawn_from(&point, values)?, pooled_set, rejected_draws })
+    }
+}
+
+/// A point of the grid with what was drawn.
+fn drawn_from(point: &Parameters, values: &[(String, String)]) -> Result<Parameters> {
+    let mut parameters = point.clone();
+    values.iter().try_for_each(|(name, value)| parameters.set(name, value))?;
+    Ok(parameters)
+}
+
 impl CaseEntry {
     /// Every point of its grid with every setting drawn; `any_run` makes a run of parameters.
     fn settings(
@@ -223,21 +321,15 @@ impl CaseEntry {
         case: &Case,
         search: bool,
         any_run: impl Fn(&Parameters) -> Result<RunSpec> + Sync,
-    ) -> Result<Vec<Setting>> {
-        let grid = parameter_grid(case, &self.set)?;
-        let Some(draw) = &self.draw else {
-            let alone = |parameters| Setting { parameters, pooled_set: None, rejected_draws: None };
-            return Ok(grid.into_iter().map(alone).collect());
-        };
-        let with = |point: &Parameters, values: &[(String, String)]| -> Result<Parameters> {
-            let mut parameters = point.clone();
-            values.iter().try_for_each(|(name, value)| parameters.set(name, value))?;
-            Ok(parameters)
-        };
+    ) -> Result<Settings<'_>> {
+        let points = points_of_grid(&self.set);
+        let Some(draw) = &self.draw else { return Ok(Settings { set: &self.set, points, drawn: None }) };
+        let point = |index: usize| grid_point(case, &self.set, index);
         let has_event = |event, values: &[(String, String)]| {
             let mut happens = None;
-            for point in &grid {
-                happens = Reference::has_event(&any_run(&with(point, values)?)?, event, StopFlag::never())?;
+            for index in 0..points {
+                let run = any_run(&drawn_from(&point(index)?, values)?)?;
+                happens = Reference::has_event(&run, event, StopFlag::never())?;
                 if happens != Some(true) {
                     break;
                 }
@@ -246,21 +338,13 @@ impl CaseEntry {
         };
         // Without an event nothing has to be found out.
         let search = if search && draw.requires.is_some() {
-            let runs = grid.iter().map(|point| Ok(content_key(&any_run(point)?)));
+            let runs = (0..points).map(|index| Ok(content_key(&any_run(&point(index)?)?)));
             Some(Search { has_event: &has_event, key: runs.collect::<Result<Vec<_>>>()?.concat() })
         } else {
             None
         };
         let drawn = draw.settings(case, &self.set, search.as_ref())?;
-        let mut settings = Vec::with_capacity(grid.len() * drawn.len());
-        for point in &grid {
-            let pooled_set: Arc<str> = point.given().into();
-            for Drawn { values, rejected } in &drawn {
-                let (pooled_set, rejected_draws) = (Some(pooled_set.clone()), *rejected);
-                settings.push(Setting { parameters: with(point, values)?, pooled_set, rejected_draws });
-            }
-        }
-        Ok(settings)
+        Ok(Settings { set: &self.set, points, drawn: Some(drawn) })
     }
 }
 
@@ -275,14 +359,19 @@ pub(crate) fn plan_sha256(experiment: &Experiment, planned_at_first_draw: &[Plan
 /// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is computed once.
 fn refuse_duplicates(runs: &[PlannedRun]) -> Result<()> {
     let mut seen = HashSet::with_capacity(runs.len());
-    for run in runs {
-        if !seen.insert((run.id.as_str(), &run.label)) {
-            return Err(Error::Incompatible(format!(
-                "the plan holds one run twice: `{}` at macro_step_s = {:?}, phase {:?} are the same in \
-                 everything that determines a run",
-                run.label, run.spec.macro_step, run.spec.phase
-            )));
-        }
-    }
-    Ok(())
+    let twice = runs.iter().find(|run| !seen.insert((run.id.as_str(), &run.label)));
+    twice.map_or(Ok(()), |run| Err(is_there_twice(run)))
+}
+
+fn is_there_twice(run: &PlannedRun) -> Error {
+    Error::Incompatible(format!(
+        "the plan holds one run twice: `{}` at macro_step_s = {:?}, phase {:?} are the same in everything that determines a run",
+        run.label, run.spec.macro_step, run.spec.phase
+    ))
+}
+
+fn hash_of(value: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
 }

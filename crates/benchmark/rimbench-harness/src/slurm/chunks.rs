@@ -2,6 +2,7 @@
 
 use crate::experiment::PlannedRun;
 use crate::folder::Folder;
+use crate::grid::MOST_RUNS;
 use crate::job::Job;
 use rimbench_core::error::Result;
 use std::collections::BTreeMap;
@@ -63,42 +64,57 @@ const LOOKED_AT: usize = 4;
 /// # Errors
 /// Bad input; a folder that belongs to something else.
 pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
-    let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    let folder = Folder::look(&job, &planned)?;
-    let missing = folder.missing(&planned);
-    let mut times = Times::default();
-    // Nobody asks what is done how long it took.
-    if !missing.is_empty() {
-        for run in &planned {
-            if !times.wants(run) {
-                continue;
-            }
-            let seconds = folder.store.get(&run.id).map(|row| row.costs.wall_s);
-            if let Some(seconds) = seconds.filter(|seconds| seconds.is_finite()) {
-                times.learn(run, seconds);
+    let size = job.experiment.size(job.quick)?;
+    let mut chunking = Chunking { planned: size, missing: 0, measured: 0, chunks: Vec::new() };
+    let (mut folder, mut times) = (None, Times::default());
+    let mut divide = |first: usize, planned: Vec<PlannedRun>| -> Result<()> {
+        let folder = match &mut folder {
+            Some(folder) => folder,
+            none => none.insert(Folder::look(&job, &planned)?),
+        };
+        let missing = folder.missing(&planned);
+        chunking.missing += missing.len();
+        // Nobody asks what is done how long it took.
+        if !missing.is_empty() {
+            for run in &planned {
+                if !times.wants(run) {
+                    continue;
+                }
+                let seconds = folder.store.get(&run.id).map(|row| row.costs.wall_s);
+                if let Some(seconds) = seconds.filter(|seconds| seconds.is_finite()) {
+                    times.learn(run, seconds);
+                }
             }
         }
-    }
-    let mut chunking = Chunking { planned: planned.len(), missing: missing.len(), measured: 0, chunks: Vec::new() };
-    for place in missing {
-        let run = &planned[place];
-        let known = times.of(run);
-        chunking.measured += usize::from(known.is_some());
-        let most = run.spec.wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
-        let seconds = known.unwrap_or(limits.unmeasured_run_s).min(most);
-        match chunking.chunks.last_mut().filter(|chunk| chunk.seconds + seconds <= limits.seconds) {
-            Some(chunk) => {
-                *chunk = Chunk { last: place, runs: chunk.runs + 1, seconds: chunk.seconds + seconds, ..*chunk }
+        for index in missing {
+            let (place, run) = (first + index, &planned[index]);
+            let known = times.of(run);
+            chunking.measured += usize::from(known.is_some());
+            let most = run.spec.wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+            let seconds = known.unwrap_or(limits.unmeasured_run_s).min(most);
+            match chunking.chunks.last_mut().filter(|chunk| chunk.seconds + seconds <= limits.seconds) {
+                Some(chunk) => {
+                    *chunk = Chunk { last: place, runs: chunk.runs + 1, seconds: chunk.seconds + seconds, ..*chunk }
+                }
+                None => chunking.chunks.push(Chunk { first: place, last: place, runs: 1, seconds }),
             }
-            None => chunking.chunks.push(Chunk { first: place, last: place, runs: 1, seconds }),
         }
+        Ok(())
+    };
+    if size > MOST_RUNS {
+        for part in job.experiment.parts(job.catalogue, job.quick, 0..size) {
+            let (first, planned) = part?;
+            divide(first, planned)?;
+        }
+    } else {
+        divide(0, job.experiment.plan(job.catalogue, job.quick)?)?;
     }
     Ok(chunking)
 }
 
 /// Measured times, by case and scheme row.
 #[derive(Debug, Default)]
-struct Times<'a>(BTreeMap<(&'a str, &'a str), Vec<OfStep>>);
+struct Times(BTreeMap<(String, String), Vec<OfStep>>);
 
 /// The times at one macro step.
 #[derive(Debug, Clone, Copy)]
@@ -108,19 +124,19 @@ struct OfStep {
     count: usize,
 }
 
-impl<'a> Times<'a> {
-    fn key(run: &'a PlannedRun) -> (&'a str, &'a str) {
-        (&run.spec.case.name, &run.label)
+impl Times {
+    fn key(run: &PlannedRun) -> (String, String) {
+        (run.spec.case.name.to_string(), run.label.clone())
     }
 
     /// Whether another time of such a run would tell anything.
     fn wants(&self, run: &PlannedRun) -> bool {
-        let known = self.0.get(&(&*run.spec.case.name, run.label.as_str())).into_iter().flatten();
+        let known = self.0.get(&Self::key(run)).into_iter().flatten();
         let mut at_step = known.filter(|of| of.macro_step == run.spec.macro_step);
         at_step.next().is_none_or(|of| of.count < LOOKED_AT)
     }
 
-    fn learn(&mut self, run: &'a PlannedRun, seconds: f64) {
+    fn learn(&mut self, run: &PlannedRun, seconds: f64) {
         let known = self.0.entry(Self::key(run)).or_default();
         match known.iter_mut().find(|of| of.macro_step == run.spec.macro_step) {
             Some(of) => *of = OfStep { sum_s: of.sum_s + seconds, count: of.count + 1, ..*of },
@@ -135,7 +151,7 @@ impl<'a> Times<'a> {
             let best = all.min_by(|a, b| far(a).total_cmp(&far(b)))?;
             Some(best.sum_s / best.count as f64)
         };
-        let own = self.0.get(&(&*run.spec.case.name, run.label.as_str()));
+        let own = self.0.get(&Self::key(run));
         own.and_then(|own| nearest(&mut own.iter())).or_else(|| {
             let of_case = self.0.iter().filter(|((case, _), _)| *case == run.spec.case.name);
             let of_case: Vec<f64> = of_case.filter_map(|(_, own)| nearest(&mut own.iter())).collect();

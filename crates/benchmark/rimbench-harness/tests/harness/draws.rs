@@ -136,7 +136,7 @@ fn what_cannot_be_drawn_is_one_sentence_with_what_is_valid() {
         ("settings = 0\nseed = 1\nranges = { box_mass_kg = [1.0, 5.0] }", "usual.toml: the grid is empty"),
         (
             "settings = 9000000\nseed = 1\nranges = { box_mass_kg = [1.0, 5.0] }",
-            "the grid has 18000000 runs, more than the 100000",
+            "the grid has 18000000 runs, more than the 1000000",
         ),
     ] {
         let message = refused(draw);

@@ -1,5 +1,4 @@
-//! Plans, draws and limits of stability, without the program.
+//! Draws and limits of stability, without the program.
 
 mod draws;
-mod plans;
 mod stability;

@@ -1,21 +1,11 @@
 //! Experiment files and the plans made of them.
 
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunRequest;
-use rimbench_core::error::Result;
-use rimbench_harness::{BuildInfo, Cache, Experiment, Job, prepare_folder};
+use crate::program::{assert_has, printed, refused, rimbench};
+use rimbench::catalogue::Catalogue;
+use rimbench::error::Result;
+use rimbench::harness::{Cache, Experiment, Job, prepare_folder};
+use rimbench::runs::RunRequest;
 use std::path::Path;
-
-const BUILD: BuildInfo = BuildInfo {
-    git_revision: "unknown",
-    git_dirty: "unknown",
-    lock_file: "",
-    version: "0",
-    rustc: "",
-    target: "",
-    target_cpu: "generic",
-    settings: "",
-};
 
 #[test]
 fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
@@ -53,7 +43,7 @@ fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
     // The copy in a results folder says the same where the log is not.
     let results = tempfile::tempdir().unwrap();
     let cache = Cache::in_folder(results.path());
-    prepare_folder(Job::new(&experiment, &catalogue, results.path(), &cache, &BUILD)).unwrap();
+    prepare_folder(Job::new(&experiment, &catalogue, results.path(), &cache, &rimbench::BUILD)).unwrap();
     let copy = Experiment::read_from_results(results.path()).unwrap();
     assert!(copy.is_same_as(&experiment));
     let run = planned(&copy);
@@ -260,4 +250,94 @@ fn what_is_no_experiment_is_told_by_line_with_what_would_be_valid() {
         assert!(message.contains(wanted) || wanted == "unknown", "{wanted}: {message}");
         assert!(message.len() < 2500 && message.lines().count() == 1, "{} characters: {message}", message.len());
     }
+}
+
+/// A grid with settings, rows, macro steps, tolerances and phases.
+fn grid(phases: usize) -> Experiment {
+    let text = format!(
+        "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\nphases = {phases}\nduration_s = 0.05\n\
+         [[cases]]\nname = \"linear-oscillator\"\nset = {{ mass_1_kg = [1.0, 2.0, 3.0], mass_2_kg = [1.5, 2.5] }}\n\
+         [[cases]]\nname = \"wedge-box\"\n\
+         [[schemes]]\nscheme = \"zero-order-hold\"\n\
+         [[schemes]]\nscheme = \"zero-order-hold\"\nlabel = \"adaptive\"\nstep_control = \"energy-residual\"\n\
+         step_tolerances = [1e-2, 1e-3]\n"
+    );
+    Experiment::parse(Path::new("grid.toml"), text).unwrap()
+}
+
+#[test]
+fn the_parts_of_a_plan_are_the_plan() {
+    let (experiment, catalogue) = (grid(300), Catalogue::standard());
+    let whole = experiment.plan(&catalogue, false).unwrap();
+    let size = experiment.size(false).unwrap();
+    assert_eq!(whole.len(), size);
+    assert!(size > 10_000, "{size}: one part");
+    let described = |run: &rimbench::harness::PlannedRun| (run.id.clone(), run.label.clone(), run.spec.phase);
+    for places in [0..size, 0..1, 17..18, 2_999..3_001, 123..11_456, size - 1..size] {
+        let mut at = places.start;
+        for part in experiment.parts(&catalogue, false, places.clone()) {
+            let (first, runs) = part.unwrap();
+            assert!(first == at && (1..=10_000).contains(&runs.len()));
+            assert!(runs.iter().map(described).eq(whole[first..first + runs.len()].iter().map(described)), "{first}");
+            at += runs.len();
+        }
+        assert_eq!(at, places.end);
+    }
+}
+
+#[test]
+fn a_run_that_is_there_twice_is_found_across_parts() {
+    let text = "question = \"?\"\nmacro_steps_s = [5e-3]\nphases = 20000\n[[cases]]\nname = \"linear-oscillator\"\n\
+                [[cases]]\nname = \"linear-oscillator\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
+    let experiment = Experiment::parse(Path::new("twice.toml"), text.to_owned()).unwrap();
+    let catalogue = Catalogue::standard();
+    let mut parts = experiment.parts(&catalogue, false, 0..40_000);
+    assert!(parts.by_ref().take(2).all(|part| part.is_ok()));
+    let message = parts.next().unwrap().unwrap_err().to_string();
+    assert!(message.contains("twice.toml") && message.contains("holds one run twice"), "{message}");
+}
+
+/// More runs than are planned at once: parts of them are run, divided for Slurm and checked, and what needs all of them is refused.
+#[test]
+fn a_million_runs_are_planned_in_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("million.toml");
+    let text = |phases: usize| {
+        format!(
+            "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\nphases = {phases}\nduration_s = 0.01\n[[cases]]\n\
+             name = \"linear-oscillator\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"first-order-hold\"\n"
+        )
+    };
+    std::fs::write(&file, text(250_000)).unwrap();
+    let command = |arguments: &str| {
+        let mut command = rimbench();
+        command.arg("run").arg(&file).arg("--out").arg(folder.path().join("out")).args(arguments.split_whitespace());
+        command
+    };
+    assert_has(&printed(&mut command("--dry-run")), &["1000000 runs, 0 claims"]);
+    let places = "--places 749995-750004";
+    assert_has(&printed(&mut command(places)), &["10 of 10 runs stored: 10 computed now", "records"]);
+    assert_has(&printed(&mut command(places)), &["10 of 10 runs stored: 0 computed now", "10 were there"]);
+    assert_has(&printed(&mut command("--slurm --dry-run")), &["999990 of 1000000 runs are missing"]);
+    assert!(!folder.path().join("out/runs.csv").exists());
+    for (arguments, says) in [
+        (
+            "",
+            "1000000 runs, more than the 100000 that are planned at once: run its parts, by --places, --shard or --slurm",
+        ),
+        ("--collect", "more than the 100000 that are planned at once"),
+        ("--dry-run --all", "more than the 100000 that are planned at once"),
+        ("--dry-run --format json", "more than the 100000 that are planned at once"),
+        ("--places 5-1000000", "places of the plan in order, within 0-999999"),
+    ] {
+        assert_has(&refused(&mut command(arguments)), &[says]);
+    }
+    std::fs::write(&file, text(250_001)).unwrap();
+    assert_has(
+        &refused(&mut command("--dry-run")),
+        &["1000004 runs, more than the 1000000 that one experiment may have"],
+    );
+    // A bad value far behind the first part is found before anything runs.
+    std::fs::write(&file, text(100_000).replace("[1e-3, 5e-3]", "[1e-3, -5e-3]")).unwrap();
+    assert_has(&refused(&mut command("--dry-run")), &["million.toml", "-0.005"]);
 }
