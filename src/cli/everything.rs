@@ -13,7 +13,7 @@ use rimbench::checksums::{sha256, sha256_of_file};
 use rimbench::error::{Error, Result};
 use rimbench::figures::report::DATE_LINE;
 use rimbench::figures::style::Styles;
-use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
+use rimbench::figures::{FigureEntry, claims_markdown, fill_page, has_markers};
 use rimbench::harness::{
     Cache, CheckedClaim, Experiment, Job, Ranking, check_fresh_claims, run_job_until, write_claims,
 };
@@ -42,7 +42,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let groups = ["paper", "published", "study"].map(|group| project.experiments(group));
     let experiments: Vec<Experiment> = groups.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
     let experiments = chosen(experiments, only)?;
-    let figures = project.figures()?;
+    let (figures, tables) = (project.figures()?, project.tables()?);
     check_writable_folder(out)?;
     let mut total = 0;
     for experiment in &experiments {
@@ -55,7 +55,9 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
     let figures: Vec<&FigureEntry> =
         figures.figures.iter().filter(|figure| names.contains(&figure.experiment)).collect();
-    let kept = Kept::look(out, &experiments, &figures, &pages, (whole, whole));
+    let has_table = |folder: &str| !pages.is_empty() || names.iter().any(|name| name == folder);
+    let tables_kept: Vec<PathBuf> = tables.of(has_table).map(|(place, _)| out.join(place.file())).collect();
+    let kept = Kept::look(out, &experiments, &figures, &[&pages[..], &tables_kept[..]].concat(), (whole, whole));
 
     let interruption = Interruption::listen();
     let progress = Progress::begin("reproduce", Some(total));
@@ -101,9 +103,10 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         changed += differing.len();
         write_page(catalogue, &out.join(PAPER))?;
     }
+    tables.write(out, has_table)?;
     for page in &pages {
         let text = read_text(page)?;
-        let filled = fill_page(page, &text, out)?;
+        let filled = fill_page(page, &text, out, &tables)?;
         if filled != text {
             write_atomically(page, |file| file.write_all(filled.as_bytes()))?;
         }
@@ -150,12 +153,12 @@ pub(super) struct Remade {
 
 impl Kept {
     /// Looks at what is kept below a folder of results: of each experiment digest, medians, claims, figures, and rows where they are; of a
-    /// `whole` group its claims and its page; the ranking with `everything`; pages with numbers in them.
+    /// `whole` group its claims and its page; the ranking with `everything`; tables, and pages with numbers in them.
     pub(super) fn look(
         out: &Path,
         experiments: &[Experiment],
         figures: &[&FigureEntry],
-        pages: &[PathBuf],
+        others: &[PathBuf],
         (whole, everything): (bool, bool),
     ) -> Self {
         let mut files = Vec::new();
@@ -183,7 +186,7 @@ impl Kept {
         if everything {
             files.extend(["ranking/ranking.csv", "ranking/claims.csv"].map(|name| out.join(name)));
         }
-        files.extend(pages.iter().cloned());
+        files.extend(others.iter().cloned());
         Kept { before: files.into_par_iter().map(|file| (file.clone(), sum(&file))).collect() }
     }
 
@@ -235,8 +238,7 @@ pub(super) fn pages() -> Result<Vec<PathBuf>> {
     pages.sort();
     let mut with_markers = Vec::new();
     for page in pages {
-        let text = read_text(&page)?;
-        if without_filled(&text) != text {
+        if has_markers(&read_text(&page)?) {
             with_markers.push(page);
         }
     }

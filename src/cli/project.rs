@@ -2,7 +2,7 @@
 //! else those that the program carries. The folder that the program was built in is nowhere looked at.
 
 use rimbench::error::{Error, Result};
-use rimbench::figures::FigureList;
+use rimbench::figures::{FigureList, TableList};
 use rimbench::harness::Experiment;
 use rimbench::shipped;
 use std::borrow::Cow;
@@ -71,6 +71,15 @@ impl Project {
     pub(super) fn figures(self) -> Result<FigureList> {
         let (path, text) = self.text(shipped::FIGURES)?;
         FigureList::parse(path, &text)
+    }
+
+    /// The list of tables and values of pages, which only the project's folder has.
+    ///
+    /// # Errors
+    /// Those of [`TableList::read`].
+    pub(super) fn tables(self) -> Result<TableList> {
+        let path = Path::new("paper/tables.toml");
+        if self == Project::Here && path.is_file() { TableList::read(path) } else { Ok(TableList::default()) }
     }
 
     /// The source of the report: its path and text.

@@ -5,7 +5,7 @@ use crate::support::{cases, schemes};
 use rimbench::cases::ReferenceMethod;
 use rimbench::catalogue::Catalogue;
 use rimbench::claims::{CheckedClaim, Claimant, Verdict, read_claims};
-use rimbench::figures::{claims_markdown, fill_page, without_filled};
+use rimbench::figures::{TableList, claims_markdown, fill_page};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -260,27 +260,45 @@ fn every_case_page_says_how_its_reference_is_made() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// What is between markers is made by `rimbench reproduce --everything`; or here, from what is kept, with `RIMBENCH_FILL_PAGES=1`.
+/// Tables, and what is between markers, are made by `rimbench reproduce --everything`; or here, from what is kept, with
+/// `RIMBENCH_FILL_PAGES=1`.
 #[test]
 fn every_number_between_markers_is_that_of_the_data() {
-    let mut faults = Vec::new();
-    let mut filled = 0;
+    let (list, results) = (TableList::read(&root().join("paper/tables.toml")).unwrap(), root().join("results"));
     let write = std::env::var_os("RIMBENCH_FILL_PAGES").is_some();
+    if write {
+        list.write(&results, |_| true).ok();
+    }
+    let (mut faults, mut pages) = (Vec::new(), String::new());
     for document in documents() {
         let text = read(&document);
-        if without_filled(&text) == text {
-            continue;
-        }
-        filled += 1;
-        match fill_page(&document, &text, &root().join("results")) {
+        match fill_page(&document, &text, &results, &list) {
             Ok(made) if made == text => {}
             Ok(made) if write => fs::write(&document, made).unwrap(),
             Ok(_) => faults.push(format!("{}: other numbers than the data has", document.display())),
             Err(error) => faults.push(error.to_string()),
         }
+        pages += &text;
     }
-    assert!(filled >= 1, "no page has markers");
-    assert!(faults.is_empty(), "{}\nRIMBENCH_FILL_PAGES=1 fills them from what is kept", faults.join("\n"));
+    let mut kept: BTreeSet<PathBuf> = files(&results, "md").into_iter().collect();
+    kept.retain(|file| file.parent().unwrap().ends_with("tables"));
+    for (place, table) in list.of(|_| true) {
+        let file = results.join(place.file());
+        match table.markdown(place, &results) {
+            Ok(made) if made == fs::read_to_string(&file).unwrap_or_default() => {}
+            Ok(_) => faults.push(format!("{}: another table than the data has", file.display())),
+            Err(error) => faults.push(error.to_string()),
+        }
+        kept.remove(&file);
+        if !pages.contains(&format!("<!-- include results/{} -->", place.file().display())) {
+            faults.push(format!("{}: on no page", file.display()));
+        }
+    }
+    faults.extend(kept.iter().map(|file| format!("{}: of no table that is listed", file.display())));
+    let unused = list.values().filter(|id| !pages.contains(&format!("id={id} ")));
+    faults.extend(unused.map(|id| format!("value {id}: on no page")));
+    assert!(list.values().count() > 50 && list.of(|_| true).count() > 50, "the check reads nothing");
+    assert!(faults.is_empty(), "{}\nRIMBENCH_FILL_PAGES=1 makes them from what is kept", faults.join("\n"));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
 use rimbench::error::Error;
 use rimbench::everything;
-use rimbench::figures::FigureList;
+use rimbench::figures::{FigureList, TableList};
 use rimbench::fmi::import::{Programs, read_case};
 use rimbench::harness::{Experiment, Ranking, Store};
 use rimbench::perf::History;
@@ -138,6 +138,7 @@ static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
         ("experiment", beginning("experiments/study/friction.toml", all)),
         ("experiment", beginning("experiments/study/model_steps.toml", all)),
         ("figures", whole_figures(beginning("paper/figures.toml", 6000))),
+        ("tables", beginning("paper/tables.toml", all)),
         ("history", beginning("results/perf/history.csv", 6000)),
         ("table", beginning("results/paper/fig1/runs.csv", 9000)),
         ("table", beginning("results/paper/claims.csv", 4000)),
@@ -184,6 +185,9 @@ fn what_is_mangled_was_valid() {
     }
     for text in seeds("figures") {
         FigureList::parse(Path::new("f.toml"), std::str::from_utf8(text).unwrap()).unwrap();
+    }
+    for text in seeds("tables") {
+        TableList::parse(Path::new("t.toml"), std::str::from_utf8(text).unwrap()).unwrap();
     }
     for text in seeds("ranking") {
         Ranking::parse(Path::new("r.toml"), std::str::from_utf8(text).unwrap()).unwrap();
@@ -246,6 +250,13 @@ proptest! {
         let text = mangled(seeds("figures")[0], &changes);
         let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
         says(FigureList::parse(Path::new("f.toml"), text));
+    }
+
+    #[test]
+    fn any_list_of_tables_is_one_or_an_error(changes in changes()) {
+        let text = mangled(seeds("tables")[0], &changes);
+        let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
+        says(TableList::parse(Path::new("t.toml"), text));
     }
 
     #[test]

@@ -58,8 +58,10 @@ mod paint;
 mod rows;
 mod scale;
 mod seven_bits;
+mod tables;
 mod vector;
 
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKind, FigureList, Head, MadeFigures, figure_keys, preview};
-pub use pages::{fill_page, without_filled};
+pub use pages::{fill_page, has_markers};
+pub use tables::{Place, Table, TableList};

@@ -13,7 +13,7 @@ mod profile_figure;
 mod stability_figure;
 mod statistics;
 mod trace_figure;
-mod valid;
+pub(crate) mod valid;
 mod xy_figure;
 
 pub use preview::preview;

@@ -16,14 +16,17 @@ pub const LONGEST_NAME: usize = 80;
 /// # Errors
 /// The key, and what is wrong with it.
 pub fn read<T: DeserializeOwned>(table: Table) -> Result<T, String> {
-    serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
-        let (place, message) = (place(error.path()), error.inner().message());
-        match (place.is_empty(), message.starts_with("= ")) {
-            (true, _) => message.to_owned(),
-            (false, true) => format!("{place} {message}"),
-            (false, false) => format!("{place}: {message}"),
-        }
-    })
+    serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| said(&error))
+}
+
+/// What is wrong, with the key that it is of.
+pub fn said(error: &serde_path_to_error::Error<toml::de::Error>) -> String {
+    let (place, message) = (place(error.path()), error.inner().message());
+    match (place.is_empty(), message.starts_with("= ")) {
+        (true, _) => message.to_owned(),
+        (false, true) => format!("{place} {message}"),
+        (false, false) => format!("{place}: {message}"),
+    }
 }
 
 /// A place in a table as a reader counts: `panels 1: range`.
@@ -107,6 +110,13 @@ takes! {
     /// Panels in a row.
     columns: usize = "a whole number from 1 to 12",
         |value| value.as_integer().filter(|count| (1..=12).contains(count)).map(|count| count as usize);
+    /// Significant digits.
+    digits: usize = "a whole number from 1 to 8",
+        |value| value.as_integer().filter(|count| (1..=8).contains(count)).map(|count| count as usize);
+    /// A text, or a number as text, of a condition.
+    condition: String = "a text, a number, or { not = […], below = …, above = … }", text_of;
+    /// Texts or numbers as texts.
+    texts: Vec<String> = "a list of texts or numbers", |value| value.as_array()?.iter().map(text_of).collect();
     /// A number above zero.
     positive: f64 = "a finite number above 0", |value| number(value).filter(|number| *number > 0.0);
     /// Numbers, at least one.
@@ -189,6 +199,11 @@ fn number(value: &Value) -> Option<f64> {
     number.is_finite().then_some(number)
 }
 
+/// A text, or a number as Rust writes it.
+fn text_of(value: &Value) -> Option<String> {
+    value.as_str().map(str::to_owned).or_else(|| number(value).map(|number| number.to_string()))
+}
+
 fn numbers(value: &Value) -> Option<Vec<f64>> {
     value.as_array()?.iter().map(number).collect()
 }
@@ -197,7 +212,8 @@ fn ends(value: &Value) -> Option<[f64; 2]> {
     numbers(value)?.try_into().ok()
 }
 
-fn is_file_name(text: &str) -> bool {
+/// Whether a name is safe as that of a file.
+pub fn is_file_name(text: &str) -> bool {
     let safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     (1..=LONGEST_NAME).contains(&text.len()) && text.chars().all(safe) && !text.starts_with('.')
 }

@@ -1,8 +1,9 @@
 //! Numbers and tables of pages, filled from files.
 
 use rimbench_core::error::Result;
-use rimbench_figures::{fill_page, without_filled};
+use rimbench_figures::{TableList, fill_page, has_markers};
 use rimbench_results::kept::{PooledSets, keep};
+use std::path::Path;
 
 fn results() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -18,38 +19,75 @@ fn results() -> tempfile::TempDir {
     folder
 }
 
-fn filled(text: &str) -> Result<String> {
-    fill_page("page.md".as_ref(), text, results().path())
+/// Columns of a summary and of other files, as lists of tables have them.
+const LIST: &str = r#"
+[table."study/x/by-step".grid]
+cell = "force_error_rms_n_median"
+lines = { column = "label" }
+across = { column = "macro_step_s", unit = "ms", values = [5, 10] }
+digits = 3
+
+[table."study/x/claims".claims]
+
+[table."work/solvers".list]
+file = "work.csv"
+columns = [
+    { column = "solver" },
+    { column = "pivots", fold = "sum", heading = "work" },
+    { column = "worst", fold = "max", unit = "%" },
+]
+names = { one = "first" }
+
+[table."work/two".list]
+file = "work.csv"
+only = { from = { above = 1 }, solver = { not = ["one"] } }
+columns = [{ column = "solver" }, { column = "worst" }]
+
+[value."study/x/error"]
+column = "position_error_rms_m_median"
+only = { label = "a", macro_step_s = 0.005 }
+
+[value."study/x/claims"]
+file = "claims.csv"
+column = "id"
+fold = "count"
+"#;
+
+fn list(text: &str) -> TableList {
+    TableList::parse("t.toml".as_ref(), text).unwrap()
+}
+
+/// The tables of a list, made in a folder, one behind the other.
+fn made(text: &str, results: &Path) -> Result<String> {
+    let list = list(text);
+    list.of(|_| true).map(|(place, table)| table.markdown(place, results)).collect()
 }
 
 #[test]
 fn markers_are_filled_and_what_is_around_them_stays() {
-    let page = "It has <!-- value file=study/x/summary.csv column=position_error_rms_m_median \
-                where=\"label=a; macro_step_s=0.005\" unit=mm -->?<!-- /value -->, and \
+    let (folder, list) = (results(), list(LIST));
+    list.write(folder.path(), |own| own == "study/x").unwrap();
+    let filled = |text: &str| fill_page("page.md".as_ref(), text, folder.path(), &list);
+    let page = "It has <!-- value id=study/x/error unit=mm -->?<!-- /value -->, and \
                 <!-- value claim=study/x:floor unit=N -->?<!-- /value --> of \
-                <!-- value file=study/x/claims.csv column=count -->?<!-- /value -->.";
+                <!-- value id=study/x/claims -->?<!-- /value -->:\
+                <!-- include results/study/x/tables/claims.md --><!-- /include -->.";
     let once = filled(page).unwrap();
     let text: String = once.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, text)| text)).collect();
-    assert_eq!(text, "It has 1.2 mm, and 43 N of 1.");
+    let table = "| claim | measured | expected | |\n|---|---|---|---|\n| t | 43.3 | ≥ 2 | reproduced |";
+    assert_eq!(text, format!("It has 1.2 mm, and 43 N of 1:\n\n{table}\n\n."));
     assert_eq!(filled(&once).unwrap(), once);
-    assert_eq!(without_filled(&once), "It has , and  of .");
+    assert!(has_markers(&once) && !has_markers("no <!-- remark -->"));
     let example = "```text\n<!-- value claim=nothing -->\n```\n";
     assert_eq!(filled(example).unwrap(), example);
 }
 
 #[test]
 fn a_table_says_how_many_completed_where_not_all_did() {
-    let table = filled(
-        "<!-- table file=study/x/summary.csv lines=label across=\"macro_step_s in ms: 5; 10\" \
-                        cell=force_error_rms_n_median digits=3 --><!-- /table -->",
-    )
-    .unwrap();
-    assert!(
-        table.contains("\n| scheme | 5 ms | 10 ms |\n|---|---|---|\n| a | 16.6 | 30.0 (1) |\n| b | 8.30 | – |\n"),
-        "{table}"
-    );
-    let claims = filled("<!-- table claims=study/x -->\n<!-- /table -->").unwrap();
-    assert!(claims.contains("| t | 43.3 | ≥ 2 | reproduced |"), "{claims}");
+    let (folder, list) = (results(), list(LIST));
+    list.write(folder.path(), |own| own == "study/x").unwrap();
+    let table = std::fs::read_to_string(folder.path().join("study/x/tables/by-step.md")).unwrap();
+    assert_eq!(table, "| scheme | 5 ms | 10 ms |\n|---|---|---|\n| a | 16.6 | 30.0 (1) |\n| b | 8.30 | – |\n");
 }
 
 #[test]
@@ -61,74 +99,108 @@ fn lines_may_be_other_than_schemes_and_names_other_than_identifiers() {
                 b,box,c=1 soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
     std::fs::write(own.join("runs.csv"), runs).unwrap();
     keep(&own, &PooledSets::new(), &"0".repeat(64)).unwrap();
-    let table = |marker: &str| {
-        let marker =
-            format!("<!-- table file=study/x/summary.csv cell=force_error_rms_n_median {marker} --><!-- /table -->");
-        fill_page("p".as_ref(), &marker, folder.path())
+    let table = |keys: &str| {
+        made(&format!("[table.\"study/x/t\".grid]\ncell = \"force_error_rms_n_median\"\n{keys}"), folder.path())
     };
-    let steps = "across=\"macro_step_s in ms\"";
-    let made = table(&format!("lines=set {steps} where=label=a names=\"c=1 soft=soft stops; set=stops\"")).unwrap();
-    assert!(made.contains("\n| stops | 5 ms |\n|---|---|\n| soft stops | 1.5 |\n| hard | 2.5 |\n"), "{made}");
-    let made = table("lines=set across=\"label: b; a\" names=\"b=better\"").unwrap();
-    assert!(made.contains("\n| set | better | a |\n|---|---|---|\n| c=1 soft | 3.5 | 1.5 |\n"), "{made}");
-    let error = table(&format!("lines=label {steps}")).unwrap_err().to_string();
-    assert!(error.contains("2 rows have `a` and `0.005`: say one"), "{error}");
+    let steps = "across = { column = \"macro_step_s\", unit = \"ms\" }";
+    let names = "names = { \"c=1 soft\" = \"soft stops\", set = \"stops\" }";
+    let sets = table(&format!("lines.column = \"set\"\n{steps}\nonly = {{ label = \"a\" }}\n{names}"));
+    assert_eq!(sets.unwrap(), "| stops | 5 ms |\n|---|---|\n| soft stops | 1.5 |\n| hard | 2.5 |\n");
+    let labels =
+        "lines.column = \"set\"\nacross = { column = \"label\", values = [\"b\", \"a\"] }\nnames.b = \"better\"";
+    assert_eq!(
+        table(labels).unwrap(),
+        "| set | better | a |\n|---|---|---|\n| c=1 soft | 3.5 | 1.5 |\n| hard | 4.5 | 2.5 |\n"
+    );
+    let error = table(&format!("lines.column = \"label\"\n{steps}")).unwrap_err().to_string();
+    assert!(error.contains("`study/x/t`") && error.contains("2 rows have `a` and `0.005`: say one"), "{error}");
 }
 
 #[test]
 fn rows_of_other_files_are_chosen_folded_and_held_against_each_other() {
     let folder = results();
     let work = "solver,from,pivots,worst\none,1,3,1e-9\none,65,7,2e-9\ntwo,1,5,0.5\ntwo,65,,0.25\n";
-    std::fs::write(folder.path().join("work.csv"), work).unwrap();
-    let filled = |text: &str| fill_page("p".as_ref(), text, folder.path());
-    let made = filled(
-        "<!-- table file=work.csv columns=\"solver; sum pivots as work; max worst in %\" names=\"one=first\" -->\
-         <!-- /table -->",
-    );
-    let lines = "\n| solver | work | max worst |\n|---|---|---|\n| first | 10 | 2.0e-7 |\n| two | 5 | 50 |\n";
-    assert!(made.as_ref().unwrap().contains(lines), "{made:?}");
-    let made =
-        filled("<!-- table file=work.csv columns=\"solver; worst\" where=\"from>1; solver!=one\" --><!-- /table -->");
-    assert!(made.as_ref().unwrap().contains("|---|---|\n| two | 0.25 |\n\n"), "{made:?}");
-    for (keys, said) in [
-        ("column=\"sum pivots\" where=solver=one", "10"),
-        ("column=count where=\"worst<0.3\"", "3"),
-        ("column=worst where=\"solver=two; from=65.0\" unit=%", "25 %"),
-        ("column=solver where=\"worst=0.5\"", "two"),
+    std::fs::create_dir(folder.path().join("work")).unwrap();
+    std::fs::write(folder.path().join("work/work.csv"), work).unwrap();
+    list(LIST).write(folder.path(), |own| own == "work").unwrap();
+    let table = |name: &str| std::fs::read_to_string(folder.path().join("work/tables").join(name)).unwrap();
+    let solvers = "| solver | work | worst |\n|---|---|---|\n| first | 10 | 2.0e-7 |\n| two | 5 | 50 |\n";
+    assert_eq!(table("solvers.md"), solvers);
+    assert_eq!(table("two.md"), "| solver | worst |\n|---|---|\n| two | 0.25 |\n");
+    let value = |keys: &str, unit: &str| {
+        let list = list(&format!("[value.\"work/v\"]\nfile = \"work.csv\"\n{keys}"));
+        let page = format!("<!-- value id=work/v {unit} -->?<!-- /value -->");
+        fill_page("p".as_ref(), &page, folder.path(), &list)
+    };
+    for (keys, unit, said) in [
+        ("column = \"pivots\"\nfold = \"sum\"\nonly.solver = \"one\"", "", "10"),
+        ("column = \"pivots\"\nfold = \"count\"\nonly.worst = { below = 0.3 }", "", "2"),
+        ("column = \"worst\"\nonly = { solver = \"two\", from = 65.0 }", "unit=%", "25 %"),
+        ("column = \"solver\"\nonly.worst = 0.5", "", "two"),
     ] {
-        let made = filled(&format!("<!-- value file=work.csv {keys} -->?<!-- /value -->")).unwrap();
+        let made = value(keys, unit).unwrap();
         assert!(made.contains(&format!("-->{said}<!--")), "{keys}: {made}");
     }
     for (keys, said) in [
-        ("column=pivots where=solver=one", "2 rows meet `solver=one`"),
-        ("column=pivots where=solver=on", "`one`"),
-        ("column=pivot", "pivots"),
-        ("column=\"mean pivots\"", "sum"),
-        ("column=pivots where=\"pivots>9\"", "no row meets"),
+        ("column = \"pivots\"\nonly.solver = \"one\"", "2 rows are of `work/v`"),
+        ("column = \"pivots\"\nonly.solver = \"on\"", "`one`"),
+        ("column = \"pivot\"\nonly.worst = 0.5", "pivots"),
+        ("column = \"pivots\"\nonly.pivots.above = 9", "no row meets `only` (pivots)"),
     ] {
-        let error = filled(&format!("<!-- value file=work.csv {keys} --><!-- /value -->")).unwrap_err().to_string();
+        let error = value(keys, "").unwrap_err().to_string();
         assert!(error.contains(said), "{keys}: {error}");
     }
 }
 
 #[test]
 fn what_cannot_be_filled_is_named_with_its_line() {
+    let (folder, list) = (results(), list(LIST));
     for (marker, said) in [
-        ("<!-- value file=study/x/summary.csv column=runs where=label=c --><!-- /value -->", "`c`"),
-        ("<!-- value file=study/x/summary.csv --><!-- /value -->", "lacks `column`"),
-        ("<!-- value column=runs --><!-- /value -->", "lacks `file`"),
-        (
-            "<!-- table file=study/x/summary.csv cell=runs lines=label across=\"macro_step_s in ms: 6\" --><!-- /table -->",
-            "`6`",
-        ),
+        ("<!-- value id=study/x/eror --><!-- /value -->", "`study/x/error`"),
+        ("<!-- value unit=N --><!-- /value -->", "one of `claim="),
         ("<!-- value claim=study/x:flor --><!-- /value -->", "`floor`"),
         ("<!-- value claim=study/x --><!-- /value -->", "group/name:id"),
         ("<!-- value claim=study/x:floor colour=red --><!-- /value -->", "colour"),
-        ("<!-- value file=study/y/summary.csv column=runs --><!-- /value -->", "digest.toml"),
+        ("<!-- value claim=study/x:floor digits=0 --><!-- /value -->", "1 to 8"),
         ("<!-- value claim=study/x:floor -->", "is not closed"),
         ("<!-- value claim=study/x:floor unit=ft --><!-- /value -->", "ft"),
+        ("<!-- include study/x/claims.csv --><!-- /include -->", "below `results/`"),
+        ("<!-- include results/study/x/tables/none.md --><!-- /include -->", "none.md"),
     ] {
-        let error = filled(&format!("one\n{marker}")).unwrap_err().to_string();
+        let error =
+            fill_page("page.md".as_ref(), &format!("one\n{marker}"), folder.path(), &list).unwrap_err().to_string();
         assert!(error.contains("page.md: line 2") && error.contains(said), "{marker}: {error}");
+    }
+}
+
+#[test]
+fn what_is_wrong_in_a_list_is_named_with_line_key_and_what_is_valid() {
+    for (from, to, line, said) in [
+        ("digits = 3", "digits = 9", 6, "by-step: digits = 9 is not valid; valid: a whole number from 1 to 8"),
+        ("digits = 3", "digit = 3", 6, "unknown field `digit`"),
+        ("\"ms\"", "\"ft\"", 5, "across: unit: unknown unit `ft`"),
+        ("fold = \"sum\"", "fold = \"mean\"", 14, "`sum`, `max`, `min`"),
+        (".claims]", ".claim]", 8, "unknown variant `claim`, expected one of `grid`, `list`, `claims`"),
+        ("above = 1", "over = 1", 21, "only: from: unknown field `over`, expected one of `not`, `below`, `above`"),
+        (
+            "label = \"a\"",
+            "label = true",
+            26,
+            "only: label = true is not valid; valid: a text, a number, or { not = […]",
+        ),
+        ("\"work/two\"", "\"two\"", 19, "folder/name"),
+        ("column = \"id\"\n", "", 28, "missing field `column`"),
+    ] {
+        let error = TableList::parse("t.toml".as_ref(), &LIST.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(error.contains(&format!("t.toml: line {line}, ")) && error.contains(said), "{to}: {error}");
+    }
+    let folder = results();
+    for (from, to, said) in [
+        ("[5, 10]", "[6]", "0 rows have `a` and `6`"),
+        ("force_error_rms_n_median", "force_error", "force_error_rms_n_median"),
+        ("study/x/by-step", "study/y/by-step", "digest.toml"),
+    ] {
+        let error = made(&LIST.replacen(from, to, 1), folder.path()).unwrap_err().to_string();
+        assert!(error.contains(said), "{to}: {error}");
     }
 }

@@ -1,0 +1,577 @@
+//! Tables and values of pages, from entries in `paper/tables.toml`: what is shown of which file of results.
+//!
+//! A table is written as Markdown beside the results it is of, as `<folder>/tables/<name>.md`, and pages include it; a value is named by
+//! pages. The keys are told in `docs/development/regenerate.md`.
+
+use crate::claims_table::significant;
+use crate::figures::valid::{self, is_file_name};
+use rimbench_core::error::{Error, Result};
+use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::claims::{bound_of, digits_apart};
+use rimbench_results::input::read_text;
+use rimbench_results::kept::{SUMMARY, read_summary};
+use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_results::text_place::said_at;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::Value;
+
+/// Relative slack when two numbers are held against each other.
+const SAME: f64 = 1e-9;
+
+/// Units that a number may be shown in: what a value in SI units is multiplied by.
+const UNITS: [(&str, f64); 13] = [
+    ("N", 1.0),
+    ("J", 1.0),
+    ("mJ", 1e3),
+    ("m", 1.0),
+    ("kg", 1.0),
+    ("s", 1.0),
+    ("ms", 1e3),
+    ("µs", 1e6),
+    ("mm", 1e3),
+    ("µm", 1e6),
+    ("%", 1e2),
+    ("times", 1.0),
+    ("kN", 1e-3),
+];
+
+/// The file that lists the tables and values of pages.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableList {
+    #[serde(default, rename = "table")]
+    tables: BTreeMap<Place, Table>,
+    #[serde(default, rename = "value")]
+    values: BTreeMap<Place, Shown>,
+}
+
+/// Where something belongs and what it is called: `<folder of results>/<name>`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(try_from = "String")]
+pub struct Place {
+    folder: String,
+    name: String,
+}
+
+/// A table: how it is made of its file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Table {
+    /// A cell for each line and column.
+    Grid(Grid),
+    /// Columns of the file.
+    List(List),
+    /// Claims of the experiment.
+    Claims(Claims),
+}
+
+/// A cell for each line and column, in brackets how many runs completed where not all did.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    #[serde(default = "summary")]
+    file: String,
+    #[serde(default)]
+    only: Only,
+    cell: String,
+    lines: Axis,
+    across: Axis,
+    #[serde(default)]
+    unit: Unit,
+    #[serde(default = "two", deserialize_with = "valid::digits")]
+    digits: usize,
+    #[serde(default)]
+    names: Names,
+}
+
+/// A table of some columns. The columns without a fold tell the lines apart where there is one with a fold.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct List {
+    #[serde(default = "summary")]
+    file: String,
+    #[serde(default)]
+    only: Only,
+    columns: Vec<Column>,
+    #[serde(default = "two", deserialize_with = "valid::digits")]
+    digits: usize,
+    #[serde(default)]
+    names: Names,
+}
+
+/// Claims of an experiment, with what was measured.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claims {
+    #[serde(default)]
+    only: Only,
+}
+
+/// A cell of a file, or what its rows come to.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Shown {
+    #[serde(default = "summary")]
+    file: String,
+    #[serde(default)]
+    only: Only,
+    column: String,
+    fold: Option<Fold>,
+}
+
+/// A column of a list.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Column {
+    column: String,
+    fold: Option<Fold>,
+    #[serde(default)]
+    unit: Unit,
+    heading: Option<String>,
+}
+
+/// What lines or columns of a grid are: values of a column, in its unit; all there are, where none is named.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Axis {
+    column: String,
+    #[serde(default)]
+    unit: Unit,
+    #[serde(default, deserialize_with = "valid::texts")]
+    values: Vec<String>,
+}
+
+/// What becomes of several rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Fold {
+    Sum,
+    Max,
+    Min,
+    /// How many have something in the column.
+    Count,
+}
+
+/// What a page calls identifiers.
+type Names = BTreeMap<String, String>;
+
+/// Conditions on columns.
+type Only = BTreeMap<String, Condition>;
+
+/// What a row must have in a column.
+#[derive(Debug, Clone)]
+enum Condition {
+    Is(String),
+    Within(Bounds),
+}
+
+/// What a number or text of a row must not be, or be between.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Bounds {
+    #[serde(default, deserialize_with = "valid::texts")]
+    not: Vec<String>,
+    below: Option<f64>,
+    above: Option<f64>,
+}
+
+/// A unit that numbers are shown in; none is that of the file.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unit {
+    name: &'static str,
+    scale: f64,
+}
+
+/// What a cell or a fold of cells is.
+pub(crate) enum Cell {
+    Number(f64),
+    Text(String),
+}
+
+fn summary() -> String {
+    SUMMARY.to_owned()
+}
+
+fn two() -> usize {
+    2
+}
+
+impl TableList {
+    /// Reads the list.
+    ///
+    /// # Errors
+    /// [`Error::File`] with what is wrong first: line, key and what is valid.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::parse(path, &read_text(path)?)
+    }
+
+    /// Reads the text of a list; `path` is what errors name.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let wrong = |place, message: &str| Error::file(path, said_at(text, place, message));
+        let list = toml::Deserializer::parse(text).map_err(|error| wrong(error.span(), error.message()))?;
+        serde_path_to_error::deserialize(list).map_err(|error| wrong(error.inner().span(), &valid::said(&error)))
+    }
+
+    /// The tables that are written below some folders of results (`group/name`, or `group` of what belongs to no experiment).
+    pub fn of(&self, is_wanted: impl Fn(&str) -> bool) -> impl Iterator<Item = (&Place, &Table)> {
+        self.tables.iter().filter(move |(place, _)| is_wanted(&place.folder))
+    }
+
+    /// Writes such tables from what is in a folder of results.
+    ///
+    /// # Errors
+    /// Those of [`Table::markdown`]; [`Error::File`] for a file that cannot be written.
+    pub fn write(&self, results: &Path, is_wanted: impl Fn(&str) -> bool) -> Result<()> {
+        let write = |(place, table): (&Place, &Table)| {
+            let (made, file) = (table.markdown(place, results)?, results.join(place.file()));
+            let folder = file.parent().unwrap_or(results);
+            std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
+            write_atomically(&file, |file| file.write_all(made.as_bytes()))
+        };
+        // One that cannot be made leaves the others.
+        let written: Vec<Result<()>> = self.of(is_wanted).map(write).collect();
+        written.into_iter().collect()
+    }
+
+    /// The values' names.
+    pub fn values(&self) -> impl Iterator<Item = String> {
+        self.values.keys().map(Place::id)
+    }
+
+    /// A value by its name.
+    pub(crate) fn value(&self, id: &str, results: &Path) -> Result<Cell> {
+        let found = self.values.iter().find(|(place, _)| place.id() == id);
+        let known: Vec<String> = self.values().collect();
+        let (place, value) = found.ok_or_else(|| Error::unknown("value", id, known.iter().map(String::as_str)))?;
+        let file = source(results, &place.folder, &value.file)?;
+        let rows = rows_of(&file, &value.only)?;
+        if value.fold.is_none() && rows.len() > 1 {
+            return Err(Error::file(
+                file.path(),
+                format!("{} rows are of `{id}`: say more in `only`, or a `fold`", rows.len()),
+            ));
+        }
+        Ok(folded(&file, file.column(&value.column)?, value.fold, &rows))
+    }
+}
+
+impl Place {
+    /// The file of a table, below the folder of results.
+    pub fn file(&self) -> PathBuf {
+        Path::new(&self.folder).join("tables").join(format!("{}.md", self.name))
+    }
+
+    fn id(&self) -> String {
+        format!("{}/{}", self.folder, self.name)
+    }
+}
+
+impl TryFrom<String> for Place {
+    type Error = String;
+
+    fn try_from(id: String) -> std::result::Result<Self, String> {
+        match id.rsplit_once('/').filter(|_| id.split('/').all(is_file_name) && id.split('/').count() <= 3) {
+            Some((folder, name)) => Ok(Place { folder: folder.to_owned(), name: name.to_owned() }),
+            None => Err(Error::invalid("id", &id, "\"group/experiment/name\", or \"folder/name\"").to_string()),
+        }
+    }
+}
+
+impl Table {
+    /// Makes the table, at a place, from the results in a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a file that is missing or damaged, a column or a value that is not there, and a cell that is not one.
+    pub fn markdown(&self, place: &Place, results: &Path) -> Result<String> {
+        let made = match self {
+            Table::Grid(grid) => source(results, &place.folder, &grid.file).and_then(|file| grid.markdown(&file)),
+            Table::List(list) => source(results, &place.folder, &list.file).and_then(|file| list.markdown(&file)),
+            Table::Claims(claims) => claims.markdown(results, &place.folder),
+        };
+        made.map_err(|error| Error::Incompatible(format!("table `{}`: {error}", place.id())))
+    }
+}
+
+impl Grid {
+    fn markdown(&self, file: &ResultsTable) -> Result<String> {
+        let (rows, cell) = (rows_of(file, &self.only)?, file.column(&self.cell)?);
+        let (lines, line_values) = self.lines.of(file, &rows)?;
+        let (across, across_values) = self.across.of(file, &rows)?;
+        let counts = ["completed", "runs"].map(|name| file.column(name).ok());
+        let heading = |axis: &Axis, column, value| axis.shown(file, column, &rows, value, &self.names);
+        let columns: Vec<String> = across_values.iter().map(|value| heading(&self.across, across, value)).collect();
+        let first = if self.lines.column == "label" { "scheme" } else { &self.lines.column };
+        let (head, rule) = (columns.join(" | "), "---|".repeat(columns.len()));
+        let mut made = format!("| {} | {head} |\n|---|{rule}\n", named(&self.names, first));
+        for line in &line_values {
+            made += &format!("| {} |", heading(&self.lines, lines, line));
+            for column in &across_values {
+                let fits = |row: &&usize| {
+                    self.lines.has(file, lines, **row, line) && self.across.has(file, across, **row, column)
+                };
+                let found: Vec<usize> = rows.iter().filter(fits).copied().collect();
+                let [row] = found[..] else {
+                    let message = format!("{} rows have `{line}` and `{column}`: say one in `only`", found.len());
+                    return Err(Error::file(file.path(), message));
+                };
+                let value = self.unit.written(file.number(row, cell), self.digits);
+                let completed = counts.map(|count| count.map(|count| file.number(row, count)));
+                made += &match completed {
+                    [Some(0.0), _] => " – |".to_owned(),
+                    [Some(completed), Some(runs)] if completed < runs => format!(" {value} ({completed}) |"),
+                    _ => format!(" {value} |"),
+                };
+            }
+            made.push('\n');
+        }
+        Ok(made)
+    }
+}
+
+impl List {
+    fn markdown(&self, file: &ResultsTable) -> Result<String> {
+        let places: Vec<usize> = self.columns.iter().map(|own| file.column(&own.column)).collect::<Result<_>>()?;
+        let columns = || self.columns.iter().zip(places.iter().copied());
+        let texts = |row| {
+            let own = columns().filter(|(column, _)| column.fold.is_none());
+            own.map(|(_, place)| file.text(row, place)).collect::<Vec<_>>()
+        };
+        let is_folded = self.columns.iter().any(|column| column.fold.is_some());
+        let mut lines: Vec<Vec<usize>> = Vec::new();
+        for row in rows_of(file, &self.only)? {
+            match lines.iter_mut().find(|line| is_folded && texts(line[0]) == texts(row)) {
+                Some(line) => line.push(row),
+                None => lines.push(vec![row]),
+            }
+        }
+        let headings = self.columns.iter().map(|own| named(&self.names, own.heading.as_ref().unwrap_or(&own.column)));
+        let headings: Vec<&str> = headings.collect();
+        let mut made = format!("| {} |\n|{}\n", headings.join(" | "), "---|".repeat(headings.len()));
+        for rows in &lines {
+            let cell = |(own, place): (&Column, usize)| {
+                let shown = folded(file, place, own.fold, rows).shown(own.unit, self.digits);
+                named(&self.names, &shown).to_owned()
+            };
+            made += &format!("| {} |\n", columns().map(cell).collect::<Vec<_>>().join(" | "));
+        }
+        Ok(made)
+    }
+}
+
+impl Claims {
+    fn markdown(&self, results: &Path, experiment: &str) -> Result<String> {
+        let (claims, rows) = claims_of(results, experiment)?;
+        let [text, measured, expected, verdict] =
+            ["text", "measured", "expected", "verdict"].map(|name| claims.column(name));
+        let (text, measured, expected, verdict) = (text?, measured?, expected?, verdict?);
+        let failed = claims.column("failed").ok();
+        let wanted = rows_of(&claims, &self.only)?;
+        let mut table = String::from("| claim | measured | expected | |\n|---|---|---|---|\n");
+        for row in rows.into_iter().filter(|row| wanted.contains(row)) {
+            let [text, expected] = [text, expected].map(|column| claims.text(row, column).replace('|', "\\|"));
+            let (value, bound) = (claims.number(row, measured), bound_of(&expected));
+            let mut measured = significant(value, bound.map_or(3, |(_, bound)| digits_apart(value, bound, 3)));
+            // What a number does not show.
+            let meets = bound.is_some_and(|(at_least, bound)| if at_least { value >= bound } else { value <= bound });
+            let failed = failed.map_or(0.0, |column| claims.number(row, column));
+            if failed > 0.0 && claims.text(row, verdict) == "not-reproduced" && (meets || value.is_nan()) {
+                measured += &format!(", {failed} failed");
+            }
+            table +=
+                &format!("| {text} | {measured} | {expected} | {} |\n", claims.text(row, verdict).replace('-', " "));
+        }
+        Ok(table)
+    }
+}
+
+impl Axis {
+    /// Its column, and its values.
+    fn of<'a>(&'a self, file: &'a ResultsTable, rows: &[usize]) -> Result<(usize, Vec<&'a str>)> {
+        let column = file.column(&self.column)?;
+        let mut values: Vec<&str> = self.values.iter().map(String::as_str).collect();
+        if values.is_empty() {
+            for text in rows.iter().map(|&row| file.text(row, column)) {
+                if !values.contains(&text) {
+                    values.push(text);
+                }
+            }
+        }
+        Ok((column, values))
+    }
+
+    /// Whether a row has a value, which is in the unit of the axis where it is named, as in the file where it is not.
+    fn has(&self, file: &ResultsTable, column: usize, row: usize, value: &str) -> bool {
+        let is = |number: f64| same(self.unit.scale * file.number(row, column), number);
+        file.text(row, column) == value || value.parse().is_ok_and(is)
+    }
+
+    /// A value as a heading.
+    fn shown(&self, file: &ResultsTable, column: usize, rows: &[usize], value: &str, names: &Names) -> String {
+        match rows.iter().find(|&&row| self.has(file, column, row, value)) {
+            // A step in seconds times a thousand is rarely the number that was written.
+            Some(&row) if !self.unit.name.is_empty() => {
+                self.unit.behind(format!("{}", (file.number(row, column) * self.unit.scale * 1e6).round() / 1e6))
+            }
+            _ => named(names, value).to_owned(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Condition {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        let value = Value::deserialize(from)?;
+        let read = match value {
+            Value::Table(_) => value.try_into().map(Condition::Within),
+            value => valid::condition(value).map(Condition::Is),
+        };
+        read.map_err(|error| D::Error::custom(error.message()))
+    }
+}
+
+impl Condition {
+    /// Texts that a column must have somewhere.
+    fn named(&self) -> &[String] {
+        match self {
+            Condition::Is(wanted) => std::slice::from_ref(wanted),
+            Condition::Within(bounds) => &bounds.not,
+        }
+    }
+
+    fn meets(&self, file: &ResultsTable, row: usize, column: usize) -> bool {
+        let number = file.number(row, column);
+        match self {
+            Condition::Is(wanted) => is(file, row, column, wanted),
+            Condition::Within(Bounds { not, below, above }) => {
+                !not.iter().any(|other| is(file, row, column, other))
+                    && below.is_none_or(|below| number < below)
+                    && above.is_none_or(|above| number > above)
+            }
+        }
+    }
+}
+
+impl Default for Unit {
+    fn default() -> Self {
+        Unit { name: "", scale: 1.0 }
+    }
+}
+
+impl<'de> Deserialize<'de> for Unit {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        Unit::named(&String::deserialize(from)?).map_err(D::Error::custom)
+    }
+}
+
+impl Unit {
+    /// # Errors
+    /// [`Error::UnknownName`] with the units there are.
+    pub(crate) fn named(wanted: &str) -> Result<Self> {
+        let found = UNITS.iter().find(|(name, _)| *name == wanted).map(|&(name, scale)| Unit { name, scale });
+        found.ok_or_else(|| Error::unknown("unit", wanted, UNITS.iter().map(|(name, _)| *name)))
+    }
+
+    /// A number as it is shown: in the unit, rounded to significant digits.
+    pub(crate) fn written(self, value: f64, digits: usize) -> String {
+        significant(self.scale * value, digits)
+    }
+
+    /// A number with the unit behind it.
+    pub(crate) fn behind(self, number: String) -> String {
+        if self.name.is_empty() { number } else { format!("{number} {}", self.name) }
+    }
+}
+
+impl Cell {
+    /// As a page has it. Counts are not rounded.
+    pub(crate) fn shown(self, unit: Unit, digits: usize) -> String {
+        match self {
+            Cell::Number(value) if unit.name.is_empty() && value.fract() == 0.0 => format!("{value}"),
+            Cell::Number(value) => unit.written(value, digits),
+            Cell::Text(text) => text.replace('|', "\\|"),
+        }
+    }
+}
+
+/// Reads a file of results; a summary must be the one that its digest tells of.
+fn source(results: &Path, folder: &str, name: &str) -> Result<ResultsTable> {
+    let folder = results.join(folder);
+    if name == SUMMARY {
+        read_summary(&folder)?;
+    }
+    read_table(&folder.join(name))
+}
+
+/// Reads the claims of an experiment, with their rows; those of a group that is run as a whole stand together.
+pub(crate) fn claims_of(results: &Path, experiment: &str) -> Result<(ResultsTable, Vec<usize>)> {
+    const CLAIMS: &str = "claims.csv";
+    match experiment.split_once('/').filter(|_| !results.join(experiment).join(CLAIMS).is_file()) {
+        None => {
+            let claims = source(results, experiment, CLAIMS)?;
+            let rows = (0..claims.len()).collect();
+            Ok((claims, rows))
+        }
+        Some((group, name)) => {
+            let claims = source(results, group, CLAIMS)?;
+            let rows = claims.rows_where(claims.column("experiment")?, name);
+            Ok((claims, rows))
+        }
+    }
+}
+
+/// What is shown of rows that are one line.
+fn folded(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize]) -> Cell {
+    let numbers = rows.iter().map(|&row| file.number(row, column)).filter(|value| !value.is_nan());
+    let Some(fold) = fold else {
+        let text = file.text(rows[0], column);
+        return text.parse().map_or_else(|_| Cell::Text(text.to_owned()), Cell::Number);
+    };
+    Cell::Number(match fold {
+        Fold::Sum => numbers.sum(),
+        Fold::Max => numbers.fold(f64::NAN, f64::max),
+        Fold::Min => numbers.fold(f64::NAN, f64::min),
+        Fold::Count => rows.iter().filter(|&&row| !file.text(row, column).is_empty()).count() as f64,
+    })
+}
+
+/// What a page calls something.
+fn named<'a>(names: &'a Names, own: &'a str) -> &'a str {
+    names.get(own).map_or(own, String::as_str)
+}
+
+/// Whether two numbers are the same up to how they were written.
+fn same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= SAME * other.abs()
+}
+
+/// Whether a cell is a text, or a number that is written otherwise.
+fn is(file: &ResultsTable, row: usize, column: usize, wanted: &str) -> bool {
+    file.text(row, column) == wanted || wanted.parse().is_ok_and(|wanted| same(file.number(row, column), wanted))
+}
+
+/// Rows that meet all conditions.
+fn rows_of(file: &ResultsTable, only: &Only) -> Result<Vec<usize>> {
+    let mut rows: Vec<usize> = (0..file.len()).collect();
+    for (name, condition) in only {
+        let column = file.column(name)?;
+        for wanted in condition.named() {
+            if !(0..file.len()).any(|row| is(file, row, column, wanted)) {
+                let mut known: Vec<&str> = (0..file.len()).map(|row| file.text(row, column)).collect();
+                known.sort_unstable();
+                known.dedup();
+                return Err(Error::file(file.path(), format!("{name}: {}", Error::unknown("value", wanted, known))));
+            }
+        }
+        rows.retain(|&row| condition.meets(file, row, column));
+    }
+    if rows.is_empty() {
+        let names: Vec<&str> = only.keys().map(String::as_str).collect();
+        return Err(Error::file(file.path(), format!("no row meets `only` ({})", names.join(", "))));
+    }
+    Ok(rows)
+}
