@@ -191,7 +191,8 @@ impl FigureOptions for XyFigure {
                 Abscissa::Cost(work) => spec.over_cost(&runs, &all, work, styles)?,
             };
             for curve in curves {
-                let style = style(&all, spec.without_variant(curve.name), styles);
+                let curve = Curve { name: spec.without_variant(curve.name), ..curve };
+                let style = style(&all, curve.name, styles);
                 panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, style);
             }
             let floor = match &spec.floor {
