@@ -95,7 +95,7 @@ fn value(asked: &str, results: &Path, tables: &TableList) -> Result<String> {
     }
     let number = match (claim, id) {
         (Some(claim), None) => unit.written(measured(claim, results)?, digits),
-        (None, Some(id)) => tables.value(id, results)?.shown(unit, digits),
+        (None, Some(id)) => tables.value(id, results, unit, digits)?,
         _ => {
             return Err(Error::invalid(
                 "marker",

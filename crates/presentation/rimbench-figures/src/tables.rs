@@ -185,12 +185,6 @@ pub(crate) struct Unit {
     scale: f64,
 }
 
-/// What a cell or a fold of cells is.
-pub(crate) enum Cell {
-    Number(f64),
-    Text(String),
-}
-
 fn summary() -> String {
     SUMMARY.to_owned()
 }
@@ -244,20 +238,18 @@ impl TableList {
         self.values.keys().map(Place::id)
     }
 
-    /// A value by its name.
-    pub(crate) fn value(&self, id: &str, results: &Path) -> Result<Cell> {
-        let found = self.values.iter().find(|(place, _)| place.id() == id);
+    /// A value by its name, as a page has it.
+    pub(crate) fn value(&self, id: &str, results: &Path, unit: Unit, digits: usize) -> Result<String> {
         let known: Vec<String> = self.values().collect();
+        let found = self.values.iter().find(|(place, _)| place.id() == id);
         let (place, value) = found.ok_or_else(|| Error::unknown("value", id, known.iter().map(String::as_str)))?;
         let file = source(results, &place.folder, &value.file)?;
         let rows = rows_of(&file, &value.only)?;
         if value.fold.is_none() && rows.len() > 1 {
-            return Err(Error::file(
-                file.path(),
-                format!("{} rows are of `{id}`: say more in `only`, or a `fold`", rows.len()),
-            ));
+            let message = format!("{} rows are of `{id}`: say more in `only`, or a `fold`", rows.len());
+            return Err(Error::file(file.path(), message));
         }
-        Ok(folded(&file, file.column(&value.column)?, value.fold, &rows))
+        Ok(shown(&file, file.column(&value.column)?, value.fold, &rows, unit, digits))
     }
 }
 
@@ -355,8 +347,7 @@ impl List {
         let mut made = format!("| {} |\n|{}\n", headings.join(" | "), "---|".repeat(headings.len()));
         for rows in &lines {
             let cell = |(own, place): (&Column, usize)| {
-                let shown = folded(file, place, own.fold, rows).shown(own.unit, self.digits);
-                named(&self.names, &shown).to_owned()
+                named(&self.names, &shown(file, place, own.fold, rows, own.unit, self.digits)).to_owned()
             };
             made += &format!("| {} |\n", columns().map(cell).collect::<Vec<_>>().join(" | "));
         }
@@ -487,17 +478,6 @@ impl Unit {
     }
 }
 
-impl Cell {
-    /// As a page has it. Counts are not rounded.
-    pub(crate) fn shown(self, unit: Unit, digits: usize) -> String {
-        match self {
-            Cell::Number(value) if unit.name.is_empty() && value.fract() == 0.0 => format!("{value}"),
-            Cell::Number(value) => unit.written(value, digits),
-            Cell::Text(text) => text.replace('|', "\\|"),
-        }
-    }
-}
-
 /// Reads a file of results; a summary must be the one that its digest tells of.
 fn source(results: &Path, folder: &str, name: &str) -> Result<ResultsTable> {
     let folder = results.join(folder);
@@ -524,19 +504,22 @@ pub(crate) fn claims_of(results: &Path, experiment: &str) -> Result<(ResultsTabl
     }
 }
 
-/// What is shown of rows that are one line.
-fn folded(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize]) -> Cell {
+/// What a page has of rows that are one line: a number, or a text. Counts are not rounded.
+fn shown(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize], unit: Unit, digits: usize) -> String {
     let numbers = rows.iter().map(|&row| file.number(row, column)).filter(|value| !value.is_nan());
-    let Some(fold) = fold else {
-        let text = file.text(rows[0], column);
-        return text.parse().map_or_else(|_| Cell::Text(text.to_owned()), Cell::Number);
+    let (text, has) = (file.text(rows[0], column), |row: &&usize| !file.text(**row, column).is_empty());
+    let value = match fold {
+        None => text.parse().ok(),
+        Some(Fold::Sum) => Some(numbers.sum()),
+        Some(Fold::Max) => Some(numbers.fold(f64::NAN, f64::max)),
+        Some(Fold::Min) => Some(numbers.fold(f64::NAN, f64::min)),
+        Some(Fold::Count) => Some(rows.iter().filter(has).count() as f64),
     };
-    Cell::Number(match fold {
-        Fold::Sum => numbers.sum(),
-        Fold::Max => numbers.fold(f64::NAN, f64::max),
-        Fold::Min => numbers.fold(f64::NAN, f64::min),
-        Fold::Count => rows.iter().filter(|&&row| !file.text(row, column).is_empty()).count() as f64,
-    })
+    match value {
+        Some(value) if unit.name.is_empty() && value.fract() == 0.0 => format!("{value}"),
+        Some(value) => unit.written(value, digits),
+        None => text.replace('|', "\\|"),
+    }
 }
 
 /// What a page calls something.
