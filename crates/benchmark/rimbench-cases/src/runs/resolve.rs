@@ -44,6 +44,10 @@ impl RunRequest {
                     "mechanics_steps = {steps} and mechanics_step_s = {step}: give one of the two"
                 )));
             }
+            // A macro step that is the case's own may be shorter: then it is one step.
+            (None, Some(step)) if self.macro_step_s.is_none() && step.is_finite() && step > macro_step => {
+                MechanicsSteps::AtMost(macro_step)
+            }
             (None, Some(step)) => MechanicsSteps::AtMost(step),
             (steps, None) => steps.unwrap_or(case.usual_mechanics_steps()),
         };
