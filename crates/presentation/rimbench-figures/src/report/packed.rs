@@ -32,7 +32,7 @@ const MAIN: [&str; 4] =
     ["force_error_rms_n", "position_error_rms_m", "interface_residual_j", "force_error_rms_of_peak"];
 
 /// Most rows of a trace.
-const TRACE_ROWS: usize = 150;
+const TRACE_ROWS: usize = 100;
 /// Digits of a metric that is not checked.
 const DIGITS: usize = 4;
 /// Letters that a run takes at the very least.
@@ -184,7 +184,7 @@ fn traces(study: &Study, runs: &Runs<'_>) -> Value {
         }
         columns.insert(0, time);
         let every = trace.len().div_ceil(TRACE_ROWS).max(1);
-        let value = |row, column| number(trace.number(row, column), 5);
+        let value = |row, column| number(trace.number(row, column), 4);
         let entries = columns.iter().map(|&column| {
             json!([
                 trace.names()[column],
@@ -197,7 +197,7 @@ fn traces(study: &Study, runs: &Runs<'_>) -> Value {
 }
 
 /// Most points of a series; a trace has more.
-const POINTS: usize = 160;
+const POINTS: usize = 120;
 
 fn panels(panels: &[PanelData]) -> Value {
     let series = |series: &SeriesData| {
@@ -211,7 +211,7 @@ fn panels(panels: &[PanelData]) -> Value {
 
 /// `[x, y, least, most, across, down, note]`, as short as its end allows.
 fn point(point: &Datum) -> Value {
-    let mut parts = vec![number(point.x, 5), number(point.y, 5)];
+    let mut parts = vec![number(point.x, 5), number(point.y, 4)];
     if point.range.is_some() || point.at.is_some() || !point.note.is_empty() {
         parts.extend(point.range.unwrap_or([f64::NAN; 2]).map(|end| number(end, 4)));
     }
