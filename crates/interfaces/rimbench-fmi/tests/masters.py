@@ -293,7 +293,7 @@ def every_exported_side_takes_a_step_alone_in_a_master_that_reads_all_outputs():
 
 
 def the_examples_of_the_guide_run():
-    guide = (Path(__file__).resolve().parents[3] / "docs/guide/fmi.md").read_text()
+    guide = (Path(__file__).resolve().parents[4] / "docs/guide/fmi.md").read_text()
     block = lambda language: guide.split(f"```{language}\n")[1].split("```")[0]
     for side in SIDES:
         rimbench("fmu", "--case", "wedge-box", "--side", side, "--out", f"{side}.fmu", "--macro-step", H)
