@@ -32,6 +32,12 @@ expect = "<= 0"
 finding = "reproduced"
 "#;
 
+/// The first table of rows in a folder `records`, beside which other files stand.
+fn table_in(records: &Path) -> PathBuf {
+    let mut paths = std::fs::read_dir(records).unwrap().map(|entry| entry.unwrap().path());
+    paths.find(|path| path.extension().is_some_and(|extension| extension == "csv")).unwrap()
+}
+
 /// A folder with experiment files `group/<name>.toml`.
 struct Place(tempfile::TempDir);
 
@@ -309,7 +315,7 @@ fn a_defect_of_another_build_is_computed_again_and_one_of_this_build_is_not() {
     let place = Place::new();
     place.run(EXPERIMENT);
     let records = place.results().join("records");
-    let table = std::fs::read_dir(&records).unwrap().next().unwrap().unwrap().path();
+    let table = table_in(&records);
     let whole = std::fs::read_to_string(&table).unwrap();
     let lines: Vec<&str> = whole.lines().collect();
     let names: Vec<&str> = lines[1].split(',').collect();
@@ -511,8 +517,7 @@ fn a_damaged_row_is_named_by_its_place_and_computed_again() {
     let kept = ["runs.csv", "digest.toml"].map(|name| place.results().join(name));
     let contents = || kept.each_ref().map(|path| std::fs::read_to_string(path).unwrap());
     let before = contents();
-    let tables = || std::fs::read_dir(place.results().join("records")).unwrap().map(|entry| entry.unwrap().path());
-    let table = tables().next().unwrap();
+    let table = table_in(&place.results().join("records"));
     let (table_name, whole) = (table.file_name().unwrap().to_string_lossy(), std::fs::read_to_string(&table).unwrap());
     let line = whole.lines().nth(6).unwrap();
     for (text, again) in [
