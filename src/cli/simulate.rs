@@ -219,6 +219,14 @@ impl Said<'_> {
             let known = metric("heaviness_max").is_some_and(|heaviness| !heaviness.is_nan());
             lines.push(row("model", &if known { self.largest_jump(contacts) } else { NOT_AUDITED.to_owned() }));
         }
+        let rigid = spec.parameters.iter().all(|(parameter, value)| {
+            &*parameter.name != "contact_compliance_m_n" || *value == ParameterValue::Number(0.0)
+        });
+        let in_space = rigid && run.trajectory.columns().iter().any(|name| name.starts_with("slip_angle_"));
+        if let Some(beyond) = metric("redundant_contacts_max").filter(|beyond| in_space && *beyond > 0.0) {
+            let text = format!("up to {beyond} redundant: where they slide, velocities are not unique");
+            lines.push(row("contacts", &text));
+        }
         if let Some(latency) = run.costs.latency {
             let most = quantity(latency.max_s, "s");
             let late = match latency.missed_deadlines {

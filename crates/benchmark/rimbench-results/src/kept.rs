@@ -44,8 +44,14 @@ const POOLED_METRIC: &str = SUMMARY_METRICS[1];
 /// What the quartiles are called, behind the name of the metric.
 const QUARTILES: [&str; 3] = ["_q1", "_median", "_q3"];
 
+/// The metric by which a run is usable: the share of the event's peak that is wrong.
+const JUDGE: &str = "force_error_rms_of_event_peak";
+
+/// The largest such share of a run that is usable.
+const USABLE: f64 = 0.1;
+
 /// Columns that count the runs.
-const COUNTS: [&str; 4] = ["runs", "completed", "failed", "no_answer"];
+const COUNTS: [&str; 5] = ["runs", "completed", "failed", "no_answer", "usable"];
 
 /// A row of the summary.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +66,8 @@ pub struct SummaryRow {
     pub failed: usize,
     /// How many say nothing, skipped ones only where they are among the runs.
     pub no_answer: usize,
+    /// How many are usable: they completed with an rms force error of at most a tenth of the peak at the event.
+    pub usable: usize,
     /// Quartiles of [`SUMMARY_METRICS`] over those that did; NaN where none has a value.
     pub quartiles: [[f64; 3]; SUMMARY_METRICS.len()],
     /// The largest error over those that did, where settings are pooled.
@@ -92,6 +100,7 @@ pub struct Digest {
 pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<SummaryRow>> {
     let is_kept = |name: &&str| pooled.is_empty() || *name == POOLED_METRIC;
     let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok().filter(|_| is_kept(&name)));
+    let judge = table.column(JUDGE).ok();
     let row = |(keys, runs): ([String; SUMMARY_KEYS.len()], Runs<'_>)| {
         let (completed, tally) = (runs.completed(), runs.tally());
         // Of settings without a reference there is nothing to tell.
@@ -110,6 +119,9 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
             completed: tally.completed,
             failed: tally.failed,
             no_answer,
+            usable: judge.map_or(0, |column| {
+                completed.rows().iter().filter(|row| table.number(**row, column) <= USABLE).count()
+            }),
             quartiles: metrics.map(|column| pool(column).quartiles()),
             worst: (!pooled.is_empty()).then(worst),
         }
@@ -166,7 +178,7 @@ fn summary_csv(runs: &ResultsTable, pooled: &PooledSets) -> Result<Vec<u8>> {
     let rows = summarise(runs, pooled)?;
     let mut table = csv::Writer::from_writer(Vec::new());
     let lines = rows.iter().map(|row| {
-        let counts = [row.runs, row.completed, row.failed, row.no_answer].map(|count| count.to_string());
+        let counts = [row.runs, row.completed, row.failed, row.no_answer, row.usable].map(|count| count.to_string());
         let metrics = if row.worst.is_some() { &row.quartiles[1..2] } else { &row.quartiles[..] };
         let values = metrics.iter().flatten().copied().chain(row.worst).map(short);
         row.keys.iter().cloned().chain(counts).chain(values).collect()
@@ -204,7 +216,7 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
     let column = |name: &str| table.column(name).ok();
     let quartiles = SUMMARY_METRICS.map(|metric| QUARTILES.map(|quartile| column(&format!("{metric}{quartile}"))));
     let number = |row: usize, column: Option<usize>| column.map_or(f64::NAN, |column| table.number(row, column));
-    let [runs, completed, failed, no_answer] = COUNTS.map(column);
+    let [runs, completed, failed, no_answer, usable] = COUNTS.map(column);
     let worst = column(&format!("{POOLED_METRIC}_worst"));
     let row = |row: usize| {
         let count = |column| number(row, column) as usize;
@@ -214,6 +226,7 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
             completed: count(completed),
             failed: count(failed),
             no_answer: count(no_answer),
+            usable: count(usable),
             quartiles: quartiles.map(|metric| metric.map(|column| number(row, column))),
             worst: worst.map(|column| table.number(row, column)),
         }

@@ -77,6 +77,8 @@ pub struct Grid {
     #[serde(default)]
     only: Only,
     cell: String,
+    /// A column whose sum the sum of the cell's is a share of, over all rows that a cell has.
+    of: Option<String>,
     lines: Axis,
     across: Axis,
     #[serde(default)]
@@ -296,6 +298,7 @@ impl Grid {
         let (lines, line_values) = self.lines.of(file, &rows)?;
         let (across, across_values) = self.across.of(file, &rows)?;
         let counts = ["completed", "runs"].map(|name| file.column(name).ok());
+        let whole = self.of.as_ref().map(|name| file.column(name)).transpose()?;
         let heading = |axis: &Axis, column, value| axis.shown(file, column, &rows, value, &self.names);
         let columns: Vec<String> = across_values.iter().map(|value| heading(&self.across, across, value)).collect();
         let first = if self.lines.column == "label" { "scheme" } else { &self.lines.column };
@@ -308,6 +311,12 @@ impl Grid {
                     self.lines.has(file, lines, **row, line) && self.across.has(file, across, **row, column)
                 };
                 let found: Vec<usize> = rows.iter().filter(fits).copied().collect();
+                if let Some(whole) = whole {
+                    let sum = |column| found.iter().map(|&row| file.number(row, column)).sum::<f64>();
+                    let share = sum(cell) / sum(whole);
+                    made += &if share.is_nan() { " – |".to_owned() } else { format!(" {} |", self.unit.written(share, self.digits)) };
+                    continue;
+                }
                 let [row] = found[..] else {
                     let message = format!("{} rows have `{line}` and `{column}`: say one in `only`", found.len());
                     return Err(Error::file(file.path(), message));

@@ -33,6 +33,16 @@ metrics! {
     "Rms force error as a fraction of the reference's largest force magnitude; empty where there is no force to speak of"
     => |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / row.reference_force_peak?));
 
+    FORCE_ERROR_OF_EVENT: "force_error_rms_of_event_peak" in "-" above super::SHARE_FLOOR,
+    "Rms force error as a fraction of the reference's largest force magnitude within 0.1 s of a contact that closes; where none does, \
+     or without force to speak of there, of its largest"
+    => |evidence| {
+        worst(evidence, |row| {
+            let peak = row.reference_touch_down_peak.or(row.reference_force_peak)?;
+            Some(rms_error(evidence, row.force)? / peak)
+        })
+    };
+
     FORCE_PEAK: "force_peak_n" in "N",
     "Largest magnitude of the actuator's own force"
     => |evidence| worst(evidence, |row| peak(evidence.run.column(row.force)));

@@ -169,6 +169,30 @@ pub fn condense_in_modes(
     };
 }
 
+/// Returns the rank of `H_cc` of the normal rows of contacts, of which fewer than contacts are redundant: by Cholesky's factor with the
+/// largest pivot left, in `rows`, which is overwritten.
+pub(crate) fn rank_of_normal_rows(model: &ReducedInterfaceModel, closed: &[usize], rows: &mut Vec<f64>) -> usize {
+    let n = closed.len();
+    rows.clear();
+    rows.extend(closed.iter().flat_map(|&row| closed.iter().map(move |&column| model.entry(row, column))));
+    let mut largest = 0.0;
+    for rank in 0..n {
+        let pivot = (0..n).max_by(|&a, &b| rows[a * n + a].total_cmp(&rows[b * n + b])).unwrap_or(0);
+        let value = rows[pivot * n + pivot];
+        largest = f64::max(largest, value);
+        if value.is_nan() || value <= RANK_TOLERANCE * largest {
+            return rank;
+        }
+        for row in (0..n).filter(|&row| row != pivot) {
+            let factor = rows[row * n + pivot] / value;
+            (0..n).for_each(|column| rows[row * n + column] -= factor * rows[pivot * n + column]);
+        }
+        (0..n).for_each(|column| rows[pivot * n + column] = 0.0);
+        (0..n).for_each(|row| rows[row * n + pivot] = 0.0);
+    }
+    n
+}
+
 /// Condenses contacts with friction, under any redundancy: dependent rows drop out.
 #[cold]
 fn condense_frictional(

@@ -63,6 +63,7 @@ pub(super) struct ContactStepper {
     last_step: f64,
     /// For observables: the closed contacts, and Eq. 4 with these bilateral.
     closed: Vec<usize>,
+    normal_rows: Vec<f64>,
     condensation: Condensation,
     pub(super) energy: EnergyBalance,
     counters: SubsystemCounters,
@@ -91,6 +92,7 @@ impl ContactStepper {
             v_displacement: v.clone(),
             elimination,
             implicit: None,
+            normal_rows: Vec::with_capacity(if eq4.has_friction() { eq4.contacts() * eq4.contacts() } else { 0 }),
             condensation: Condensation::of(&eq4),
             eq4,
             reduced_for: None,

@@ -1,12 +1,12 @@
 //! Observables that every model with contacts has.
 
 use super::ContactStepper;
-use crate::interface_model::{Redundancy, condense_in_modes};
+use crate::interface_model::{Redundancy, condense_in_modes, rank_of_normal_rows};
 
 /// Observables that every model with contacts has.
 ///
 /// Closed contacts c are those whose row was at its bound in the last step, whatever a scheme counts as closed. `rank_h_uu` is the rank
-/// of `H_cc`, and `effective_mass_kg` is `(H_ii − H_ic H_cc⁺ H_ci)⁻¹`, as in the source paper's Fig. 2; `active_effective_mass_kg` takes
+/// of the normal rows of `H_cc`, less than the number of contacts where these are redundant, and `effective_mass_kg` is `(H_ii − H_ic H_cc⁺ H_ci)⁻¹`, as in the source paper's Fig. 2; `active_effective_mass_kg` takes
 /// the contacts that carried impulse for c. The sum of contact forces includes contacts without a column of their own.
 pub(in crate::mechanics) const CONTACT_OBSERVABLES: [&str; 5] =
     ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];
@@ -43,7 +43,10 @@ impl ContactStepper {
         self.eq4.closed_contacts(&mut self.closed);
         self.condense_closed();
         contact[0] = self.closed.len() as f64;
-        contact[1] = self.condensation.rank as f64;
+        contact[1] = match self.contacts.coulomb() {
+            Some(_) => rank_of_normal_rows(&self.eq4, &self.closed, &mut self.normal_rows) as f64,
+            None => self.condensation.rank as f64,
+        };
         contact[2] = self.condensation.effective_mass;
         contact[3] = contact[2];
         if self.last_step.is_finite() {

@@ -4,8 +4,8 @@ use super::super::ContactStepper;
 use super::{ContactTerms, DenseProblem, StepContacts};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{
-    Condensation, ContactModes, Elimination, ReducedInterfaceModel, Redundancy, Rows, TOUCHING, closed_in_space,
-    condense,
+    Condensation, ContactModes, Elimination, ReducedInterfaceModel, Rows, TOUCHING, closed_in_space,
+    rank_of_normal_rows,
 };
 use crate::name::Name;
 use rimbench_contact::complementarity::SolverCounters;
@@ -324,8 +324,7 @@ impl ContactStepper {
         let all: Vec<usize> = (0..gaps.len()).filter(|&contact| gaps[contact] <= TOUCHING).collect();
         // Any step will do: the rank is that of the rows.
         self.reduce(1.0).map_err(|failure| Error::Incompatible(failure.to_string()))?;
-        condense(&self.eq4, &all, Redundancy::Drop, &mut self.condensation);
-        let (n, rank) = (all.len(), self.condensation.rank);
+        let (n, rank) = (all.len(), rank_of_normal_rows(&self.eq4, &all, &mut self.normal_rows));
         if rank < n {
             return Err(Error::Incompatible(format!(
                 "the {n} contacts that touch at the start are redundant: their normal rows have rank {rank}. Where rigid contacts slide with \
