@@ -131,6 +131,17 @@ struct CaseEntry {
     line: usize,
 }
 
+impl Experiment {
+    /// Tells what of a case and a set was drawn, which other sets of the case share; all of it where nothing was.
+    pub(crate) fn draw_of(&self, [case, set]: [&str; 2]) -> String {
+        let draws: Vec<&Draw> =
+            self.cases.iter().filter(|entry| entry.name == case).filter_map(|entry| entry.draw.as_ref()).collect();
+        let is_drawn = |word: &&str| draws.iter().any(|draw| draw.draws(word.split('=').next().unwrap_or(word)));
+        let drawn: Vec<&str> = set.split(' ').filter(is_drawn).collect();
+        format!("{case} {}", if drawn.is_empty() { set.to_owned() } else { drawn.join(" ") })
+    }
+}
+
 impl CaseEntry {
     /// An error about this case, with its place.
     fn place(&self, error: &Error) -> Error {

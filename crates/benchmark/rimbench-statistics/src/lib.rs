@@ -18,7 +18,7 @@ mod table;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::{Costed, ratios_at_equal_cost};
-pub use intervals::wilson_interval;
+pub use intervals::{share_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
 pub use one_threshold::share_told_by_threshold;
 pub use performance_profile::{data_profile, performance_profile, performance_ratios};

@@ -325,20 +325,22 @@ impl<'t> Runs<'t> {
         Ok(groups.into_iter().map(|(key, rows)| (key, self.with_rows(rows))).collect())
     }
 
-    /// Groups runs by what may be drawn independently: cases with their parameters, or phases where there is one case.
-    pub fn witnesses(&self) -> Vec<Vec<usize>> {
+    /// Groups runs by what may be drawn independently: cases with what was drawn of their parameters, or phases where there is one case.
+    pub fn witnesses(&self, draw_of: &dyn Fn([&'t str; 2]) -> String) -> Vec<Vec<usize>> {
         let by_phase = self.problems().len() == 1;
         let mut witnesses: BTreeMap<_, Vec<usize>> = BTreeMap::new();
         for &row in &self.rows {
             let phase = if by_phase { self.runs[row].phase } else { "" };
-            witnesses.entry((self.problem(row), phase)).or_default().push(row);
+            witnesses.entry((draw_of(self.problem(row)), phase)).or_default().push(row);
         }
         witnesses.into_values().collect()
     }
 
     /// Pools a value of the runs; NaN is none.
     pub fn pool(&self, value: impl Fn(usize) -> f64) -> Pool {
-        Pool::grouped(self.witnesses().into_iter().map(|rows| rows.into_iter().map(&value).collect()))
+        Pool::grouped(
+            self.witnesses(&|problem| problem.join(" ")).into_iter().map(|rows| rows.into_iter().map(&value).collect()),
+        )
     }
 
     /// Pools a value of the completed runs at each abscissa.

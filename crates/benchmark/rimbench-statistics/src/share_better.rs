@@ -1,6 +1,6 @@
 //! In how many settings one is better than another.
 
-use crate::{Pool, wilson_interval};
+use crate::Pool;
 use std::collections::BTreeMap;
 
 /// The error of a run of one of two scheme rows that are compared setting by setting.
@@ -64,10 +64,5 @@ impl Share {
     pub fn in_words(&self) -> String {
         let ties = if self.ties == 0 { String::new() } else { format!(", and {} ties", self.ties) };
         format!(": {} of {}{ties}", self.better, self.better + self.worse)
-    }
-
-    /// Returns the 95 % interval of the share, as if settings were drawn independently.
-    pub fn interval(&self) -> Option<[f64; 2]> {
-        wilson_interval(self.better, self.better + self.worse)
     }
 }

@@ -314,7 +314,11 @@ impl Grid {
                 if let Some(whole) = whole {
                     let sum = |column| found.iter().map(|&row| file.number(row, column)).sum::<f64>();
                     let share = sum(cell) / sum(whole);
-                    made += &if share.is_nan() { " – |".to_owned() } else { format!(" {} |", self.unit.written(share, self.digits)) };
+                    made += &if share.is_nan() {
+                        " – |".to_owned()
+                    } else {
+                        format!(" {} |", self.unit.written(share, self.digits))
+                    };
                     continue;
                 }
                 let [row] = found[..] else {

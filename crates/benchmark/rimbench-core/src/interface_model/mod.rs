@@ -40,9 +40,9 @@ mod redundancy;
 
 pub use acceleration_jumps::AccelerationJumps;
 pub use belief::Belief;
+pub(crate) use condensation::rank_of_normal_rows;
 pub(crate) use condensation::smallest_eigenvalue;
 pub use condensation::{Condensation, PSEUDO_INVERSE_LIMIT, condense, condense_in_modes};
-pub(crate) use condensation::rank_of_normal_rows;
 pub use contact_modes::ContactModes;
 pub(crate) use contact_modes::closed_in_space;
 pub use elimination::Elimination;

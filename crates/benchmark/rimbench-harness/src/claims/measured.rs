@@ -8,12 +8,17 @@ use rimbench_core::error::Result;
 use rimbench_results::claims::CheckedClaim;
 use rimbench_statistics::{
     ALL, Costed, PairedRun, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians,
-    ratios_at_equal_cost, share_told_by_threshold,
+    ratios_at_equal_cost, share_interval, share_told_by_threshold,
 };
 use std::collections::BTreeMap;
 
-/// Holds a claim against the rows of an experiment.
-pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Result<CheckedClaim> {
+/// Holds a claim against the rows of an experiment, of which it is told what of a case and a set was drawn.
+pub(super) fn check(
+    claim: &Claim,
+    experiment: &str,
+    table: &ResultsTable,
+    draw_of: &dyn Fn([&str; 2]) -> String,
+) -> Result<CheckedClaim> {
     let runs = Runs::of(table)?;
     let problem = runs.of_problem(claim.case.as_deref(), claim.set.as_deref());
     let about = problem.select(|row| claim.is_about(runs.macro_step(row)));
@@ -31,10 +36,20 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
     let refutes = |row| has_failed(row) && values.of_failed(row) == OfFailed::Against && is_fitted(row);
     let [failed, refuting] = [all.select(has_failed), all.select(refutes)];
     let measured = values.measured(known.rows());
+    let drawn = known.witnesses(draw_of);
+    let counted = |count: &dyn Fn(&[usize]) -> [usize; 2]| {
+        share_interval(&drawn.iter().map(|rows| count(rows)).collect::<Vec<_>>()).filter(|_| drawn.len() > 1)
+    };
     let interval = match claim.statistic {
         Statistic::Median if claim.at_equal.is_some() => Pool::of(values.ratios(known.rows())).interval(),
-        Statistic::Median | Statistic::Order => bootstrap_interval(&known.witnesses(), |drawn| values.measured(&drawn)),
-        Statistic::ShareBetter => values.share(known.rows()).interval(),
+        Statistic::Median | Statistic::Order => bootstrap_interval(&drawn, |drawn| values.measured(&drawn)),
+        Statistic::ShareBetter => counted(&|rows| {
+            let share = values.share(rows);
+            [share.better, share.better + share.worse]
+        }),
+        Statistic::Mean if claim.is_a_share() => {
+            counted(&|rows| [rows.iter().filter(|&&row| values.value[row] == 1.0).count(), rows.len()])
+        }
         _ => None,
     };
     let exact = runs.exact_problems();
@@ -293,7 +308,8 @@ mod tests {
     fn check_in(table: &ResultsTable, keys: &str) -> CheckedClaim {
         let all = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nfinding = \"reproduced\"";
         let expect = if keys.contains("expect") { "" } else { "expect = \">= 0\"" };
-        check(&toml::from_str(&format!("{all}\n{expect}\n{keys}")).unwrap(), "e", table).unwrap()
+        check(&toml::from_str(&format!("{all}\n{expect}\n{keys}")).unwrap(), "e", table, &|problem| problem.concat())
+            .unwrap()
     }
 
     /// The same against rows of a case, a set, a macro step, an outcome and an error, all of one label.

@@ -64,5 +64,6 @@ pub struct VerifiedClaims {
 }
 
 fn measured_in(experiment: &Experiment, runs: &ResultsTable) -> Result<Vec<CheckedClaim>> {
-    experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), runs)).collect()
+    let draw_of = |problem: [&str; 2]| experiment.draw_of(problem);
+    experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), runs, &draw_of)).collect()
 }

@@ -157,6 +157,11 @@ impl Claim {
         self.is_about_ends() || self.within.is_some() || self.statistic.is_threshold() || is_of_ends(&self.metric)
     }
 
+    /// Whether it is about zeros and ones, so that a mean is a share.
+    pub(crate) fn is_a_share(&self) -> bool {
+        self.within.is_some() || self.above.is_some() || [COMPLETED, FAILED].contains(&self.metric.as_str())
+    }
+
     /// Whether it is about runs at a macro step (s).
     pub(crate) fn is_about(&self, macro_step: f64) -> bool {
         self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)

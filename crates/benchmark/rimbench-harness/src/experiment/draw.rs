@@ -41,6 +41,13 @@ pub(super) struct Draw {
     pub(super) requires: Option<ContactEvent>,
 }
 
+impl Draw {
+    /// Tells whether it draws a parameter, by name.
+    pub(super) fn draws(&self, name: &str) -> bool {
+        self.ranges.contains_key(name) || self.declared.iter().any(|own| own == name)
+    }
+}
+
 /// A setting that was drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Drawn {
