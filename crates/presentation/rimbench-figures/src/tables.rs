@@ -122,6 +122,8 @@ struct Shown {
     only: Only,
     column: String,
     fold: Option<Fold>,
+    /// A column whose sum that of `column` is a share of.
+    of: Option<String>,
 }
 
 /// A column of a list.
@@ -247,6 +249,9 @@ impl TableList {
         let (place, value) = found.ok_or_else(|| Error::unknown("value", id, known.iter().map(String::as_str)))?;
         let file = source(results, &place.folder, &value.file)?;
         let rows = rows_of(&file, &value.only)?;
+        if let Some(whole) = &value.of {
+            return Ok(unit.written(share(&file, &rows, file.column(&value.column)?, file.column(whole)?), digits));
+        }
         if value.fold.is_none() && rows.len() > 1 {
             let message = format!("{} rows are of `{id}`: say more in `only`, or a `fold`", rows.len());
             return Err(Error::file(file.path(), message));
@@ -312,8 +317,7 @@ impl Grid {
                 };
                 let found: Vec<usize> = rows.iter().filter(fits).copied().collect();
                 if let Some(whole) = whole {
-                    let sum = |column| found.iter().map(|&row| file.number(row, column)).sum::<f64>();
-                    let share = sum(cell) / sum(whole);
+                    let share = share(file, &found, cell, whole);
                     made += &if share.is_nan() {
                         " – |".to_owned()
                     } else {
@@ -515,6 +519,12 @@ pub(crate) fn claims_of(results: &Path, experiment: &str) -> Result<(ResultsTabl
             Ok((claims, rows))
         }
     }
+}
+
+/// What share of a column another one is, both summed over rows.
+fn share(file: &ResultsTable, rows: &[usize], column: usize, whole: usize) -> f64 {
+    let sum = |column| rows.iter().map(|&row| file.number(row, column)).sum::<f64>();
+    sum(column) / sum(whole)
 }
 
 /// What a page has of rows that are one line: a number, or a text. Counts are not rounded.
