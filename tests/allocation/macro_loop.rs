@@ -282,7 +282,6 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
                 let own = (variant.sequence, variant.force_return) == own || variant.mechanics_steps == ALL;
                 (case == "wedge-box-friction" || own)
                     && (variant.scheme.has_model() || variant.scheme.name == "zero-order-hold")
-                    && !variant.scheme.needs.contains(&Requirement::NoFriction)
                     && options.redundancy == Redundancy::Drop
                     && (variant.scheme.family == Family::Model || variant.macro_step <= longest_of_holds)
             });

@@ -186,7 +186,7 @@ fn the_floor_of_the_non_smooth_model_is_the_margin_and_goes_with_it() {
 #[test]
 fn each_scheme_has_the_detection_that_is_written_down() {
     for (scheme, wanted) in [
-        ("rim-smooth", Some("margin:1e-3")),
+        ("rim-smooth", Some("active")),
         ("rim-smooth-active", Some("active")),
         ("rim-nonsmooth", Some("active")),
         ("rim-nonsmooth-gap", None),

@@ -228,3 +228,73 @@ fn macro_steps_placed_by_a_model_with_friction_must_come_to_the_end() {
         completed(&spec_with("wedge-box-friction", scheme, &options, &[]));
     }
 }
+
+/// Schemes that use the forces of the sample, and no contacts within the macro step.
+const WITHOUT_CONTACTS: [&str; 5] =
+    ["interface-mass", "true-acceleration", "interface-jacobian", "interface-exponential", "model-corrected-outputs"];
+
+#[test]
+fn schemes_without_contacts_of_their_own_must_follow_the_reference_where_contacts_rub() {
+    for case in ["wedge-box-friction", "tripod", "four-legs", "wedge-box-space"] {
+        let reference = coarse_reference(&usual_spec(case, "interface-mass", 1e-3));
+        for scheme in WITHOUT_CONTACTS {
+            let spec = usual_spec(case, scheme, 1e-3);
+            let result = run_within(&spec, reference.bounds(&spec).unwrap());
+            assert_eq!(result.report.outcome, Outcome::Completed, "{case} {scheme}");
+            let error = metric(&spec, result, &reference, "force_error_rms_of_peak");
+            assert!(error < 0.01, "{case} {scheme}: {error}");
+        }
+    }
+}
+
+/// Over one step of the mechanics under a force that is held, the acceleration that a scheme predicts is that of the mechanics itself,
+/// whose own solver knows nothing of the scheme: sliding, sticking and coming to rest, in the plane and in space.
+#[test]
+fn a_predicted_acceleration_must_be_the_one_that_the_mechanics_then_has() {
+    let (h, mut stopped) = (1e-4, 0);
+    for case in ["wedge-box-friction", "tripod"] {
+        let mut system = usual_system(case_by_name(case));
+        let mut coupling = coupled(scheme_by_name("true-acceleration"), system.sides.lend());
+        let mechanics = &mut system.sides.mechanics;
+        let mut model = mechanics.capabilities().empty_interface_model().unwrap();
+        let m = model.interface();
+        let (rates, mut y, mut u) = (OutputRates::zeros(m, 2 * m), vec![0.0; 2 * m], vec![0.0; 2 * m]);
+        let (mut slid, mut stuck) = (0, 0);
+        for index in 0..10_000 {
+            let step = MacroStep { index, start: h * index as f64, length: h };
+            let force = vec![1000.0 * (18.0 * step.start).sin(); m];
+            mechanics.outputs(&force, &mut y).unwrap();
+            mechanics.capabilities().interface_model(h, &mut model).unwrap();
+            let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, h) };
+            coupling.scheme.receive(Side::Mechanics, &sample).unwrap();
+            let own = Sample { y: &force, model: None, rates: Some(&rates), ..sample };
+            coupling.scheme.receive(Side::Actuator, &own).unwrap();
+            u.copy_from_slice(&y);
+            coupling.scheme.input(Side::Actuator, MicroStep::new(step, 0, 1), &force, &mut u).unwrap();
+            let before = y[m..].to_vec();
+            // Mean over the step of a velocity on a straight line.
+            let predicted: Vec<f64> = (0..m).map(|row| 2.0 * u[m + row] - before[row]).collect();
+            let lands = |model: &ReducedInterfaceModel| -> Vec<bool> {
+                (0..model.contacts()).map(|contact| model.at_bound[contact] && model.w[contact].abs() < 1e-7).collect()
+            };
+            let resting = lands(&model);
+            mechanics.step(step.start, &force, h).unwrap();
+            mechanics.outputs(&force, &mut y).unwrap();
+            mechanics.capabilities().interface_model(h, &mut model).unwrap();
+            if resting != lands(&model) {
+                continue;
+            }
+            // Rows turn by some 1e-4 rad in a step, of velocities of 1 m/s at most.
+            let off = max_difference(&predicted, &y[m..]);
+            assert!(off < 1e-7, "{case} at {} s: off by {off:e} m/s of {:e}", step.start, y[m] - before[0]);
+            let still = |w: &[f64]| w.iter().all(|w| w.abs() < 1e-9);
+            match (still(&before), still(&y[m..])) {
+                (true, true) => stuck += 1,
+                (false, true) => stopped += 1,
+                _ => slid += 1,
+            }
+        }
+        assert!(slid > 5000 && stuck > 100, "{case}: {slid} slid, {stuck} stuck");
+    }
+    assert!(stopped > 0);
+}

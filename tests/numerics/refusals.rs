@@ -104,7 +104,6 @@ wedge-box | rim-split | | | use rim-nonsmooth-gap
 wedge-box | interface-jacobian | step_control=model-defect step_tolerance=1e-3 | | interface-jacobian moves no model of the mechanics
 wedge-box-friction | rim-nonsmooth-gap | mechanics_integrator=event-split | | mechanics_integrator = event-split
 wedge-box-friction | rim-nonsmooth-gap | mechanics_integrator=midpoint | | mechanics_integrator = midpoint
-wedge-box-friction | interface-jacobian | | | its picture of the contacts knows no friction
 ";
 
 /// Pairs `key=value`, with spaces between them.

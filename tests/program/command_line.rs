@@ -294,7 +294,7 @@ fn objects<'a>(value: &'a Value, found: &mut Vec<&'a serde_json::Map<String, Val
 fn what_is_not_finite_is_null_in_json_and_named_beside_it() {
     // A locked interface has an infinite effective mass.
     let documents = [
-        "simulate --case wedge-box --scheme rim-smooth --macro-step 5e-3 --format json",
+        "simulate --case wedge-box --scheme rim-smooth --contact-detection margin:1e-3 --macro-step 5e-3 --format json",
         "simulate --case linear-oscillator --scheme rim-nonsmooth-gap --format json",
         "list parameters --format json",
         &format!("{SPECTRAL} --to 1e-2"),

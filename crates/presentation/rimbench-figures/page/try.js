@@ -204,13 +204,13 @@
   const STORY = [
     ["Hold", "h=1&a=zero-order-hold&b=first-order-hold", "play", () => "Between two exchanges the cylinder sees a held or extrapolated force. At a macro step of 1 ms both work. Press Play."],
     ["Longer step", "h=3&a=zero-order-hold&b=first-order-hold", "in-h", () => "Drag the macro step to 3 ms: the force is too old, and both runs fail soon after the start."],
-    ["Smooth model", "h=3&a=rim-smooth&b=first-order-hold", "in-a", () => `On the left, choose a model of the box. The smooth one ${locked()}, and fails.`],
-    ["Non-smooth model", "h=3&a=rim-smooth&b=rim-nonsmooth", "in-b", () => `On the right, choose a model that lets contacts open within the step. The box ${told(1)}.`],
+    ["Smooth model", "h=3&a=rim-smooth&b=first-order-hold&contacts-a=margin:1e-3", "in-a", () => `On the left, choose a model of the box that counts contacts within 1 mm as closed (Options). The smooth one ${locked()}, and fails.`],
+    ["Non-smooth model", "h=3&a=rim-smooth&b=rim-nonsmooth&contacts-a=margin:1e-3", "in-b", () => `On the right, choose a model that lets contacts open within the step. The box ${told(1)}.`],
   ];
   const story = () => {
-    const here = new URLSearchParams({ h: steps()[state.h], a: state.a, b: state.b }).toString();
-    const plain = state.case === "wedge-box" && Object.keys(OPTIONS).every((key) => state[key] === OPTIONS[key]);
-    const now = plain ? STORY.findIndex(([, address]) => address === here) : -1;
+    const options = Object.keys(OPTIONS).filter((key) => state[key] !== OPTIONS[key]).map((key) => `&${key}=${state[key]}`);
+    const here = `h=${steps()[state.h]}&a=${state.a}&b=${state.b}${options.join("")}`;
+    const now = state.case === "wedge-box" ? STORY.findIndex(([, address]) => address === here) : -1;
     [...$("story-steps").querySelectorAll("a")].forEach((link, k) => (k === now ? link.setAttribute("aria-current", "step") : link.removeAttribute("aria-current")));
     STORY.forEach(([, , control], k) => $(control).classList.toggle("asked", k === now));
     const raw = SIDES.flatMap((side, k) => (state.late > 0 && state[`late-${side}`] ? [` On the ${["left", "right"][k]} late samples are taken for the present.`] : []));

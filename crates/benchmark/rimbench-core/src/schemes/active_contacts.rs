@@ -124,6 +124,11 @@ impl ActiveContacts {
         Ok(())
     }
 
+    /// Returns the velocities (m/s) of the interface after the problem last solved, of contacts with friction.
+    pub(super) fn interface_velocity(&self) -> &[f64] {
+        &self.problem.free[self.problem.discretised.contacts()..]
+    }
+
     /// Returns the counts of the problems solved.
     pub(super) fn counters(&self) -> SolverCounters {
         match &self.solver {

@@ -16,7 +16,7 @@
 //! **Known weakness**: acts after the harm is done and only on moving
 //! interfaces; a negative pool (energy lost) is not given back, only counted against later gains; the bound, which keeps the
 //! explicit damper from adding energy itself, decides how much it can do.
-//! **Source**: González et al. 2019 (energy-leak monitoring and correction), Rodríguez et al. 2022; deviations are in
+//! **Source**: after González et al. 2019 (energy-leak monitoring and correction), Rodríguez et al. 2022; deviations are in
 //! `docs/schemes/energy-leak-damper.md`.
 
 use super::entry::{Gain, SchemeEntry};

@@ -1,9 +1,11 @@
 //! The acceleration that the interface has at a communication point: what a mechanics that sends accelerations would send.
 
+use super::active_contacts::ActiveContacts;
 use super::construction::ModelConstruction;
+use super::recorded_modes::RecordedModes;
 use crate::cosim::SchemeReport;
 use crate::error::Failure;
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense, condense_in_modes};
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::complementarity::{Checked, Lcp};
 
@@ -20,6 +22,14 @@ const ROUND_OFF: f64 = 1e-9;
 /// ```
 /// λ_k is the fresh force. A contact that closes later is an impact and belongs to no acceleration. Which contacts rest has no
 /// number to choose: *ours*.
+///
+/// With friction the contacts of R have tangential rows as well, and a contact that moves may stop. Its force is the one over the mechanics'
+/// next step h under λ_k, the impact of a contact that has just landed left out, and `Ĥ` has contacts stick and slide as they do in it:
+///
+/// ```text
+/// w_n = 0 in R        w⁺ = w + h (a + H_·i λ_k) + H_·R P,  Coulomb's law        a = (w_i⁺ − w_i)/h
+/// ```
+/// Contacts that give way are all in it, by the law of that step, since their forces follow from gaps.
 #[derive(Clone)]
 pub(super) struct InterfaceAcceleration {
     redundancy: Redundancy,
@@ -33,24 +43,42 @@ pub(super) struct InterfaceAcceleration {
     free: Vec<f64>,
     forces: Vec<f64>,
     condensation: Condensation,
+    friction: Option<Box<WithFriction>>,
     /// a, m/s².
     pub(super) acceleration: Vec<f64>,
+}
+
+/// Contacts that stick and slide.
+#[derive(Clone)]
+struct WithFriction {
+    contacts: ActiveContacts,
+    modes: RecordedModes,
+    modes_before: RecordedModes,
 }
 
 impl InterfaceAcceleration {
     pub(super) fn new(ModelConstruction { empty, options, .. }: ModelConstruction<'_>) -> Self {
         let (contacts, interface) = (empty.contacts(), empty.interface());
+        let friction = empty.has_friction().then(|| {
+            let modes = RecordedModes::of(empty);
+            let contacts = ActiveContacts::of(empty, &options.solver);
+            Box::new(WithFriction { contacts, modes_before: modes.clone(), modes })
+        });
         InterfaceAcceleration {
             redundancy: options.redundancy,
             model: empty.clone(),
-            solver: options.solver.checked(contacts),
+            solver: options.solver.checked(if friction.is_some() { 0 } else { contacts }),
             discretised: DiscretisedModel::new(contacts, interface),
             strongly_active: Vec::with_capacity(contacts),
             strongly_active_before: Vec::with_capacity(contacts),
             rest: vec![0.0; contacts + interface],
             free: vec![0.0; contacts + interface],
             forces: vec![0.0; contacts],
-            condensation: Condensation::new(contacts, interface),
+            condensation: match friction {
+                Some(_) => Condensation::of(empty),
+                None => Condensation::new(contacts, interface),
+            },
+            friction,
             acceleration: vec![0.0; interface],
         }
     }
@@ -67,6 +95,9 @@ impl InterfaceAcceleration {
     pub(super) fn find(&mut self, lambda: &[f64]) -> Result<(), Failure> {
         std::mem::swap(&mut self.strongly_active, &mut self.strongly_active_before);
         self.choose_resting(lambda);
+        if self.friction.is_some() {
+            return self.find_with_friction(lambda);
+        }
         let n = self.strongly_active.len();
         if n > 0 {
             // A step of one second from rest: velocities are accelerations, impulses forces.
@@ -87,13 +118,36 @@ impl InterfaceAcceleration {
         Ok(())
     }
 
+    fn find_with_friction(&mut self, lambda: &[f64]) -> Result<(), Failure> {
+        let InterfaceAcceleration { model, strongly_active, condensation, friction: Some(friction), .. } = self else {
+            return Ok(());
+        };
+        let WithFriction { contacts, modes, modes_before } = &mut **friction;
+        let gives_way = model.spring.is_some();
+        if gives_way {
+            strongly_active.clear();
+            strongly_active.extend(0..model.contacts());
+        } else {
+            strongly_active.iter().for_each(|&contact| model.w[contact] = 0.0);
+        }
+        std::mem::swap(modes, modes_before);
+        modes.start_from(model);
+        contacts.keep(strongly_active, model, lambda, gives_way, modes)?;
+        condense_in_modes(model, modes.get(), strongly_active, self.redundancy, condensation);
+        let before = &model.w[model.interface_start()..];
+        for ((a, after), before) in self.acceleration.iter_mut().zip(contacts.interface_velocity()).zip(before) {
+            *a = (after - before) / model.mechanics_step;
+        }
+        Ok(())
+    }
+
     fn choose_resting(&mut self, lambda: &[f64]) {
         let (model, h) = (&self.model, self.model.mechanics_step);
-        let contacts = model.contacts();
+        let interface = model.interface_start();
         self.strongly_active.clear();
-        for contact in 0..contacts {
+        for contact in 0..model.contacts() {
             let pushed: f64 =
-                lambda.iter().enumerate().map(|(j, force)| model.entry(contact, contacts + j) * force).sum();
+                lambda.iter().enumerate().map(|(j, force)| model.entry(contact, interface + j) * force).sum();
             let reach = h * (model.a[contact] + pushed).abs();
             if model.gap[contact] <= h * reach + ROUND_OFF && model.w[contact] <= reach + ROUND_OFF {
                 self.strongly_active.push(contact);
@@ -108,19 +162,26 @@ impl InterfaceAcceleration {
 
     /// Returns H_ii of the model without its contacts, row-major, 1/kg.
     pub(super) fn free_mobility(&self, row: usize, column: usize) -> f64 {
-        self.model.entry(self.model.contacts() + row, self.model.contacts() + column)
+        let interface = self.model.interface_start();
+        self.model.entry(interface + row, interface + column)
     }
 
     /// Tells whether other contacts carry force than at the communication point before: what was remembered of before is of no use then.
     pub(super) fn contacts_changed(&self) -> bool {
         self.strongly_active != self.strongly_active_before
+            || self.friction.as_ref().is_some_and(|friction| {
+                let states = |modes: &RecordedModes, contact: usize| modes.get().states[contact];
+                self.strongly_active
+                    .iter()
+                    .any(|&contact| states(&friction.modes, contact) != states(&friction.modes_before, contact))
+            })
     }
 
     /// Returns what a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is locked.
     pub(super) fn report(&self) -> SchemeReport {
         SchemeReport {
             effective_mass: Some(self.condensation.effective_mass),
-            counters: self.solver.counters(),
+            counters: self.friction.as_ref().map_or_else(|| self.solver.counters(), |f| f.contacts.counters()),
             ..SchemeReport::default()
         }
     }
@@ -169,6 +230,45 @@ mod tests {
     fn a_contact_that_separates_or_is_still_far_is_no_rest() {
         assert_eq!(acceleration(&falling(0.0, 1.0), 0.0).0, -10.0);
         assert_eq!(acceleration(&falling(1e-3, -1.0), 0.0).0, -10.0);
+    }
+
+    /// A mass of 2 kg on a floor along which the interface pulls, μ = 0.5: 20 N press, so that friction holds 10 N.
+    fn rubbing(mut model: ReducedInterfaceModel, along: f64, w: f64) -> ReducedInterfaceModel {
+        let rows = model.a.len();
+        (0..rows).for_each(|row| model.h[row * rows + row] = 0.5);
+        // The interface is the first tangent.
+        (model.h[rows + rows - 1], model.h[(rows - 1) * rows + 1]) = (0.5, 0.5);
+        (model.a[0], model.w[1], model.w[rows - 1], model.mechanics_step) = (-10.0, w, w, 1e-3);
+        // As it lands: the impact is no part of the acceleration.
+        model.w[0] = along;
+        model
+    }
+
+    #[test]
+    fn a_contact_with_friction_holds_slows_and_stops_what_the_interface_pulls() {
+        let plane = ReducedInterfaceModel::zeros_with_friction(&[0.5], 1);
+        let space = ReducedInterfaceModel::zeros_in_space(&[0.5], 1);
+        let options = ModelOptions::default();
+        for empty in [plane, space] {
+            // (pull, velocity, landing with, acceleration, effective mass): 1e-4 m/s stop within the mechanics' step.
+            for (force, w, landing, a, mass) in [
+                (4.0, 0.0, 0.0, 0.0, f64::INFINITY),
+                (-9.0, 0.0, -1.0, 0.0, f64::INFINITY),
+                (14.0, 0.0, 0.0, 2.0, 2.0),
+                (4.0, 1.0, 0.0, -3.0, 2.0),
+                (4.0, -1.0, -1.0, 7.0, 2.0),
+                (4.0, 1e-4, 0.0, -0.1, f64::INFINITY),
+            ] {
+                let mut found =
+                    InterfaceAcceleration::new(ModelConstruction { empty: &empty, options: &options, detection: None });
+                found.receive(&rubbing(empty.clone(), landing, w));
+                found.find(&[force]).unwrap();
+                // A velocity solved to 1e-9 of 1 m/s over 1 ms.
+                assert!((found.acceleration[0] - a).abs() < 1e-6, "{force} N at {w} m/s: {}", found.acceleration[0]);
+                assert_eq!(found.report().effective_mass.unwrap(), mass, "{force} N at {w} m/s");
+                assert_eq!(found.free_mobility(0, 0), 0.5);
+            }
+        }
     }
 
     #[test]

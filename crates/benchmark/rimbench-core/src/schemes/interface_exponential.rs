@@ -28,12 +28,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         family: Family::Model,
         order: 2,
-        needs: vec![
-            Requirement::ForceDisplacement,
-            Requirement::InterfaceModel,
-            Requirement::NoFriction,
-            Requirement::OutputRates,
-        ],
+        needs: vec![Requirement::ForceDisplacement, Requirement::InterfaceModel, Requirement::OutputRates],
         ..SchemeEntry::new(
             "interface-exponential",
             "Both outputs predicted as one coupled linear system, exactly, and sent as profiles",

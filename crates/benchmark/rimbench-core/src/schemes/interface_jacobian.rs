@@ -9,7 +9,7 @@
 //! ⇒ (I − (K_v + ½ H K_s) ½ H Ĥ) Δλ = H r + H K_s w_k + (K_v + ½ H K_s) H (â + Ĥ λ_k)
 //! ```
 //! `Ĥ, â` from the interface model with those contacts bilateral that the mechanics' last step found closed and that carry
-//! impulse at `t_k`; `r, D, R` from the actuator
+//! impulse at `t_k`, with friction in the modes of that problem; `r, D, R` from the actuator
 //! ([`OutputRates`]). The actuator then gets the velocity on a straight line over Δw and the length that belongs to it, the
 //! mechanics the mean force λ_k + ½ Δλ: both sides at once (Jacobi), no step is taken back.
 //! **Needs** an interface model of the mechanics, directional derivatives of the actuator, an interface of at most 8 rows.
@@ -26,7 +26,7 @@ use super::recorded_modes::RecordedModes;
 use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, Cubic, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Cause, Failure, Result};
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense_in_modes};
 use nalgebra::{SMatrix, SVector};
 
 pub(super) fn entry() -> SchemeEntry {
@@ -36,7 +36,6 @@ pub(super) fn entry() -> SchemeEntry {
         needs: vec![
             Requirement::ForceDisplacement,
             Requirement::InterfaceModel,
-            Requirement::NoFriction,
             Requirement::OutputRates,
             Requirement::Rows(MOST_ROWS),
             Requirement::NotMechanicsFirst,
@@ -84,7 +83,11 @@ impl InterfaceJacobian {
             received: empty.clone(),
             modes: RecordedModes::of(empty),
             closed: Vec::with_capacity(contacts),
-            condensation: Condensation::new(contacts, rows),
+            condensation: if empty.has_friction() {
+                Condensation::of(empty)
+            } else {
+                Condensation::new(contacts, rows)
+            },
             step: MacroStep { index: 0, start: 0.0, length: 0.0 },
             position: Column::zeros(),
             velocity: Column::zeros(),
@@ -98,8 +101,9 @@ impl InterfaceJacobian {
     /// Solves the linearised coupling equations for the increments over the macro step.
     fn predict(&mut self, lambda: &[f64], rates: &OutputRates) -> Result<(), Failure> {
         self.received.closed_contacts(&mut self.closed);
+        self.modes.start_from(&self.received);
         self.active.keep(&mut self.closed, &self.received, lambda, false, &mut self.modes)?;
-        condense(&self.received, &self.closed, self.redundancy, &mut self.condensation);
+        condense_in_modes(&self.received, self.modes.get(), &self.closed, self.redundancy, &mut self.condensation);
         let (rows, h) = (self.rows, self.step.length);
         let square = |entry: &dyn Fn(usize, usize) -> f64| {
             Square::from_fn(|i, j| if i < rows && j < rows { entry(i, j) } else { 0.0 })

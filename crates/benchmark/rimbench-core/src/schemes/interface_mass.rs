@@ -30,7 +30,6 @@ pub(super) fn entry() -> SchemeEntry {
         needs: vec![
             Requirement::ForceDisplacement,
             Requirement::InterfaceModel,
-            Requirement::NoFriction,
             Requirement::OutputRates,
             Requirement::NotMechanicsFirst,
         ],

@@ -34,7 +34,6 @@ pub(super) fn entry() -> SchemeEntry {
         needs: vec![
             Requirement::ForceDisplacement,
             Requirement::InterfaceModel,
-            Requirement::NoFriction,
             Requirement::OutputRates,
             Requirement::HeldReturn,
         ],

@@ -13,7 +13,7 @@ pub enum Requirement {
     InterfaceModel,
     /// Contacts that the reduced interface model lists: a smooth one, which has them within, will not do.
     ListedContacts,
-    /// Contacts without friction, where there is a reduced interface model: its contact problems are those without.
+    /// Contacts without friction, where there is a reduced interface model: for a scheme of others that reads no tangential rows.
     NoFriction,
     /// An interface of at most so many rows.
     Rows(usize),
@@ -58,7 +58,7 @@ impl Requirement {
             ),
             Requirement::NoFriction => (
                 mechanics.capabilities().empty_interface_model().is_none_or(|model| !model.has_friction()),
-                "its picture of the contacts knows no friction: use a scheme with a reduced interface model, or one without a model",
+                "its picture of the contacts knows no friction, as it reads no tangential rows: use a scheme of rimbench, or one without a model",
             ),
             Requirement::TransmissionLines => (actuator.capabilities().oil_lines().is_some(), NO_OIL_LINES),
             Requirement::Rows(most) if outputs > most => {

@@ -30,12 +30,7 @@ use crate::error::{Failure, Result};
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
-        needs: vec![
-            Requirement::ForceDisplacement,
-            Requirement::InterfaceModel,
-            Requirement::NoFriction,
-            Requirement::OutputRates,
-        ],
+        needs: vec![Requirement::ForceDisplacement, Requirement::InterfaceModel, Requirement::OutputRates],
         ..SchemeEntry::new(
             "true-acceleration",
             "Hold the acceleration that the mechanics has, integrate it to velocity and position",

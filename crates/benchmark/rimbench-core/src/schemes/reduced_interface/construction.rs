@@ -24,10 +24,6 @@ use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{AffineStep, DenseFactor, ModeFactor, SparseSetFactor, StepContactLaw};
 use rimbench_contact::complementarity::SparseSolver;
 
-/// Gap up to which the smooth model counts a contact as closed by default, m. Ours: the source paper does not say how its simulator detects
-/// contacts, and without a margin the model does not show what the paper shows.
-pub(super) const SMOOTH_MARGIN: f64 = 1e-3;
-
 /// Square matrices over all contacts of a scheme that keeps every entry, at most: discretised and condensed forms, contact problems,
 /// workspaces of two solvers.
 const SQUARES: u64 = 12;
@@ -123,9 +119,8 @@ impl ReducedInterface {
         SchemeEntry {
             family: Family::Model,
             contact_detection: match contacts {
-                Contacts::Bilateral => usual(ContactDetection::Margin { width: SMOOTH_MARGIN }),
-                Contacts::BilateralActive | Contacts::Unilateral => usual(ContactDetection::Active),
                 Contacts::UnilateralWithGaps => None,
+                _ => usual(ContactDetection::Active),
             },
             order: 2,
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
