@@ -159,8 +159,8 @@ impl SemismoothNewton {
         for contact in 0..n {
             let (h_nn, h_tt) = weights(problem, contact);
             let ([p_n, p_1, p_2], w) = (of(contact, n, impulses), of(contact, n, &self.w));
-            // False for NaN.
-            if !(p_n - w[0] / h_nn > 0.0) {
+            let pushes = p_n - w[0] / h_nn > 0.0;
+            if !pushes {
                 continue;
             }
             let mu = problem.cone.friction[contact];
@@ -341,8 +341,8 @@ mod tests {
             assert!(newton.step_by_factor(size));
             let by_factor = std::mem::replace(&mut newton.step, start);
             assert!(newton.step_by_rows(problem));
-            for row in 0..3 * newton.closed.len() {
-                approx::assert_abs_diff_eq!(by_factor[row], newton.step[row], epsilon = 1e-6);
+            for (by_factor, by_rows) in by_factor.iter().zip(&newton.step).take(3 * newton.closed.len()) {
+                approx::assert_abs_diff_eq!(by_factor, by_rows, epsilon = 1e-6);
             }
         }
     }
