@@ -15,7 +15,7 @@ use rimbench::fmi::import::{ProbeQuality, SideNotes};
 use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
 use rimbench::input::read_text;
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
+use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -90,9 +90,8 @@ impl Simulate {
         notes.clear();
         // Waiting for another program takes no processor time, but counts against a limit.
         let clock = if waits(&spec) { monotonic_clock } else { processor_clock };
-        let result = prepared.simulate_inside(&reference, Some(clock), stop)?;
+        let run = prepared.evaluate(&reference, true, self.trace.is_some(), Some(clock), stop)?;
         let (probed, warned) = (notes.probed(), notes.warnings());
-        let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;

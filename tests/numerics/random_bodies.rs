@@ -120,7 +120,7 @@ pub fn macro_step(
     let mut setup = Setup::new(grid, H / micro_steps as f64, ACTUATOR_FIRST, force_return);
     setup.mechanics_steps = MechanicsSteps::count(mechanics_steps).unwrap();
     let coupling = scheme_by_name(scheme).couple(sides(mechanics, actuator), Some(options), None).unwrap();
-    let control = RunControl { inside: true, audit: true, ..RunControl::default() };
+    let control = RunControl { inside: Some(usize::MAX), audit: true, ..RunControl::default() };
     let report = coupling.run(&setup, sides(mechanics, actuator), control, &mut |_| ());
     assert_eq!(report.outcome, Outcome::Completed);
     report

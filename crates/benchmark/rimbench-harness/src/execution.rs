@@ -8,8 +8,8 @@ use super::job::{Job, Progress, Shard, Step, StopFlags, Summary};
 use super::provenance::Provenance;
 use super::references::{has_none, obtain_reference};
 use rayon::prelude::*;
-use rimbench_cases::runs::{Clock, EvaluatedRun, Reference, RunResult, RunSpec, evaluate, simulate_inside};
-use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
+use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec};
+use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -137,7 +137,7 @@ fn compute(
         group.sort_by_key(grid);
         let spec = &plan[first].spec;
         let found = obtain_reference(spec, job.cache, stop.soon);
-        let (bounds, reference) = match found.and_then(|reference| Ok((reference.bounds(spec)?, reference))) {
+        let reference = match found {
             Err(Error::Stopped) => break,
             // Without a reference there is no run, and it took longer than any of them may take.
             Err(Error::Overdue { .. }) => {
@@ -156,7 +156,8 @@ fn compute(
             if stop.soon.check().is_err() {
                 return Ok(());
             }
-            let run = evaluated(&plan[index].spec, &bounds, &reference, simulate_inside, stop.now)?;
+            let is_wanted = job.experiment.trace_of(&plan[index].label).is_some();
+            let run = evaluated(&plan[index].spec, &reference, true, is_wanted, stop.now)?;
             // No result: the same command goes on from there.
             if matches!(run.outcome, Outcome::Stopped { .. }) { Ok(()) } else { keep(index, &run) }
         })?;
@@ -212,24 +213,17 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
     groups
 }
 
-/// [`simulate`](rimbench_cases::runs::simulate) or [`simulate_inside`].
-pub(super) type Simulate = fn(&RunSpec, Bounds, Option<Clock>, StopFlag<'_>) -> Result<RunResult>;
-
-/// Simulates a run and holds it against its reference. A defect of ours is a record like others: no reason to lose the other runs.
+/// Simulates a run and holds it against its reference, micro steps `inside` macro steps as well; all its rows are kept if a trace
+/// `is_wanted`. A defect of ours is a record like others: no reason to lose the other runs.
 pub(super) fn evaluated(
     spec: &RunSpec,
-    bounds: &Bounds,
     reference: &Reference,
-    simulate: Simulate,
+    inside: bool,
+    is_wanted: bool,
     stop: StopFlag<'_>,
 ) -> Result<EvaluatedRun> {
     let attempt = catch_unwind(AssertUnwindSafe(|| {
-        let result = simulate(spec, bounds.clone(), Some(monotonic_clock), stop)?;
-        match result.report.outcome {
-            // No result, so nothing to be held against anything; of a long run that would take a while.
-            Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),
-            _ => evaluate(spec, result, reference),
-        }
+        spec.prepare()?.evaluate(reference, inside, is_wanted, Some(monotonic_clock), stop)
     }));
     attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::not_evaluated(panicked(&*panic))))
 }

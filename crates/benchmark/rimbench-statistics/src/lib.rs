@@ -51,17 +51,43 @@ pub fn nearest_rank(values: &mut [f64], percent: usize) -> Option<f64> {
     (index < n).then(|| *values.select_nth_unstable_by(index, f64::total_cmp).1)
 }
 
-/// Fits a straight line by least squares and returns its slope; none with fewer than two different abscissas.
+/// A straight line fitted by least squares, point by point: nothing of a point is kept.
 ///
 /// ```text
-/// Σ (x − x̄)(y − ȳ) / Σ (x − x̄)²
+/// slope = Σ (x − x̄)(y − ȳ) / Σ (x − x̄)²        Δ = x_n − x̄_{n−1}:    Σ += Δ (x_n − x̄_n),  Δ (y_n − ȳ_n)
 /// ```
+/// # Source
+/// Welford, *Note on a method for calculating corrected sums of squares and products*, Technometrics 4 (1962).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Line {
+    points: f64,
+    means: [f64; 2],
+    covariance: f64,
+    variance: f64,
+}
+
+impl Line {
+    /// Takes one more point.
+    pub fn add(&mut self, [x, y]: [f64; 2]) {
+        self.points += 1.0;
+        let from_mean = x - self.means[0];
+        self.means[0] += from_mean / self.points;
+        self.means[1] += (y - self.means[1]) / self.points;
+        self.covariance += from_mean * (y - self.means[1]);
+        self.variance += from_mean * (x - self.means[0]);
+    }
+
+    /// Returns the slope; none with fewer than two different abscissas.
+    pub fn slope(&self) -> Option<f64> {
+        (self.variance > 0.0).then(|| self.covariance / self.variance)
+    }
+}
+
+/// Fits a straight line by least squares and returns its slope; none with fewer than two different abscissas.
 pub fn slope(points: &[[f64; 2]]) -> Option<f64> {
-    let n = points.len() as f64;
-    let (mean_x, mean_y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point[0] / n, y + point[1] / n));
-    let covariance: f64 = points.iter().map(|point| (point[0] - mean_x) * (point[1] - mean_y)).sum();
-    let variance: f64 = points.iter().map(|point| (point[0] - mean_x).powi(2)).sum();
-    (variance > 0.0).then(|| covariance / variance)
+    let mut line = Line::default();
+    points.iter().for_each(|&point| line.add(point));
+    line.slope()
 }
 
 /// Fits `error ≈ C H^p` by least squares in logarithms and returns the order p; none with fewer than two usable points.

@@ -53,15 +53,6 @@ impl ResultsTable {
         })
     }
 
-    /// Returns the position of the last column of a name: counters stand behind the settings and may share a name with
-    /// one.
-    ///
-    /// # Errors
-    /// [`Error::File`] naming the file and its columns.
-    pub fn last_column(&self, name: &str) -> Result<usize> {
-        self.header.iter().rposition(|column| column == name).map_or_else(|| self.column(name), Ok)
-    }
-
     /// Returns the text of one cell.
     pub fn text(&self, row: usize, column: usize) -> &str {
         &self.rows[row][column]

@@ -17,6 +17,9 @@ fn the_slope_of_a_line_is_found_and_an_oscillation_has_next_to_none() {
     approx::assert_relative_eq!(slope(&points(|t| 3.0 - 0.5 * t)).unwrap(), -0.5, epsilon = 1e-12);
     let swing = slope(&points(|t| (20.0 * std::f64::consts::PI * t).cos())).unwrap();
     assert!(swing.abs() < 1e-4, "{swing}");
+    // Far from zero no digit is lost that the points have.
+    let far: Vec<_> = (0..=1000).map(|k| f64::from(k) * 0.25).map(|t| [t + 1e9, 1e9 - 0.5 * t]).collect();
+    assert_eq!(slope(&far), Some(-0.5));
     assert_eq!(slope(&[[1.0, 2.0]]), None);
     assert_eq!(slope(&[]), None);
 }

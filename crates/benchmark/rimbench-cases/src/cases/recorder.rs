@@ -30,7 +30,9 @@ pub struct Recorder {
     ends: [usize; 5],
     effective_mass: Option<usize>,
     derived: Vec<Derived>,
-    late_rows: bool,
+    /// Of a system whose rows show the values of the row before at their own time: that row.
+    late: Option<Vec<f64>>,
+    rows: usize,
 }
 
 /// The names of everything that a communication point shows, derived columns aside, in the order of [`Recorder`]'s `seen`, with the
@@ -103,7 +105,8 @@ impl Recorder {
             seen: vec![f64::NAN; names.len()],
             ends,
             effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
-            late_rows: system.late_rows,
+            late: system.late_rows.then(Vec::new),
+            rows: 0,
             derived,
         })
     }
@@ -136,6 +139,7 @@ impl Recorder {
         point.sides.mechanics.capabilities().observe(point.mechanics_step, &mut self.seen[received..mechanics]);
         point.sides.actuator.capabilities().observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
         self.note_effective_mass(point.effective_mass, trajectory);
+        self.rows += 1;
         let row = trajectory.push_row();
         for (value, &column) in row.iter_mut().zip(&self.columns) {
             *value = self.seen[column];
@@ -149,19 +153,30 @@ impl Recorder {
             }
             row[derived.column] = (derived.value)(&derived.arguments);
         }
+        if let Some(late) = &mut self.late {
+            let (time, first) = (row[0], late.is_empty());
+            if first {
+                late.extend_from_slice(row);
+            } else {
+                late.swap_with_slice(row);
+                row[0] = time;
+            }
+            if let (false, Some(column), Some(mass)) = (first, self.effective_mass, point.effective_mass) {
+                row[column] = mass;
+            }
+        }
     }
 
     /// Completes the rows of a run with what is known at its end.
     pub fn finish(self, report: &Report, trajectory: &mut Trajectory) {
         self.note_effective_mass(report.scheme.effective_mass, trajectory);
-        if self.late_rows {
-            trajectory.delay();
-        }
     }
 
-    /// Writes what a scheme says of the macro step that began with the last row.
+    /// Writes what a scheme says of the macro step that began with the last row. That of a late row stands in the row after it, but for the
+    /// first.
     fn note_effective_mass(&self, effective_mass: Option<f64>, trajectory: &mut Trajectory) {
-        if let (Some(column), Some(mass), Some(row)) = (self.effective_mass, effective_mass, trajectory.last_row_mut())
+        if let (true, Some(column), Some(mass), Some(row)) =
+            (self.late.is_none() || self.rows == 1, self.effective_mass, effective_mass, trajectory.last_row_mut())
         {
             row[column] = mass;
         }

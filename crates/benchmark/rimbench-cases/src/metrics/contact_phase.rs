@@ -37,47 +37,65 @@ impl ContactInterval {
     pub(super) fn closed_at(&self) -> Option<f64> {
         self.phase.closed_at
     }
-
-    /// Time of the row in which the contact closed, s; none where it was closed from the start.
-    pub(super) fn closed_during_run(&self) -> Option<f64> {
-        self.phase.closed_at.map(|_| self.closed_row)
-    }
 }
 
-/// Returns the intervals during which the contact with the gap column `gap` is closed.
+/// The intervals during which a contact is closed, found row by row.
 ///
 /// A contact that the stepper catches in the step in which it closes arrives at its gap of zero only at the end of that
 /// step. So the instant of closing is where the *approach* leads: the line through the last two open rows, held within the
 /// interval in which the gap closed; the line across that interval where there is no approach to extrapolate. The instant of
 /// opening is where the line across the interval leaves 10 µm.
-pub fn contact_intervals(trajectory: &Trajectory, gap: usize) -> Vec<ContactInterval> {
-    let mut intervals: Vec<ContactInterval> = Vec::new();
-    let mut closed = false;
-    // Last row at or below the closing level.
-    let mut touching = 0;
-    for (k, row) in trajectory.rows().enumerate() {
-        let g = row[gap];
-        if !closed && g <= CLOSES_AT {
-            closed = true;
-            let closed_at = (k > 0).then(|| closing_time(trajectory, gap, k));
-            intervals.push(ContactInterval {
+#[derive(Debug, Clone, Default)]
+pub struct ContactIntervals {
+    /// Those so far.
+    pub found: Vec<ContactInterval>,
+    closed: bool,
+    /// The last two rows, time and gap, the later one first.
+    last: [Option<[f64; 2]>; 2],
+    /// Last row at or below the closing level, and the one after it.
+    touching: Option<[f64; 2]>,
+    leaving: Option<[f64; 2]>,
+}
+
+impl ContactIntervals {
+    /// Takes one more row; tells whether the contact closes in it.
+    pub(super) fn add(&mut self, time: f64, gap: f64) -> bool {
+        let row = [time, gap];
+        if self.leaving.is_none() {
+            self.leaving = Some(row);
+        }
+        let closes = !self.closed && gap <= CLOSES_AT;
+        if closes {
+            self.closed = true;
+            let closed_at = self.last[0].map(|before| closing_time(self.last[1], before, row));
+            self.found.push(ContactInterval {
                 phase: ContactPhase { closed_at, opened_at: f64::INFINITY },
-                closed_row: row[0],
+                closed_row: time,
                 open_row: f64::INFINITY,
             });
-        } else if closed && g > OPENS_AT {
-            closed = false;
-            let [before, after] = [trajectory.row(touching), trajectory.row(touching + 1)];
-            if let Some(last) = intervals.last_mut() {
-                last.phase.opened_at = crossing(before, after, gap);
+        } else if self.closed && gap > OPENS_AT {
+            self.closed = false;
+            if let (Some(last), Some(before), Some(after)) = (self.found.last_mut(), self.touching, self.leaving) {
+                last.phase.opened_at = crossing(before, after);
                 last.open_row = after[0];
             }
         }
-        if g <= CLOSES_AT {
-            touching = k;
+        if gap <= CLOSES_AT {
+            (self.touching, self.leaving) = (Some(row), None);
         }
+        let closes = closes && self.last[0].is_some();
+        self.last = [Some(row), self.last[0]];
+        closes
     }
-    intervals
+}
+
+/// Returns the [intervals](ContactIntervals) during which the contact with the gap column `gap` is closed.
+pub fn contact_intervals(trajectory: &Trajectory, gap: usize) -> Vec<ContactInterval> {
+    let mut intervals = ContactIntervals::default();
+    for row in trajectory.rows() {
+        intervals.add(row[0], row[gap]);
+    }
+    intervals.found
 }
 
 /// The phases of one contact: its intervals with open times of up to `chatter` (s) between them merged.
@@ -97,23 +115,21 @@ pub(super) fn phases(intervals: &[ContactInterval], chatter: f64) -> Vec<Contact
     phases
 }
 
-/// Instant at which the gap closes between rows `k − 1` and `k`.
-fn closing_time(trajectory: &Trajectory, gap: usize, k: usize) -> f64 {
-    let (before, after) = (trajectory.row(k - 1), trajectory.row(k));
-    if k >= 2 {
-        let earlier = trajectory.row(k - 2);
-        let approached = earlier[gap] - before[gap];
+/// Instant at which the gap closes between the rows `before` and `after`.
+fn closing_time(earlier: Option<[f64; 2]>, before: [f64; 2], after: [f64; 2]) -> f64 {
+    if let Some(earlier) = earlier {
+        let approached = earlier[1] - before[1];
         if approached > 0.0 {
-            let ahead = (before[gap] - CLOSES_AT) * (before[0] - earlier[0]) / approached;
+            let ahead = (before[1] - CLOSES_AT) * (before[0] - earlier[0]) / approached;
             return (before[0] + ahead).clamp(before[0], after[0]);
         }
     }
-    crossing(before, after, gap)
+    crossing(before, after)
 }
 
 /// Instant at which the line between two rows crosses the closing level.
-fn crossing(before: &[f64], after: &[f64], gap: usize) -> f64 {
-    let share = (before[gap] - CLOSES_AT) / (before[gap] - after[gap]);
+fn crossing(before: [f64; 2], after: [f64; 2]) -> f64 {
+    let share = (before[1] - CLOSES_AT) / (before[1] - after[1]);
     before[0] + share.clamp(0.0, 1.0) * (after[0] - before[0])
 }
 

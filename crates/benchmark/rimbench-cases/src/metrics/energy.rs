@@ -1,8 +1,6 @@
 //! What the coupling does to energy.
 
-use super::contact_phase::ContactInterval;
 use super::evidence::metrics;
-use rimbench_statistics::slope;
 
 metrics! {
     WORK_SENT: "work_sent_j" in "J" (signed),
@@ -20,19 +18,13 @@ metrics! {
     RESIDUAL_IN_IMPACTS: "interface_residual_in_impacts_j" in "J" (signed),
     "Part of the interface residual from the macro steps in which a contact closed: lost (above 0) or created; the rest is smooth"
     => |evidence| {
-        let mut instants: Vec<f64> =
-            evidence.run_contacts.iter().flatten().filter_map(ContactInterval::closed_during_run).collect();
-        instants.sort_by(f64::total_cmp);
-        instants.dedup();
-        let steps = evidence.report.interface_residual.windows(2);
-        let in_impacts = steps.filter(|step| instants.binary_search_by(|t| t.total_cmp(&step[1][0])).is_ok());
-        (!evidence.report.interface_residual.is_empty() && !evidence.gaps.is_empty())
-            .then(|| in_impacts.map(|step| step[1][1] - step[0][1]).sum())
+        let sums = evidence.sums;
+        (sums.counts_residual() && !sums.columns.gaps.is_empty()).then_some(sums.residual_in_impacts)
     };
 
     INTERFACE_DRIFT: "interface_drift_w" in "W" (signed),
     "Slope of the cumulative interface residual over time, by least squares: energy lost (above 0) or created per second"
-    => |evidence| slope(&evidence.report.interface_residual);
+    => |evidence| evidence.sums.drift.slope();
 
     STORED_CHANGE: "stored_energy_change_j" in "J" (signed),
     "Change of kinetic, potential and elastic energy of both sides"
@@ -40,7 +32,7 @@ metrics! {
 
     GROWTH: "energy_growth" in "-" of Column,
     "Most energy of the whole system, less what was supplied, over that of its start and what was turned over"
-    => |evidence| Some(evidence.run.column(evidence.run.index_of("energy_growth")?).fold(0.0, f64::max));
+    => |evidence| evidence.sums.growth;
 
     PUMP_WORK: "pump_work_j" in "J" (signed),
     "Energy of the fluid that came from the pump"

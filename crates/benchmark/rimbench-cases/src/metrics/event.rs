@@ -4,7 +4,7 @@
 //! are one event. Run and reference are read by the same rules with the same chatter, `max(H, 5 ms)`; the reference at its own
 //! sampling. Only what the run lived to see counts: a run that ended early is compared up to its end.
 
-use super::contact_phase::{CHATTER, ContactInterval, ContactPhase, phases};
+use super::contact_phase::{ContactInterval, ContactPhase, phases};
 use super::evidence::{Evidence, metrics};
 
 /// Events further apart than this, s, are not the same event; ours.
@@ -31,7 +31,7 @@ metrics! {
     WRONG_STATE: "wrong_contact_state_s" in "s",
     "Total time during which some contact is open in the run and closed in the reference, or the reverse"
     => |evidence| {
-        let end = evidence.run.end_time()?;
+        let end = evidence.sums.end?;
         Some(time_of_difference(&contacts(evidence)?.collect::<Vec<_>>(), end))
     };
 }
@@ -87,9 +87,8 @@ fn nearest(events: &[f64], to: f64) -> Option<f64> {
 
 /// All contacts; `None` where the case has none or the run has no interval.
 fn contacts<'a>(evidence: &'a Evidence<'_>) -> Option<impl Iterator<Item = Contact> + 'a> {
-    let end = evidence.run.end_time().filter(|end| *end > 0.0 && !evidence.gaps.is_empty())?;
-    let steps = evidence.run.column(0).zip(evidence.run.column(0).skip(1)).map(|(from, to)| to - from);
-    let chatter = steps.fold(CHATTER, f64::max);
+    let end = evidence.sums.end.filter(|end| *end > 0.0 && !evidence.sums.columns.gaps.is_empty())?;
+    let chatter = evidence.sums.chatter;
     Some(evidence.run_contacts.iter().zip(evidence.reference_contacts).map(move |(run, reference)| Contact {
         run: phases(run, chatter),
         reference: phases(reference, chatter),

@@ -2,16 +2,14 @@
 
 use super::contact_phase::ContactInterval;
 use super::friction_phase::FrictionPhase;
-use rimbench_core::cosim::{Report, Trajectory};
+use super::sums::Sums;
+use rimbench_core::cosim::Report;
 use rimbench_statistics::Floor;
-use std::sync::Arc;
 
-/// A run, its reference, and which columns are which.
+/// What is known of a run and its reference.
 pub struct Evidence<'a> {
-    /// The run, one row per communication point.
-    pub run: &'a Trajectory,
-    /// The reference at the communication points of the run, or at more behind them: at least the interface's columns and the gaps.
-    pub reference: &'a Trajectory,
+    /// Of the rows of the run.
+    pub sums: &'a Sums,
     /// When each contact is closed in the run, in the order of `gaps`.
     pub run_contacts: &'a [Vec<ContactInterval>],
     /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
@@ -24,31 +22,8 @@ pub struct Evidence<'a> {
     pub report: &'a Report,
     /// Whether an account of what its model created was asked for.
     pub audited: bool,
-    /// The rows of the interface.
-    pub interface: &'a [InterfaceRow],
-    /// Column of the effective mass, where the case has one.
-    pub effective_mass: Option<usize>,
-    /// Columns of the gaps of one contact each.
-    pub gaps: &'a [usize],
-    /// Columns of the least gap of several contacts.
-    pub least_gaps: &'a [usize],
-    /// Times at which a touch-down of the reference shows, from and to, s.
-    pub touch_downs: &'a [[f64; 2]],
-    /// What the actuator did inside macro steps, where that was noted.
-    pub inside: Option<&'a Inside<'a>>,
-    /// Half of the mechanics' last step before each communication point of the run, s; 0 where its rule is of second order.
-    pub half_steps: &'a [f64],
     /// See [`predicted_growth`](crate::runs::predicted_growth).
     pub predicted_growth: Option<f64>,
-}
-
-/// The micro steps of the actuator and the reference at the same times.
-#[derive(Debug)]
-pub struct Inside<'a> {
-    /// See [`Report::inside`].
-    pub log: &'a Trajectory,
-    /// The reference at the first two columns of the log, or longer: at the start of each micro step, and in its middle.
-    pub reference: [Arc<Trajectory>; 2],
 }
 
 /// One row of the interface in run and reference.
@@ -139,12 +114,3 @@ macro_rules! metrics {
     )+};
 }
 pub(super) use metrics;
-
-impl Evidence<'_> {
-    /// Pairs (run, reference) of one column of the run at its communication points; none if the reference lacks it.
-    pub(super) fn pairs(&self, column: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
-        let in_reference = self.reference.index_of(&self.run.columns()[column]);
-        let reference = in_reference.into_iter().flat_map(|column| self.reference.column(column));
-        self.run.column(column).zip(reference)
-    }
-}

@@ -1,7 +1,6 @@
 //! What contacts with friction do, held against the reference: who sticks when.
 //! Only what the run lived to see counts.
 
-use super::contact_phase::CHATTER;
 use super::event::matched;
 use super::evidence::{Evidence, metrics};
 use super::friction_phase::FrictionPhase;
@@ -59,9 +58,8 @@ metrics! {
 
 /// End of the run, and how long a slip may be that parts no sticks, s; none where the case has no friction or the run no interval.
 fn span(evidence: &Evidence<'_>) -> Option<(f64, f64)> {
-    let end = evidence.run.end_time().filter(|end| *end > 0.0 && !evidence.run_friction.is_empty())?;
-    let steps = evidence.run.column(0).zip(evidence.run.column(0).skip(1)).map(|(from, to)| to - from);
-    Some((end, steps.fold(CHATTER, f64::max)))
+    let end = evidence.sums.end.filter(|end| *end > 0.0 && !evidence.run_friction.is_empty())?;
+    Some((end, evidence.sums.chatter))
 }
 
 fn state_at(phases: &[FrictionPhase], t: f64) -> Option<ContactState> {

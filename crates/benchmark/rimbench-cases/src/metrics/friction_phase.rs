@@ -20,16 +20,28 @@ pub struct FrictionPhase {
     pub(super) state: ContactState,
 }
 
+/// What a contact does, found row by row.
+#[derive(Debug, Clone, Default)]
+pub struct FrictionPhases {
+    /// The phases so far.
+    pub found: Vec<FrictionPhase>,
+    before: Option<f64>,
+}
+
+impl FrictionPhases {
+    /// Takes the time of one more row and what its column says.
+    pub(super) fn add(&mut self, time: f64, state: f64) {
+        let state = ContactState::of_number(state).unwrap_or_default();
+        if self.found.last().is_none_or(|last| last.state != state) {
+            self.found.push(FrictionPhase { since: self.before.unwrap_or(time), state });
+        }
+        self.before = Some(time);
+    }
+}
+
 /// Returns what the contact with the state column `column` does, phase by phase.
 pub fn friction_phases(trajectory: &Trajectory, column: usize) -> Vec<FrictionPhase> {
-    let mut phases: Vec<FrictionPhase> = Vec::new();
-    let mut before = None;
-    for row in trajectory.rows() {
-        let state = ContactState::of_number(row[column]).unwrap_or_default();
-        if phases.last().is_none_or(|last| last.state != state) {
-            phases.push(FrictionPhase { since: before.unwrap_or(row[0]), state });
-        }
-        before = Some(row[0]);
-    }
-    phases
+    let mut phases = FrictionPhases::default();
+    trajectory.rows().for_each(|row| phases.add(row[0], row[column]));
+    phases.found
 }

@@ -1,6 +1,7 @@
 //! Impulses over windows of fixed length: what an impact leaves behind, however its force is spread in time.
 
-use super::evidence::{Evidence, metrics};
+use super::evidence::metrics;
+use std::collections::VecDeque;
 
 /// Length of the windows, s. *Ours*.
 const WINDOW: f64 = 20e-3;
@@ -18,40 +19,37 @@ metrics! {
     IMPULSE_ERROR: "impulse_error_20ms_n_s" in "N s",
     "Largest difference, over windows of 20 ms, of the impulse that the mechanics received from the reference's"
     => |evidence| {
-        let columns = ["force_to_mechanics_n", "force_2_to_mechanics_n"];
-        evidence
-            .interface
-            .iter()
-            .zip(columns)
-            .filter_map(|(row, received)| error(evidence, row.force, received))
-            .reduce(f64::max)
+        evidence.sums.interface.iter().filter_map(|row| row.impulse.as_ref()?.worst).reduce(f64::max)
     };
 }
 
-fn error(evidence: &Evidence<'_>, force: usize, received: &str) -> Option<f64> {
-    let received = evidence.run.index_of(received)?;
-    let impulse = evidence.reference.index_of(&impulse_column(&evidence.run.columns()[force]))?;
-    let (mut delivered, mut last) = (0.0, evidence.run.rows().next()?[0]);
-    let lags: Vec<(f64, f64)> = evidence
-        .run
-        .rows()
-        .zip(evidence.reference.column(impulse))
-        .map(|(row, reference)| {
-            delivered += row[received] * (row[0] - last);
-            last = row[0];
-            (row[0], delivered - reference)
-        })
-        .collect();
-    let (mut worst, mut from) = (None::<f64>, 0);
-    for &(time, lag) in &lags {
-        // The latest start that is a window away.
-        while lags.get(from + 1).is_some_and(|start| time - start.0 >= WINDOW * (1.0 - 1e-9)) {
-            from += 1;
+/// Columns of the forces that the mechanics receives, of the first two rows of the interface.
+pub(super) const RECEIVED: [&str; 2] = ["force_to_mechanics_n", "force_2_to_mechanics_n"];
+
+/// The largest error so far, and the lags within the last window.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ImpulseError {
+    worst: Option<f64>,
+    delivered: f64,
+    last: Option<f64>,
+    /// Times and lags, from the latest that is a window away.
+    lags: VecDeque<(f64, f64)>,
+}
+
+impl ImpulseError {
+    /// Takes the force received over the step that ends at `time`, and the impulse of the reference up to then.
+    pub(super) fn add(&mut self, time: f64, force: f64, reference: f64) {
+        self.delivered += force * (time - self.last.unwrap_or(time));
+        self.last = Some(time);
+        let lag = self.delivered - reference;
+        self.lags.push_back((time, lag));
+        let is_window = |start: &(f64, f64)| time - start.0 >= WINDOW * (1.0 - 1e-9);
+        while self.lags.get(1).is_some_and(is_window) {
+            self.lags.pop_front();
         }
-        if time - lags[from].0 >= WINDOW * (1.0 - 1e-9) {
-            let error = (lag - lags[from].1).abs();
-            worst = Some(worst.map_or(error, |worst| if error <= worst { worst } else { error }));
+        if let Some((_, start)) = self.lags.front().filter(|start| is_window(start)) {
+            let error = (lag - start).abs();
+            self.worst = Some(self.worst.map_or(error, |worst| if error <= worst { worst } else { error }));
         }
     }
-    worst
 }

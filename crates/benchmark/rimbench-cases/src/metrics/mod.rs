@@ -17,19 +17,21 @@ mod inside;
 mod interface;
 mod macro_step;
 mod model_energy;
+mod sums;
 
 /// Largest rms force error over the reference's peak of a run that is *usable*, the bound of figures, page and tables.
 pub const USABLE: f64 = 0.1;
 
 pub use contact::STAYS_DOWN_M;
 pub use contact_event::ContactEvent;
-pub use contact_phase::{ContactInterval, contact_intervals};
+pub use contact_phase::{ContactInterval, ContactIntervals, contact_intervals};
 pub(crate) use event::touch_downs;
-pub use evidence::{Evidence, Inside, InterfaceRow, Metric, Only};
+pub use evidence::{Evidence, InterfaceRow, Metric, Only};
 pub(crate) use friction_phase::is_state;
-pub use friction_phase::{FrictionPhase, friction_phases};
+pub use friction_phase::{FrictionPhase, FrictionPhases, friction_phases};
 pub(crate) use impulse::impulse_column;
 use rimbench_statistics::Floor;
+pub use sums::{Columns, Sums};
 
 /// The rms uncertainty of the reference's force: no error of force below it is known.
 const FORCE_FLOOR: Floor = Floor { uncertainty: "reference_force_uncertainty_n", in_unit: None };

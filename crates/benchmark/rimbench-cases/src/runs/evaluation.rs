@@ -2,13 +2,14 @@
 
 use super::findings::{Costs, Findings, Latency};
 use super::predicted_growth::predicted_growth;
-use super::reference::{GAP, Reference, friction_of};
+use super::reference::{GAP, Reference};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
-use crate::cases::{Case, ReferenceMethod};
-use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, Only, contact_intervals};
+use crate::cases::{Case, ExactSolution, InterfaceColumns, ReferenceMethod};
+use crate::metrics::{Columns, Evidence, InterfaceRow, METRICS, Metric, Only, Sums, is_state};
 use rimbench_core::cosim::{Jump, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Failure, Result};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What is kept of a run: its outcome, every metric, every counter.
@@ -22,7 +23,7 @@ pub struct EvaluatedRun {
     pub costs: Costs,
     /// The jump that created most, of those that did, in an audited run.
     pub largest_jump: Option<Jump>,
-    /// The trajectory.
+    /// The trajectory; of a run that was judged as it went on without a trace its last rows.
     pub trajectory: Trajectory,
 }
 
@@ -55,78 +56,153 @@ impl EvaluatedRun {
 /// # Errors
 /// Those of the case's closed form; a case that does not record its interface.
 pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Result<EvaluatedRun> {
-    let columns = &spec.case.interface_columns;
-    let column = |name: &str| {
-        let unknown =
-            || Error::Incompatible(format!("case {} records no column `{name}` of its interface", spec.case.name));
-        result.trajectory.index_of(name).ok_or_else(unknown)
-    };
-    let interface = columns
-        .iter()
-        .map(|row| {
+    let mut judge = Judge::new(spec, reference, result.trajectory.columns())?;
+    judge.add(&result.trajectory, 0..result.trajectory.len(), &result.interface_residual);
+    judge.finish(result)
+}
+
+/// Rows after which a judge looks at them.
+pub(super) const BLOCK: usize = 1024;
+
+/// Holds a run against its reference as it goes on.
+pub(super) struct Judge<'a> {
+    spec: &'a RunSpec,
+    reference: &'a Reference,
+    exact: Option<ExactSolution>,
+    names: Vec<String>,
+    sums: Sums,
+}
+
+impl<'a> Judge<'a> {
+    /// Makes the judge of a run that records these columns.
+    pub(super) fn new(spec: &'a RunSpec, reference: &'a Reference, names: &[String]) -> Result<Self> {
+        let place = |name: &str| names.iter().position(|known| known == name);
+        let column = |name: &str| {
+            let unknown =
+                || Error::Incompatible(format!("case {} records no column `{name}` of its interface", spec.case.name));
+            place(name).ok_or_else(unknown)
+        };
+        let row = |row: &InterfaceColumns| {
+            let touch_down_peak = reference.touch_down_peak(&row.force);
             Ok(InterfaceRow {
                 position: column(&row.position)?,
                 velocity: column(&row.velocity)?,
                 force: column(&row.force)?,
                 reference_force_peak: reference.force_peak(&spec.case, &row.force).known(),
-                reference_touch_down_peak: reference
-                    .peak_of(&spec.case, &row.force, reference.touch_down_peak(&row.force))
-                    .known(),
+                reference_touch_down_peak: reference.peak_of(&spec.case, &row.force, touch_down_peak).known(),
             })
-        })
-        .collect::<Result<Vec<InterfaceRow>>>()?;
-    let names = result.trajectory.columns();
-    let (gaps, least_gaps): (Vec<usize>, Vec<usize>) = (0..names.len())
-        .filter(|&gap| names[gap].starts_with(GAP))
-        .partition(|&gap| reference.is_contact_gap(&names[gap]));
-    let exact = exact_at(spec, reference, result.trajectory.column(0))?;
-    let all = || (0..reference.judged.columns().len()).collect();
-    let aligned = exact.unwrap_or_else(|| reference.judged_at(all(), result.trajectory.column(0)));
-    let reference_contacts: Vec<_> = gaps
-        .iter()
-        .map(|&gap| reference.contacts_of(&result.trajectory.columns()[gap]).cloned().unwrap_or_default())
-        .collect();
-    let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
-    // A reference from outside may not say who sticks, and that of another case may have its columns in another order.
-    let (run_friction, reference_friction): (Vec<_>, Vec<_>) = friction_of(&result.trajectory)
-        .into_iter()
-        .filter_map(|(contact, phases)| Some((phases, reference.friction_of(&contact)?.clone())))
-        .unzip();
-    let inside = match result.report.inside.as_ref().filter(|log| !log.is_empty()) {
-        Some(log) => Some(Inside {
-            log,
-            reference: [reference_at(spec, reference, log, 0)?, reference_at(spec, reference, log, 1)?],
-        }),
-        None => None,
-    };
-    // Code from outside is not built once more.
-    let predicted_growth = match spec.predict_growth && !spec.case.from_outside {
-        // What did not get beyond its start may be what cannot be linearised there, and the outcome says why.
-        true if result.report.ended_at_s == 0.0 => None,
-        true => predicted_growth(spec)?.map(|(growth, _)| growth),
-        false => None,
-    };
-    let evidence = Evidence {
-        run: &result.trajectory,
-        reference: &aligned,
-        run_contacts: &run_contacts,
-        reference_contacts: &reference_contacts,
-        run_friction: &run_friction,
-        reference_friction: &reference_friction,
-        report: &result.report,
-        audited: spec.audit,
-        interface: &interface,
-        effective_mass: result.trajectory.index_of("effective_mass_kg"),
-        gaps: &gaps,
-        least_gaps: &least_gaps,
-        touch_downs: &reference.touch_downs,
-        inside: inside.as_ref(),
-        half_steps: &half_steps(spec, &result.trajectory),
-        predicted_growth,
-    };
-    let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
-    let metrics: Box<[Option<f64>]> =
-        METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
+        };
+        let all = 0..names.len();
+        let (gaps, least_gaps) = all
+            .clone()
+            .filter(|&gap| names[gap].starts_with(GAP))
+            .partition(|&gap| reference.is_contact_gap(&names[gap]));
+        let columns = Columns {
+            interface: spec.case.interface_columns.iter().map(row).collect::<Result<_>>()?,
+            effective_mass: place("effective_mass_kg"),
+            gaps,
+            least_gaps,
+            // A reference from outside may not say who sticks.
+            states: all
+                .filter(|&state| is_state(&names[state]) && reference.friction_of(&names[state]).is_some())
+                .collect(),
+            touch_downs: reference.touch_downs.clone(),
+            first_order: match spec.mechanics_integrator.second_order() {
+                Some(_) => None,
+                None => Some((spec.mechanics_steps, spec.micro_step)),
+            },
+            each_force_error: spec.step_control.is_some_and(|rule| rule.control.by_defect()),
+        };
+        let exact = match (spec.of_the_reference().case.reference)(&spec.parameters)? {
+            ReferenceMethod::Exact(solution) => Some(solution),
+            _ => None,
+        };
+        Ok(Judge { spec, reference, exact, names: names.to_vec(), sums: Sums::new(columns) })
+    }
+
+    /// Looks at `rows` of a run, with the interface residual of each from the first on, J, if it is counted.
+    pub(super) fn add(&mut self, run: &Trajectory, rows: Range<usize>, residuals: &[f64]) {
+        for start in rows.clone().step_by(BLOCK) {
+            let block = start..rows.end.min(start + BLOCK);
+            let times = run.column(0).skip(block.start).take(block.len());
+            let aligned = self.reference_at((0..self.reference.judged.columns().len()).collect(), times);
+            let residuals = residuals.get(start - rows.start..).unwrap_or_default();
+            self.sums.add(run, block, &aligned, residuals);
+        }
+    }
+
+    /// Looks at micro steps of the actuator.
+    pub(super) fn add_inside(&mut self, log: &Trajectory) {
+        let interface = &self.spec.case.interface_columns;
+        let columns = |name: fn(&InterfaceColumns) -> &str| -> Vec<usize> {
+            let places = interface.iter().filter_map(|row| self.reference.judged.index_of(name(row)));
+            std::iter::once(0).chain(places).collect()
+        };
+        let [forces, positions] = [columns(|row| &row.force), columns(|row| &row.position)];
+        let at_start = self.reference_at(forces, log.column(0));
+        let in_middle = self.reference_at(positions, log.column(1));
+        self.sums.add_inside(&self.names, log, [&at_start, &in_middle]);
+    }
+
+    /// The reference at times of a run; the closed form where the case has one: no error of interpolation.
+    fn reference_at(&self, columns: Vec<usize>, times: impl ExactSizeIterator<Item = f64> + Clone) -> Arc<Trajectory> {
+        let Some(exact) = &self.exact else { return self.reference.judged_at(columns, times) };
+        let mut rows = Trajectory::with_capacity(self.reference.trajectory.columns().to_vec(), times.len());
+        times.for_each(|time| exact(time, StopFlag::never(), rows.push_row()));
+        Arc::new(rows)
+    }
+
+    /// Computes all metrics of the run, of whose rows all have been looked at.
+    ///
+    /// # Errors
+    /// Those of predicting how the coupling grows.
+    pub(super) fn finish(mut self, result: RunResult) -> Result<EvaluatedRun> {
+        if let Some(log) = &result.report.inside {
+            (0..log.len()).step_by(BLOCK).for_each(|start| self.add_inside(&log.slice(start, BLOCK)));
+        }
+        let Judge { spec, reference, names, sums, .. } = self;
+        let name = |column: &usize| &names[*column];
+        let reference_contacts: Vec<_> = sums
+            .columns()
+            .gaps
+            .iter()
+            .map(|gap| reference.contacts_of(name(gap)).cloned().unwrap_or_default())
+            .collect();
+        let states = sums.columns().states.iter();
+        let reference_friction: Vec<_> =
+            states.filter_map(|state| reference.friction_of(name(state)).cloned()).collect();
+        // Code from outside is not built once more.
+        let predicted_growth = match spec.predict_growth && !spec.case.from_outside {
+            // What did not get beyond its start may be what cannot be linearised there, and the outcome says why.
+            true if result.report.ended_at_s == 0.0 => None,
+            true => predicted_growth(spec)?.map(|(growth, _)| growth),
+            false => None,
+        };
+        let evidence = Evidence {
+            sums: &sums,
+            run_contacts: &sums.contacts().map(|contact| contact.found.clone()).collect::<Vec<_>>(),
+            reference_contacts: &reference_contacts,
+            run_friction: &sums.friction().map(|contact| contact.found.clone()).collect::<Vec<_>>(),
+            reference_friction: &reference_friction,
+            report: &result.report,
+            audited: spec.audit,
+            predicted_growth,
+        };
+        let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
+        let metrics: Box<[Option<f64>]> =
+            METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
+        evaluated(spec, result, reference, metrics)
+    }
+}
+
+/// Says how the run ended, with what was measured, and puts its record together.
+fn evaluated(
+    spec: &RunSpec,
+    result: RunResult,
+    reference: &Reference,
+    metrics: Box<[Option<f64>]>,
+) -> Result<EvaluatedRun> {
+    let columns = &spec.case.interface_columns;
     // A run whose account of energy or errors cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
     let all = METRICS.iter().zip(&metrics);
     let not_finite =
@@ -157,38 +233,4 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         outcome,
         trajectory: result.trajectory,
     })
-}
-
-/// See [`Evidence::half_steps`].
-fn half_steps(spec: &RunSpec, run: &Trajectory) -> Vec<f64> {
-    let half = |length: f64| match spec.mechanics_integrator.second_order() {
-        Some(_) => 0.0,
-        None => 0.5 * length / spec.mechanics_steps.within(length, spec.micro_step) as f64,
-    };
-    // Nothing has been stepped at the start.
-    let lengths = run.column(0).skip(1).zip(run.column(0)).map(|(end, start)| end - start);
-    std::iter::once(0.0).chain(lengths.map(half)).collect()
-}
-
-/// The closed form at the communication points of a run, where the case has one: no error of interpolation.
-fn exact_at(
-    spec: &RunSpec,
-    reference: &Reference,
-    times: impl ExactSizeIterator<Item = f64>,
-) -> Result<Option<Arc<Trajectory>>> {
-    let case = &spec.of_the_reference().case;
-    let ReferenceMethod::Exact(solution) = (case.reference)(&spec.parameters)? else { return Ok(None) };
-    let mut exact = Trajectory::with_capacity(reference.trajectory.columns().to_vec(), times.len());
-    times.for_each(|time| solution(time, StopFlag::never(), exact.push_row()));
-    Ok((!exact.is_empty()).then(|| Arc::new(exact)))
-}
-
-/// Forces (`time` 0) or positions (`time` 1) of the reference's interface at the times in that column of the log.
-fn reference_at(spec: &RunSpec, reference: &Reference, log: &Trajectory, time: usize) -> Result<Arc<Trajectory>> {
-    if let Some(exact) = exact_at(spec, reference, log.column(time))? {
-        return Ok(exact);
-    }
-    let names = spec.case.interface_columns.iter().map(|row| if time == 0 { &row.force } else { &row.position });
-    let columns = names.filter_map(|name| reference.judged.index_of(name));
-    Ok(reference.judged_at(std::iter::once(0).chain(columns).collect(), log.column(time)))
 }

@@ -1,5 +1,6 @@
 //! One run, from everything that determines it to what comes of it.
 
+use super::evaluation::{BLOCK, EvaluatedRun, Judge};
 use super::reference::Reference;
 use super::spec::RunSpec;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
@@ -22,6 +23,8 @@ pub struct RunResult {
     pub report: Report,
     /// One row per communication point.
     pub trajectory: Trajectory,
+    /// What the coupling lost (> 0) or created (< 0) up to each communication point, J; empty where it is not counted.
+    pub interface_residual: Vec<f64>,
     /// Wall time of the macro loop; zero without a clock.
     pub wall: Duration,
 }
@@ -86,7 +89,31 @@ impl PreparedRun<'_> {
     /// As for [`simulate`].
     pub fn simulate_inside(self, of: &Reference, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
         let bounds = of.bounds_of(&self.spec.case, &self.system);
-        run(self, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
+        run(self, bounds, clock, RunControl { stop, inside: Some(usize::MAX), ..RunControl::default() }, None)
+    }
+
+    /// Runs and [evaluates](super::evaluate) block by block, so that memory does not grow with the number of rows; all rows are kept if a
+    /// trace `is_wanted`, else the last ones.
+    ///
+    /// # Errors
+    /// As for [`simulate`], and those of evaluating.
+    pub fn evaluate(
+        self,
+        reference: &Reference,
+        inside: bool,
+        is_wanted: bool,
+        clock: Option<Clock>,
+        stop: StopFlag<'_>,
+    ) -> Result<EvaluatedRun> {
+        let (spec, bounds) = (self.spec, reference.bounds_of(&self.spec.case, &self.system));
+        let mut judge = Judge::new(spec, reference, &recorded_columns(spec))?;
+        let control = RunControl { stop, inside: inside.then_some(2 * BLOCK), ..RunControl::default() };
+        let result = run(self, bounds, clock, control, Some((&mut judge, is_wanted)))?;
+        match result.report.outcome {
+            // No result, so nothing to be held against anything; of a long run that would take a while.
+            Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),
+            _ => judge.finish(result),
+        }
     }
 }
 
@@ -95,7 +122,7 @@ impl PreparedRun<'_> {
 /// # Errors
 /// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in [`Report::outcome`].
 pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-    run(spec.prepare()?, bounds, clock, RunControl { stop, ..RunControl::default() })
+    run(spec.prepare()?, bounds, clock, RunControl { stop, ..RunControl::default() }, None)
 }
 
 /// Runs one simulation, and notes what the actuator did in each micro step.
@@ -103,10 +130,26 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: Stop
 /// # Errors
 /// As for [`simulate`].
 pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-    run(spec.prepare()?, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
+    run(spec.prepare()?, bounds, clock, RunControl { stop, inside: Some(usize::MAX), ..RunControl::default() }, None)
 }
 
-fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control: RunControl<'_>) -> Result<RunResult> {
+/// The columns that a run records.
+fn recorded_columns(spec: &RunSpec) -> Vec<String> {
+    let mut columns = spec.case.recorded_columns();
+    if spec.audit {
+        columns.extend(AUDIT_COLUMNS.map(str::to_owned));
+    }
+    columns
+}
+
+/// Runs; a judge is shown all rows as they are complete, and those that it has seen are forgotten unless they are wanted.
+fn run(
+    prepared: PreparedRun<'_>,
+    bounds: Bounds,
+    clock: Option<Clock>,
+    control: RunControl<'_>,
+    mut judge: Option<(&mut Judge<'_>, bool)>,
+) -> Result<RunResult> {
     let PreparedRun { spec, mut system } = prepared;
     let setup = spec.setup(bounds);
     let control = RunControl { audit: spec.audit, ..control };
@@ -121,11 +164,11 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
     {
         mechanics.keep_every_entry();
     }
-    let mut columns = spec.case.recorded_columns();
-    if spec.audit {
-        columns.extend(AUDIT_COLUMNS.map(str::to_owned));
-    }
-    let mut trajectory = Trajectory::with_capacity(columns, setup.expected_macro_steps() + 1);
+    let forgets = matches!(judge, Some((_, false)));
+    let rows = (setup.expected_macro_steps() + 1).min(if forgets { 2 * BLOCK } else { usize::MAX });
+    let mut trajectory = Trajectory::with_capacity(recorded_columns(spec), rows);
+    let mut interface_residual = Vec::with_capacity(rows);
+    let mut judged = 0;
     let skip = spec
         .scheme
         .incompatibility(sides.lend())
@@ -148,14 +191,35 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
             let timer = clock.map(|now| Timer { now, latencies: true, wall_limit: spec.wall_limit });
             let started = clock.map(|now| now());
             let control = RunControl { timer, ..control };
-            let report = coupling.run(&setup, sides, control, &mut |point| {
+            let report = coupling.run(&setup, sides, control, &mut |mut point| {
+                interface_residual.extend(point.interface_residual);
+                let log = point.inside.take();
                 recorder.record(point, &mut trajectory);
+                let Some((judge, keep)) = &mut judge else { return };
+                if let Some(log) = log.filter(|log| log.len() >= BLOCK) {
+                    judge.add_inside(log);
+                    log.forget(log.len());
+                }
+                // The last row is complete only with the next.
+                let complete = trajectory.len() - 1;
+                if complete - judged >= BLOCK {
+                    judge.add(&trajectory, judged..complete, interface_residual.get(judged..).unwrap_or_default());
+                    judged = complete;
+                    if !*keep {
+                        trajectory.forget(judged);
+                        interface_residual.drain(..judged.min(interface_residual.len()));
+                        judged = 0;
+                    }
+                }
             });
             (report, clock.zip(started).map_or(Duration::ZERO, |(now, started)| now() - started))
         }
     };
     recorder.finish(&report, &mut trajectory);
-    Ok(RunResult { report, trajectory, wall })
+    if let Some((judge, _)) = judge {
+        judge.add(&trajectory, judged..trajectory.len(), interface_residual.get(judged..).unwrap_or_default());
+    }
+    Ok(RunResult { report, trajectory, interface_residual, wall })
 }
 
 /// Why a side cannot take the steps of a run, if it cannot.

@@ -6,6 +6,7 @@
 //! | [`Cholesky`] | `A = L Lᵀ` at once, in place |
 //! | [`Factor`] | `M_AA = L D Lᵀ` for a set of indices that grows and shrinks by one |
 //! | [`Lu`] | one dense system with row pivoting |
+//! | [`LowRank`] | `A = L Lᵀ` with as many columns as A has rank |
 //! | [`SparseRows`] | the entries of a matrix that are not zero, for many products |
 //! | [`SymmetricRows`] | a symmetric matrix whose zeros are known beforehand |
 //! | [`SparseFactor`] | `M_AA = L D Lᵀ` of such a matrix, for a set of rows that enter and leave |
@@ -16,6 +17,7 @@ mod buffer;
 mod cholesky;
 mod dot;
 mod factor;
+mod low_rank;
 mod lu;
 mod sparse_factor;
 mod sparse_rows;
@@ -27,6 +29,7 @@ pub use cholesky::{Cholesky, Singular};
 pub(crate) use cholesky::{factor_lower, solve_lower};
 pub use dot::{body_dot, dot};
 pub use factor::Factor;
+pub use low_rank::LowRank;
 pub use lu::Lu;
 pub use lu::largest_entry;
 pub(crate) use lu::{eliminate_by_rows, eliminate_few};

@@ -2,6 +2,7 @@
 
 use super::side::PerSide;
 use super::subsystem::Sides;
+use super::trajectory::Trajectory;
 
 /// The view of an observer at a communication point.
 pub struct CommunicationPoint<'a> {
@@ -19,6 +20,11 @@ pub struct CommunicationPoint<'a> {
     pub audit: Option<[f64; 2]>,
     /// The mechanics' own step in the macro step that starts here, s.
     pub mechanics_step: f64,
+    /// What the coupling has lost (> 0) or created (< 0) so far, J; none where it is not counted.
+    pub interface_residual: Option<f64>,
+    /// The micro steps so far, where they are noted, as in [`Report::inside`](super::Report::inside): rows taken out here are not there in
+    /// the end.
+    pub inside: Option<&'a mut Trajectory>,
     /// Both sides.
     pub sides: Sides<'a>,
 }

@@ -144,6 +144,7 @@ impl CoupledPair<'_> {
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) {
         let mechanics_step = self.setup.mechanics_step(step);
+        let interface_residual = self.interface_work().residual_j();
         observe(CommunicationPoint {
             time: self.state.time,
             y: self.state.y.as_ref().map(Vec::as_slice),
@@ -151,6 +152,8 @@ impl CoupledPair<'_> {
             effective_mass,
             audit: self.state.audit.as_ref().and_then(|audit| audit.so_far()),
             mechanics_step,
+            interface_residual,
+            inside: self.state.inside.as_mut(),
             sides: self.sides.lend(),
         });
     }

@@ -18,10 +18,9 @@ pub(crate) enum End {
     Overdue,
 }
 
-/// The stopwatch and the interface residual so far. Room for all of it is made beforehand.
+/// The stopwatch and the defects so far. Room for all of it is made beforehand.
 pub(crate) struct Log {
     pub(crate) stopwatch: Stopwatch,
-    interface_residual: Vec<[f64; 2]>,
     model_defect: Vec<[f64; 2]>,
 }
 
@@ -32,7 +31,6 @@ impl Log {
         let by_defect = setup.step_rule.is_some_and(|rule| rule.control.by_defect());
         Log {
             stopwatch: Stopwatch::new(timer, macro_steps),
-            interface_residual: Vec::with_capacity(macro_steps + 1),
             model_defect: Vec::with_capacity(if by_defect { macro_steps } else { 0 }),
         }
     }
@@ -53,9 +51,6 @@ impl Log {
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) {
         self.stopwatch.pause();
-        if let Some(residual) = pair.interface_work().residual_j() {
-            self.interface_residual.push([pair.state.time, residual]);
-        }
         pair.show(step, effective_mass, observe);
         self.stopwatch.resume();
     }
@@ -82,7 +77,6 @@ impl Log {
                 model: pair.state.audit.as_ref().and_then(|audit| audit.energy()),
             },
             scheme: pair.scheme.report(),
-            interface_residual: self.interface_residual,
             model_defect: self.model_defect,
             latencies_s: self.stopwatch.latencies,
             inside: pair.state.inside.take(),

@@ -31,7 +31,7 @@ pub fn cosimulate(
     control: RunControl<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let inside = control.inside.then(|| micro_log(setup, &sides));
+    let inside = control.inside.map(|most| micro_log(setup, &sides, most));
     let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
     let audited = exchange.interface_model.as_ref().filter(|_| control.audit && averages);
     let audit = audited.map(|empty| Box::new(ModelAudit::new(empty)));

@@ -21,8 +21,6 @@ pub struct Report {
     pub audit: EnergyAudit,
     /// The scheme's own picture at the end.
     pub scheme: SchemeReport,
-    /// Cumulative interface residual, one pair (t_k in s, J) per communication point; empty where it is not counted.
-    pub interface_residual: Vec<[f64; 2]>,
     /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step: see
     /// [`StepControl::ModelDefect`](super::StepControl::ModelDefect). Empty under any other rule.
     pub model_defect: Vec<[f64; 2]>,
@@ -43,7 +41,6 @@ impl Report {
             energy_identity_residual_j: None,
             audit: EnergyAudit::default(),
             scheme: SchemeReport::default(),
-            interface_residual: Vec::new(),
             model_defect: Vec::new(),
             latencies_s: Vec::new(),
             inside: None,

@@ -49,8 +49,9 @@ pub struct RunControl<'a> {
     pub stop: StopFlag<'a>,
     /// The clock, if it may know one.
     pub timer: Option<Timer>,
-    /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see [`Report::inside`](super::Report)).
-    pub inside: bool,
+    /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see [`Report::inside`](super::Report)), with
+    /// room for at most this many: of a longer run an observer takes them out as it goes on.
+    pub inside: Option<usize>,
     /// Keep account of the energy that the scheme's interface model creates, where the loop itself runs it (see
     /// [`ModelEnergy`](super::ModelEnergy)).
     pub audit: bool,
@@ -58,7 +59,7 @@ pub struct RunControl<'a> {
 
 impl Default for RunControl<'_> {
     fn default() -> Self {
-        RunControl { stop: StopFlag::never(), timer: None, inside: false, audit: false }
+        RunControl { stop: StopFlag::never(), timer: None, inside: None, audit: false }
     }
 }
 

@@ -91,12 +91,15 @@ impl Trajectory {
         Some(&mut self.data[start..])
     }
 
-    /// Lets each row but the first show the values of the row before, at its own time.
-    pub fn delay(&mut self) {
-        let width = self.columns.len();
-        for start in (width..self.data.len()).step_by(width.max(1)).rev() {
-            self.data.copy_within(start - width + 1..start, start + 1);
-        }
+    /// Returns rows from one on, at most so many.
+    pub fn slice(&self, from: usize, most: usize) -> Trajectory {
+        let (width, end) = (self.columns.len(), self.len().min(from + most));
+        Trajectory::from_data(self.columns.clone(), self.data[from * width..end * width].to_vec())
+    }
+
+    /// Forgets the first rows.
+    pub fn forget(&mut self, rows: usize) {
+        self.data.drain(..rows * self.columns.len());
     }
 
     /// Returns the time of the last row, s.

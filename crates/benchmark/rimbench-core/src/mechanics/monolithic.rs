@@ -60,6 +60,8 @@ pub fn monolithic(
                 received: if together && step > 0 { &mean } else { &force },
                 effective_mass: None,
                 mechanics_step: h,
+                interface_residual: None,
+                inside: None,
                 sides: sides.lend(),
             });
         }

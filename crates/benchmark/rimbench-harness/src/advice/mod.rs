@@ -19,8 +19,8 @@ use super::spectral::spectral_radius;
 use forms::least_work;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{NEUTRAL, Peak, Reference, RunRequest, RunSpec, simulate};
-use rimbench_core::cosim::{Bounds, Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
+use rimbench_cases::runs::{NEUTRAL, Peak, Reference, RunRequest, RunSpec};
+use rimbench_core::cosim::{Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
 use rimbench_core::error::{Error, Result};
 use serde::Serialize;
 use std::time::Duration;
@@ -134,9 +134,9 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
     let reason = match uncertainty {
         None => "the interface carries no force to speak of, and errors are relative to its peak".to_owned(),
         Some(uncertainty) if uncertainty < question.error => {
-            let (bounds, phases) = (reference.bounds(&first)?, phase_ensemble(question.phases));
+            let phases = phase_ensemble(question.phases);
             let (seen, best, nearest) = (vec![[1.0, 1.0, 1.0, 0.0]; forms.len()], Vec::new(), None);
-            return Search { question, reference, bounds, phases, forms, seen, best, nearest, advice }.run();
+            return Search { question, reference, phases, forms, seen, best, nearest, advice }.run();
         }
         Some(uncertainty) => format!("the reference itself is uncertain by {uncertainty:.1e} of its peak"),
     };
@@ -157,7 +157,6 @@ fn uncertainty_of_peak(reference: &Reference, spec: &RunSpec) -> Option<f64> {
 struct Search<'a> {
     question: Question<'a>,
     reference: Reference,
-    bounds: Bounds,
     phases: Vec<f64>,
     forms: Vec<(RunRequest, RunSpec)>,
     /// Work of a completed run of each form over the least that it can be; infinite where it cannot be run.
@@ -225,7 +224,7 @@ impl Search<'_> {
                 Err(reason) => return Ok(Choice { fault: Some(reason), ..cell }),
             };
             let begun = clock();
-            let run = evaluated(&spec, &self.bounds, &self.reference, simulate, self.question.stop)?;
+            let run = evaluated(&spec, &self.reference, false, false, self.question.stop)?;
             time += (clock() - begun).as_secs_f64();
             if matches!(run.outcome, Outcome::Stopped { .. }) {
                 return Err(Error::Stopped);

@@ -110,8 +110,7 @@ impl<'a> Values<'a> {
         let table = runs.table();
         // How runs end is no metric.
         let metric = if claim.is_about_ends() { None } else { Some(table.column(&claim.metric)?) };
-        // The counters stand behind the settings, of which one has the same name as a counter.
-        let cost = claim.at_equal.as_ref().map(|counter| table.last_column(counter)).transpose()?;
+        let cost = claim.at_equal.as_ref().map(|counter| table.column(counter)).transpose()?;
         let known = matches!(claim.statistic, Statistic::Order | Statistic::ShareBetter);
         let floor = floor_of(&claim.metric).filter(|_| known);
         let mut values = Values {

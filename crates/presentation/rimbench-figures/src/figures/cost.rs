@@ -46,8 +46,7 @@ impl Cost {
         if let Ok(column) = self.column(cost) {
             return Ok(column);
         }
-        // The counters stand behind the settings, of which one has the same name as a counter.
-        let counters = cost.split('+').map(|name| runs.last_column(name.trim())).collect::<Result<Vec<usize>>>()?;
+        let counters = cost.split('+').map(|name| runs.column(name.trim())).collect::<Result<Vec<usize>>>()?;
         let total = |row: usize| counters.iter().map(|&counter| runs.number(row, counter)).sum();
         Ok((0..runs.len()).map(total).collect())
     }

@@ -143,9 +143,8 @@ fn settings(runs: &ResultsTable, outcome: usize) -> Value {
 fn metrics(runs: &ResultsTable, outcome: usize) -> Value {
     let names = runs.names().iter().map(String::as_str).enumerate().skip(outcome);
     let wanted = |(column, name): &(usize, &str)| {
-        // Of several columns of one name the last is the counter.
         let is_number = || (0..runs.len()).any(|row| !runs.number(row, *column).is_nan());
-        (CHECKED.contains(name) || MAIN.contains(name)) && is_number() && runs.last_column(name).ok() == Some(*column)
+        (CHECKED.contains(name) || MAIN.contains(name)) && is_number()
     };
     let values = |(column, name): (usize, &str)| {
         let exact = CHECKED.contains(&name);

@@ -53,8 +53,8 @@ fn made_up_results(folder: &Path) {
     let folder = folder.join("study/made-up");
     std::fs::create_dir_all(&folder).unwrap();
     let mut runs = String::from(
-        "run_id,case,set,label,mechanics_steps,macro_step_s,phase,outcome,force_error_rms_n,residual_j,reference_force_uncertainty_n,\
-         actuator_micro_steps,mechanics_steps\n",
+        "run_id,case,set,label,macro_step_s,phase,outcome,force_error_rms_n,residual_j,reference_force_uncertainty_n,\
+         actuator_micro_steps,mechanics_micro_steps\n",
     );
     let mut cost = String::from("run_id,wall_s\n");
     let mut id = 0;
@@ -65,7 +65,7 @@ fn made_up_results(folder: &Path) {
                     let outcome = if step > limit && phase < 0.9 { "diverged" } else { "completed" };
                     let (error, residual) = (scale * step * phase, if label.contains('/') { -step } else { step });
                     runs += &format!(
-                        "{id:x},box,{set},{label},all,{step},{phase},{outcome},{error},{residual},1e-4,500,{}\n",
+                        "{id:x},box,{set},{label},{step},{phase},{outcome},{error},{residual},1e-4,500,{}\n",
                         (1.0 / step) as u64
                     );
                     cost += &format!("{id:x},{}\n", 1e-2 / step);
@@ -174,7 +174,7 @@ x = { cost = "wall_s", label = "wall time (s)" }
 [[figure.panels]]
 title = "(b)"
 only = { case = "box", set = "all" }
-x = { cost = "actuator_micro_steps + mechanics_steps", label = "steps" }
+x = { cost = "actuator_micro_steps + mechanics_micro_steps", label = "steps" }
 
 [[figure]]
 id = "margin"

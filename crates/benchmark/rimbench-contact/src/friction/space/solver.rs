@@ -31,11 +31,14 @@ impl ProposeImpulses for SemismoothNewton {
     fn propose(
         &mut self,
         problem: SpaceProblem<'_>,
-        _same_matrix: bool,
+        same_matrix: bool,
         tolerance: f64,
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
         let size = problem.b.len();
+        if !same_matrix {
+            self.has_factor = None;
+        }
         if size != self.len {
             self.grow(size);
             self.len = size;
@@ -47,7 +50,7 @@ impl ProposeImpulses for SemismoothNewton {
             return Ok(SolveStats::default());
         }
         impulses.copy_from_slice(&self.last[..size]);
-        let stats = self.iterate(problem, tolerance, impulses);
+        let stats = self.iterate_on(problem, tolerance, impulses);
         self.last[..size].copy_from_slice(impulses);
         Ok(stats)
     }
@@ -82,7 +85,7 @@ impl ProposeImpulses for SemismoothNewton {
             let (work, factors, _) = fallback.admm.iterate(problem, tolerance, FIRST_ITERATIONS << turn, impulses);
             (work, factors)
         };
-        let stats = self.iterate(problem, tolerance, impulses);
+        let stats = self.iterate_on(problem, tolerance, impulses);
         fallback.best = fallback.best.min(stats.residual);
         if stats.residual > tolerance {
             return Some(Err(Unsolved::NotFound { residual: stats.residual }));
