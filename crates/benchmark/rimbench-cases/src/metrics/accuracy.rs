@@ -33,6 +33,15 @@ metrics! {
     "Rms force error as a fraction of the reference's largest force magnitude; empty where there is no force to speak of"
     => |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / row.reference_force_peak?));
 
+    FORCE_ERROR_AFTER: "force_error_after_1s_of_peak" in "-" of Claimed above super::SHARE_FLOOR,
+    "Rms force error from 1 s on as a fraction of the reference's largest force magnitude"
+    => |evidence| {
+        worst(evidence, |row| {
+            let late = evidence.run.column(0).zip(evidence.pairs(row.force)).filter(|(t, _)| *t >= SETTLED_S);
+            Some(rms(late.map(|(_, (own, reference))| own - reference))? / row.reference_force_peak?)
+        })
+    };
+
     FORCE_PEAK: "force_peak_n" in "N",
     "Largest magnitude of the actuator's own force"
     => |evidence| worst(evidence, |row| peak(evidence.run.column(row.force)));
@@ -102,6 +111,9 @@ metrics! {
         worst(evidence, |row| evidence.pairs(row.position).last().map(|(own, reference)| own - reference))
     };
 }
+
+/// From here on what was wrong at the start may have been learned, s.
+const SETTLED_S: f64 = 1.0;
 
 /// Whether a touch-down of the reference shows at a time.
 fn is_near(evidence: &Evidence<'_>, t: f64) -> bool {

@@ -84,6 +84,7 @@ impl Log {
             scheme: pair.scheme.report(),
             interface_residual: self.interface_residual,
             model_defect: self.model_defect,
+            learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
             latencies_s: self.stopwatch.latencies,
             inside: pair.state.inside.take(),
         }
