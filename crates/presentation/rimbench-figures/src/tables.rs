@@ -174,6 +174,9 @@ enum Condition {
 struct Bounds {
     #[serde(default, deserialize_with = "valid::texts")]
     not: Vec<String>,
+    /// The ones it may be; any, where there is none.
+    #[serde(default, deserialize_with = "valid::texts")]
+    among: Vec<String>,
     below: Option<f64>,
     above: Option<f64>,
 }
@@ -430,7 +433,8 @@ impl Condition {
     fn named(&self) -> &[String] {
         match self {
             Condition::Is(wanted) => std::slice::from_ref(wanted),
-            Condition::Within(bounds) => &bounds.not,
+            Condition::Within(bounds) if bounds.among.is_empty() => &bounds.not,
+            Condition::Within(bounds) => &bounds.among,
         }
     }
 
@@ -438,8 +442,9 @@ impl Condition {
         let number = file.number(row, column);
         match self {
             Condition::Is(wanted) => is(file, row, column, wanted),
-            Condition::Within(Bounds { not, below, above }) => {
-                !not.iter().any(|other| is(file, row, column, other))
+            Condition::Within(Bounds { not, among, below, above }) => {
+                (among.is_empty() || among.iter().any(|one| is(file, row, column, one)))
+                    && !not.iter().any(|other| is(file, row, column, other))
                     && below.is_none_or(|below| number < below)
                     && above.is_none_or(|above| number > above)
             }

@@ -262,7 +262,8 @@ mod tests {
     #[test]
     fn a_sample_that_was_not_forecast_teaches_nothing() {
         let mut learner = learned(2.0, 1, |_| false, 0.0);
-        let sent = ReducedInterfaceModel { w: vec![0.0, 7.0], ..learner.model.clone() };
+        let mut sent = learner.model.clone();
+        sent.w[1] = 7.0;
         // The sample between was lost; and this one arrives a second time.
         learner.receive(2, &sent);
         learner.receive(2, &sent);
