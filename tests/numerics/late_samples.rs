@@ -241,7 +241,7 @@ fn a_mass_is_not_learned_from_jumps_that_say_something_else() {
             .iter()
             .chain(&options)
             .for_each(|(key, value)| request.put(key, *value).unwrap());
-        let message = request.resolve(&Catalogue::standard()).unwrap_err().to_string();
+        let message = request.resolve(&rimbench::catalogue::Catalogue::standard()).unwrap_err().to_string();
         assert!(message.contains(wanted) && message.starts_with("mass_learning = "), "{message}");
     }
 }

@@ -335,7 +335,7 @@ impl List {
         let columns = || self.columns.iter().zip(places.iter().copied());
         let texts = |row| {
             let own = columns().filter(|(column, _)| column.fold.is_none());
-            own.map(|(_, place)| file.text(row, place)).collect::<Vec<_>>()
+            own.map(|(_, place)| named(&self.names, file.text(row, place))).collect::<Vec<_>>()
         };
         let is_folded = self.columns.iter().any(|column| column.fold.is_some());
         let mut lines: Vec<Vec<usize>> = Vec::new();
