@@ -48,6 +48,14 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         actuator_integrator,
         ..Exchange::new(MICRO_STEP, variant.sequence, variant.force_return)
     };
+    // The receiver learns the mass wherever it may.
+    let averaged = matches!(variant.force_return, ForceReturn::Mean | ForceReturn::Profile);
+    let learns = averaged
+        && variant.scheme.moves_model
+        && !variant.scheme.splits
+        && variant.options.motion == ModelMotion::Frozen
+        && variant.delivery.as_ref().is_none_or(|own| own.late == LateRule::CatchUp && own.down.is_in_time());
+    let exchange = Exchange { mass_learning: learns.then(MassLearning::default), ..exchange };
     let setup = Setup { grid, step_rule: variant.step_rule, exchange, bounds: Bounds::default() };
     let points = setup.expected_macro_steps() + 1;
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);

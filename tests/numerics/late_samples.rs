@@ -207,6 +207,45 @@ fn a_model_that_believes_the_truth_changes_no_bit_and_a_wrong_one_does() {
     }
 }
 
+/// With contacts that stick, slide and open.
+#[test]
+fn a_mass_that_is_wrong_is_learned_whatever_contacts_do_and_however_late_samples_are() {
+    let learned = |options: &[(&str, &str)]| {
+        let options = [&[("macro_step_s", "5e-3"), ("duration_s", "1")][..], options].concat();
+        let spec = spec_with("wedge-box-friction", "rim-nonsmooth-gap", &options, &[]);
+        run(&spec).report.learned_mass
+    };
+    assert_eq!(learned(&[("belief", "mass:2")]), None);
+    for belief in ["0.5", "1", "2"] {
+        for delivery in ["delay:0", "delay:2", "loss:0.5,seed:1"] {
+            let wrong = format!("mass:{belief}");
+            let factor = learned(&[("belief", &wrong), ("delivery_up", delivery), ("mass_learning", "within:10")]);
+            let found = factor.unwrap() * belief.parse::<f64>().unwrap();
+            assert!((found - 1.0).abs() < 0.05, "{belief} {delivery}: {found}");
+        }
+    }
+}
+
+#[test]
+fn a_mass_is_not_learned_from_jumps_that_say_something_else() {
+    for (scheme, options, wanted) in [
+        ("rim-nonsmooth-gap", [("model_motion", "half-kick"), ("phase", "1")], "model_motion = half-kick"),
+        ("rim-nonsmooth-gap", [("force_return", "end"), ("phase", "1")], "force return `end`"),
+        ("rim-nonsmooth-gap", [("delivery_down", "delay:1"), ("phase", "1")], "forces are late"),
+        ("rim-nonsmooth-gap", [("delivery_up", "delay:1"), ("late_samples", "raw")], "late_samples = raw"),
+        ("rim-fixed-mass", [("phase", "1"), ("duration_s", "1")], "scheme `rim-fixed-mass`"),
+        ("zero-order-hold", [("phase", "1"), ("duration_s", "1")], "has no reduced interface model"),
+    ] {
+        let mut request = RunRequest::of("wedge-box", scheme);
+        [("mass_learning", "within:10")]
+            .iter()
+            .chain(&options)
+            .for_each(|(key, value)| request.put(key, *value).unwrap());
+        let message = request.resolve(&rimbench::catalogue::Catalogue::standard()).unwrap_err().to_string();
+        assert!(message.contains(wanted) && message.starts_with("mass_learning = "), "{message}");
+    }
+}
+
 #[test]
 fn friction_that_is_believed_to_be_another_is_so_at_every_exchange() {
     let with = |belief: &str| {

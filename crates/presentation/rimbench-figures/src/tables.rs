@@ -178,6 +178,9 @@ enum Condition {
 struct Bounds {
     #[serde(default, deserialize_with = "valid::texts")]
     not: Vec<String>,
+    /// The ones it may be; any, where there is none.
+    #[serde(default, deserialize_with = "valid::texts")]
+    among: Vec<String>,
     below: Option<f64>,
     above: Option<f64>,
 }
@@ -349,7 +352,7 @@ impl List {
         let columns = || self.columns.iter().zip(places.iter().copied());
         let texts = |row| {
             let own = columns().filter(|(column, _)| column.fold.is_none());
-            own.map(|(_, place)| file.text(row, place)).collect::<Vec<_>>()
+            own.map(|(_, place)| named(&self.names, file.text(row, place))).collect::<Vec<_>>()
         };
         let is_folded = self.columns.iter().any(|column| column.fold.is_some());
         let mut lines: Vec<Vec<usize>> = Vec::new();
@@ -447,7 +450,8 @@ impl Condition {
     fn named(&self) -> &[String] {
         match self {
             Condition::Is(wanted) => std::slice::from_ref(wanted),
-            Condition::Within(bounds) => &bounds.not,
+            Condition::Within(bounds) if bounds.among.is_empty() => &bounds.not,
+            Condition::Within(bounds) => &bounds.among,
         }
     }
 
@@ -455,8 +459,9 @@ impl Condition {
         let number = file.number(row, column);
         match self {
             Condition::Is(wanted) => is(file, row, column, wanted),
-            Condition::Within(Bounds { not, below, above }) => {
-                !not.iter().any(|other| is(file, row, column, other))
+            Condition::Within(Bounds { not, among, below, above }) => {
+                (among.is_empty() || among.iter().any(|one| is(file, row, column, one)))
+                    && !not.iter().any(|other| is(file, row, column, other))
                     && below.is_none_or(|below| number < below)
                     && above.is_none_or(|above| number > above)
             }

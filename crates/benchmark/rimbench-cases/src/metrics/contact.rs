@@ -29,11 +29,7 @@ metrics! {
     REDUNDANT: "redundant_contacts_max" in "-",
     "Most closed contacts at a communication point less the rank of their normal rows: rigid ones with friction in space then have no \
      unique velocities"
-    => |evidence| {
-        let [closed, rank] = ["closed_contacts", "rank_h_uu"].map(|name| evidence.run.index_of(name));
-        let beyond = evidence.run.column(closed?).zip(evidence.run.column(rank?)).map(|(closed, rank)| closed - rank);
-        beyond.filter(|count| !count.is_nan()).reduce(f64::max)
-    };
+    => |evidence| evidence.sums.redundant;
 
     PENETRATION: "penetration_m" in "m",
     "Deepest penetration of any contact at a communication point"

@@ -29,6 +29,10 @@ metrics! {
     "Most energy gained in one jump, which bounds from above what was created there; 0 if no jump gained any"
     => |evidence| Some(evidence.report.audit.model?.largest.map_or(0.0, |jump| jump.energy));
 
+    LEARNED_MASS: "learned_mass_factor" in "-" (ideal_one) of Claimed,
+    "Factor on the mass that the receiver has learned at the end"
+    => |evidence| evidence.report.learned_mass;
+
     HEAVINESS: "heaviness_max" in "-" (signed) of Audit,
     "Largest eigenvalue of H_mech − H_model over the run, relative to H_ii: above 0 the model was heavier than the mechanics"
     => |evidence| {

@@ -11,6 +11,9 @@ use std::ops::Range;
 /// A contact of the reference with a gap below this counts as closed, m.
 const CLOSED_IN_REFERENCE: f64 = 1e-6;
 
+/// From here on what was wrong at the start may have been learned, s.
+const SETTLED_S: f64 = 1.0;
+
 /// Which columns are which, and what of the case the sums depend on.
 #[derive(Debug, Clone, Default)]
 pub struct Columns {
@@ -70,6 +73,8 @@ fn larger(most: Option<f64>, value: f64) -> Option<f64> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct OfInterface {
     pub(super) force: Errors,
+    /// Of the force, from 1 s on.
+    pub(super) settled: Errors,
     pub(super) velocity: Errors,
     pub(super) position: Errors,
     pub(super) aligned: Errors,
@@ -95,6 +100,8 @@ pub struct Sums {
     pub(super) masses: Option<[f64; 2]>,
     pub(super) lifted: Option<f64>,
     pub(super) lowest: Option<f64>,
+    /// The most by which closed contacts exceed the rank of their normal rows.
+    pub(super) redundant: Option<f64>,
     /// Contacts that are closed in the last row; none without a row.
     pub(super) closed: Option<usize>,
     contacts: Vec<ContactIntervals>,
@@ -155,7 +162,12 @@ impl Sums {
             .chain(times().skip(skipped).zip(befores).map(|(end, start)| end - start))
             .collect();
         for (index, (row, sums)) in columns.interface.iter().zip(&mut self.interface).enumerate() {
-            pairs(row.force).for_each(|(own, exact)| sums.force.add(own - exact));
+            for ((own, exact), time) in pairs(row.force).zip(times()) {
+                sums.force.add(own - exact);
+                if time >= SETTLED_S {
+                    sums.settled.add(own - exact);
+                }
+            }
             pairs(row.velocity).for_each(|(own, exact)| sums.velocity.add(own - exact));
             let half = |length: f64| match columns.first_order {
                 Some((steps, micro)) if !length.is_nan() => 0.5 * length / steps.within(length, micro) as f64,
@@ -205,6 +217,10 @@ impl Sums {
         }
         for gap in columns.gaps.iter().chain(&columns.least_gaps).flat_map(|&gap| own(gap)) {
             self.lowest = Some(self.lowest.map_or(gap, |lowest| lowest.min(gap)));
+        }
+        if let [Some(closed), Some(rank)] = ["closed_contacts", "rank_h_uu"].map(|name| run.index_of(name)) {
+            let beyond = own(closed).zip(own(rank)).map(|(closed, rank)| closed - rank);
+            beyond.filter(|count| !count.is_nan()).for_each(|count| self.redundant = larger(self.redundant, count));
         }
         let last = run.row(rows.end - 1);
         self.closed = Some(columns.gaps.iter().filter(|gap| last[**gap] <= CLOSES_AT).count());

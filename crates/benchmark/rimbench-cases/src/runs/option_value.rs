@@ -1,8 +1,8 @@
 //! Values of options, as a file or the command line gives them.
 
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Channel, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps, Sequence,
-    StepControl,
+    ActuatorIntegrator, Channel, ForceBridge, ForceReturn, LateRule, MassLearning, MechanicsIntegrator, MechanicsSteps,
+    Sequence, StepControl,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
@@ -101,5 +101,6 @@ read_by_name!(
     LateRule,
     ForceBridge,
     Belief,
+    MassLearning,
     StepControl
 );

@@ -5,8 +5,8 @@ use super::fact::{Fact, FactValue};
 use super::option_value::{Given, OptionValue};
 use super::spec::RunSpec;
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps,
-    Sequence, StepControl,
+    ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MassLearning, MechanicsIntegrator,
+    MechanicsSteps, Sequence, StepControl,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
@@ -198,6 +198,9 @@ run_options! {
     /// What an interface model believes of the mechanics, which stays as it is: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
     belief: Belief, "HOW", Model(Model),
         some |run| text(run.belief.as_ref()?);
+    /// The receiver of an interface model learns the factor by which its mass is wrong: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
+    mass_learning: MassLearning, "HOW", Model(Model),
+        some |run| text(run.mass_learning.as_ref()?);
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
         all |run| text(&run.solver.name);

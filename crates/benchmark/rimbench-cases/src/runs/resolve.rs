@@ -69,6 +69,7 @@ impl RunRequest {
             exchange: Exchange {
                 mechanics_steps,
                 delivery: self.delivery(scheme)?,
+                mass_learning: self.mass_learning,
                 belief: self.belief.clone().filter(|belief| *belief != Belief::default()),
                 ..Exchange::new(micro_step, sequence, force_return)
             },

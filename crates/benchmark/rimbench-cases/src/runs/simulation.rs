@@ -62,7 +62,9 @@ impl RunSpec {
         let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
-            _ if self.belief.is_some() => Some("the model is not that of the mechanics".to_owned()),
+            _ if self.belief.is_some() || self.mass_learning.is_some() => {
+                Some("the model is not that of the mechanics".to_owned())
+            }
             _ if late_forces => {
                 Some("forces are late, and it accounts for late samples of the mechanics only".to_owned())
             }
@@ -257,10 +259,12 @@ fn uncontrollable(rule: Option<StepRule>, sides: Sides<'_>) -> Option<String> {
     }
 }
 
-/// Why the model cannot be wrong in this way, if it cannot.
+/// Why the model cannot be wrong in this way, or its mass not be learned, if it cannot.
 fn unusable_belief(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let model = sides.mechanics.capabilities().empty_interface_model()?;
-    spec.belief.as_ref()?.check_model(&model).err().map(|error| error.to_string())
+    let wrong = spec.belief.as_ref().and_then(|belief| belief.check_model(&model).err());
+    let unlearned = || spec.mass_learning.and_then(|learning| learning.check_model(&model).err());
+    wrong.or_else(unlearned).map(|error| error.to_string())
 }
 
 /// Why the mechanics has no model of the actuator to bridge late forces, if it is to have one.

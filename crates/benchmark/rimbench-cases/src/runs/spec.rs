@@ -3,7 +3,7 @@
 use crate::cases::{Case, Parameters};
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, Delivery, Exchange, ForceBridge, ForceReturn, LateRule,
-    MechanicsIntegrator, MechanicsSteps, SecondOrder, Setup, Sides, StepRule, division,
+    MassLearning, MechanicsIntegrator, MechanicsSteps, SecondOrder, Setup, Sides, StepRule, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
@@ -216,8 +216,40 @@ impl RunSettings {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
             self.check_own_step(model)?;
+            if let Some(learning) = &self.mass_learning {
+                self.check_learning(learning, model)?;
+            }
         }
         Ok(grid)
+    }
+
+    /// Checks that a jump at a sample says by how much the mass is wrong.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`], naming what is wrong and what would be valid.
+    fn check_learning(&self, learning: &MassLearning, model: &ModelOptions) -> Result<()> {
+        let (averaged, late) = (matches!(self.force_return, ForceReturn::Mean | ForceReturn::Profile), &self.delivery);
+        let why = if !self.scheme.moves_model || self.scheme.splits {
+            format!(
+                "scheme `{}` moves no model of the whole mechanics by itself: use another rim-* scheme",
+                self.scheme.name
+            )
+        } else if model.motion != ModelMotion::Frozen {
+            format!("model_motion = {}: what a frozen model forecasts is learned from: use `frozen`", model.motion)
+        } else if !averaged {
+            format!(
+                "force return `{}` is not the impulse that the model received: use `mean` or `profile`",
+                self.force_return
+            )
+        } else if late.as_ref().is_some_and(|delivery| !delivery.down.is_in_time()) {
+            "forces are late, and what the mechanics received is not known: use delivery_up only".to_owned()
+        } else if late.as_ref().is_some_and(|delivery| delivery.late == LateRule::Raw) {
+            "late_samples = raw: an old sample is taken for the present, and its age for a wrong mass: use `catch-up`"
+                .to_owned()
+        } else {
+            return Ok(());
+        };
+        Err(Error::Incompatible(format!("mass_learning = {learning}: {why}")))
     }
 
     /// Checks that both sides step as contacts that act over the mechanics' own step assume.
@@ -334,6 +366,7 @@ impl RunSettings {
         let Some(model) = &self.model else { return false };
         self.audit
             || self.belief.is_some()
+            || self.mass_learning.is_some()
             || model.motion == ModelMotion::HalfKick
             || self.actuator_integrator == ActuatorIntegrator::Midpoint
     }

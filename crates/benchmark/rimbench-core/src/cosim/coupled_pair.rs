@@ -53,9 +53,13 @@ impl CoupledPair<'_> {
             return self.exchange_late(step);
         }
         self.fill_attachments(step)?;
-        let PairState { y, exchange, .. } = &*self.state;
+        let PairState { y, exchange, learner, .. } = &mut *self.state;
+        let model = exchange.interface_model.as_ref();
         let sample = Sample {
-            model: exchange.interface_model.as_ref(),
+            model: match learner {
+                Some(learner) => model.map(|model| learner.receive(step.index, model)),
+                None => model,
+            },
             mechanics_steps: self.setup.own_mechanics_steps(step),
             ..Sample::of_outputs(step, &y.mechanics, self.setup.actuator_micro_step(step))
         };

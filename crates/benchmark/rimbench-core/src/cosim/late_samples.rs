@@ -3,6 +3,7 @@
 use super::communication_grid::MacroStep;
 use super::coupling_scheme::{CouplingScheme, MicroStep};
 use super::delivery::{Delivery, ForceBridge, LateRule};
+use super::mass_learner::MassLearner;
 use super::output_history::OutputHistory;
 use super::output_rates::OutputRates;
 use super::ports::Ports;
@@ -179,6 +180,7 @@ impl LateSamples {
         m: usize,
         k: usize,
         scheme: &mut dyn CouplingScheme,
+        mut learner: Option<&mut MassLearner>,
         u: &mut [f64],
     ) -> Result<u64, Failure> {
         let (start, mut passed) = (self.kept(m).time, 0);
@@ -192,6 +194,9 @@ impl LateSamples {
                 scheme.input(Side::Actuator, at, force, u)?;
             }
             passed += count;
+            if let Some(learner) = &mut learner {
+                learner.forecast(kept.step, &kept.history, &u[u.len() / 2..]);
+            }
         }
         let Kept { step, micro_step, mechanics_steps, .. } = self.kept(k);
         scheme.change_macro_step(*step, *micro_step, *mechanics_steps)?;

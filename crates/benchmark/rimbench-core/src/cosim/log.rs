@@ -78,6 +78,7 @@ impl Log {
             },
             scheme: pair.scheme.report(),
             model_defect: self.model_defect,
+            learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
             latencies_s: self.stopwatch.latencies,
             inside: pair.state.inside.take(),
         }

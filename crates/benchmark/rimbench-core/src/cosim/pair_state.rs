@@ -4,6 +4,7 @@ use super::communication_grid::division;
 use super::exchange_data::ExchangeData;
 use super::integrators::ActuatorIntegrator;
 use super::late_samples::LateSamples;
+use super::mass_learner::MassLearner;
 use super::model_audit::ModelAudit;
 use super::model_defect::DefectMeter;
 use super::outcome::Outcome;
@@ -46,6 +47,8 @@ pub(crate) struct PairState {
     pub(crate) audit: Option<Box<ModelAudit>>,
     /// Samples on their way, where they may be late.
     pub(crate) late: Option<Box<LateSamples>>,
+    /// What the actuator learns of the mass, where it does.
+    pub(crate) learner: Option<Box<MassLearner>>,
 }
 
 impl PairState {
@@ -68,6 +71,8 @@ impl PairState {
             .delivery
             .as_ref()
             .map(|delivery| Box::new(LateSamples::new(delivery, setup, ports, exchange.interface_model.as_ref())));
+        let learner = setup.mass_learning.zip(exchange.interface_model.as_ref());
+        let learner = learner.map(|(rule, empty)| Box::new(MassLearner::new(rule, empty)));
         PairState {
             without_feedthrough: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
             takes_polynomial,
@@ -87,6 +92,7 @@ impl PairState {
             inside: None,
             audit: None,
             late,
+            learner,
         }
     }
 }

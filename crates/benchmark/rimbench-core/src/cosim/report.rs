@@ -24,6 +24,8 @@ pub struct Report {
     /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step: see
     /// [`StepControl::ModelDefect`](super::StepControl::ModelDefect). Empty under any other rule.
     pub model_defect: Vec<[f64; 2]>,
+    /// The factor on the mass of the interface model that the actuator has learned, where it learns.
+    pub learned_mass: Option<f64>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
     pub latencies_s: Vec<f64>,
     /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
@@ -42,6 +44,7 @@ impl Report {
             audit: EnergyAudit::default(),
             scheme: SchemeReport::default(),
             model_defect: Vec::new(),
+            learned_mass: None,
             latencies_s: Vec::new(),
             inside: None,
         }

@@ -4,6 +4,7 @@ use super::communication_grid::{CommunicationGrid, MacroStep, division};
 use super::delivery::Delivery;
 use super::force_return::{ForceReturn, Sequence};
 use super::integrators::ActuatorIntegrator;
+use super::mass_learner::MassLearning;
 use super::mechanics_steps::MechanicsSteps;
 use super::side::PerSide;
 use super::step_rule::StepRule;
@@ -28,6 +29,8 @@ pub struct Exchange {
     pub delivery: Option<Delivery>,
     /// What the scheme believes of the mechanics, if its interface model is wrong.
     pub belief: Option<Belief>,
+    /// How the actuator learns the mass that its interface model has wrong, if it does; forces in time only.
+    pub mass_learning: Option<MassLearning>,
 }
 
 impl Exchange {
@@ -41,6 +44,7 @@ impl Exchange {
             force_return,
             delivery: None,
             belief: None,
+            mass_learning: None,
         }
     }
 }

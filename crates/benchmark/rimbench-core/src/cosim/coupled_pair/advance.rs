@@ -83,7 +83,7 @@ impl CoupledPair<'_> {
                 || self.state.late.is_some();
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.actuator;
-        let PairState { own, u, history, work_sent, end, rates, inside, late, .. } = &mut *self.state;
+        let PairState { own, u, history, work_sent, end, rates, inside, late, learner, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         history.clear();
@@ -126,6 +126,9 @@ impl CoupledPair<'_> {
         }
         if self.setup.force_return == ForceReturn::End {
             actuator.outputs(u, end)?;
+        }
+        if let Some(learner) = learner {
+            learner.forecast(step, history, &u[u.len() / 2..]);
         }
         match late {
             Some(late) => late.keep_history(step.index, history, actuator, u),

@@ -27,7 +27,7 @@ impl CoupledPair<'_> {
             self.state.u.actuator.copy_from_slice(&late.kept(known).motion);
         }
         self.fill_attachments(step)?;
-        let PairState { y, u, own, exchange, late, counters, .. } = &mut *self.state;
+        let PairState { y, u, own, exchange, late, learner, counters, .. } = &mut *self.state;
         let Some(late) = late else { return Ok(()) };
         let (model, scheme) = (exchange.interface_model.as_ref(), &mut *self.scheme);
         late.keep(step, (micro_step, mechanics_steps), &y.mechanics, model);
@@ -38,16 +38,20 @@ impl CoupledPair<'_> {
             true => (kept.step, kept.micro_step, kept.mechanics_steps),
             false => (step, micro_step, mechanics_steps),
         };
+        let known_model = kept.model.as_ref().filter(|_| model.is_some());
         let sample = Sample {
             time: shown(kept.time),
-            model: kept.model.as_ref().filter(|_| model.is_some()),
+            model: match learner {
+                Some(learner) => known_model.map(|model| learner.receive(known, model)),
+                None => known_model,
+            },
             mechanics_steps,
             ..Sample::of_outputs(at, &kept.motion, length)
         };
         scheme.receive(Side::Mechanics, &sample)?;
         if goes_on {
             scheme.receive(Side::Actuator, &Sample { y: &kept.force, model: None, ..sample })?;
-            counters.catch_up_steps += late.run_forward(known, k, scheme, &mut u.actuator)?;
+            counters.catch_up_steps += late.run_forward(known, k, scheme, learner.as_deref_mut(), &mut u.actuator)?;
         }
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         late.keep_force(k, &own.actuator);
