@@ -116,6 +116,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("late_samples", "raw", "rim-smooth"),
     ("late_forces", "linear", "rim-smooth"),
     ("belief", "mass:1.2", "rim-smooth"),
+    ("trials", "most:9", "rim-answers"),
     ("solver", "lemke", "rim-smooth"),
     ("gain", "0.25", "nepce"),
     ("macro_step_s", "1e-3", "rim-smooth"),

@@ -2,7 +2,7 @@
 
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps, Sequence,
-    StepControl,
+    StepControl, TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
@@ -101,5 +101,6 @@ read_by_name!(
     LateRule,
     ForceBridge,
     Belief,
+    TrialSettings,
     StepControl
 );

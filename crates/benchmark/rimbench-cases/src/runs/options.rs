@@ -6,12 +6,12 @@ use super::option_value::{Given, OptionValue};
 use super::spec::RunSpec;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MechanicsIntegrator, MechanicsSteps,
-    Sequence, StepControl,
+    Sequence, StepControl, TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
 use rimbench_core::schemes::{
-    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, SchemeEntry, Split,
+    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry, Split,
 };
 use std::fmt::Display;
 
@@ -40,6 +40,8 @@ enum Needs {
     Condensing,
     /// One for each of several actuators.
     Split,
+    /// Steps of the mechanics that are tried.
+    Trials,
 }
 
 impl Needs {
@@ -50,6 +52,8 @@ impl Needs {
             Needs::Exchange => scheme
                 .moves_as_one()
                 .then_some("has no such choice, because its sides move as one between communication points"),
+            Needs::Trials => (!scheme.needs.contains(&Requirement::Trials))
+                .then_some("tries no steps of the mechanics: use rim-answers"),
             _ if !scheme.has_model() => Some("has no reduced interface model"),
             Needs::Model => None,
             Needs::Condensing => (!scheme.condenses).then_some("makes no contacts bilateral"),
@@ -198,6 +202,9 @@ run_options! {
     /// What an interface model believes of the mechanics, which stays as it is: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
     belief: Belief, "HOW", Model(Model),
         some |run| text(run.belief.as_ref()?);
+    /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step, noise:V (m/s)
+    trials: TrialSettings, "HOW", Scheme(Trials) => exchange.trials,
+        some |run| text(changed(run.trials)?);
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
         all |run| text(&run.solver.name);

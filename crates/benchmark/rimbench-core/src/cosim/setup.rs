@@ -7,6 +7,7 @@ use super::integrators::ActuatorIntegrator;
 use super::mechanics_steps::MechanicsSteps;
 use super::side::PerSide;
 use super::step_rule::StepRule;
+use super::trials::TrialSettings;
 use crate::interface_model::Belief;
 use std::ops::{Deref, DerefMut};
 
@@ -28,6 +29,8 @@ pub struct Exchange {
     pub delivery: Option<Delivery>,
     /// What the scheme believes of the mechanics, if its interface model is wrong.
     pub belief: Option<Belief>,
+    /// How a scheme that tries steps of the mechanics uses them.
+    pub trials: TrialSettings,
 }
 
 impl Exchange {
@@ -41,6 +44,7 @@ impl Exchange {
             force_return,
             delivery: None,
             belief: None,
+            trials: TrialSettings::default(),
         }
     }
 }
