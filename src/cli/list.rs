@@ -82,6 +82,7 @@ impl List {
                     let of = match metric.only {
                         Some(Only::Friction) => "contacts have friction",
                         Some(Only::Split) => "each actuator has a model",
+                        Some(Only::Trials) => "steps of the mechanics are tried",
                         Some(Only::Audit) => "the model is audited",
                         Some(Only::Late) => "samples may be late",
                         Some(Only::Column) => "the case records it",

@@ -83,7 +83,10 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
     // What takes steps on copies must allocate them, and says that it is not real-time.
     // Of the schemes that solve no contact problems one shows what the mechanics does with another solver.
     let seen = |scheme: &SchemeEntry| solver.name == DEFAULT || scheme.has_model() || scheme.name == "zero-order-hold";
-    for scheme in schemes().iter().filter(|scheme| !scheme.needs.contains(&Requirement::Copies) && seen(scheme)) {
+    let on_copies = |scheme: &SchemeEntry| {
+        [Requirement::Copies, Requirement::Trials].iter().any(|need| scheme.needs.contains(need))
+    };
+    for scheme in schemes().iter().filter(|scheme| !on_copies(scheme) && seen(scheme)) {
         let (own, own_return) = scheme.sequence_and_return(None, None).unwrap();
         let mut ways = vec![
             (own, own_return, ONE),

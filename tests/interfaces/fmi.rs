@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Read};
 use std::path::Path;
+use tempfile::TempDir;
 use zip::ZipArchive;
 
 fn trace(folder: &Path, case: &str, arguments: &[&str]) -> BTreeMap<String, Vec<String>> {
@@ -273,6 +274,85 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
         assert!(skipped(&plain, scheme).unwrap().contains("offers no directional derivatives"), "{scheme}");
     }
     assert_eq!(["zero-order-hold", "nepce"].map(|scheme| skipped(&plain, scheme)), [None, None]);
+}
+
+/// A case whose mechanics says nothing of itself but positions and velocities, and perhaps takes steps of one length only.
+fn stripped(case: &str, more: &[(&str, &str)]) -> TempDir {
+    let folder = exported(case, &["--macro-step", "1e-3"]);
+    let path = |name: &str| folder.path().join(name);
+    repacked(&path("mechanics.fmu"), &path("bare.fmu"), |name, bytes| {
+        if name.ends_with("fmi-ls-manifest.xml") {
+            return None;
+        }
+        redescribed(name, bytes, |text| {
+            let text = text.replace(" providesDirectionalDerivatives=\"true\"", "");
+            let text = more.iter().fold(text, |text, (from, to)| {
+                assert!(text.contains(from), "{from}");
+                text.replace(from, to)
+            });
+            let parts: Vec<&str> = text.split(" derivative=\"").collect();
+            let behind = |part: &&str| part.split_once('"').unwrap().1.to_owned();
+            parts[0].to_owned() + &parts[1..].iter().map(behind).collect::<String>()
+        })
+    });
+    fs::rename(path("bare.fmu"), path("mechanics.fmu")).unwrap();
+    let head =
+        "duration_s = 0.3\nmacro_step_s = 5e-3\nmicro_step_s = 5e-5\nreference_step_s = 5e-5\nprocess = \"same\"";
+    fs::write(path("case.toml"), case_file(CYLINDER, head)).unwrap();
+    folder
+}
+
+fn simulated(case: &Path, scheme: &str, more: &[&str]) -> Value {
+    let mut command = rimbench();
+    command.args(["simulate", "--format", "json", "--scheme", scheme, "--case"]).arg(case).args(more);
+    serde_json::from_slice(&command.output().unwrap().stdout).unwrap()
+}
+
+#[test]
+fn a_bare_mechanics_that_contacts_hold_is_asked_over_its_own_step_and_no_round_off_stops_it() {
+    for case in ["wedge-box-friction", "wedge-box-reversal"] {
+        let folder = stripped(case, &[]);
+        let file = folder.path().join("case.toml");
+        let probed = simulated(&file, "rim-smooth", &[]);
+        assert_eq!(probed["outcome"], "completed", "{case}: {probed:#}");
+        let quality = probed["probed_fmus"].as_object().unwrap().values().next().unwrap();
+        // What is foreseen is what comes, but where the force decides a contact.
+        assert!(quality["count"] == 60 && quality["error_p50"].as_f64().unwrap() < 1e-3, "{case}: {quality:#}");
+        // A step and three trials of each macro step, and those of the model that nothing follows.
+        assert_eq!(probed["mechanics_micro_steps"], 60 + 3 * 61, "{case}");
+        // Asked while the actuator steps it is the case itself.
+        let asked = simulated(&file, "rim-answers", &[]);
+        let known = simulated(Path::new(case), "rim-answers", &["--macro-step", "5e-3", "--duration", "0.3"]);
+        for name in ["outcome", "trials_per_step", "second_tangents", "mechanics_micro_steps"] {
+            assert_eq!(asked[name], known[name], "{case}, {name}");
+        }
+        let [asked, known] = [asked, known].map(|run| run["force_error_rms_n"].as_f64().unwrap());
+        // References of both are computed on two ways, to far less than a newton.
+        assert!((asked - known).abs() < 0.1 * known + 1e-3, "{case}: {asked} {known}");
+    }
+}
+
+#[test]
+fn a_bare_mechanics_of_one_step_is_asked_by_that_and_one_without_state_is_told_what_remains() {
+    let variable = "canHandleVariableCommunicationStepSize=\"true\"";
+    let folder = stripped("wedge-box-reversal", &[(variable, "canHandleVariableCommunicationStepSize=\"false\"")]);
+    let file = folder.path().join("case.toml");
+    for scheme in ["rim-smooth", "rim-answers"] {
+        let said = simulated(&file, scheme, &[]);
+        assert_eq!(said["outcome"], "completed", "{scheme}: {said:#}");
+    }
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replace("\"mechanics.fmu\"", "\"mechanics.fmu\"\nprobe_step_s = 1e-3")).unwrap();
+    let message = refusal(&file);
+    assert_has(&message, &["probe_step_s = 0.001", "canHandleVariableCommunicationStepSize", "use none"]);
+
+    let state = "canGetAndSetFMUState=\"true\"";
+    let folder = stripped("wedge-box-reversal", &[(state, "canGetAndSetFMUState=\"false\"")]);
+    for scheme in ["rim-smooth", "rim-answers"] {
+        let said = simulated(&folder.path().join("case.toml"), scheme, &[]);
+        assert_eq!(said["outcome"], "skipped", "{scheme}");
+        assert_has(said["reason"].as_str().unwrap(), &["what remains are schemes", "zero-order-hold"]);
+    }
 }
 
 /// An error of the program: one line and perhaps one of help, and the code of bad input.

@@ -154,19 +154,18 @@ fn a_smooth_model_comes_from_derivatives_else_from_probing_else_not_at_all() {
     let (held, _, _) = run(&made(DERIVATIVES), &["--scheme", "zero-order-hold", "--mechanics-steps", "all"]);
     let error = |said: &Value| said["position_error_rms_m"].as_f64().unwrap();
     assert!(error(&given) < 0.2 * error(&held), "{} {}", error(&given), error(&held));
-    // The mass is linear: what probing does not know of it is what its own step adds, and the estimate says how much that is.
+    // The mass is linear: it answers over its own step as it then steps, which derivatives do not.
     let (probed, of_probing, _) = run(&made(STATE), &smooth);
     assert_eq!(probed["outcome"], "completed", "{probed:#}");
     let quality = probed["probed_fmus"].as_object().unwrap().values().next().unwrap();
-    assert_eq!(quality["count"], 51);
+    assert_eq!(quality["count"], 50);
     let estimate = quality["error_max"].as_f64().unwrap();
     let apart = apart(&of_derivatives, &of_probing);
-    assert!((1e-6..0.1).contains(&estimate), "{estimate}");
-    assert!(apart > 0.0 && apart < estimate, "{apart} {estimate}");
-    // Shorter steps, a smaller error.
+    assert!(estimate < 1e-6 && apart > 0.0 && apart < 0.1, "{apart} {estimate}");
+    // Answers over another step than its own are off, and that is told.
     let (finer, _, _) = run(&case(folder.path(), STATE, NOTHING, "process = \"same\"", "probe_step_s = 1e-4"), &smooth);
     let finer = finer["probed_fmus"].as_object().unwrap().values().next().unwrap()["error_max"].as_f64().unwrap();
-    assert!(finer < 0.2 * estimate, "{finer} {estimate}");
+    assert!(finer > 1e-4, "{finer} {estimate}");
     // Contacts within are not contacts that open; there is nothing to choose from, and nobody who looks ahead.
     for (arguments, words) in [
         (&["--scheme", "rim-nonsmooth"] as &[&str], "is a smooth one, whose contacts neither open nor close"),

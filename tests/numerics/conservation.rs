@@ -123,7 +123,8 @@ struct Account {
 
 /// Schemes that step the subsystem they are given: what steps copies cannot be listened to by [`Audited`].
 fn on_the_original() -> impl Iterator<Item = &'static Arc<SchemeEntry>> {
-    schemes().iter().filter(|scheme| !scheme.needs.contains(&Requirement::Copies))
+    let on_copies = [Requirement::Copies, Requirement::Trials];
+    schemes().iter().filter(move |scheme| !on_copies.iter().any(|need| scheme.needs.contains(need)))
 }
 
 fn account(

@@ -6,6 +6,7 @@ mod support;
 mod acceleration_jumps;
 mod adds_up;
 mod adversaries;
+mod answers;
 mod ceilings;
 mod complementarity;
 mod cones;

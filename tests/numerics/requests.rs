@@ -117,6 +117,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("late_forces", "linear", "rim-smooth"),
     ("belief", "mass:1.2", "rim-smooth"),
     ("mass_learning", "within:5", "rim-smooth"),
+    ("trials", "most:9", "rim-answers"),
     ("solver", "lemke", "rim-smooth"),
     ("gain", "0.25", "nepce"),
     ("macro_step_s", "1e-3", "rim-smooth"),

@@ -64,7 +64,7 @@ pub enum Marker {
 
 /// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
 /// with a common deficiency of colour vision (tests compute both). Dash and marker tell the series apart in grey.
-pub(super) const SCHEMES: [(&str, &str, LineStyle); 22] = [
+pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
     ("rim-smooth", "smooth model", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
     (
         "rim-smooth-active",
@@ -74,6 +74,7 @@ pub(super) const SCHEMES: [(&str, &str, LineStyle); 22] = [
     ("rim-nonsmooth", "non-smooth model", LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle)),
     ("rim-nonsmooth-gap", "gap tracking", LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square)),
     ("rim-split", "split models", LineStyle::new([0x70, 0x20, 0xE8], Dash::Long, Marker::Square)),
+    ("rim-answers", "answers", LineStyle::new([0x00, 0x7A, 0x5E], Dash::Short, Marker::Diamond)),
     ("rim-fixed-mass", "fixed-mass model", LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross)),
     ("zero-order-hold", "zero-order hold", LineStyle::new([0xA7, 0x73, 0x33], Dash::Short, Marker::Square)),
     ("first-order-hold", "first-order hold", LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle)),

@@ -71,6 +71,8 @@ pub enum Only {
     Friction,
     /// Of schemes with a model for each actuator.
     Split,
+    /// Runs whose scheme tries steps of the mechanics.
+    Trials,
     /// Whose samples may be late.
     Late,
     /// With an account of what the model created.

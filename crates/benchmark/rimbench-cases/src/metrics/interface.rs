@@ -13,6 +13,30 @@ metrics! {
     "Largest correlation |H_ij|/√(H_ii H_jj) of two rows of the interface over the run"
     => |evidence| Some(evidence.report.scheme.interface?.largest);
 
+    TRIALS: "trials_per_step" in "-" of Trials,
+    "Steps of the mechanics that were tried, per macro step"
+    => |evidence| Some(evidence.report.scheme.trials?.count as f64 / evidence.report.work.cosim.macro_steps as f64);
+
+    MOST_TRIALS: "trials_per_step_max" in "-" of Trials,
+    "Most steps of the mechanics that were tried in one macro step"
+    => |evidence| Some(evidence.report.scheme.trials?.most as f64);
+
+    CUT_TRIALS: "trials_cut" in "-" of Trials,
+    "Macro steps in which a force was not tried because there were as many trials as are allowed"
+    => |evidence| Some(evidence.report.scheme.trials?.cut as f64);
+
+    SECOND_TANGENTS: "second_tangents" in "-" of Trials,
+    "How often an answer of the mechanics was not as foreseen, and a second tangent was taken"
+    => |evidence| Some(evidence.report.scheme.trials?.further as f64);
+
+    MISS: "answer_error_p50" in "-" of Trials,
+    "Error of the velocity foreseen at the end of a macro step, of what it moves (half of the macro steps are below)"
+    => |evidence| Some(evidence.report.scheme.trials?.miss[0]);
+
+    LARGEST_MISS: "answer_error_max" in "-" of Trials,
+    "Error of the velocity foreseen at the end of a macro step, of what it moves (largest)"
+    => |evidence| Some(evidence.report.scheme.trials?.miss[1]);
+
     AS_PREDICTED: "completed_as_predicted" in "-" (ends) of Claimed,
     "1 if the run completed and its coupling, linearised at the start, does not grow, or if neither; 0 if only one of the two"
     => |evidence| {

@@ -104,6 +104,12 @@ pub const METRICS: &[Metric] = &[
     macro_step::DEFECT_RANK,
     interface::LAMBDA,
     interface::CORRELATION,
+    interface::TRIALS,
+    interface::MOST_TRIALS,
+    interface::CUT_TRIALS,
+    interface::SECOND_TANGENTS,
+    interface::MISS,
+    interface::LARGEST_MISS,
     interface::AS_PREDICTED,
     interface::UNFORESEEN,
 ];

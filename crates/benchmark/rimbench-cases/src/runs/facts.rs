@@ -5,6 +5,7 @@ use super::options::facts_of;
 use super::spec::RunSpec;
 use crate::metrics::{METRICS, Only};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_core::schemes::Requirement;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
 
@@ -19,6 +20,7 @@ impl RunSpec {
     pub fn has_column(&self, column: &str, only: Only) -> bool {
         match only {
             Only::Split => self.scheme.splits,
+            Only::Trials => self.scheme.needs.contains(&Requirement::Trials),
             Only::Audit => self.audit,
             Only::Late => self.delivery.is_some(),
             Only::Column => self.case.trace_columns.iter().any(|own| own == column),

@@ -2,7 +2,7 @@
 
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, ForceBridge, ForceReturn, LateRule, MassLearning, MechanicsIntegrator, MechanicsSteps,
-    Sequence, StepControl,
+    Sequence, StepControl, TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
@@ -102,5 +102,6 @@ read_by_name!(
     ForceBridge,
     Belief,
     MassLearning,
+    TrialSettings,
     StepControl
 );

@@ -6,12 +6,12 @@ use super::option_value::{Given, OptionValue};
 use super::spec::RunSpec;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MassLearning, MechanicsIntegrator,
-    MechanicsSteps, Sequence, StepControl,
+    MechanicsSteps, Sequence, StepControl, TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{Belief, Redundancy};
 use rimbench_core::schemes::{
-    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, SchemeEntry, Split,
+    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry, Split,
 };
 use std::fmt::Display;
 
@@ -40,6 +40,8 @@ enum Needs {
     Condensing,
     /// One for each of several actuators.
     Split,
+    /// Steps of the mechanics that are tried.
+    Trials,
 }
 
 impl Needs {
@@ -50,6 +52,8 @@ impl Needs {
             Needs::Exchange => scheme
                 .moves_as_one()
                 .then_some("has no such choice, because its sides move as one between communication points"),
+            Needs::Trials => (!scheme.needs.contains(&Requirement::Trials))
+                .then_some("tries no steps of the mechanics: use rim-answers"),
             _ if !scheme.has_model() => Some("has no reduced interface model"),
             Needs::Model => None,
             Needs::Condensing => (!scheme.condenses).then_some("makes no contacts bilateral"),
@@ -201,6 +205,9 @@ run_options! {
     /// The receiver of an interface model learns the factor by which its mass is wrong: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
     mass_learning: MassLearning, "HOW", Model(Model),
         some |run| text(run.mass_learning.as_ref()?);
+    /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step, noise:V (m/s)
+    trials: TrialSettings, "HOW", Scheme(Trials) => exchange.trials,
+        some |run| text(changed(run.trials)?);
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
         all |run| text(&run.solver.name);

@@ -292,6 +292,11 @@ impl RunSettings {
                 "scheme `{}` takes steps again, which has no late samples: use one that does not iterate",
                 scheme.name
             )
+        } else if scheme.needs.contains(&Requirement::Trials) {
+            format!(
+                "scheme `{}` asks the mechanics as it stands, which late samples are not: use another scheme",
+                scheme.name
+            )
         } else if scheme.needs.contains(&Requirement::TransmissionLines) {
             format!("scheme `{}` exchanges waves, whose delay is that of its lines: use another scheme", scheme.name)
         } else if let Some(StepRule { control, .. }) = self.step_control {

@@ -165,7 +165,11 @@ impl CoupledPair<'_> {
     /// Returns all work of this pair.
     pub(crate) fn work(&mut self) -> Work {
         let scheme = self.scheme.report().counters;
-        Work { cosim: self.state.counters, sides: PerSide::from_fn(|side| self.sides[side].counters()), scheme }
+        let mut sides = PerSide::from_fn(|side| self.sides[side].counters());
+        if let Some(trials) = &self.state.trials {
+            sides.mechanics.add(&trials.work);
+        }
+        Work { cosim: self.state.counters, sides, scheme }
     }
 
     pub(crate) fn interface_work(&mut self) -> InterfaceWork {

@@ -5,6 +5,7 @@ use super::input_polynomials::Cubic;
 use super::output_rates::OutputRates;
 use super::side::Side;
 use super::transmission_lines::LineForces;
+use super::trials::{TrialReport, Trials};
 use crate::error::Failure;
 use crate::interface_model::{ContactModes, ReducedInterfaceModel};
 use rimbench_contact::complementarity::SolverCounters;
@@ -98,6 +99,8 @@ pub struct SchemeReport {
     pub dissipated_j: Option<f64>,
     /// How the actuators feel each other, if the scheme looks.
     pub interface: Option<InterfaceCorrelation>,
+    /// What was tried of the mechanics since the start, if the scheme does such a thing.
+    pub trials: Option<TrialReport>,
     /// Complementarity solves inside the scheme since the start.
     pub counters: SolverCounters,
 }
@@ -142,6 +145,15 @@ pub trait CouplingScheme: Send {
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure>;
+
+    /// Asks the mechanics, which still stands at the communication point, before an [`input`](Self::input) of the actuator with the same `own`:
+    /// called of schemes that need [`Trials`](crate::schemes::Requirement::Trials).
+    ///
+    /// # Errors
+    /// A [`Failure`] that ends the run and becomes its outcome.
+    fn ask(&mut self, _at: MicroStep, _own: &[f64], _mechanics: &mut Trials<'_>) -> Result<(), Failure> {
+        Ok(())
+    }
 
     /// Says how the outputs of the actuator follow its inputs directly, before an [`input`](Self::input) whose `own` is what the
     /// actuator puts out in the middle of the micro step with the inputs `u` of its start (see

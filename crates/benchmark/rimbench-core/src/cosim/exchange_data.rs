@@ -16,6 +16,8 @@ pub struct ExchangeData {
     pub output_rates: Option<OutputRates>,
     /// The action of lines in the place of the actuator's oil on the mechanics.
     pub line_forces: Option<LineForces>,
+    /// Whether steps of the mechanics are tried while the actuator steps.
+    pub trials: bool,
 }
 
 /// Why a scheme with an interface model cannot be run, or cannot go on.
@@ -43,6 +45,7 @@ impl ExchangeData {
             Some(model) => model,
             None => None,
         };
-        Ok(ExchangeData { interface_model: model, output_rates: output_rates.then_some(rates), line_forces: None })
+        let output_rates = output_rates.then_some(rates);
+        Ok(ExchangeData { interface_model: model, output_rates, ..ExchangeData::default() })
     }
 }

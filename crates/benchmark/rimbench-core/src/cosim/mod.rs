@@ -50,6 +50,7 @@ mod step_size_control;
 mod subsystem;
 mod trajectory;
 mod transmission_lines;
+mod trials;
 mod work;
 mod work_meter;
 
@@ -81,6 +82,7 @@ pub use step_rule::{StepControl, StepRule};
 pub use subsystem::{Sides, Subsystem, SubsystemCounters, subsystem_methods};
 pub use trajectory::Trajectory;
 pub use transmission_lines::{LineForces, TransmissionLines};
+pub use trials::{TrialReport, TrialSettings, Trials};
 pub use work::{CosimCounters, Work};
 pub use work_meter::counts_interface_work;
 

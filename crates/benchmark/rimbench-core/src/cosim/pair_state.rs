@@ -14,6 +14,7 @@ use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::subsystem::Sides;
 use super::trajectory::Trajectory;
+use super::trials::TrialRoom;
 use super::work::CosimCounters;
 use super::work_meter::WorkMeter;
 
@@ -40,6 +41,8 @@ pub(crate) struct PairState {
     pub(crate) defect: Option<DefectMeter>,
     pub(crate) time: f64,
     pub(crate) counters: CosimCounters,
+    /// Where steps of the mechanics are tried.
+    pub(crate) trials: Option<Box<TrialRoom>>,
     pub(crate) diverged: Option<Outcome>,
     /// The micro steps of the actuator, where it is recorded.
     pub(crate) inside: Option<Trajectory>,
@@ -76,6 +79,7 @@ impl PairState {
         PairState {
             without_feedthrough: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
             takes_polynomial,
+            trials: exchange.trials.then(Box::default),
             exchange,
             rates: midpoint.then(|| OutputRates::zeros(to_mechanics, ports.actuator.inputs.len())),
             y: PerSide::from_fn(zeros),

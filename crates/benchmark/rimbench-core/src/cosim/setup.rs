@@ -8,6 +8,7 @@ use super::mass_learner::MassLearning;
 use super::mechanics_steps::MechanicsSteps;
 use super::side::PerSide;
 use super::step_rule::StepRule;
+use super::trials::TrialSettings;
 use crate::interface_model::Belief;
 use std::ops::{Deref, DerefMut};
 
@@ -31,6 +32,8 @@ pub struct Exchange {
     pub belief: Option<Belief>,
     /// How the actuator learns the mass that its interface model has wrong, if it does; forces in time only.
     pub mass_learning: Option<MassLearning>,
+    /// How a scheme that tries steps of the mechanics uses them.
+    pub trials: TrialSettings,
 }
 
 impl Exchange {
@@ -45,6 +48,7 @@ impl Exchange {
             delivery: None,
             belief: None,
             mass_learning: None,
+            trials: TrialSettings::default(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::acceleration_jumps::AccelerationJumps;
 use super::contact_modes::ContactModes;
+use nalgebra::{DMatrix, SymmetricEigen};
 use rimbench_contact::affine_step::LinearModel;
 use rimbench_contact::contact_law::{ContactSpring, gap_velocity};
 use rimbench_contact::friction::{ContactState, Stiction};
@@ -285,6 +286,35 @@ impl ReducedInterfaceModel {
         Ok(())
     }
 
+    /// Takes out of a symmetric, dense `H` that was measured what is none: eigenvalues that are nothing beside the `largest` magnitude of the run
+    /// so far (1/kg), and those below 0 that errors may make. Returns the largest magnitude from now on.
+    ///
+    /// A reversed force leaves eigenvalues far below 0, which [`check`](Self::check) refuses.
+    pub fn clear_round_off(&mut self, largest: f64) -> f64 {
+        const NOTHING: f64 = 1e-9;
+        const MEASURED: f64 = 0.05;
+        let n = self.rows;
+        if !self.h.iter().all(|entry| entry.is_finite()) {
+            return largest;
+        }
+        let mut parts = SymmetricEigen::new(DMatrix::from_row_slice(n, n, &self.h));
+        let largest = largest.max(parts.eigenvalues.amax());
+        let is_nothing = |value: f64| value < NOTHING * largest && value >= -MEASURED * largest;
+        if !parts.eigenvalues.iter().any(|value| is_nothing(*value)) {
+            return largest;
+        }
+        parts.eigenvalues.iter_mut().filter(|value| is_nothing(**value)).for_each(|value| *value = 0.0);
+        let cleared = parts.recompose();
+        let is_held = |row: usize| cleared[(row, row)].abs() <= NOTHING * largest;
+        for row in 0..n {
+            for column in 0..n {
+                let entry = 0.5 * (cleared[(row, column)] + cleared[(column, row)]);
+                self.h[row * n + column] = if is_held(row) || is_held(column) { 0.0 } else { entry };
+            }
+        }
+        largest
+    }
+
     /// Returns one entry of the stacked `H`, 1/kg; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
@@ -408,6 +438,23 @@ impl ReducedInterfaceModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn round_off_of_a_held_interface_is_cleared_and_a_reversed_force_is_not() {
+        let cleared = |h: [f64; 4], largest: f64| {
+            let mut model = ReducedInterfaceModel::zeros(0, 2);
+            model.h.copy_from_slice(&h);
+            let largest = model.clear_round_off(largest);
+            (model.check().is_ok(), model.h, largest)
+        };
+        assert_eq!(cleared([-3.2e-13, 9e-16, 9e-16, 1.8e-15], 2e-3), (true, vec![0.0; 4], 2e-3));
+        assert_eq!(cleared([1e-3, 2e-15, 2e-15, -1e-14], 0.0).1, [1e-3, 0.0, 0.0, 0.0]);
+        // Held along (1, 1) alone: as large as it was.
+        let (sound, h, _) = cleared([0.01, -0.01 - 1e-15, -0.01 - 1e-15, 0.01], 0.0);
+        assert!(sound && (h[0] - 0.01).abs() < 1e-15 && (h[1] + 0.01).abs() < 1e-15, "{h:?}");
+        assert!(!cleared([-1e-3, 0.0, 0.0, 1e-3], 0.0).0);
+        assert!(!cleared([1e-3, 2e-3, 2e-3, 1e-3], 1e-3).0);
+    }
 
     #[test]
     fn a_model_that_no_mechanics_can_have_is_told_from_one_with_dependent_rows() {

@@ -140,6 +140,7 @@ impl SchemeEntry {
         }
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
         let rows = ports.actuator.outputs.len();
+        exchange.trials = self.needs.contains(&Requirement::Trials);
         exchange.line_forces =
             self.needs.contains(&Requirement::TransmissionLines).then(|| LineForces::new(rows, 0, gain));
         let construction = Construction { ports, model, gain };
@@ -253,6 +254,13 @@ impl SchemeEntry {
             return Err(Error::Incompatible(format!(
                 "scheme `{}` lets the actuator move together with a model of the mechanics, so the actuator goes \
                  first: use sequence `gauss-seidel` or `jacobi`",
+                self.name
+            )));
+        }
+        if self.needs.contains(&Requirement::ActuatorFirst) && sequence == Sequence::Jacobi {
+            return Err(Error::Incompatible(format!(
+                "scheme `{}` asks the mechanics while the actuator steps, so the actuator must go first: use sequence `gauss-seidel` and a \
+                 force return other than `held`",
                 self.name
             )));
         }

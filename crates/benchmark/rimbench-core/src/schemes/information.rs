@@ -40,13 +40,14 @@ impl InformationClass {
             Requirement::InterfaceModel | Requirement::ListedContacts => InformationClass::Model,
             Requirement::TransmissionLines => InformationClass::Inside,
             Requirement::OutputRates | Requirement::OutputRatesIfFeedthrough => InformationClass::Derivatives,
-            Requirement::Copies => InformationClass::Repetition,
+            Requirement::Copies | Requirement::Trials => InformationClass::Repetition,
             Requirement::ForceDisplacement
             | Requirement::NoFriction
             | Requirement::Rows(_)
             | Requirement::SeveralRows
             | Requirement::HeldReturn
-            | Requirement::NotMechanicsFirst => InformationClass::Samples,
+            | Requirement::NotMechanicsFirst
+            | Requirement::ActuatorFirst => InformationClass::Samples,
         };
         let of_driver = match scheme.driver {
             IterativeDriver::NonIterative => InformationClass::Samples,

@@ -34,6 +34,7 @@ mod output_integral;
 mod recorded_modes;
 mod reduced_interface;
 mod requirement;
+mod rim_answers;
 mod rim_fixed_mass;
 mod rim_nonsmooth;
 mod rim_nonsmooth_gap;
@@ -81,6 +82,7 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         rim_nonsmooth::entry(),
         rim_nonsmooth_gap::entry(),
         rim_split::entry(),
+        rim_answers::entry(),
         iterated_aitken::entry(),
         monolithic::entry(),
     ]

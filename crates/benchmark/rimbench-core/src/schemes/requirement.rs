@@ -29,6 +29,11 @@ pub enum Requirement {
     HeldReturn,
     /// The actuator steps before the mechanics has, or beside it: sequence `gauss-seidel` or `jacobi`. Refused before any run.
     NotMechanicsFirst,
+    /// The actuator has stepped before the mechanics does, and its force is that of the whole macro step: sequence `gauss-seidel`. Refused before
+    /// any run.
+    ActuatorFirst,
+    /// A mechanics that can be copied, so that a step of it can be tried.
+    Trials,
     /// Both subsystems can be copied, so that a step can be taken again.
     Copies,
 }
@@ -67,7 +72,14 @@ impl Requirement {
             Requirement::SeveralRows => {
                 (outputs > 1, "the interface has one row, so that there is nothing to split: use rim-nonsmooth-gap")
             }
-            Requirement::Rows(_) | Requirement::HeldReturn | Requirement::NotMechanicsFirst => return None,
+            Requirement::Rows(_)
+            | Requirement::HeldReturn
+            | Requirement::NotMechanicsFirst
+            | Requirement::ActuatorFirst => return None,
+            Requirement::Trials => {
+                let copied = mechanics.try_clone();
+                return copied.is_err().then(|| missing(NO_TRIALS, &copied));
+            }
             Requirement::OutputRatesIfFeedthrough if !ports.direct_feedthrough => return None,
             Requirement::OutputRates | Requirement::OutputRatesIfFeedthrough => {
                 let mut rates = OutputRates::zeros(outputs, inputs);
@@ -86,6 +98,10 @@ impl Requirement {
         (!met).then(|| reason.to_owned())
     }
 }
+
+/// Why no step can be tried.
+const NO_TRIALS: &str = "the mechanics cannot be copied, and so no step of it can be tried; what remains are schemes that neither iterate nor \
+                         try steps, such as zero-order-hold";
 
 /// Why something is not offered, with what the subsystem itself says of it, if it says anything.
 fn missing<T>(reason: &str, asked: &Result<T, Failure>) -> String {

@@ -154,7 +154,7 @@ pub(super) struct SideTable {
     pub(super) interface_work: Option<String>,
     /// Whether outputs follow inputs at once.
     pub(super) direct_feedthrough: Option<bool>,
-    /// The longest step by which an FMU without derivatives is probed, s.
+    /// The longest step by which an FMU without derivatives is probed, s; a mechanics' own step if not given.
     pub(super) probe_step_s: Option<f64>,
 }
 

@@ -287,7 +287,7 @@ pub(super) struct ModelVariables {
 /// How an FMU that does not give the rates of its outputs is probed for them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Probe {
-    /// The longer of the two steps that are compared, s.
+    /// The longest step, s: the longer of the two that are compared, or beyond all steps, where answers are over the step that is asked for.
     pub(super) step: f64,
     /// By how much inputs are changed, of their magnitude, or of 1 in SI where that is less.
     pub(super) change: f64,

@@ -12,7 +12,7 @@ use super::side::{ImportedSide, Offers, Shape};
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use crate::model_parts::ModelSize;
-use rimbench_cases::cases::Parameters;
+use rimbench_cases::cases::{Parameters, WHAT_REMAINS};
 use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
@@ -28,7 +28,7 @@ const UNITS: [(Quantity, Exponents, &str); 3] =
 const FORCE_CHANGE: f64 = 1e-3;
 /// Likewise positions and velocities: a force that follows a stiff element answers to micrometres.
 const MOTION_CHANGE: f64 = 1e-6;
-/// Where no micro step is given, the share of the macro step by which an FMU is probed.
+/// Where no micro step is given, the share of the macro step by which an actuator is probed.
 const PROBED_SHARE: f64 = 0.1;
 
 /// Why there are no rates of an FMU's outputs.
@@ -36,7 +36,7 @@ const NO_RATES: &str = "its FMU has no directional derivatives of them, and cann
                         and set, steps of any length, and outputs that are continuous and of type Float64";
 /// Why there is no interface model.
 const NO_MODEL: &str = "its FMU has none, no directional derivatives of how its velocities move, and cannot be probed for them, which \
-                        takes states to be kept and set, steps of any length, and outputs that are continuous and of type Float64";
+                        takes states to be kept and set, and outputs that are continuous and of type Float64";
 
 /// A parameter of the case, and the variable that takes it.
 struct Taken {
@@ -94,9 +94,19 @@ impl Motion {
         let plain = inputs.iter().chain(outputs).all(|scaled| scaled.factor == 1.0);
         let tells = mechanics && plain && finder.unpacked.layered;
         let model = tells.then(|| finder.model(rows)).transpose()?;
-        let may_be_probed = *continuous && description.keeps_state && description.any_step;
+        // A mechanics is asked by steps such as it takes anyway.
+        let may_be_probed = *continuous && description.keeps_state && (description.any_step || mechanics);
         let probed = rates.is_none() && model.is_none() && may_be_probed;
-        let step = file.side(side).probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s);
+        let given = file.side(side).probe_step_s;
+        if let Some(step) = given.filter(|_| probed && !description.any_step) {
+            return Err(finder.wrong(format!(
+                "probe_step_s = {step} of [{}]: it takes no steps of any length (canHandleVariableCommunicationStepSize); valid: none, and \
+                 it is probed by the steps that it takes",
+                side_name(side)
+            )));
+        }
+        let micro_step = || file.micro_step_s.unwrap_or(PROBED_SHARE * file.macro_step_s);
+        let step = given.unwrap_or_else(|| if mechanics { f64::MAX } else { micro_step() });
         let probe = probed.then_some(Probe {
             step,
             change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
@@ -120,7 +130,7 @@ impl Motion {
             smooth: self.smooth,
             without: match side {
                 Side::Actuator if !self.is_known() => Some(NO_RATES.into()),
-                Side::Mechanics if !self.smooth => Some(NO_MODEL.into()),
+                Side::Mechanics if !self.smooth => Some(format!("{NO_MODEL}; {WHAT_REMAINS}").into()),
                 _ => None,
             },
             copies: description.keeps_state,
@@ -233,8 +243,9 @@ impl FmuMember {
     fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
         let mut plan = self.plan.clone();
         plan.lodger = matches!(process, Process::Same);
-        // Probing at the end of a run goes beyond it.
-        plan.stop = parameters.duration().map(|end| end + plan.probe.map_or(0.0, |probe| probe.step));
+        // Probing at the end of a run goes beyond it; by a macro step, which may be as long as all of it, where that is asked for.
+        let beyond = |end: f64, probe: Probe| if probe.step < f64::MAX { probe.step } else { end };
+        plan.stop = parameters.duration().map(|end| end + plan.probe.map_or(0.0, |probe| beyond(end, probe)));
         for Taken { parameter, variable, reference, kind, element, limits, exact } in &self.parameters {
             let number =
                 parameters.setting(parameter).ok_or_else(|| format!("parameter {parameter} is not one of the case"))?;

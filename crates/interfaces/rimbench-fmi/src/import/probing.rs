@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// How good what was probed is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeQuality {
-    /// How often an FMU was probed.
+    /// How often an FMU was probed, and its error is known.
     pub count: usize,
     /// Estimated relative error that half of them stay below.
     pub median: f64,
@@ -50,7 +50,8 @@ impl SideNotes {
     }
 }
 
-/// Estimates of the relative error of what one side was probed for, each from two step sizes; they are noted when it is done with.
+/// Relative errors of what one side was probed for, of an actuator estimated from two step sizes, of a mechanics by what came; they are noted when it is
+/// done with.
 #[derive(Debug)]
 pub(super) struct ProbeErrors {
     file: PathBuf,

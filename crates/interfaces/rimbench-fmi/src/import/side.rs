@@ -3,7 +3,7 @@
 use super::host::{Ask, Host};
 use super::probing::{ProbeErrors, SideNotes};
 use crate::model_parts::ModelSize;
-use rimbench_cases::cases::{WHAT_REMAINS, model_against_outputs};
+use rimbench_cases::cases::model_against_outputs;
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -12,10 +12,34 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The estimated error from which on what was probed at the start says nothing.
-const PROBED_IN_VAIN: f64 = 0.9;
 /// By how much an H from rates may differ from a symmetric one.
 const UNSYMMETRIC: f64 = 0.05;
+/// The change of a velocity below which how well it was foreseen is not judged, m/s.
+const STANDS: f64 = 1e-6;
+
+/// What a mechanics was probed for, until its next step shows how good that is.
+#[derive(Debug, Clone, Default)]
+struct Foreseen {
+    /// The step that it is for, s; 0 if there is none.
+    step: f64,
+    w: Vec<f64>,
+    a: Vec<f64>,
+    h: Vec<f64>,
+}
+
+impl Foreseen {
+    /// By how much the velocities that a step under forces `u` has come to are not those foreseen, of what they have moved.
+    fn miss(&self, u: &[f64], came: &[f64]) -> f64 {
+        let (mut miss, mut moved) = (0.0_f64, STANDS);
+        for (row, came) in came.iter().enumerate() {
+            let of_force: f64 = self.h[row * u.len()..].iter().zip(u).map(|(h, u)| h * u).sum();
+            let change = self.step * (self.a[row] + of_force);
+            miss = miss.max((self.w[row] + change - came).abs());
+            moved = moved.max(change.abs()).max((came - self.w[row]).abs());
+        }
+        (miss / moved).min(1.0)
+    }
+}
 
 /// What of an interface the FMU itself has.
 #[derive(Debug, Clone, Default)]
@@ -69,6 +93,10 @@ pub(super) struct ImportedSide {
     longest: Option<f64>,
     /// By how much what was probed may be wrong.
     errors: ProbeErrors,
+    foreseen: Foreseen,
+    /// The largest that the diagonal of H, and an eigenvalue of it, have been where it follows from rates, 1/kg.
+    diagonal: Vec<f64>,
+    largest_mobility: f64,
     /// What was refused where nothing can fail.
     failed: Option<Failure>,
     counters: SubsystemCounters,
@@ -101,6 +129,9 @@ impl ImportedSide {
             time: None,
             longest: None,
             errors: ProbeErrors::of(file, notes),
+            foreseen: Foreseen::default(),
+            diagonal: Vec::new(),
+            largest_mobility: 0.0,
             failed: None,
             counters: SubsystemCounters::default(),
         }
@@ -257,18 +288,14 @@ impl ImportedSide {
         self.ask(Ask::Rates).map_err(Failure::reported)?;
         if self.offers.probed {
             let error = self.output.pop().unwrap_or(f64::NAN);
-            self.errors.note(error);
-            // The same from two step sizes, with the inputs as they are and each of them changed both ways.
-            self.counters.micro_steps += 2 * (1 + 2 * self.shape.taken.len() as u64);
+            // With the inputs as they are and each of them changed both ways; of an actuator the same from two step sizes.
+            let sizes = if self.offers.smooth { 1 } else { 2 };
+            self.counters.micro_steps += sizes * (1 + 2 * self.shape.taken.len() as u64);
+            if !self.offers.smooth {
+                self.errors.note(error);
+            }
             if self.output.iter().any(|number| !number.is_finite()) {
                 return Err(Failure::reported("probing it for how its outputs move gives numbers that are not finite"));
-            }
-            if self.longest.is_none() && error > PROBED_IN_VAIN {
-                let what = format!(
-                    "probing says nothing of how its outputs move: numbers from two step sizes have no digit in common (estimated error \
-                     {error:.2}); perhaps its outputs are those of the step before, or its own steps are longer; {WHAT_REMAINS}"
-                );
-                return Err(Cause::NotOffered { what: what.into() }.into());
             }
         }
         self.fill_up_rates();
@@ -284,23 +311,27 @@ impl ImportedSide {
         let m = model.position.len();
         // Of positions and velocities by forces.
         let (rates, gains) = (&self.output[..2 * m], &self.output[2 * m + 2 * m * m..]);
+        self.diagonal.resize(m, 0.0);
+        for (row, largest) in self.diagonal.iter_mut().enumerate() {
+            *largest = largest.max(gains[(m + row) * m + row].abs());
+        }
         for row in 0..m {
-            let mut free = rates[m + row];
             for column in 0..m {
                 // To round-off it is symmetric anyway.
                 let [one, other] = [(row, column), (column, row)].map(|(row, column)| gains[(m + row) * m + column]);
-                let scale = |at: usize| self.output[2 * m + 2 * m * m + (m + at) * m + at].abs();
-                if (one - other).abs() > UNSYMMETRIC * (scale(row) * scale(column)).sqrt() {
+                if (one - other).abs() > UNSYMMETRIC * (self.diagonal[row] * self.diagonal[column]).sqrt() {
                     let what = format!(
                         "its velocities say that H is not symmetric: {one:e} and {other:e} for rows {row} and {column}"
                     );
                     return Err(Failure::reported(what));
                 }
-                let entry = 0.5 * (one + other);
-                model.h[row * m + column] = entry;
-                free -= entry * self.u[column];
+                model.h[row * m + column] = 0.5 * (one + other);
             }
-            model.a[row] = free;
+        }
+        self.largest_mobility = model.clear_round_off(self.largest_mobility);
+        for row in 0..m {
+            let of_force: f64 = model.h[row * m..].iter().zip(&self.u).map(|(h, u)| h * u).sum();
+            model.a[row] = rates[m + row] - of_force;
         }
         let u = std::mem::take(&mut self.u);
         let known = self.know_outputs(&u);
@@ -309,6 +340,13 @@ impl ImportedSide {
         model.position.copy_from_slice(&self.y[..m]);
         model.w.copy_from_slice(&self.y[m..]);
         model.mechanics_step = h;
+        if self.offers.probed {
+            let Foreseen { step, w, a, h: entries } = &mut self.foreseen;
+            *step = h;
+            for (kept, now) in [(w, &model.w), (a, &model.a), (entries, &model.h)] {
+                kept.clone_from(now);
+            }
+        }
         model.check().map_err(|what| Failure::reported(format!("the smooth model that its velocities make: {what}")))
     }
 
@@ -366,6 +404,11 @@ impl Subsystem for ImportedSide {
             *position += 0.5 * h * self.y[rows + *row];
             self.y[*row] = *position;
         }
+        // Of several steps of its own the first.
+        if (h - self.foreseen.step).abs() <= 1e-9 * h {
+            self.errors.note(self.foreseen.miss(u, &self.y[rows..]));
+        }
+        self.foreseen.step = 0.0;
         self.u.copy_from_slice(u);
         self.known = true;
         self.counters.micro_steps += 1;
@@ -397,6 +440,9 @@ impl Subsystem for ImportedSide {
             time: self.time,
             longest: self.longest,
             errors: self.errors.of_a_copy(),
+            foreseen: self.foreseen.clone(),
+            diagonal: self.diagonal.clone(),
+            largest_mobility: self.largest_mobility,
             failed: self.failed.clone(),
             counters: self.counters,
         }))

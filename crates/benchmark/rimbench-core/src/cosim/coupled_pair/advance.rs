@@ -12,6 +12,7 @@ use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
 use crate::cosim::step_size_control::MacroInterval;
 use crate::cosim::subsystem::Subsystem;
+use crate::cosim::trials::Trials;
 use crate::error::{Cause, Failure};
 
 impl CoupledPair<'_> {
@@ -83,7 +84,10 @@ impl CoupledPair<'_> {
                 || self.state.late.is_some();
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.actuator;
-        let PairState { own, u, history, work_sent, end, rates, inside, late, learner, .. } = &mut *self.state;
+        let PairState { own, u, history, work_sent, end, rates, inside, late, trials, learner, .. } = &mut *self.state;
+        let covered = (step, self.setup.own_mechanics_steps(step));
+        let mut trials =
+            trials.as_mut().map(|room| Trials::new(&*self.sides.mechanics, covered, room, self.setup.trials));
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         history.clear();
@@ -100,6 +104,9 @@ impl CoupledPair<'_> {
                     rates.advance(0.5 * at.length, own);
                     scheme.receive_feedthrough(&rates.feedthrough)?;
                 }
+            }
+            if let Some(trials) = &mut trials {
+                scheme.ask(at, own, trials)?;
             }
             scheme.input(Side::Actuator, at, own, u)?;
             match &mut rates {

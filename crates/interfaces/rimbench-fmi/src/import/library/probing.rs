@@ -6,6 +6,8 @@ use std::ptr;
 
 /// How many roundings of an output are taken for what its own arithmetic and that of differences may add up to.
 const ROUNDINGS: f64 = 8.0;
+/// Share of the largest velocity of a run below which velocities are not told apart: what holds an interface is solved to some digits.
+const HELD: f64 = 1e-9;
 
 /// What probing needs, and what it has found.
 #[derive(Default)]
@@ -17,6 +19,8 @@ pub(super) struct Probed {
     fine: Vec<f64>,
     /// The largest magnitude that each output has had in this probe.
     magnitude: Vec<f64>,
+    /// The largest velocity of any output of a mechanics since the run began, m/s.
+    fastest: f64,
     input: Vec<f64>,
     before: Vec<f64>,
     after: Vec<f64>,
@@ -24,9 +28,9 @@ pub(super) struct Probed {
 
 impl Probed {
     /// How far the shorter steps' numbers are from the longer steps', of the largest of both in the same row of the same block (rates,
-    /// feedthrough, rate gain); the worst row from `first` on, and 1 at most. A number that is no more than what round-off alone may make of
+    /// feedthrough, rate gain); the worst row, and 1 at most. A number that is no more than what round-off alone may make of
     /// outputs of that size counts as 0.
-    fn error(&self, probe: Probe, first: usize, u: &[f64]) -> f64 {
+    fn error(&self, probe: Probe, u: &[f64]) -> f64 {
         let (p, n) = (self.magnitude.len(), u.len());
         // Of the shorter steps, where round-off is most.
         let (step, change) = (0.5 * probe.step, |at: usize| 0.5 * probe.change_of(u[at]));
@@ -38,7 +42,7 @@ impl Probed {
         ];
         let mut worst = 0.0_f64;
         for (start, columns, floor) in blocks {
-            for row in first..p {
+            for row in 0..p {
                 let (mut apart, mut largest) = (0.0_f64, 0.0_f64);
                 for at in 0..columns {
                     let entry = start + row * columns + at;
@@ -58,6 +62,25 @@ impl Probed {
         }
         worst.min(1.0)
     }
+
+    /// Sets to 0 by how much a velocity, an output from `first` on, follows an input where the difference holds nothing but round-off: an
+    /// interface that contacts hold stands still under any force.
+    fn clear_round_off(&mut self, probe: Probe, first: usize, u: &[f64]) {
+        let (p, n) = (self.magnitude.len(), u.len());
+        let [position, velocity] =
+            [&self.magnitude[..first], &self.magnitude[first..]].map(|of| of.iter().copied().fold(0.0, f64::max));
+        self.fastest = self.fastest.max(velocity);
+        // A velocity may itself be a difference of positions over the step.
+        let floor = (HELD * self.fastest).max(ROUNDINGS * f64::EPSILON * (velocity + position / probe.step));
+        for row in first..p {
+            for (at, u) in u.iter().enumerate() {
+                let gain = &mut self.fine[p + p * n + row * n + at];
+                if gain.abs() * probe.step * 2.0 * probe.change_of(*u) <= floor {
+                    *gain = 0.0;
+                }
+            }
+        }
+    }
 }
 
 impl Loaded {
@@ -69,21 +92,31 @@ impl Loaded {
     /// D = (y(u + Δ) − y(u − Δ))/2Δ    at once
     /// R = (r(u + Δ) − r(u − Δ))/2Δ    each from the same state
     /// ```
-    /// With δ and Δ, and with half of both: the latter is the answer, and what lies between the two its error.
+    /// Of an actuator with δ and Δ, and with half of both: the latter is the answer, and what lies between the two its error. A mechanics
+    /// answers over δ and nothing else: how good that is its next step shows.
     pub(super) fn probe(&mut self, probe: Probe, t: f64, u: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
         let mut probed = std::mem::take(&mut self.probed);
         let kept = self.keep_for_probing(&mut probed, u);
         let begun = kept.is_ok();
-        let mut done = kept.and_then(|()| self.probe_twice(&mut probed, probe, t, u));
+        probed.magnitude.clear();
+        probed.magnitude.resize(self.plan.outputs.len(), 0.0);
+        let mut done = kept.and_then(|()| {
+            if self.plan.smooth {
+                self.probe_once(&mut probed, probe, t, u)
+            } else {
+                self.probe_twice(&mut probed, probe, t, u)
+            }
+        });
         // Back to the state that was kept just now, whatever has become of it; but after Fatal nothing may be called.
         if begun && self.worst.get() < FATAL {
             done = done.and(self.set_state(probed.kept).and_then(|()| self.put(u)));
         }
         if done.is_ok() {
+            if self.plan.smooth {
+                probed.clear_round_off(probe, self.plan.positions, u);
+            }
             output.extend_from_slice(&probed.fine);
-            // Of a mechanics only velocities matter: what a step adds to a position is of the step, and not of the model.
-            let first = if self.plan.smooth { self.plan.positions } else { 0 };
-            output.push(probed.error(probe, first, u));
+            output.push(if self.plan.smooth { 0.0 } else { probed.error(probe, u) });
         }
         self.probed = probed;
         done.map_err(|why| format!("{why} (while it was probed for how its outputs move)"))
@@ -101,8 +134,6 @@ impl Loaded {
     }
 
     fn probe_twice(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
-        probed.magnitude.clear();
-        probed.magnitude.resize(self.plan.outputs.len(), 0.0);
         for share in [1.0, 0.5] {
             std::mem::swap(&mut probed.coarse, &mut probed.fine);
             self.probe_once(probed, Probe { step: share * probe.step, change: share * probe.change, ..probe }, t, u)?;

@@ -1,0 +1,182 @@
+//! Steps of the mechanics that are tried while the actuator steps: what it would answer to a force over the macro step.
+
+use super::communication_grid::MacroStep;
+use super::coupling_scheme::MicroStep;
+use super::subsystem::{Subsystem, SubsystemCounters};
+use crate::error::{Error, Failure, Result};
+use std::fmt;
+use std::str::FromStr;
+
+/// How a scheme that tries steps of the mechanics uses them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrialSettings {
+    /// How far a force may be from one that was tried before it is tried itself, of the largest mean force of the run so far.
+    pub range: f64,
+    /// By how much the velocity at the end of the macro step may be off, of what it has moved, before there is another tangent.
+    pub tolerance: f64,
+    /// Most trials per macro step.
+    pub most: usize,
+    /// Standard deviation of velocities that are read, m/s: forces are changed by the whole range then, and six times this is no error.
+    pub noise: f64,
+}
+
+impl Default for TrialSettings {
+    fn default() -> Self {
+        TrialSettings { range: 0.05, tolerance: 0.02, most: 24, noise: 0.0 }
+    }
+}
+
+impl fmt::Display for TrialSettings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let TrialSettings { range, tolerance, most, noise } = self;
+        write!(f, "range:{range:?},tolerance:{tolerance:?},most:{most},noise:{noise:?}")
+    }
+}
+
+impl FromStr for TrialSettings {
+    type Err = Error;
+
+    /// Reads `range:R,tolerance:T,most:N,noise:V`, each part at most once and in any order.
+    fn from_str(text: &str) -> Result<Self> {
+        let (mut settings, mut seen) = (TrialSettings::default(), Vec::new());
+        for part in text.split(',').map(str::trim) {
+            let (key, value) = part.split_once(':').unwrap_or((part, ""));
+            let refused = |expected: &str| Error::invalid("trials", text, expected);
+            if seen.contains(&key) {
+                return Err(refused("each of range, tolerance, most and noise at most once"));
+            }
+            seen.push(key);
+            let number = value.parse().ok().filter(|number: &f64| number.is_finite() && *number >= 0.0);
+            let above = number.filter(|number| *number > 0.0);
+            match key {
+                "range" => {
+                    settings.range = above.ok_or_else(|| refused("a share of the force above 0, as in `range:0.05`"))?
+                }
+                "tolerance" => {
+                    settings.tolerance =
+                        above.ok_or_else(|| refused("a share of the motion above 0, as in `tolerance:0.02`"))?;
+                }
+                "most" => {
+                    let most = value.parse().ok().filter(|most| (1..=100_000).contains(most));
+                    settings.most = most.ok_or_else(|| refused("trials per macro step, from 1, as in `most:24`"))?;
+                }
+                "noise" => {
+                    settings.noise = number.ok_or_else(|| refused("a velocity in m/s from 0, as in `noise:1e-4`"))?
+                }
+                _ => return Err(Error::unknown("part of trials", key, ["range", "tolerance", "most", "noise"])),
+            }
+        }
+        Ok(settings)
+    }
+}
+
+/// What was tried in a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TrialReport {
+    /// Trials of all macro steps.
+    pub count: u64,
+    /// Most in one macro step.
+    pub most: u64,
+    /// Macro steps in which a force was not tried because there were as many as are allowed.
+    pub cut: u64,
+    /// Tangents beside the first of a macro step.
+    pub further: u64,
+    /// Median of the error of the velocity at the end of a macro step, of what it has moved, and the largest.
+    pub miss: [f64; 2],
+}
+
+/// Room for trials, and their work.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct TrialRoom {
+    pub(crate) work: SubsystemCounters,
+    taken: usize,
+    motion: Vec<f64>,
+}
+
+/// The mechanics as it stands at the communication point, for steps that are tried on copies of it.
+pub struct Trials<'a> {
+    mechanics: &'a dyn Subsystem,
+    step: MacroStep,
+    own_steps: usize,
+    room: &'a mut TrialRoom,
+    /// How they are used.
+    pub settings: TrialSettings,
+}
+
+impl<'a> Trials<'a> {
+    /// Lends a mechanics that has not begun `step`, which it will take in so many steps of its own.
+    pub(crate) fn new(
+        mechanics: &'a dyn Subsystem,
+        (step, own_steps): (MacroStep, usize),
+        room: &'a mut TrialRoom,
+        settings: TrialSettings,
+    ) -> Self {
+        room.taken = 0;
+        Trials { mechanics, step, own_steps, room, settings }
+    }
+
+    /// Returns the length of the macro step, s.
+    pub fn length(&self) -> f64 {
+        self.step.length
+    }
+
+    /// Counts the trials of this macro step.
+    pub fn taken(&self) -> usize {
+        self.room.taken
+    }
+
+    /// Tells whether there may be so many more in this macro step.
+    pub fn has_left(&self, more: usize) -> bool {
+        self.room.taken + more <= self.settings.most
+    }
+
+    /// Writes the velocities of the interface at the end of the macro step to `w`, m/s, if `force` (N) acts during all of it.
+    ///
+    /// # Errors
+    /// That of copying the mechanics, and that of its step, with the force.
+    pub fn velocity_under(&mut self, force: &[f64], w: &mut [f64]) -> Result<(), Failure> {
+        let TrialRoom { work, taken, motion } = &mut *self.room;
+        motion.resize(self.mechanics.ports().outputs.len(), 0.0);
+        let before = self.mechanics.counters();
+        let mut copy = self.mechanics.try_clone()?;
+        *taken += 1;
+        let mut cover = || {
+            for index in 0..self.own_steps {
+                let at = MicroStep::new(self.step, index, self.own_steps);
+                copy.step(at.start, force, at.length)?;
+            }
+            copy.outputs(force, motion)
+        };
+        let covered = cover();
+        work.add(&copy.counters().since(&before));
+        covered.map_err(|failure| {
+            Failure::reported(format!(
+                "a trial step of the mechanics from {} s under {force:?} N failed: {failure}",
+                self.step.start
+            ))
+        })?;
+        w.copy_from_slice(&motion[motion.len() - w.len()..]);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_of_trials_are_written_as_they_are_read_and_nonsense_is_refused() {
+        let text = "range:0.1,tolerance:0.02,most:9,noise:0.0001";
+        assert_eq!(text.parse::<TrialSettings>().unwrap().to_string(), text);
+        for (text, valid) in [
+            ("range:0", "above 0"),
+            ("most:0", "from 1"),
+            ("noise:-1", "from 0"),
+            ("most:3,most:4", "at most once"),
+            ("rnge:1", "did you mean `range`"),
+        ] {
+            let message = text.parse::<TrialSettings>().unwrap_err().to_string();
+            assert!(message.contains(valid), "{message}");
+        }
+    }
+}
