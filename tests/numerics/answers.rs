@@ -65,6 +65,7 @@ struct Noisy {
     inner: Box<dyn Subsystem>,
     deviation: f64,
     state: u64,
+    copies: std::sync::Arc<std::sync::atomic::AtomicU64>,
 }
 
 impl Subsystem for Noisy {
@@ -88,8 +89,9 @@ impl Subsystem for Noisy {
 
     fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure> {
         // No two trials have the same noise.
-        let state = self.state ^ (self.inner.counters().micro_steps << 20) ^ std::ptr::from_ref(self).addr() as u64;
-        Ok(Box::new(Noisy { inner: self.inner.try_clone()?, state, ..*self }))
+        let copy = self.copies.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let (inner, state) = (self.inner.try_clone()?, self.state ^ copy.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        Ok(Box::new(Noisy { inner, state, deviation: self.deviation, copies: self.copies.clone() }))
     }
 }
 
@@ -105,7 +107,7 @@ fn noise_on_what_is_read_costs_little_where_it_is_told() {
         let spec = spec_with("wedge-box", scheme, &options, &[]);
         let mut system = usual_system(&spec.case);
         let inner = std::mem::replace(&mut system.sides.mechanics, usual_system(&spec.case).sides.mechanics);
-        system.sides.mechanics = Box::new(Noisy { inner, deviation, state: 7 });
+        system.sides.mechanics = Box::new(Noisy { inner, deviation, state: 7, copies: Default::default() });
         let mut coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), None).unwrap();
         let grid = CommunicationGrid::new(h, 1.0, spec.duration).unwrap();
         let mut setup = Setup::new(grid, spec.micro_step, spec.sequence, spec.force_return);

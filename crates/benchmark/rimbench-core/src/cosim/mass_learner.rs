@@ -225,7 +225,7 @@ mod tests {
         for m in 0..steps {
             sent.at_bound[0] = touches(m);
             let model = learner.receive(m, &sent);
-            let (w, force) = (sent.w[1], 3.0 + (m as f64).sin());
+            let (w, force) = (sent.w[1], 3.0 + libm::sin(m as f64));
             let forecast = w + STEP * (model.a[1] + model.entry(1, 1) * force);
             forces.clear();
             forces.push(&[force]);

@@ -79,8 +79,8 @@ impl Tangent {
     /// Fills it for a force `mean + offset`, whose end velocity is known, by changes of each force both ways.
     fn take(&mut self, from: &Start<'_>, end: &[f64], room: &mut Room, trials: &mut Trials<'_>) -> Result<(), Failure> {
         let (n, length) = (self.offset.len(), trials.length());
-        for row in 0..n {
-            self.rate[row] = (end[row] - from.w[row]) / length;
+        for (rate, (end, w)) in self.rate.iter_mut().zip(end.iter().zip(from.w)) {
+            *rate = (end - w) / length;
         }
         let Room { force, plus, minus, .. } = room;
         for column in 0..n {
@@ -348,9 +348,9 @@ impl CouplingScheme for Answers {
             return Ok(());
         }
         let n = own.len();
-        for row in 0..n {
-            self.room.offset[row] = own[row] - self.mean[row];
-            self.sum[row] += own[row] / at.count as f64;
+        for (row, own) in own.iter().enumerate() {
+            self.room.offset[row] = own - self.mean[row];
+            self.sum[row] += own / at.count as f64;
         }
         for row in 0..n {
             let w = self.w[row] + at.length * self.tangent(&self.room.offset).at(row, &self.room.offset);
