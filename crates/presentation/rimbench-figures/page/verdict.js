@@ -35,7 +35,7 @@ const verdict = (() => {
     const counts_as = facts.get("outcome_class");
     if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
       const why = facts.get("error") ?? facts.get("reason") ?? "", begun = run.rows > 1;
-      const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : /delivery/.test(why) ? "not run: takes no late samples" : "not run here";
+      const words = begun ? "no answer" : "not run here";
       return (run.verdict = { none: true, failed: false, when: null, state: "fails", sign: "–", numbers: "", words, why });
     }
     const failed = counts_as === "failed";
@@ -46,15 +46,14 @@ const verdict = (() => {
     const opened = Number(facts.get("lift_off_height_m") ?? 0);
     const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > stays_down_m ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
-    const parts = failed
-      ? [moved, of_force].filter(Boolean).concat(moved || of_force ? [] : [facts.get("outcome").replaceAll("-", " ")])
-      : [moved || stays, of_force].filter(Boolean);
+    // Why a run failed is said by the program, which knows its own limits.
+    const parts = (failed ? [moved, facts.get("reason") || facts.get("outcome").replaceAll("-", " ")] : [moved || stays, of_force]).filter(Boolean);
     // The error over the whole run, and what it hides: the peak of the touch-down, or of the run where nothing touches down.
     const peaks = Number.isFinite(touch) ? touch : ratio, percent = Math.round(100 * Math.abs(peaks - 1));
     const rms = `error ${digits(100 * error)}\u00a0%\u00a0rms`, high = peaks > 1 ? "high" : "low", height = peaks > 2 ? `${digits(peaks)}×` : `${percent}\u00a0% too ${high}`;
     const numbers = failed ? "" : share === "" ? "no force to speak of" : `${rms}, ${Number.isFinite(touch) ? "touch-down peak" : "peak"} ${percent ? height : "exact to 1\u00a0%"}`;
     const state = failed ? "fails" : share !== "" && error <= usable ? "usable" : "completes";
-    if (!parts.length) parts.push(state === "usable" ? "follows the reference" : "leaves the reference");
+    if (!parts.length) parts.push(state !== "usable" ? "leaves the reference" : percent > 25 ? "follows the reference, not its peak" : "follows the reference");
     return (run.verdict = { none: false, failed, when, state, sign: SIGNS[state], numbers, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
   };
   return { length: millimetres, row, at, end, extent, peak, digits, milliseconds, seconds, judge };
