@@ -275,7 +275,16 @@ mod tests {
             let keys = [case, "", "label", "0.001", ""].map(str::to_owned);
             let (runs, quartiles) = (completed + failed + no_answer, [[*median; 3]; SUMMARY_METRICS.len()]);
             let [completed, failed, no_answer] = [*completed, *failed, *no_answer];
-            row.enter(&SummaryRow { keys, runs, completed, failed, no_answer, quartiles, worst: None });
+            row.enter(&SummaryRow {
+                keys,
+                runs,
+                completed,
+                failed,
+                no_answer,
+                usable: completed,
+                quartiles,
+                worst: None,
+            });
         }
         row
     }

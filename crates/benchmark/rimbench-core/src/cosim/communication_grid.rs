@@ -114,6 +114,37 @@ fn ceil_with_slack(ratio: f64) -> usize {
     (ratio - COMMENSURATE * ratio.max(1.0)).ceil().max(0.0) as usize
 }
 
+/// One micro step inside a macro step. All times come from integers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MicroStep {
+    /// j, from 0.
+    pub index: usize,
+    /// Number of micro steps in the macro step.
+    pub count: usize,
+    /// `δ`, s.
+    pub length: f64,
+    /// Absolute time at its start, `t_k + jδ`, s.
+    pub start: f64,
+    /// Time since the communication point at its start, `jδ`, s.
+    pub since_exchange: f64,
+}
+
+impl MicroStep {
+    /// Makes the micro step `index` of `count` in `step`.
+    #[inline]
+    pub fn new(step: MacroStep, index: usize, count: usize) -> Self {
+        let length = step.length / count as f64;
+        let since_exchange = index as f64 * length;
+        MicroStep { index, count, length, start: step.start + since_exchange, since_exchange }
+    }
+
+    /// Returns the absolute time at its middle, s.
+    #[inline]
+    pub fn middle(&self) -> f64 {
+        self.start + 0.5 * self.length
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

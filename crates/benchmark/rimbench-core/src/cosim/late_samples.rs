@@ -1,7 +1,7 @@
 //! What both sides know of each other where samples are late: the samples kept until they arrive, and what is made of them then.
 
-use super::communication_grid::MacroStep;
-use super::coupling_scheme::{CouplingScheme, MicroStep};
+use super::communication_grid::{MacroStep, MicroStep};
+use super::coupling_scheme::CouplingScheme;
 use super::delivery::{Delivery, ForceBridge, LateRule};
 use super::mass_learner::MassLearner;
 use super::output_history::OutputHistory;

@@ -1,6 +1,6 @@
 //! Outputs and inputs of the actuator in each micro step.
 
-use super::coupling_scheme::MicroStep;
+use super::communication_grid::MicroStep;
 use super::setup::Setup;
 use super::subsystem::Sides;
 use super::trajectory::Trajectory;

@@ -55,10 +55,10 @@ mod work;
 mod work_meter;
 
 pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
-pub use communication_grid::{CommunicationGrid, MacroStep, division};
+pub use communication_grid::{CommunicationGrid, MacroStep, MicroStep, division};
 pub use communication_point::CommunicationPoint;
 pub use contact_mechanics::{ContactMechanics, JointActuator, Sent};
-pub use coupling_scheme::{CouplingScheme, Forecast, InterfaceCorrelation, MicroStep, ModelEnd, Sample, SchemeReport};
+pub use coupling_scheme::{CouplingScheme, Forecast, InterfaceCorrelation, ModelEnd, Sample, SchemeReport};
 pub use delivery::{Channel, Delivery, ForceBridge, LateRule, MOST_LATE};
 pub use energy_account::{EnergyAccount, EnergyAudit};
 pub use exchange_data::ExchangeData;

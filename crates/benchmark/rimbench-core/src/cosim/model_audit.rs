@@ -13,8 +13,8 @@
 //! # Source
 //! `docs/method/no-heavier-than-the-mechanics.md`.
 
-use super::communication_grid::MacroStep;
-use super::coupling_scheme::{CouplingScheme, MicroStep};
+use super::communication_grid::{MacroStep, MicroStep};
+use super::coupling_scheme::CouplingScheme;
 use super::output_history::OutputHistory;
 use crate::interface_model::{
     Condensation, IndependentRows, ReducedInterfaceModel, Redundancy, condense, smallest_eigenvalue,

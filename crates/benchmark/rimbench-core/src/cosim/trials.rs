@@ -1,7 +1,6 @@
 //! Steps of the mechanics that are tried while the actuator steps: what it would answer to a force over the macro step.
 
-use super::communication_grid::MacroStep;
-use super::coupling_scheme::MicroStep;
+use super::communication_grid::{MacroStep, MicroStep};
 use super::subsystem::{Subsystem, SubsystemCounters};
 use crate::error::{Error, Failure, Result};
 use std::fmt;

@@ -1,8 +1,8 @@
 //! How both sides cover a macro step, and with how many steps of their own.
 
 use super::CoupledPair;
-use crate::cosim::communication_grid::MacroStep;
-use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
+use crate::cosim::communication_grid::{MacroStep, MicroStep};
+use crate::cosim::coupling_scheme::CouplingScheme;
 use crate::cosim::exchange_data::{NO_OUTPUT_RATES, NO_PIECES};
 use crate::cosim::force_return::{ForceReturn, Sequence};
 use crate::cosim::interface_work::InterfaceWork;
