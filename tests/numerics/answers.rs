@@ -108,7 +108,7 @@ fn noise_on_what_is_read_costs_little_where_it_is_told() {
         let mut system = usual_system(&spec.case);
         let inner = std::mem::replace(&mut system.sides.mechanics, usual_system(&spec.case).sides.mechanics);
         system.sides.mechanics = Box::new(Noisy { inner, deviation, state: 7, copies: Default::default() });
-        let mut coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), None).unwrap();
+        let coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), None).unwrap();
         let grid = CommunicationGrid::new(h, 1.0, spec.duration).unwrap();
         let mut setup = Setup::new(grid, spec.micro_step, spec.sequence, spec.force_return);
         setup.exchange.trials = spec.trials;
