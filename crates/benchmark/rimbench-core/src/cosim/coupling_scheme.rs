@@ -120,7 +120,7 @@ pub trait CouplingScheme: Send {
     ///
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
-    fn ask(&mut self, _at: MicroStep, _own: &[f64], _mechanics: &mut Trials<'_>) -> Result<(), Failure> {
+    fn ask(&mut self, _at: MicroStep, _own: &[f64], _mechanics: &mut dyn Trials) -> Result<(), Failure> {
         Ok(())
     }
 

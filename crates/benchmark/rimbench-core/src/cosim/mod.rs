@@ -50,6 +50,7 @@ mod step_size_control;
 mod subsystem;
 mod trajectory;
 mod transmission_lines;
+mod trial_steps;
 mod trials;
 mod work;
 mod work_meter;

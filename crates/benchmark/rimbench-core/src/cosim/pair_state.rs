@@ -14,7 +14,7 @@ use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::subsystem::Sides;
 use super::trajectory::Trajectory;
-use super::trials::TrialRoom;
+use super::trial_steps::TrialRoom;
 use super::work::CosimCounters;
 use super::work_meter::WorkMeter;
 

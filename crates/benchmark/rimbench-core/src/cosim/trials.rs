@@ -1,7 +1,5 @@
 //! Steps of the mechanics that are tried while the actuator steps: what it would answer to a force over the macro step.
 
-use super::communication_grid::{MacroStep, MicroStep};
-use super::subsystem::{Subsystem, SubsystemCounters};
 use crate::error::{Error, Failure, Result};
 use std::fmt;
 use std::str::FromStr;
@@ -84,79 +82,27 @@ pub struct TrialReport {
     pub miss: [f64; 2],
 }
 
-/// Room for trials, and their work.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct TrialRoom {
-    pub(crate) work: SubsystemCounters,
-    taken: usize,
-    motion: Vec<f64>,
-}
-
 /// The mechanics as it stands at the communication point, for steps that are tried on copies of it.
-pub struct Trials<'a> {
-    mechanics: &'a dyn Subsystem,
-    step: MacroStep,
-    own_steps: usize,
-    room: &'a mut TrialRoom,
-    /// How they are used.
-    pub settings: TrialSettings,
-}
-
-impl<'a> Trials<'a> {
-    /// Lends a mechanics that has not begun `step`, which it will take in so many steps of its own.
-    pub(crate) fn new(
-        mechanics: &'a dyn Subsystem,
-        (step, own_steps): (MacroStep, usize),
-        room: &'a mut TrialRoom,
-        settings: TrialSettings,
-    ) -> Self {
-        room.taken = 0;
-        Trials { mechanics, step, own_steps, room, settings }
-    }
-
+pub trait Trials {
     /// Returns the length of the macro step, s.
-    pub fn length(&self) -> f64 {
-        self.step.length
-    }
+    fn length(&self) -> f64;
 
     /// Counts the trials of this macro step.
-    pub fn taken(&self) -> usize {
-        self.room.taken
-    }
+    fn taken(&self) -> usize;
+
+    /// Returns how they are used.
+    fn settings(&self) -> TrialSettings;
 
     /// Tells whether there may be so many more in this macro step.
-    pub fn has_left(&self, more: usize) -> bool {
-        self.room.taken + more <= self.settings.most
+    fn has_left(&self, more: usize) -> bool {
+        self.taken() + more <= self.settings().most
     }
 
     /// Writes the velocities of the interface at the end of the macro step to `w`, m/s, if `force` (N) acts during all of it.
     ///
     /// # Errors
     /// That of copying the mechanics, and that of its step, with the force.
-    pub fn velocity_under(&mut self, force: &[f64], w: &mut [f64]) -> Result<(), Failure> {
-        let TrialRoom { work, taken, motion } = &mut *self.room;
-        motion.resize(self.mechanics.ports().outputs.len(), 0.0);
-        let before = self.mechanics.counters();
-        let mut copy = self.mechanics.try_clone()?;
-        *taken += 1;
-        let mut cover = || {
-            for index in 0..self.own_steps {
-                let at = MicroStep::new(self.step, index, self.own_steps);
-                copy.step(at.start, force, at.length)?;
-            }
-            copy.outputs(force, motion)
-        };
-        let covered = cover();
-        work.add(&copy.counters().since(&before));
-        covered.map_err(|failure| {
-            Failure::reported(format!(
-                "a trial step of the mechanics from {} s under {force:?} N failed: {failure}",
-                self.step.start
-            ))
-        })?;
-        w.copy_from_slice(&motion[motion.len() - w.len()..]);
-        Ok(())
-    }
+    fn velocity_under(&mut self, force: &[f64], w: &mut [f64]) -> Result<(), Failure>;
 }
 
 #[cfg(test)]

@@ -77,7 +77,7 @@ impl Tangent {
     }
 
     /// Fills it for a force `mean + offset`, whose end velocity is known, by changes of each force both ways.
-    fn take(&mut self, from: &Start<'_>, end: &[f64], room: &mut Room, trials: &mut Trials<'_>) -> Result<(), Failure> {
+    fn take(&mut self, from: &Start<'_>, end: &[f64], room: &mut Room, trials: &mut dyn Trials) -> Result<(), Failure> {
         let (n, length) = (self.offset.len(), trials.length());
         for (rate, (end, w)) in self.rate.iter_mut().zip(end.iter().zip(from.w)) {
             *rate = (end - w) / length;
@@ -85,7 +85,7 @@ impl Tangent {
         let Room { force, plus, minus, .. } = room;
         for column in 0..n {
             let own = from.mean[column] + self.offset[column];
-            let noisy = if trials.settings.noise > 0.0 { from.range } else { 0.0 };
+            let noisy = if trials.settings().noise > 0.0 { from.range } else { 0.0 };
             let change = (CHANGE * own.abs()).max(1.0).max(noisy);
             for (sign, end) in [(1.0, &mut *plus), (-1.0, &mut *minus)] {
                 force
@@ -200,8 +200,8 @@ impl Answers {
     }
 
     /// Takes the first tangent of a macro step.
-    fn begin(&mut self, trials: &mut Trials<'_>) -> Result<(), Failure> {
-        let TrialSettings { range, noise, .. } = trials.settings;
+    fn begin(&mut self, trials: &mut dyn Trials) -> Result<(), Failure> {
+        let TrialSettings { range, noise, .. } = trials.settings();
         self.floor = FLOOR.max(NOISE * noise);
         self.largest = self.largest.max(norm(&self.mean));
         self.fastest = self.fastest.max(most(self.start.iter().copied()));
@@ -219,7 +219,7 @@ impl Answers {
     }
 
     /// Tries the force of `room.offset`, which is not trusted, and takes a second tangent there if the answer is not as foreseen.
-    fn try_there(&mut self, own: &[f64], distance: f64, trials: &mut Trials<'_>) -> Result<(), Failure> {
+    fn try_there(&mut self, own: &[f64], distance: f64, trials: &mut dyn Trials) -> Result<(), Failure> {
         let n = own.len();
         if !trials.has_left(1) {
             self.cut();
@@ -231,7 +231,7 @@ impl Answers {
         let foreseen = |row: usize| self.start[row] + trials.length() * tangent.at(row, &self.room.offset);
         let miss = most((0..n).map(|row| foreseen(row) - end[row]));
         let moved = most((0..n).map(|row| end[row] - self.start[row]));
-        let as_foreseen = miss <= trials.settings.tolerance * moved + self.floor;
+        let as_foreseen = miss <= trials.settings().tolerance * moved + self.floor;
         let done = tried.and_then(|()| {
             if as_foreseen {
                 self.trusted = 2.0 * distance;
@@ -258,7 +258,7 @@ impl Answers {
     /// ```text
     /// R_0(s u) = R_1(s u)      (H_1 − H_0) u s = r_0 − H_0 o_0 − r_1 + H_1 o_1      by the row that differs most
     /// ```
-    fn take_second(&mut self, distance: f64, end: &[f64], trials: &mut Trials<'_>) -> Result<(), Failure> {
+    fn take_second(&mut self, distance: f64, end: &[f64], trials: &mut dyn Trials) -> Result<(), Failure> {
         let n = end.len();
         let Some(mut second) = self.second.take().or_else(|| self.spare.take()) else { return Ok(()) };
         second.offset.copy_from_slice(&self.room.offset);
@@ -268,7 +268,7 @@ impl Answers {
         let from = Start {
             w: &self.start,
             mean: &self.mean,
-            range: (trials.settings.range * self.largest).max(1.0),
+            range: (trials.settings().range * self.largest).max(1.0),
             fastest: self.fastest,
         };
         second.take(&from, end, &mut self.room, trials)?;
@@ -324,7 +324,7 @@ impl CouplingScheme for Answers {
         Ok(())
     }
 
-    fn ask(&mut self, at: MicroStep, own: &[f64], trials: &mut Trials<'_>) -> Result<(), Failure> {
+    fn ask(&mut self, at: MicroStep, own: &[f64], trials: &mut dyn Trials) -> Result<(), Failure> {
         if at.index == 0 {
             self.begin(trials)?;
         }

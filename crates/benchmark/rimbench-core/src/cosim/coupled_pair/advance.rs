@@ -12,7 +12,7 @@ use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
 use crate::cosim::step_size_control::MacroInterval;
 use crate::cosim::subsystem::Subsystem;
-use crate::cosim::trials::Trials;
+use crate::cosim::trial_steps::TrialSteps;
 use crate::error::{Cause, Failure};
 
 impl CoupledPair<'_> {
@@ -87,7 +87,7 @@ impl CoupledPair<'_> {
         let PairState { own, u, history, work_sent, end, rates, inside, late, trials, learner, .. } = &mut *self.state;
         let covered = (step, self.setup.own_mechanics_steps(step));
         let mut trials =
-            trials.as_mut().map(|room| Trials::new(&*self.sides.mechanics, covered, room, self.setup.trials));
+            trials.as_mut().map(|room| TrialSteps::new(&*self.sides.mechanics, covered, room, self.setup.trials));
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         history.clear();
