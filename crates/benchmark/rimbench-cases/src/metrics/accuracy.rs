@@ -3,8 +3,8 @@
 //! An interface of several rows is as accurate as its worst row: each metric is taken row by row, and the largest magnitude
 //! counts. A sum over rows would hide one bad row behind many good ones.
 
-use super::evidence::{Evidence, InterfaceRow, metrics};
-use super::sums::OfInterface;
+use super::evidence::{Evidence, metrics};
+use super::sums::{InterfaceRow, OfInterface};
 
 metrics! {
     FORCE_ERROR_RMS: "force_error_rms_n" in "N" above super::FORCE_FLOOR,

@@ -26,21 +26,6 @@ pub struct Evidence<'a> {
     pub predicted_growth: Option<f64>,
 }
 
-/// One row of the interface in run and reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InterfaceRow {
-    /// Column of the position.
-    pub position: usize,
-    /// Column of the velocity.
-    pub velocity: usize,
-    /// Column of the force.
-    pub force: usize,
-    /// Largest magnitude of the force in the whole reference, N; none where there is no force to speak of.
-    pub reference_force_peak: Option<f64>,
-    /// The same of the reference's touch-downs, N; none where there are none.
-    pub reference_touch_down_peak: Option<f64>,
-}
-
 /// One metric by name.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric {

@@ -1,6 +1,5 @@
 //! Impulses over windows of fixed length: what an impact leaves behind, however its force is spread in time.
 
-use super::evidence::metrics;
 use std::collections::VecDeque;
 
 /// Length of the windows, s. *Ours*.
@@ -11,25 +10,13 @@ pub(crate) fn impulse_column(force: &str) -> String {
     format!("{force}_impulse_n_s")
 }
 
-metrics! {
-    /// ```text
-    /// e = max over windows [a, b] of |Σ λ_received Δt − ∫ λ_ref dt|        b: first communication point with b − a ≥ 20 ms
-    /// ```
-    /// The force that the mechanics receives is a mean over each macro step, so its impulse is exact.
-    IMPULSE_ERROR: "impulse_error_20ms_n_s" in "N s",
-    "Largest difference, over windows of 20 ms, of the impulse that the mechanics received from the reference's"
-    => |evidence| {
-        evidence.sums.interface.iter().filter_map(|row| row.impulse.as_ref()?.worst).reduce(f64::max)
-    };
-}
-
 /// Columns of the forces that the mechanics receives, of the first two rows of the interface.
 pub(super) const RECEIVED: [&str; 2] = ["force_to_mechanics_n", "force_2_to_mechanics_n"];
 
 /// The largest error so far, and the lags within the last window.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ImpulseError {
-    worst: Option<f64>,
+    pub(super) worst: Option<f64>,
     delivered: f64,
     last: Option<f64>,
     /// Times and lags, from the latest that is a window away.

@@ -8,6 +8,18 @@ use super::accuracy::worst;
 use super::evidence::metrics;
 
 metrics! {
+    /// ```text
+    /// e = max over windows [a, b] of |Σ λ_received Δt − ∫ λ_ref dt|        b: first communication point with b − a ≥ 20 ms
+    /// ```
+    /// The force that the mechanics receives is a mean over each macro step, so its impulse is exact.
+    IMPULSE_ERROR: "impulse_error_20ms_n_s" in "N s",
+    "Largest difference, over windows of 20 ms, of the impulse that the mechanics received from the reference's"
+    => |evidence| {
+        evidence.sums.interface.iter().filter_map(|row| row.impulse.as_ref()?.worst).reduce(f64::max)
+    };
+}
+
+metrics! {
     FORCE_ERROR_INSIDE: "force_error_inside_rms_n" in "N" above super::FORCE_FLOOR,
     "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's"
     => |evidence| worst(evidence, |_, sums| sums.inside[0].rms());

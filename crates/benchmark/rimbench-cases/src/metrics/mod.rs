@@ -26,12 +26,12 @@ pub use contact::STAYS_DOWN_M;
 pub use contact_event::ContactEvent;
 pub use contact_phase::{ContactInterval, ContactIntervals, contact_intervals};
 pub(crate) use event::touch_downs;
-pub use evidence::{Evidence, InterfaceRow, Metric, Only};
+pub use evidence::{Evidence, Metric, Only};
 pub(crate) use friction_phase::is_state;
 pub use friction_phase::{FrictionPhase, FrictionPhases, friction_phases};
 pub(crate) use impulse::impulse_column;
 use rimbench_statistics::Floor;
-pub use sums::{Columns, Sums};
+pub use sums::{Columns, InterfaceRow, Sums};
 
 /// The rms uncertainty of the reference's force: no error of force below it is known.
 const FORCE_FLOOR: Floor = Floor { uncertainty: "reference_force_uncertainty_n", in_unit: None };
@@ -49,7 +49,7 @@ pub const METRICS: &[Metric] = &[
     accuracy::FORCE_ERROR_OF_EVENT,
     accuracy::FORCE_ERROR_AFTER,
     inside::FORCE_ERROR_INSIDE,
-    impulse::IMPULSE_ERROR,
+    inside::IMPULSE_ERROR,
     accuracy::FORCE_PEAK,
     accuracy::TOUCH_DOWN_PEAK_RATIO,
     accuracy::TOUCH_DOWN_SHOWN,

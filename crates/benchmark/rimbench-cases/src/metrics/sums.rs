@@ -1,7 +1,6 @@
 //! What is kept of the rows of a run: sums, extremes and events, block by block. A run may have more rows than there is memory.
 
 use super::contact_phase::{CHATTER, CLOSES_AT, ContactIntervals};
-use super::evidence::InterfaceRow;
 use super::friction_phase::FrictionPhases;
 use super::impulse::{ImpulseError, RECEIVED, impulse_column};
 use rimbench_core::cosim::{MechanicsSteps, Trajectory};
@@ -13,6 +12,21 @@ const CLOSED_IN_REFERENCE: f64 = 1e-6;
 
 /// From here on what was wrong at the start may have been learned, s.
 const SETTLED_S: f64 = 1.0;
+
+/// One row of the interface in run and reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InterfaceRow {
+    /// Column of the position.
+    pub position: usize,
+    /// Column of the velocity.
+    pub velocity: usize,
+    /// Column of the force.
+    pub force: usize,
+    /// Largest magnitude of the force in the whole reference, N; none where there is no force to speak of.
+    pub reference_force_peak: Option<f64>,
+    /// The same of the reference's touch-downs, N; none where there are none.
+    pub reference_touch_down_peak: Option<f64>,
+}
 
 /// Which columns are which, and what of the case the sums depend on.
 #[derive(Debug, Clone, Default)]

@@ -181,7 +181,12 @@ fn what_is_wrong_in_a_list_is_named_with_line_key_and_what_is_valid() {
         ("\"ms\"", "\"ft\"", 5, "across: unit: unknown unit `ft`"),
         ("fold = \"sum\"", "fold = \"mean\"", 14, "`sum`, `max`, `min`"),
         (".claims]", ".claim]", 8, "unknown variant `claim`, expected one of `grid`, `list`, `claims`"),
-        ("above = 1", "over = 1", 21, "only: from: unknown field `over`, expected one of `not`, `among`, `below`, `above`"),
+        (
+            "above = 1",
+            "over = 1",
+            21,
+            "only: from: unknown field `over`, expected one of `not`, `among`, `below`, `above`",
+        ),
         (
             "label = \"a\"",
             "label = true",
