@@ -3,7 +3,7 @@
 use super::findings::{Costs, Findings, Latency};
 use super::predicted_growth::predicted_growth;
 use super::reference::{GAP, Reference};
-use super::simulation::RunResult;
+use super::run_result::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ExactSolution, InterfaceColumns, ReferenceMethod};
 use crate::metrics::{Columns, Evidence, InterfaceRow, METRICS, Metric, Only, Sums, is_state};

@@ -2,6 +2,7 @@
 
 use super::evaluation::{BLOCK, EvaluatedRun, Judge};
 use super::reference::Reference;
+use super::run_result::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
@@ -15,19 +16,6 @@ use std::time::Duration;
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
 /// machine has.
 pub type Clock = fn() -> Duration;
-
-/// What comes of a run.
-#[derive(Debug, Clone)]
-pub struct RunResult {
-    /// How it ended, and all that was counted.
-    pub report: Report,
-    /// One row per communication point.
-    pub trajectory: Trajectory,
-    /// What the coupling lost (> 0) or created (< 0) up to each communication point, J; empty where it is not counted.
-    pub interface_residual: Vec<f64>,
-    /// Wall time of the macro loop; zero without a clock.
-    pub wall: Duration,
-}
 
 /// A run with both sides built.
 pub struct PreparedRun<'a> {
