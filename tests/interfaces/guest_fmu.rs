@@ -169,7 +169,7 @@ fn a_smooth_model_comes_from_derivatives_else_from_probing_else_not_at_all() {
     // Contacts within are not contacts that open; there is nothing to choose from, and nobody who looks ahead.
     for (arguments, words) in [
         (&["--scheme", "rim-nonsmooth"] as &[&str], "is a smooth one, whose contacts neither open nor close"),
-        (&["--scheme", "rim-smooth", "--contact-detection", "mechanics-law"], "contact_detection = mechanics-law: "),
+        (&["--scheme", "rim-smooth", "--contact-detection", "margin:1e-3"], "contact_detection = margin:1e-3: "),
         (&["--scheme", "rim-smooth", "--model-motion", "piecewise"], "model_motion = piecewise: "),
     ] {
         let (said, _, _) = run(&made(STATE), arguments);
