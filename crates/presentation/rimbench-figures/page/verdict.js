@@ -35,7 +35,7 @@ const verdict = (() => {
     const counts_as = facts.get("outcome_class");
     if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
       const why = facts.get("error") ?? facts.get("reason") ?? "", begun = run.rows > 1;
-      const words = begun ? "no answer" : "not run here";
+      const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : /delivery/.test(why) ? "not run: takes no late samples" : "not run here";
       return (run.verdict = { none: true, failed: false, when: null, state: "fails", sign: "–", numbers: "", words, why });
     }
     const failed = counts_as === "failed";
@@ -46,8 +46,8 @@ const verdict = (() => {
     const opened = Number(facts.get("lift_off_height_m") ?? 0);
     const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > stays_down_m ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
-    // Why a run failed is said by the program, which knows its own limits.
-    const parts = (failed ? [moved, facts.get("reason") || facts.get("outcome").replaceAll("-", " ")] : [moved || stays, of_force]).filter(Boolean);
+    // How a run failed is said by the program, which knows its own limits, and why in the hint.
+    const parts = (failed ? [moved, facts.get("outcome").replaceAll("-", " ")] : [moved || stays, of_force]).filter(Boolean);
     // The error over the whole run, and what it hides: the peak of the touch-down, or of the run where nothing touches down.
     const peaks = Number.isFinite(touch) ? touch : ratio, percent = Math.round(100 * Math.abs(peaks - 1));
     const rms = `error ${digits(100 * error)}\u00a0%\u00a0rms`, high = peaks > 1 ? "high" : "low", height = peaks > 2 ? `${digits(peaks)}×` : `${percent}\u00a0% too ${high}`;
