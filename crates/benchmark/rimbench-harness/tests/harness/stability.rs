@@ -93,9 +93,9 @@ fn a_search_that_is_asked_to_stop_does() {
 fn a_limit_holds_for_every_kind_of_reference() {
     let folder = tempfile::tempdir().unwrap();
     for (case, set) in [
-        ("bouncing-ball", Some(("base_position_m", "-1e300"))),
-        ("impact-oscillator", Some(("base_position_m", "1e300"))),
-        ("slider-between-stops", Some(("base_position_m", "1e300"))),
+        ("bouncing-ball", Some(("gravity_m_s2", "1e30"))),
+        ("impact-oscillator", Some(("base_position_m", "1e9"))),
+        ("slider-between-stops", Some(("base_position_m", "1e9"))),
         ("linear-oscillator", None),
         ("towed-block", None),
         ("falling-chain", None),
@@ -105,9 +105,8 @@ fn a_limit_holds_for_every_kind_of_reference() {
         let mut spec = request.resolve(&Catalogue::standard()).unwrap();
         spec = spec.with(|own| own.wall_limit = Some(Duration::from_nanos(1))).unwrap();
         let found = obtain_reference(&spec, &Cache::in_folder(folder.path()), StopFlag::never());
-        // One that is there before the watchdog has looked is as good; on the slider the closed form is none at its first point.
-        let is_none = case == "slider-between-stops" && matches!(found, Err(Error::Incompatible(_)));
-        let quick = found.is_ok() && set.is_none() || is_none;
+        // One that is there before the watchdog has looked is as good; with these settings a closed form takes seconds.
+        let quick = found.is_ok() && set.is_none();
         assert!(quick || matches!(found, Err(Error::Overdue { .. })), "{case}: {found:?}");
     }
 }
