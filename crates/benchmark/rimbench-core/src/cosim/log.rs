@@ -30,7 +30,7 @@ impl Log {
         let macro_steps = setup.expected_macro_steps();
         let by_defect = setup.step_rule.is_some_and(|rule| rule.control.by_defect());
         Log {
-            stopwatch: Stopwatch::new(timer, macro_steps),
+            stopwatch: Stopwatch::new(timer),
             model_defect: Vec::with_capacity(if by_defect { macro_steps } else { 0 }),
         }
     }
@@ -79,7 +79,7 @@ impl Log {
             scheme: pair.scheme.report(),
             model_defect: self.model_defect,
             learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
-            latencies_s: self.stopwatch.latencies,
+            latencies: self.stopwatch.latencies,
             inside: pair.state.inside.take(),
         }
     }
