@@ -36,6 +36,11 @@ impl Latencies {
         (!self.nanoseconds.is_empty()).then(|| value.as_secs_f64())
     }
 
+    /// Counts them.
+    pub fn count(&self) -> u64 {
+        self.nanoseconds.len()
+    }
+
     /// Returns the longest, s.
     pub fn longest_s(&self) -> f64 {
         self.longest.as_secs_f64()
