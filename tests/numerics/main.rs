@@ -64,4 +64,5 @@ mod second_order;
 mod space;
 mod step_control;
 mod stiff_forces;
+mod tosses;
 mod wedge_box;
