@@ -19,6 +19,7 @@ mod event_driven;
 mod falling_chain;
 mod gripper;
 mod half_car;
+mod hardware_contact;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod hydraulics;
@@ -108,6 +109,7 @@ pub fn standard_cases() -> Vec<Case> {
         stops::impact_oscillator().scaled(0.28, 3.4, 27.0).shown_at(12.5),
         cradle::entry().scaled(0.1, 0.52, 0.2).shown_at(20.0),
         stops::slider().scaled(0.1, 2.3, 55.0).shown_at(40.0),
+        hardware_contact::entry().scaled(0.07, 0.1, 240.0).shown_at(40.0),
         rocking_block::entry().scaled(1.9, 0.1, 4100.0).shown_at(1.25),
         beam_on_stops::entry().scaled(0.044, 0.46, 84.0).shown_at(6.0),
         wedge_boxes::n_wedge_box().scaled(3.2, 0.28, 990.0).shown_at(2.0),
