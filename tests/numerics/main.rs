@@ -28,6 +28,7 @@ mod friction_mechanics;
 mod friction_mechanisms;
 mod friction_of_others;
 mod golden;
+mod hardware;
 mod hydraulic_line;
 mod impact;
 mod large_cases;
