@@ -239,7 +239,8 @@ fn a_mass_that_friction_holds_between_stops_is_moved_as_an_independent_trial_has
     let median = |trials: &str| {
         let spec = |phase: f64| {
             let mut request = RunRequest::of("mass-between-stops", SCHEME);
-            [("trials", trials), ("phase", &phase.to_string())].map(|(key, value)| request.put(key, value).unwrap());
+            request.put("trials", trials).unwrap();
+            request.put("phase", &phase.to_string()).unwrap();
             request.resolve(&own).unwrap()
         };
         let reference = coarse_reference(&spec(1.0));
