@@ -124,6 +124,6 @@ fn measured_tosses_of_a_cube_must_be_met_with_the_published_friction_and_not_wit
     for (friction, least) in [(0.02, 0.5), (0.12, 2.0 * position), (0.25, 2.0 * position), (1.0, 0.5)] {
         let errors: Vec<_> = tosses.iter().filter_map(|toss| toss.errors(friction)).collect();
         let other = median(&errors, 0);
-        assert!(10 * errors.len() >= 8 * tosses.len() && other >= least, "friction {friction}: {other}; {found}");
+        assert!(10 * errors.len() >= 6 * tosses.len() && other >= least, "friction {friction}: {other}; {found}");
     }
 }
