@@ -86,6 +86,17 @@ def test_gaps_and_their_rates_are_those_of_the_motion():
     np.testing.assert_allclose((then["w"] - model["w"]) / h, model["a"], rtol=0, atol=1e-3)
 
 
+def test_contacts_are_found_as_far_as_they_reach():
+    balls = "".join(f'<geom name="{name}" type="sphere" size="0.1" pos="{x} 0 0.16" mass="1"/>' for name, x in (("a", 0), ("b", 1)))
+    text = f"""<mujoco><default><geom condim="1"/></default><worldbody><geom name="floor" type="plane" size="9 9 1"/>
+      <geom name="step" type="box" size="1 1 1" pos="1 0 -0.98"/><geom name="wall" type="box" size="1 1 1" pos="-1.15 0 0.5"/>
+      <body><joint name="z" type="slide" axis="0 0 1"/><joint name="x" type="slide" axis="1 0 0"/>{balls}</body></worldbody></mujoco>"""
+    pairs = [("a", "floor"), ("b", "floor"), ("b", "step"), ("a", "wall")]
+    model = Mechanics(text, [("joint", "z")], contacts=pairs).interface_model(1e-3)
+    np.testing.assert_allclose(model["gap"], [0.06, 0.06, 0.04, 0.05], rtol=0, atol=1e-12)
+    assert Mechanics(text, [("joint", "z")], contacts=pairs, reach=0.045).interface_model(1e-3)["gap"].tolist()[:2] == [1.0, 1.0]
+
+
 def test_an_equality_is_eliminated():
     free, held = side(ROWS[4], moving=False), side(ROWS[4], moving=False, held="true")
     held.data.qpos[made_at(held, "elbow")] = 0.1
@@ -125,9 +136,9 @@ XML = """<mujoco><option timestep="1e-3"/><default><geom condim="1" solref="0.00
 SPRING = {"stiffness_n_m": 1e6, "damping_n_s_m": 1e3, "depth_m": 0.021}
 
 
-def hopping(**how):
+def hopping(text=XML, **how):
     def mechanics(parameters):
-        return Mechanics(XML, [("joint", "z")], **how)
+        return Mechanics(text, [("joint", "z")], **how)
 
     return rimbench.Case(
         "hopping", mechanics=mechanics, actuator=Spring, interface=[("z_m", "z_m_s", "force_n")],
@@ -147,11 +158,17 @@ def test_a_contact_that_opens_and_closes_is_foreseen(scheme):
         assert run["z_m"].min() < -0.0195
 
 
-def test_a_side_without_a_model_says_why_and_is_asked():
-    case = hopping()
-    refused = rimbench.simulate(case, "rim-nonsmooth-gap")
-    assert refused.outcome == "skipped" and "contacts lists none" in refused.reason
-    assert rimbench.simulate(case, "rim-answers").completed
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        (lambda: hopping(), "contacts lists none"),
+        (lambda: hopping(XML.replace('condim="1"', ""), contacts=[("ball", "floor")]), "`floor` and `ball` have friction (condim 3)"),
+    ],
+)
+def test_a_side_without_a_model_says_why_and_is_asked(case, words):
+    refused = rimbench.simulate(case(), "rim-nonsmooth-gap")
+    assert refused.outcome == "skipped" and words in refused.reason
+    assert rimbench.simulate(case(), "rim-answers").completed
 
 
 @pytest.mark.parametrize(
@@ -167,10 +184,12 @@ def test_what_the_exact_model_has_not_is_refused_by_name_and_steps_all_the_same(
     assert made.interface_model is None and words in made.no_interface_model
     assert "rim-answers" in made.no_interface_model
     made.step(0.0, (10.0,), 1e-3)
+    nothing_touches = Mechanics(floor(condim=3).replace("solref", 'contype="0" solref'), [("joint", "z")])
+    assert nothing_touches.no_interface_model is None
 
 
 def test_a_contact_beside_those_that_are_listed_is_a_reason():
-    made = side([("tendon", "rope")], contacts=[("arm", "floor")], height=0.49)
+    made = side([("tendon", "rope")], contacts=[], height=0.49)
     with pytest.raises(rimbench.RimbenchError, match="`floor` and `box`.*contacts does not list them"):
         made.interface_model(1e-3)
 
@@ -187,6 +206,7 @@ def test_a_contact_beside_those_that_are_listed_is_a_reason():
         (lambda: side([("muscle", "x")]), "valid: .*tendon"),
         (lambda: side([]), "interface is empty"),
         (lambda: side([("joint", "z")], contacts=[("box", "flor")]), "no geom `flor`; did you mean `floor`"),
+        (lambda: side([("joint", "z")], contacts=[("arm", "floor")]), "`arm` and `floor` of contacts never touch"),
         (lambda: Mechanics(floor().replace("1e-3", '1e-3" integrator="RK4'), [("joint", "z")]), "RK4"),
         (lambda: Mechanics("<mujoco><nothing/></mujoco>", [("joint", "z")]), "cannot be read"),
         (lambda: Mechanics("nowhere.xml", [("joint", "z")]), "cannot be read"),

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _native
+from . import _native, mujoco
 from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ __all__ = [
     "cases",
     "limit",
     "metrics",
+    "mujoco",
     "open_case",
     "run",
     "schemes",

@@ -119,6 +119,9 @@ class Mechanics:
         self._pairs: dict[tuple[int, int], int] = {}
         for pair in contacts or ():
             one, other = (_find(self.model, "geom", name) for name in pair)
+            masks = zip(self.model.geom_contype[[one, other]], self.model.geom_conaffinity[[other, one]])
+            if not self._given(one, other) and not any(kind & with_kind for kind, with_kind in masks):
+                raise RimbenchError(f"geoms `{pair[0]}` and `{pair[1]}` of contacts never touch; valid: contype and conaffinity that meet")
             kinds = tuple(engine.mjtGeom(kind).name[7:] for kind in sorted(self.model.geom_type[[one, other]]))
             is_round = {"SPHERE", "ELLIPSOID"} & set(kinds)
             self._pairs[min(one, other), max(one, other)] = 1 if is_round else MOST.get(kinds, OTHERS)
@@ -213,6 +216,11 @@ class Mechanics:
         both = ((1.0, low + margin, at, of) for at, of, (low, _), margin in ends), ((-1.0, high - margin, at, of) for at, of, (_, high), margin in ends)
         return [end for side in both for end in side]
 
+    def _given(self, one: int, other: int) -> list[int]:
+        """Numbers of the model's own pairs of these geoms."""
+        ends = zip(self.model.pair_geom1, self.model.pair_geom2)
+        return [pair for pair, both in enumerate(ends) if {one, other} == set(both)]
+
     def _refused(self, are_listed: bool) -> str | None:
         """Why there is no exact interface model, if there is none."""
         engine, model = _engine(), self.model
@@ -223,8 +231,7 @@ class Mechanics:
             return f"geoms of the MuJoCo model may touch, and contacts lists none; valid: contacts=[(geom, geom), ...]; {remains}"
         for one, other in self._pairs:
             names = f"`{model.geom(one).name}` and `{model.geom(other).name}`"
-            given = [pair for pair in range(model.npair) if {one, other} == {model.pair_geom1[pair], model.pair_geom2[pair]}]
-            if given:
+            if given := self._given(one, other):
                 dim, margin = model.pair_dim[given[0]], model.pair_margin[given[0]]
             else:
                 first, second = sorted((one, other), key=lambda geom: -model.geom_priority[geom])
@@ -365,6 +372,8 @@ class Mechanics:
             wide = copy.copy(self.model)
             wide.geom_margin[:] = self._reach
             wide.pair_margin[:] = self._reach
+            # Bounding volumes know nothing of margins.
+            wide.opt.disableflags |= engine.mjtDisableBit.mjDSBL_MIDPHASE
             self._wide[:] = [wide, engine.MjData(wide)]
         wide, data = self._wide
         engine.mj_setState(wide, data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
