@@ -73,7 +73,7 @@ def _seconds(key: str, value: Any) -> Any:
 
 def _source(maker: Any) -> str:
     """The file that says how a side is made, or its own text where it is in no file, as in a notebook."""
-    parts = vars(maker).values() if isinstance(maker, type) else (maker, getattr(maker, "func", None))
+    parts = vars(maker).values() if isinstance(maker, type) else (maker,)
     codes = (getattr(part, "__code__", None) for part in parts)
     for file in (Path(code.co_filename) for code in codes if code):
         if file.is_file():
