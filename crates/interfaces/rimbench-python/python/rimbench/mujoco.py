@@ -209,12 +209,12 @@ class Mechanics:
     def _limited(self) -> list[tuple[float, float, int, bool]]:
         """Limits of coordinates and tendons: sign, bound (m or rad), number, whether of a tendon."""
         model = self.model
-        joints = [joint for joint in range(model.njnt) if model.jnt_limited[joint] and model.jnt_type[joint] >= SLIDE]
-        tendons = [tendon for tendon in range(model.ntendon) if model.tendon_limited[tendon]]
-        ends = [(joint, False, model.jnt_range[joint], model.jnt_margin[joint]) for joint in joints]
-        ends += [(tendon, True, model.tendon_range[tendon], model.tendon_margin[tendon]) for tendon in tendons]
-        both = ((1.0, low + margin, at, of) for at, of, (low, _), margin in ends), ((-1.0, high - margin, at, of) for at, of, (_, high), margin in ends)
-        return [end for side in both for end in side]
+        joints = [at for at in range(model.njnt) if model.jnt_limited[at] and model.jnt_type[at] >= SLIDE]
+        tendons = [at for at in range(model.ntendon) if model.tendon_limited[at]]
+        ends = [(at, False, *model.jnt_range[at], model.jnt_margin[at]) for at in joints]
+        ends += [(at, True, *model.tendon_range[at], model.tendon_margin[at]) for at in tendons]
+        lower = [(1.0, low + margin, at, of_tendon) for at, of_tendon, low, _, margin in ends]
+        return lower + [(-1.0, high - margin, at, of_tendon) for at, of_tendon, _, high, margin in ends]
 
     def _given(self, one: int, other: int) -> list[int]:
         """Numbers of the model's own pairs of these geoms."""
