@@ -9,12 +9,11 @@ use super::screen::{Mood, command_row, headline, paragraph, row};
 use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, warn_of_cache, with_file};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::error::{Error, Result};
+use rimbench::error::Error;
 use rimbench::fmi::import::SideNotes;
 use rimbench::harness::{
     Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of, share_of_peak, steps_to_try,
 };
-use rimbench::runs::RunRequest;
 use serde_json::{Value, json};
 use std::process::ExitCode;
 

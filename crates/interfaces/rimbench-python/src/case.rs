@@ -223,16 +223,15 @@ impl PyCase {
     #[new]
     fn new(
         py: Python<'_>,
-        name_and_reference: (String, String),
+        name_reference_and_code: (String, String, (Option<String>, String)),
         like: Option<&str>,
         sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
         parameters: Option<&Bound<'_, PyDict>>,
         interface: Option<Vec<(String, String, String)>>,
         times_s: [Option<Bound<'_, PyAny>>; 4],
-        code: (Option<String>, String),
     ) -> PyResult<Self> {
+        let ((name, reference, code), (mechanics, actuator)) = (name_reference_and_code, sides);
         let code = code.0.ok_or(code.1);
-        let ((name, reference), (mechanics, actuator)) = (name_and_reference, sides);
         let keys = ["duration_s", "macro_step_s", "micro_step_s", "reference_step_s"];
         let mut times = [None; 4];
         for ((time, key), given) in times.iter_mut().zip(keys).zip(times_s) {

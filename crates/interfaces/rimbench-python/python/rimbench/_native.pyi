@@ -35,17 +35,16 @@ class CouplingScheme(Protocol):
         """The mean input of a side over a micro step; `own` is what that side puts out itself."""
 
 class Case:
-    """What `rimbench.Case` is made of: name and reference, the case it is like, both sides, and times (s)."""
+    """What `rimbench.Case` is made of: name, reference and hash of its code, the case it is like, both sides, and times (s)."""
 
     def __new__(
         cls,
-        name_and_reference: tuple[str, str],
+        name_reference_and_code: tuple[str, str, tuple[str | None, str]],
         like: str | None,
         sides: tuple[Callable[[dict[str, Any]], Subsystem] | None, Callable[[dict[str, Any]], Subsystem] | None],
         parameters: dict[str, float] | None,
         interface: Sequence[tuple[str, str, str]] | None,
         times_s: tuple[float | None, ...],
-        code: tuple[str | None, str],
         /,
     ) -> Self: ...
     @property
