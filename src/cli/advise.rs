@@ -9,13 +9,11 @@ use super::screen::{Mood, command_row, headline, paragraph, row};
 use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, warn_of_cache, with_file};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::error::{Error, Result};
+use rimbench::error::Error;
 use rimbench::fmi::import::SideNotes;
 use rimbench::harness::{
-    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, logarithmic_grid, longest_macro_step,
-    prices_of, shortest_macro_step,
+    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of, share_of_peak, steps_to_try,
 };
-use rimbench::runs::RunRequest;
 use serde_json::{Value, json};
 use std::process::ExitCode;
 
@@ -67,7 +65,7 @@ impl Advise {
             files += &file_option("--case-file", file.as_ref());
         }
         let catalogue = &*with_file(catalogue, &SideNotes::default(), &mut fixed.case)?;
-        let macro_steps = self.macro_steps(catalogue, &fixed)?;
+        let macro_steps = steps_to_try(catalogue, &fixed, [self.from, self.to], self.per_decade)?;
         let prices = match self.costs.as_deref() {
             None => prices_of(catalogue, &fixed)?,
             Some(&[e, m, u, l]) => [e, m, u, l],
@@ -82,7 +80,7 @@ impl Advise {
         let question = Question {
             catalogue,
             fixed: &fixed,
-            error: share(&self.error)?,
+            error: share_of_peak(&self.error)?,
             information,
             prices,
             macro_steps: &macro_steps,
@@ -105,33 +103,6 @@ impl Advise {
         }
         Ok(ExitCode::SUCCESS)
     }
-
-    /// Macro steps, evenly spread in logarithms, of as few digits as keep them apart.
-    fn macro_steps(&self, catalogue: &Catalogue, fixed: &RunRequest) -> Result<Vec<f64>> {
-        let usual = catalogue.case(fixed.case.as_deref().unwrap_or_default())?.defaults.duration_s;
-        let duration = fixed.duration_s.unwrap_or(usual);
-        let to = self.to.unwrap_or_else(|| longest_macro_step(duration));
-        if to > duration {
-            return Err(Error::invalid("to", to, format!("at most the duration, {duration} s")));
-        }
-        let from = self.from.unwrap_or_else(|| shortest_macro_step(to));
-        let digits = if self.per_decade <= 12 { 1 } else { 4 };
-        let short = |step: f64| format!("{step:.digits$e}").parse().unwrap_or(step).clamp(from, to);
-        let mut rounded: Vec<f64> = logarithmic_grid(from, to, self.per_decade)?.into_iter().map(short).collect();
-        rounded.dedup();
-        Ok(rounded)
-    }
-}
-
-/// Reads `1%` or `0.01`; a number without the sign is below 1, because `1` may mean either.
-fn share(text: &str) -> Result<f64> {
-    let (number, unit) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |number| (number.trim(), 0.01));
-    let number: Option<f64> = number.parse().ok().map(|number: f64| number * unit);
-    let most = if unit < 1.0 { 1.0 } else { 1.0_f64.next_down() };
-    number.filter(|share| *share > 0.0 && *share <= most).ok_or_else(|| {
-        let expected = "a share of the peak force above 0, as `1%` (at most `100%`) or as a number below 1, 0.01";
-        Error::invalid("error", text, expected)
-    })
 }
 
 fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> String) -> String {

@@ -28,7 +28,9 @@ mod spectral;
 mod stability;
 mod store;
 
-pub use advice::{Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of};
+pub use advice::{
+    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of, share_of_peak, steps_to_try,
+};
 pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{

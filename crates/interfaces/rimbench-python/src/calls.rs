@@ -16,11 +16,14 @@ use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::{Cause, Error, Result};
 use rimbench::fmi::import::read_case;
 use rimbench::harness::{
-    Cache, Experiment, Job, LimitSearch, Scan, StabilityPoint, Step, StopFlags, monotonic_clock, obtain_reference,
-    run_job_until, spectral_stability_limit, stability_limit,
+    Cache, Choice, Experiment, Information, Job, LimitSearch, Question, Scan, StabilityPoint, Step, StopFlags,
+    monotonic_clock, obtain_reference, prices_of, run_job_until, share_of_peak, spectral_stability_limit,
+    stability_limit, steps_to_try,
 };
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, Fact, FactValue, RunRequest, RunSpec, evaluate};
+use serde_json::json;
+use std::collections::BTreeMap;
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -61,7 +64,7 @@ impl Asked {
     /// sets.
     fn read(
         case: &Bound<'_, PyAny>,
-        scheme: &Bound<'_, PyAny>,
+        scheme: Option<&Bound<'_, PyAny>>,
         settings: &Bound<'_, PyDict>,
         own: &[&str],
     ) -> PyResult<Self> {
@@ -76,13 +79,13 @@ impl Asked {
         } else {
             asked.request.case = Some(text("case", case)?);
         }
-        if let Ok(scheme) = scheme.cast::<PyScheme>() {
+        if let Some(Ok(scheme)) = scheme.map(|scheme| scheme.cast::<PyScheme>()) {
             let made = scheme.get();
             asked.catalogue.add_scheme(made.entry.clone()).map_err(refused)?;
             asked.request.scheme = Some(made.entry.name.to_string());
             asked.of_python = true;
         } else {
-            asked.request.scheme = Some(text("scheme", scheme)?);
+            asked.request.scheme = scheme.map(|scheme| text("scheme", scheme)).transpose()?;
         }
         let known = asked.request.case.as_deref().unwrap_or_default();
         let parameters = &asked.catalogue.case(known).map_err(refused)?.parameters;
@@ -161,7 +164,7 @@ pub fn simulate<'py>(
     scheme: &Bound<'py, PyAny>,
     settings: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let asked = Asked::read(case, scheme, settings, &[])?;
+    let asked = Asked::read(case, Some(scheme), settings, &[])?;
     let cache = Cache::of_user();
     let ((spec, run), raised) = interruptible(py, asked.of_python, None, |stop, _| asked.simulate(stop, &cache))?;
     warn_if_not_kept(py, &cache)?;
@@ -208,7 +211,7 @@ pub fn limit<'py>(
     if !["run", "spectral"].contains(&method) {
         return Err(refused(Error::invalid("method", method, "run, spectral")));
     }
-    let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
+    let asked = Asked::read(case, Some(scheme), settings, &["macro_step_s", "phase"])?;
     let ((from, to), per_decade, phases, relative_tolerance) = scan;
     let time = |key: &str, value: Option<Bound<'py, PyAny>>| value.map(|value| number(key, &value)).transpose();
     let relative_tolerance = number("relative_tolerance", &relative_tolerance)?;
@@ -252,6 +255,67 @@ pub fn limit<'py>(
     Ok(result)
 }
 
+/// A search for the cheapest scheme and step: macro steps, phases, which information there may be, and prices.
+type Search<'py> = (Ends<'py>, usize, usize, (bool, bool, bool), Option<[f64; 4]>);
+
+/// The cheapest scheme and its macro step that keep within an error, as the text of a dictionary in JSON.
+#[pyfunction]
+pub fn advise(
+    py: Python<'_>,
+    case: &Bound<'_, PyAny>,
+    scheme: Option<&Bound<'_, PyAny>>,
+    error: &Bound<'_, PyAny>,
+    settings: &Bound<'_, PyDict>,
+    search: Search<'_>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
+    let ((from, to), per_decade, phases, (model, feedback, repetition), costs) = search;
+    let time = |key: &str, value: Option<Bound<'_, PyAny>>| value.map(|value| number(key, &value)).transpose();
+    let ends = [time("from_s", from)?, time("to_s", to)?];
+    let error = share_of_peak(&text("error", error)?).map_err(refused)?;
+    let cache = Cache::of_user();
+    let ((advice, prices), _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
+        let Asked { catalogue, request, .. } = &asked;
+        let macro_steps = steps_to_try(catalogue, request, ends, per_decade)?;
+        let prices = costs.map_or_else(|| prices_of(catalogue, request), Ok)?;
+        let question = Question {
+            catalogue,
+            fixed: request,
+            error,
+            information: Information { model, feedback, repetition },
+            prices,
+            macro_steps: &macro_steps,
+            phases,
+            cache: &cache,
+            progress: &|step| match step {
+                Step::ToDo(runs) => count.total.store(runs, Ordering::Relaxed),
+                Step::Done(_) => drop(count.done.fetch_add(1, Ordering::Relaxed)),
+            },
+            stop,
+        };
+        Ok((rimbench::harness::advise(question)?, prices))
+    })?;
+    warn_if_not_kept(py, &cache)?;
+    let choice = |choice: &Option<Choice>| {
+        choice.as_ref().map(|choice| {
+            let Choice { scheme, form, macro_step_s, worst_error, cost, time_per_macro_step_s, request, .. } = choice;
+            let given = request.given().into_iter().map(|(key, value)| (key.to_owned(), value.to_string()));
+            let given = given.filter(|(key, _)| !["case", "scheme"].contains(&&**key)).chain(request.set.clone());
+            json!({
+                "scheme": scheme, "form": form, "macro_step_s": macro_step_s, "worst_error": worst_error, "cost": cost,
+                "time_per_macro_step_s": time_per_macro_step_s, "settings": given.collect::<BTreeMap<_, _>>(),
+            })
+        })
+    };
+    let told = json!({
+        "advised": choice(&advice.advised), "runner_up": choice(&advice.runner_up), "notes": advice.notes,
+        "runs_made": advice.runs_made, "undecided": advice.undecided, "prices": prices,
+        "reference_uncertainty_of_peak": advice.reference_uncertainty_of_peak,
+    });
+    Ok(told.to_string())
+}
+
 /// Runs what is missing of an experiment; returns the folder with the result files.
 #[pyfunction]
 pub fn run(
@@ -266,17 +330,13 @@ pub fn run(
     let mut catalogue = everything().clone();
     let python: PathBuf = py.import("sys")?.getattr("executable")?.extract()?;
     catalogue.read_files_by(move |file| read_case(file, programs(python.clone())));
-    for case in cases.iter().map(|case| &case.get().case) {
-        if case.from_outside {
-            return Err(refused(Error::Incompatible(format!(
-                "case {}: results are kept, and nothing tells when the code of a class changes; valid: a case file that names the class",
-                case.name
-            ))));
-        }
-        catalogue.add_case(case.clone()).map_err(refused)?;
+    let mut of_python = false;
+    for case in cases.iter().map(Py::get) {
+        of_python |= case.case.from_outside;
+        catalogue.add_case(case.to_be_kept().map_err(refused)?).map_err(refused)?;
     }
     let cache = Cache::of_user();
-    let (folder, _) = interruptible(py, false, progress.as_ref(), |stop, count| {
+    let (folder, _) = interruptible(py, of_python, progress.as_ref(), |stop, count| {
         let experiment = Experiment::read(&file)?;
         let folder = out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         let job = Job { quick, fresh, ..Job::new(&experiment, &catalogue, &folder, &cache, &rimbench::BUILD) };

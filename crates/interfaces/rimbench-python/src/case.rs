@@ -20,10 +20,15 @@ use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// Hash of the code that makes sides, or why there is none.
+type Code = std::result::Result<String, String>;
+
 /// A case of which Python makes one side or both.
 #[pyclass(frozen, subclass, name = "Case", module = "rimbench._native")]
 pub struct PyCase {
     pub case: Case,
+    /// Hash of the code that makes its sides, or why there is none.
+    code: Code,
     /// References of this case, for as long as it lives: on disk there are none of code that may change.
     references: Mutex<Vec<(RunSpec, Arc<Reference>)>>,
 }
@@ -35,12 +40,32 @@ impl PyCase {
         known.iter().find(|(of, _)| of.shares_reference_with(spec)).map(|(_, reference)| reference.clone())
     }
 
+    /// The case as one whose results are kept: a parameter says from which code it is made, as of a case file.
+    pub fn to_be_kept(&self) -> Result<Case> {
+        let mut case = self.case.clone();
+        if case.from_outside {
+            let digest = self.code.clone().map_err(|why| {
+                Error::Incompatible(format!(
+                    "case {}: results are kept, and nothing tells when its code changes: {why}; valid: classes in a file",
+                    case.name
+                ))
+            })?;
+            let about = "hash of the code that makes the sides; not to be set";
+            case.parameters.push(Parameter::choice(CODE, [digest], about, "the code itself"));
+            case.from_outside = false;
+        }
+        Ok(case)
+    }
+
     /// Keeps a reference.
     pub fn keep(&self, spec: &RunSpec, reference: &Arc<Reference>) {
         let mut known = self.references.lock().unwrap_or_else(PoisonError::into_inner);
         known.push((spec.clone(), reference.clone()));
     }
 }
+
+/// The parameter that says from which code a case is made.
+const CODE: &str = "code_digest";
 
 /// One side, made by calling `make` with the parameters.
 fn side(name: &str, side: Side, make: Py<PyAny>, doubted: &Arc<Doubted>) -> BuildSide {
@@ -50,7 +75,7 @@ fn side(name: &str, side: Side, make: Py<PyAny>, doubted: &Arc<Doubted>) -> Buil
     Arc::new(move |parameters: &Parameters, ports: &Ports| {
         let built = |py: Python<'_>| -> PyResult<PySubsystem> {
             let values = PyDict::new(py);
-            for (parameter, value) in parameters.iter() {
+            for (parameter, value) in parameters.iter().filter(|(parameter, _)| parameter.name != CODE) {
                 match value {
                     Value::Number(number) => values.set_item(&*parameter.name, number)?,
                     Value::Choice(choice) => values.set_item(&*parameter.name, &**choice)?,
@@ -119,7 +144,7 @@ pub fn open_case(file: PathBuf, python: PathBuf) -> PyResult<PyCase> {
     let wrong = |error: Error| RimbenchError::new_err(error.to_string());
     let case = read_case(&file, programs(python)).map_err(wrong)?;
     everything().clone().add_case(case.clone()).map_err(wrong)?;
-    Ok(PyCase { case, references: Mutex::default() })
+    Ok(PyCase { case, code: Ok(String::new()), references: Mutex::default() })
 }
 
 /// Is a worker that drives one FMU through its standard input.
@@ -130,8 +155,21 @@ pub fn fmu_worker(py: Python<'_>) -> PyResult<()> {
 
 /// Whether a call would take a setting of this name for something else than a parameter of the case.
 fn is_option(name: &str) -> bool {
-    const OF_LIMIT: [&str; 7] = ["from_s", "to_s", "per_decade", "phases", "relative_tolerance", "method", "progress"];
-    RunRequest::OPTIONS.iter().any(|option| option.key == name) || OF_LIMIT.contains(&name)
+    const OF_CALLS: [&str; 12] = [
+        "from_s",
+        "to_s",
+        "per_decade",
+        "phases",
+        "relative_tolerance",
+        "method",
+        "progress",
+        "error",
+        "real_time",
+        "model",
+        "feedback",
+        "costs",
+    ];
+    name == CODE || RunRequest::OPTIONS.iter().any(|option| option.key == name) || OF_CALLS.contains(&name)
 }
 
 /// What is said of a case that is like no other.
@@ -185,14 +223,15 @@ impl PyCase {
     #[new]
     fn new(
         py: Python<'_>,
-        name_and_reference: (String, String),
+        name_reference_and_code: (String, String, (Option<String>, String)),
         like: Option<&str>,
         sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
         parameters: Option<&Bound<'_, PyDict>>,
         interface: Option<Vec<(String, String, String)>>,
         times_s: [Option<Bound<'_, PyAny>>; 4],
     ) -> PyResult<Self> {
-        let ((name, reference), (mechanics, actuator)) = (name_and_reference, sides);
+        let ((name, reference, code), (mechanics, actuator)) = (name_reference_and_code, sides);
+        let code = code.0.ok_or(code.1);
         let keys = ["duration_s", "macro_step_s", "micro_step_s", "reference_step_s"];
         let mut times = [None; 4];
         for ((time, key), given) in times.iter_mut().zip(keys).zip(times_s) {
@@ -201,7 +240,7 @@ impl PyCase {
         let [duration_s, macro_step_s, micro_step_s, reference_step_s] = times;
         let refused = |message: String| RimbenchError::new_err(message);
         let wrong = |error: Error| exception(py, &error, None);
-        let make = || -> PyResult<Case> {
+        let make = || -> PyResult<(Case, Code)> {
             if !["own", "original"].contains(&&*reference) {
                 return Err(refused(Error::invalid("reference", &reference, "own, original").to_string()));
             }
@@ -279,15 +318,17 @@ impl PyCase {
             for note in tried(&case, are_given, &doubted).map_err(wrong)? {
                 PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(note)?, 2)?;
             }
-            Ok(case)
+            let digests = [doubted.mechanics.made_from.get(), doubted.actuator.made_from.get()];
+            let code = code.map(|code| digests.into_iter().flatten().fold(code, |all, digest| all + "-" + digest));
+            Ok((case, code))
         };
         let (made, raised) = with_raised(make);
-        let case = made.inspect_err(|error| {
+        let (case, code) = made.inspect_err(|error| {
             if raised.is_some() {
                 error.set_cause(py, raised);
             }
         })?;
-        Ok(PyCase { case, references: Mutex::default() })
+        Ok(PyCase { case, code, references: Mutex::default() })
     }
 
     /// Its name.

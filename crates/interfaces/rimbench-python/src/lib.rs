@@ -39,5 +39,6 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calls::metrics, module)?)?;
     module.add_function(wrap_pyfunction!(calls::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(calls::limit, module)?)?;
+    module.add_function(wrap_pyfunction!(calls::advise, module)?)?;
     module.add_function(wrap_pyfunction!(calls::run, module)?)
 }

@@ -28,6 +28,8 @@ pub struct PySubsystem {
     work: Option<Py<PyAny>>,
     /// An empty interface model, and the method that fills it.
     model: Option<(ReducedInterfaceModel, Py<PyAny>)>,
+    /// Why it has none, where it says so.
+    without_model: Option<String>,
     /// Outputs that `step` has returned, if it has.
     known: Vec<f64>,
     is_known: bool,
@@ -40,11 +42,12 @@ pub struct PySubsystem {
     doubted: Arc<Doubted>,
 }
 
-/// What the check of a case has found of a side: why there are no copies of it, and why its model is none.
+/// What is found of a side when its case is made: why there are no copies of it, why its model is none, and from what it says that it is made.
 #[derive(Default)]
 pub struct Doubted {
     pub copies: OnceLock<String>,
     pub model: OnceLock<String>,
+    pub made_from: OnceLock<String>,
 }
 
 impl PySubsystem {
@@ -69,6 +72,10 @@ impl PySubsystem {
             }
             None => None,
         };
+        let without_model = attribute(object, "no_interface_model")?.map(|why| why.extract()).transpose()?;
+        if let Some(digest) = attribute(object, "made_from")? {
+            let _ = doubted.made_from.set(digest.extract()?);
+        }
         Ok(PySubsystem {
             outputs: method(object, "outputs", whose)?,
             step: method(object, "step", whose)?,
@@ -82,6 +89,7 @@ impl PySubsystem {
             observe,
             work,
             model,
+            without_model,
             failed: None,
             counters: SubsystemCounters::default(),
             doubted,
@@ -155,7 +163,8 @@ impl Capabilities for PySubsystem {
     }
 
     fn interface_model(&mut self, h: f64, into: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        if let Some(words) = self.doubted.model.get() {
+        let without = self.without_model.as_ref().filter(|_| self.model.is_none());
+        if let Some(words) = without.or(self.doubted.model.get()) {
             return Err(Cause::NotOffered { what: words.clone().into() }.into());
         }
         if self.model.is_none() {

@@ -256,3 +256,50 @@ def test_numbers_of_few_digits_are_what_they_say_and_truths_are_none():
             rimbench.limit("bouncing-ball", "zero-order-hold", from_s=truth)
     with pytest.raises(ValueError, match="read-only"):
         usual["time_s"][0] = 1.0
+
+
+def test_advice_is_that_of_the_command_line(program):
+    typed = ["--case", "bouncing-ball", "--error", "2%", "--from", "1ms", "--to", "5ms", "--phases", "2", "--format", "json"]
+    done = command(program, "advise", *typed, "--set", "restitution=0.5")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    found = rimbench.advise("bouncing-ball", "2%", from_s="1ms", to_s="5ms", phases=2, restitution=0.5)
+    for which in ("advised", "runner_up"):
+        choice = getattr(found, which)
+        assert (choice.scheme, choice.macro_step_s, choice.cost) == tuple(said[which][key] for key in ("scheme", "macro_step_s", "cost"))
+    again = rimbench.simulate("bouncing-ball", found.advised.scheme, **found.advised.settings)
+    assert again.run_id == said["advised"]["run_id"]
+    with pytest.raises(rimbench.RimbenchError, match="error = 5 is not valid"):
+        rimbench.advise("bouncing-ball", 5)
+
+
+def test_times_may_have_units():
+    plain = rimbench.simulate("bouncing-ball", "zero-order-hold", 5e-3, duration_s=0.2)
+    for text in ("5ms", "5000 us", "0.005", "0.005s"):
+        assert rimbench.simulate("bouncing-ball", "zero-order-hold", text, duration_s="200ms").run_id == plain.run_id
+    for text in ("5mm", "fast", "1e-ms", ""):
+        with pytest.raises(rimbench.RimbenchError, match="macro.step"):
+            rimbench.simulate("bouncing-ball", "zero-order-hold", text)
+
+
+def test_results_show_and_draw_themselves(tmp_path, monkeypatch):
+    result = rimbench.simulate("bouncing-ball", "zero-order-hold", "5ms", duration_s=0.2)
+    found = rimbench.limit("linear-oscillator", "zero-order-hold", per_decade=1, from_s="1ms", to_s="10ms", duration_s=0.2)
+    rows = rimbench.Rows(tmp_path, [{"scheme": "a<b", "h": 1.0, "e": 2.0}, {"scheme": "a<b", "h": 2.0, "e": None}])
+    advice = rimbench.advise("bouncing-ball", 0.5, from_s="4ms", to_s="5ms", phases=1, duration_s=0.2)
+    for shown, words in ((result, "force_error_rms_n"), (found, "macro_step_s"), (rows, "a&lt;b"), (advice, advice.advised.scheme)):
+        assert words in shown._repr_html_() and shown._repr_html_().startswith("<table>")
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(rimbench.RimbenchError, match="valid: pip install matplotlib"):
+        result.plot()
+    monkeypatch.undo()
+    pytest.importorskip("matplotlib").use("Agg")
+    assert [line.get_label() for line in result.plot().lines] == [name for name in result.trace if name.endswith("force_n")]
+    np.testing.assert_array_equal(result.plot("time_s").lines[0].get_ydata(), result["time_s"])
+    assert len(found.plot().lines[0].get_xdata()) == len(found.points)
+    assert rows.plot("h", "e").lines[0].get_xdata().tolist() == [1.0]
+    with pytest.raises(rimbench.RimbenchError, match="no column `nothing`"):
+        result.plot("nothing")
+    with pytest.raises(rimbench.RimbenchError, match="no column `x`"):
+        rows.plot("x", "e")

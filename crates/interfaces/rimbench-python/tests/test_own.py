@@ -1,5 +1,6 @@
 """Subsystems, cases and schemes written in Python."""
 
+import importlib.util
 import inspect
 import sys
 import traceback
@@ -7,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
 
 import rimbench
 
@@ -154,6 +156,59 @@ def test_both_sides_of_a_built_in_case_may_be_written_in_python(example):
         np.testing.assert_allclose(own[column], built_in[column], rtol=0, atol=1e-9 * largest, err_msg=column)
     # Held against its own sides in one loop, of the first order in 1 ms, instead of the exact solution.
     assert own.metrics["position_error_rms_m"] != built_in.metrics["position_error_rms_m"]
+
+
+EXPERIMENT = """
+question = "How do two macro steps differ?"
+macro_steps_s = [1e-3, 2e-3]
+
+[[cases]]
+name = "shaken-weight"
+
+[[schemes]]
+scheme = "zero-order-hold"
+
+[[schemes]]
+scheme = "rim-nonsmooth-gap"
+"""
+
+
+def test_an_experiment_on_a_case_in_python_is_kept_until_its_code_changes(tmp_path):
+    (tmp_path / "weight.toml").write_text(EXPERIMENT)
+    source = (EXAMPLES / "own_case.py").read_text(encoding="utf-8")
+
+    def rows(text, told):
+        (tmp_path / "weight.py").write_text(text)
+        spec = importlib.util.spec_from_file_location("weight", tmp_path / "weight.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return rimbench.run(tmp_path / "weight.toml", tmp_path / "out", cases=[module.case], progress=lambda *step: told.append(step))
+
+    first, again, changed = [], [], []
+    kept = rows(source, first)
+    assert first[-1] == (4, 4) and all(row["outcome"] == "completed" for row in kept)
+    assert rows(source, again) == kept and again == []
+    other = rows(source + "\n# changed\n", changed)
+    assert changed[-1] == (4, 4)
+    assert [row["run_id"] for row in other] != [row["run_id"] for row in kept]
+    assert [row["force_error_rms_n"] for row in other] == [row["force_error_rms_n"] for row in kept]
+
+
+def test_a_case_whose_code_is_not_to_be_had_is_not_kept(tmp_path, example):
+    names = {"Mass": example("own_mechanics").Mass}
+    exec("class Typed(Mass): pass", names)
+    names["Typed"].__module__ = "typed"
+    case = rimbench.Case("shaken-weight", like="linear-oscillator", mechanics=names["Typed"], reference="original")
+    (tmp_path / "weight.toml").write_text(EXPERIMENT)
+    with pytest.raises(rimbench.RimbenchError, match="nothing tells when its code changes.*valid: classes in a file"):
+        rimbench.run(tmp_path / "weight.toml", tmp_path / "out", cases=[case])
+
+
+def test_a_case_in_python_gets_advice(example):
+    found = rimbench.advise(example("own_case").case, "5%", from_s="1ms", to_s="4ms", per_decade=4, phases=2)
+    assert found.advised is not None and found.prices[1] > 0.0, found.notes
+    run = rimbench.simulate(example("own_case").case, found.advised.scheme, **found.advised.settings)
+    assert run.metrics["force_error_rms_of_peak"] == pytest.approx(found.advised.worst_error)
 
 
 def test_the_limit_of_a_case_in_python(example):

@@ -5,9 +5,11 @@
 
 mod forms;
 mod prices;
+mod question;
 
 pub use forms::Information;
 pub use prices::{USUAL_PRICES, prices_of};
+pub use question::{share_of_peak, steps_to_try};
 
 use super::cache::Cache;
 use super::clock::{monotonic_clock, processor_clock};

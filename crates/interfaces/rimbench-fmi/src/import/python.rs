@@ -95,12 +95,15 @@ impl PythonMember {
         };
         let names: Vec<u8> = names.iter().map(|byte| *byte as u8).collect();
         let names = String::from_utf8_lossy(&names);
+        let (names, without_model) = names.split_once('\0').unwrap_or((&names, ""));
         member.ports.direct_feedthrough = table.direct_feedthrough.unwrap_or(*through == 1.0);
         member.offers.work = *work == 1.0;
         member.offers.observables = names.lines().map(|name| Name::from(name.to_owned())).collect();
         let (contacts, interface) = (*contacts as usize, rows.len());
         let size = ModelSize { contacts, interface, friction: false, plastic: false, kinks: 0 };
         member.model = (*model == 1.0 && side == Side::Mechanics).then_some(size);
+        member.offers.without =
+            (member.model.is_none() && !without_model.is_empty()).then(|| without_model.to_owned().into());
         Ok(member)
     }
 

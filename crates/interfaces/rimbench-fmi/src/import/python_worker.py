@@ -102,9 +102,10 @@ def main():
         if what == DESCRIBE:
             through = getattr(side, "direct_feedthrough", None)
             known = [-1.0 if through is None else float(bool(through))]
-            known += [float(hasattr(side, "interface_work")), float(hasattr(side, "interface_model"))]
-            names = "\n".join(getattr(side, "observables", ()) or ()).encode()
-            return known + [float(getattr(side, "contacts", 0) or 0), *names]
+            known += [float(getattr(side, name, None) is not None) for name in ("interface_work", "interface_model")]
+            # Behind the names, why there is no interface model.
+            names = "\n".join(getattr(side, "observables", ()) or ()) + "\0" + (getattr(side, "no_interface_model", None) or "")
+            return known + [float(getattr(side, "contacts", 0) or 0), *names.encode()]
         return [0.0] if what == HEARD else []
 
     while True:

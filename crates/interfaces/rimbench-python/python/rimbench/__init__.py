@@ -8,8 +8,13 @@ the reason.
 from __future__ import annotations
 
 import csv
+import hashlib
+import html
+import inspect
+import json
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -18,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _native
+from . import _native, mujoco
 from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
 
 if TYPE_CHECKING:
@@ -28,7 +33,9 @@ if TYPE_CHECKING:
     from ._native import Subsystem
 
 __all__ = [
+    "Advice",
     "Case",
+    "Choice",
     "Limit",
     "MicroStep",
     "RimbenchError",
@@ -37,14 +44,53 @@ __all__ = [
     "Sample",
     "Scheme",
     "__version__",
+    "advise",
     "cases",
     "limit",
     "metrics",
+    "mujoco",
     "open_case",
     "run",
     "schemes",
     "simulate",
 ]
+
+#: A time in s, or a text with its unit, such as "5ms".
+Time = float | str
+_UNITS = {"ns": 1e9, "us": 1e6, "µs": 1e6, "ms": 1e3, "min": 1.0 / 60.0, "s": 1.0}
+
+
+def _seconds(key: str, value: Any) -> Any:
+    """The time in s that a text with a unit is; anything else as it is, and of one that is no time the error is the caller's."""
+    if not isinstance(value, str) or not key.endswith("_s") or key.endswith(("_m_s", "_rad_s")):
+        return value
+    found = re.fullmatch(r"\s*([-+.\deE]+)\s*(ns|us|µs|ms|min|s)\s*", value)
+    try:
+        return float(found[1]) / _UNITS[found[2]] if found else value
+    except ValueError:
+        return value
+
+
+def _source(maker: Any) -> str:
+    """The file that says how a side is made, or its own text where it is in no file, as in a notebook."""
+    parts = vars(maker).values() if isinstance(maker, type) else (maker,)
+    codes = (getattr(part, "__code__", None) for part in parts)
+    for file in (Path(code.co_filename) for code in codes if code):
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    return inspect.getsource(maker)
+
+
+def _code(makers: Iterable[Any]) -> tuple[str | None, str]:
+    """Hash of the code that makes sides; else why there is none."""
+    text = ""
+    for maker in makers:
+        try:
+            text += _source(maker)
+        except (TypeError, OSError):
+            return None, f"the source of {maker!r} is not to be had"
+    return hashlib.sha256(text.encode()).hexdigest()[:16], ""
+
 
 class Case(_native.Case):
     """A case of which Python makes one side or both.
@@ -58,7 +104,7 @@ class Case(_native.Case):
     parameters : names (ending in their units) and defaults, for a case that is like no other; no option of a call may have such a name.
     interface : `(position, velocity, force)` names per interface row, for a case that is like no other: the mechanics puts out positions,
         then velocities, and gets forces.
-    duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s.
+    duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s, or texts such as "5ms".
     reference_step_s : coarsest of the three steps of the reference, s; the micro step if not given.
     reference : "own", both sides in one loop with small steps; or "original", that of the case it is like.
     """
@@ -72,14 +118,17 @@ class Case(_native.Case):
         actuator: Callable[[dict[str, Any]], Subsystem] | None = None,
         parameters: dict[str, float] | None = None,
         interface: Sequence[tuple[str, str, str]] | None = None,
-        duration_s: float | None = None,
-        macro_step_s: float | None = None,
-        micro_step_s: float | None = None,
-        reference_step_s: float | None = None,
+        duration_s: Time | None = None,
+        macro_step_s: Time | None = None,
+        micro_step_s: Time | None = None,
+        reference_step_s: Time | None = None,
         reference: Literal["own", "original"] = "own",
     ) -> Self:
-        times_s = (duration_s, macro_step_s, micro_step_s, reference_step_s)
-        return super().__new__(cls, (name, reference), like, (mechanics, actuator), parameters, interface, times_s)
+        steps = (duration_s, macro_step_s, micro_step_s, reference_step_s)
+        times = tuple(_seconds("time_s", time) for time in steps)
+        sides = (mechanics, actuator)
+        code = _code(side for side in sides if side is not None)
+        return super().__new__(cls, (name, reference, code), like, sides, parameters, interface, times)
 
 
 def open_case(file: str | PathLike[str]) -> _native.Case:
@@ -107,6 +156,28 @@ def _bar(done: int, total: int) -> None:
     full = 30 * done // max(total, 1)
     sys.stderr.write(f"\r[{'#' * full}{' ' * (30 - full)}] {done}/{total}" + "\n" * (done == total))
     sys.stderr.flush()
+
+
+def _table(rows: Sequence[Sequence[Any]], head: Sequence[str] = ()) -> str:
+    """A table of HTML."""
+
+    def cell(value: Any) -> str:
+        return html.escape(f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value))
+
+    lines = [f"<tr>{''.join(f'<th>{html.escape(name)}</th>' for name in head)}</tr>"] if head else []
+    lines += [f"<tr>{''.join(f'<td>{cell(value)}</td>' for value in row)}</tr>" for row in rows]
+    return f"<table>{''.join(lines)}</table>"
+
+
+def _axes(axes: Any) -> Any:
+    """Axes of matplotlib to draw in."""
+    if axes is not None:
+        return axes
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        raise RimbenchError("plot needs the package `matplotlib`, which is not there; valid: pip install matplotlib") from None
+    return plt.subplots(layout="constrained")[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +223,24 @@ class Result:
 
         return pandas.DataFrame(self.trace)
 
+    def plot(self, *columns: str, ax: Any = None) -> Any:
+        """Draws columns over time, by default the forces, and returns the axes of matplotlib."""
+        known = [name for name in self.trace if name != "time_s"]
+        if unknown := [name for name in columns if name not in self.trace]:
+            raise RimbenchError(f"the trace has no column `{unknown[0]}`; valid: {', '.join(known)}")
+        ax = _axes(ax)
+        for name in columns or [name for name in known if name.endswith("force_n")] or known[:1]:
+            ax.plot(self.trace["time_s"], self.trace[name], label=name)
+        ax.set(xlabel="time_s", title=f"{self.settings.get('case')}, {self.settings.get('scheme')}: {self.outcome}")
+        ax.legend()
+        return ax
+
+    def _repr_html_(self) -> str:
+        known = ("case", "scheme", "macro_step_s")
+        rows = [(key, self.settings[key]) for key in known if key in self.settings]
+        rows += [("outcome", self.outcome), ("reason", self.reason), ("outcome_at_s", self.outcome_at_s)]
+        return _table([row for row in (*rows, *self.metrics.items()) if row[1] not in (None, "")])
+
 
 @dataclass(frozen=True)
 class Limit:
@@ -168,6 +257,57 @@ class Limit:
     #: Every macro step that was tried, ascending: `macro_step_s`, `fraction_stable`, `failure`, `spectral_radius`.
     points: list[dict[str, Any]] = field(repr=False)
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the stable fraction over the macro step, and returns the axes of matplotlib."""
+        ax = _axes(ax)
+        known = [point for point in self.points if point["fraction_stable"] is not None]
+        ax.semilogx([point["macro_step_s"] for point in known], [point["fraction_stable"] for point in known], "o-")
+        ax.set(xlabel="macro_step_s", ylabel="fraction_stable")
+        return ax
+
+    def _repr_html_(self) -> str:
+        keys = ("macro_step_s", "fraction_stable", "failure", "spectral_radius")
+        return _table([("stability_limit_s", self.stability_limit_s)]) + _table([[point[key] for key in keys] for point in self.points], keys)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A scheme in one of its forms, at a macro step."""
+
+    scheme: str
+    form: str
+    macro_step_s: float
+    #: Rms force error over the peak, at the worst phase.
+    worst_error: float | None
+    #: In micro steps of the wedge box.
+    cost: float
+    time_per_macro_step_s: float
+    #: What to give `simulate`: `simulate(case, choice.scheme, **choice.settings)`.
+    settings: dict[str, str] = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The cheapest scheme and its largest macro step that keep within an error."""
+
+    #: `None` if nothing does: `notes` say what came nearest.
+    advised: Choice | None
+    #: The cheapest of another scheme.
+    runner_up: Choice | None
+    #: What has to be said of the choice, or why there is none.
+    notes: list[str]
+    runs_made: int
+    #: Cells of which nothing is known, having taken too long.
+    undecided: int
+    #: Of an exchange, a mechanics step, a micro step and a model solve.
+    prices: list[float]
+    reference_uncertainty_of_peak: float | None
+
+    def _repr_html_(self) -> str:
+        keys = ("scheme", "form", "macro_step_s", "worst_error", "cost", "time_per_macro_step_s")
+        rows = [[getattr(choice, key) for key in keys] for choice in (self.advised, self.runner_up) if choice]
+        return _table(rows, keys) + "".join(f"<p>{html.escape(note)}</p>" for note in self.notes)
+
 
 class Rows(list[dict[str, Any]]):
     """The rows of an experiment's `runs.csv`, and the folder that holds all its result files."""
@@ -182,16 +322,33 @@ class Rows(list[dict[str, Any]]):
 
         return pandas.DataFrame(list(self))
 
+    def plot(self, x: str, y: str, by: str = "scheme", ax: Any = None) -> Any:
+        """Draws one column over another, a line for each value of a third, and returns the axes of matplotlib."""
+        valid = list(self[0]) if self else []
+        if unknown := [name for name in (x, y, by) if name not in valid]:
+            raise RimbenchError(f"the rows have no column `{unknown[0]}`; valid: {', '.join(valid)}")
+        ax = _axes(ax)
+        for value in dict.fromkeys(row[by] for row in self):
+            points = sorted((row[x], row[y]) for row in self if row[by] == value and None not in (row[x], row[y]))
+            ax.plot([point[0] for point in points], [point[1] for point in points], "o-", label=value)
+        ax.set(xlabel=x, ylabel=y)
+        ax.legend(title=by)
+        return ax
+
+    def _repr_html_(self) -> str:
+        filled = [name for name in (self[0] if self else ()) if any(row[name] not in (None, "") for row in self)]
+        return _table([[row[name] for name in filled] for row in self[:50]], filled) + f"<p>{len(self)} rows</p>"
+
 
 def simulate(
-    case: str | _native.Case, scheme: str | Scheme, macro_step_s: float | None = None, **settings: Setting
+    case: str | _native.Case, scheme: str | Scheme, macro_step_s: Time | None = None, **settings: Setting
 ) -> Result:
     """Runs a case with a scheme, and evaluates it against the reference.
 
     Parameters
     ----------
     case, scheme : names (see `cases()` and `schemes()`), or a `Case` or `Scheme` of your own.
-    macro_step_s : macro step H, s; that of the case if not given.
+    macro_step_s : macro step H, s, or a text such as "5ms"; that of the case if not given.
     **settings : parameters of the case (`box_mass_kg=250`), and options of a run by the names that they have in experiment files
         (`phase`, `duration_s`, `force_return`, `mechanics_step_s`, `gain`, ...).
 
@@ -202,15 +359,57 @@ def simulate(
     """
     if macro_step_s is not None:
         settings["macro_step_s"] = macro_step_s
-    return Result(**_native.simulate(case, scheme, settings))
+    return Result(**_native.simulate(case, scheme, _in_seconds(settings)))
+
+
+def _in_seconds(settings: dict[str, Setting]) -> dict[str, Setting]:
+    return {key: _seconds(key, value) for key, value in settings.items()}
+
+
+def advise(
+    case: str | _native.Case,
+    error: float | str,
+    *,
+    scheme: str | Scheme | None = None,
+    from_s: Time | None = None,
+    to_s: Time | None = None,
+    per_decade: int = 10,
+    phases: int = 32,
+    model: bool = True,
+    feedback: bool = True,
+    real_time: bool = False,
+    costs: Sequence[float] | None = None,
+    progress: Progress | None = None,
+    **settings: Setting,
+) -> Advice:
+    """Finds the cheapest scheme and its largest macro step that keep within an error at every phase, as `rimbench advise` does.
+
+    Parameters
+    ----------
+    error : rms force error allowed, of the peak force of the reference: "1%" or 0.01.
+    scheme : the one that competes alone; all if not given.
+    from_s, to_s, per_decade : macro steps that are tried, as for `limit`.
+    phases : size of the ensemble of communication phases.
+    model, feedback, real_time : whether there may be an interface model, and a force within its own macro step; and whether no step may be
+        taken again.
+    costs : of an exchange, a mechanics step, a micro step and a model solve; of sides from outside as measured if not given.
+    progress : called with runs done and runs to do; `True` draws a bar.
+    **settings : as for `simulate`, without macro step and phase.
+    """
+    ends = (_seconds("from_s", from_s), _seconds("to_s", to_s))
+    search = (ends, per_decade, phases, (model, feedback, not real_time), None if costs is None else list(costs))
+    found = json.loads(_native.advise(case, scheme, error, _in_seconds(settings), search, _told(progress)))
+    for which in ("advised", "runner_up"):
+        found[which] = found[which] and Choice(**found[which])
+    return Advice(**found)
 
 
 def limit(
     case: str | _native.Case,
     scheme: str | Scheme,
     *,
-    from_s: float | None = None,
-    to_s: float | None = None,
+    from_s: Time | None = None,
+    to_s: Time | None = None,
     per_decade: int = 12,
     phases: int = 1,
     relative_tolerance: float = 0.01,
@@ -231,9 +430,9 @@ def limit(
         what is done goes beyond. `True` draws a bar, of the scan.
     **settings : as for `simulate`, without macro step and phase.
     """
-    found = _native.limit(
-        case, scheme, settings, ((from_s, to_s), per_decade, phases, relative_tolerance), method, _told(progress)
-    )
+    ends = (_seconds("from_s", from_s), _seconds("to_s", to_s))
+    scan = (ends, per_decade, phases, relative_tolerance)
+    found = _native.limit(case, scheme, _in_seconds(settings), scan, method, _told(progress))
     return Limit(**found)
 
 
@@ -272,7 +471,8 @@ def run(
     quick : the quick form of the experiment.
     fresh : forget what is stored and start again.
     progress : called with runs done and runs to do; `True` draws a bar.
-    cases : of case files (`open_case`), which the experiment may name besides the built-in ones.
+    cases : cases of your own, which the experiment may name besides the built-in ones; of classes the hash of their files is part of what
+        determines a run.
 
     Ctrl-C raises `KeyboardInterrupt`; what is stored is kept, and the same call goes on from there.
     """

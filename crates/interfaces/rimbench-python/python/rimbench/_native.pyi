@@ -18,7 +18,7 @@ class Subsystem(Protocol):
     received through the interface since the start (J); and `interface_model(h)`, the system reduced to its interface for its own step h
     (s), with the number of `contacts`, their `stabilisation` and `restitution` (pure numbers in [0, 1]). It returns a dictionary:
     `H` (1/kg), `a` (m/s²), `w` (m/s), rows of contacts first, then of the interface; `gap` (m) of the contacts, `position` (m) of the
-    interface; `closed`, which contacts carried impulse, if it knows.
+    interface; `closed`, which contacts carried impulse, if it knows. One without such a model may say why in `no_interface_model`.
     """
 
     def outputs(self, u: tuple[float, ...], /) -> ArrayLike:
@@ -35,16 +35,16 @@ class CouplingScheme(Protocol):
         """The mean input of a side over a micro step; `own` is what that side puts out itself."""
 
 class Case:
-    """What `rimbench.Case` is made of: name and reference, the case it is like, both sides, and times (s)."""
+    """What `rimbench.Case` is made of: name, reference and hash of its code, the case it is like, both sides, and times (s)."""
 
     def __new__(
         cls,
-        name_and_reference: tuple[str, str],
+        name_reference_and_code: tuple[str, str, tuple[str | None, str]],
         like: str | None,
         sides: tuple[Callable[[dict[str, Any]], Subsystem] | None, Callable[[dict[str, Any]], Subsystem] | None],
         parameters: dict[str, float] | None,
         interface: Sequence[tuple[str, str, str]] | None,
-        times_s: tuple[float | None, float | None, float | None, float | None],
+        times_s: tuple[float | None, ...],
         /,
     ) -> Self: ...
     @property
@@ -149,6 +149,15 @@ def limit(
     progress: Callable[[int, int], object] | None,
     /,
 ) -> dict[str, Any]: ...
+def advise(
+    case: str | Case,
+    scheme: str | Scheme | None,
+    error: float | str,
+    settings: dict[str, Any],
+    search: tuple[tuple[float | None, float | None], int, int, tuple[bool, bool, bool], list[float] | None],
+    progress: Callable[[int, int], object] | None,
+    /,
+) -> str: ...
 def run(
     file: str | PathLike[str],
     out: str | PathLike[str] | None,

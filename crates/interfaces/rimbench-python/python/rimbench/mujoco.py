@@ -1,0 +1,412 @@
+"""A model of MuJoCo as the mechanics of a case: sites, tendons or joints take a force, and put out position and velocity.
+
+`Mechanics` gives the exact interface model, from the engine's own mass matrix, Jacobians and contact distances, or says why there is
+none; and it is copied by the engine's own state, so that schemes that try steps of it can.
+"""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import hashlib
+import math
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike, fspath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._native import RimbenchError
+
+__all__ = ["Mechanics"]
+
+Numbers = NDArray[np.float64]
+
+#: Most contacts of a pair in the engine, by the kinds of both; of others `OTHERS`. One of a sphere or an ellipsoid has one.
+MOST = {("PLANE", "CAPSULE"): 2, ("CAPSULE", "CAPSULE"): 2, ("CAPSULE", "BOX"): 2, ("BOX", "BOX"): 8}
+OTHERS = 4
+#: Kinds of joints from which on they have one coordinate, a slide and a hinge; a free joint and a ball come before.
+SLIDE = 2
+#: Time by which the engine is moved on and back for what is left of accelerations without forces, s.
+AHEAD = 1e-6
+#: Gap of a contact that the engine has not, because it is out of reach, m; its row is 0.
+FAR = 1.0
+
+
+def _engine() -> Any:
+    try:
+        import mujoco
+    except ImportError:
+        raise RimbenchError("rimbench.mujoco needs the package `mujoco`, which is not there; valid: pip install mujoco") from None
+    return mujoco
+
+
+def _names(model: Any, kind: str) -> list[str]:
+    count = {"site": model.nsite, "tendon": model.ntendon, "joint": model.njnt, "geom": model.ngeom, "key": model.nkey}[kind]
+    names = (getattr(model, kind)(index).name for index in range(count))
+    return [name for name in names if name]
+
+
+def _find(model: Any, kind: str, name: object) -> int:
+    """Number of what has that name."""
+    names = _names(model, kind)
+    if name not in names:
+        close = difflib.get_close_matches(str(name), names, 1)
+        valid = f"did you mean `{close[0]}`?" if close else f"valid: {', '.join(names[:12]) or 'none, it has no names'}"
+        raise RimbenchError(f"the MuJoCo model has no {kind} `{name}`; {valid}")
+    return int(getattr(model, kind)(name).id)
+
+
+def _dense(values: Numbers, width: int, sparse: tuple[Any, Any, Any] | None) -> Numbers:
+    """Rows of a Jacobian that the engine keeps dense, or as counts, addresses and columns of what is not 0."""
+    if sparse is None:
+        return values.reshape(-1, width)
+    counts, starts, columns = (np.ravel(part) for part in sparse)
+    rows, flat = np.zeros((len(counts), width)), np.ravel(values)
+    for row, (count, start) in enumerate(zip(counts, starts)):
+        rows[row, columns[start : start + count]] = flat[start : start + count]
+    return rows
+
+
+class Mechanics:
+    """A side made of a model of MuJoCo.
+
+    Parameters
+    ----------
+    model : an `MjModel`, which is copied, the path of an MJCF file, or its text.
+    interface : what takes a force (N) and puts out position (m) and velocity (m/s), one per row: `("tendon", name)`; `("joint", name)` of
+        a slide, of a hinge with a lever, `("joint", name, lever_m)`, by which angles are multiplied and torques divided; `("site", name,
+        direction)` along a fixed direction, or `("site", name, other)` with the distance to another site, which a force above 0 lengthens.
+    contacts : pairs of names of geoms that may touch, for the exact interface model, which has them as rigid contacts; none: there is no such
+        model unless nothing can touch. Limits of hinges, slides and tendons are added, and equality constraints eliminated.
+    reach : distance beyond which a contact is no part of that model, m.
+    keyframe : name of the keyframe to start from.
+
+    It steps by the model's `timestep`, or by equal steps that are shorter. A subclass may set `self.data.ctrl` in `control(t)`, called
+    before each step of the engine, and say what else is recorded in `observables` and `observe()`; what it keeps besides is copied.
+    """
+
+    stabilisation = 0.0
+
+    def __init__(
+        self,
+        model: Any,
+        interface: Sequence[tuple[Any, ...]],
+        *,
+        contacts: Iterable[tuple[str, str]] | None = None,
+        reach: float = 0.1,
+        keyframe: str | None = None,
+    ) -> None:
+        engine = _engine()
+        self.model = self._read(engine, model)
+        if int(self.model.opt.integrator) == int(engine.mjtIntegrator.mjINT_RK4):
+            raise RimbenchError(
+                "the MuJoCo model has the integrator RK4, within whose steps forces cannot follow the interface; valid: Euler, implicit, "
+                "implicitfast"
+            )
+        # A state that is no number any more is told, and not reset.
+        self.model.opt.disableflags |= engine.mjtDisableBit.mjDSBL_AUTORESET
+        self.data = engine.MjData(self.model)
+        if keyframe is not None:
+            engine.mj_resetDataKeyframe(self.model, self.data, _find(self.model, "key", keyframe))
+        #: Results of another model are not taken for those of this one.
+        self.made_from = self._digest(engine)
+        self._timestep = self._begun = float(self.model.opt.timestep)
+        if not interface:
+            raise RimbenchError('interface is empty; valid: one or more of ("tendon", name), ("joint", name), ("site", name, other)')
+        self._interface = [self._row(row) for row in interface]
+        self._pairs: dict[tuple[int, int], int] = {}
+        for pair in contacts or ():
+            one, other = (_find(self.model, "geom", name) for name in pair)
+            masks = zip(self.model.geom_contype[[one, other]], self.model.geom_conaffinity[[other, one]])
+            if not self._given(one, other) and not any(kind & with_kind for kind, with_kind in masks):
+                raise RimbenchError(f"geoms `{pair[0]}` and `{pair[1]}` of contacts never touch; valid: contype and conaffinity that meet")
+            kinds = tuple(engine.mjtGeom(kind).name[7:] for kind in sorted(self.model.geom_type[[one, other]]))
+            is_round = {"SPHERE", "ELLIPSOID"} & set(kinds)
+            self._pairs[min(one, other), max(one, other)] = 1 if is_round else MOST.get(kinds, OTHERS)
+        self._reach = float(reach)
+        self._limits = self._limited()
+        self.contacts = sum(self._pairs.values()) + len(self._limits)
+        self.no_interface_model = self._refused(contacts is not None)
+        if self.no_interface_model:
+            self.interface_model = None  # type: ignore[assignment]
+        self._wide: list[Any] = []
+        self._spare: list[Any] = []
+        self._work = 0.0
+        self._see()
+
+    @staticmethod
+    def _read(engine: Any, model: Any) -> Any:
+        if isinstance(model, engine.MjModel):
+            return copy.copy(model)
+        text = fspath(model) if isinstance(model, PathLike) else model
+        if not isinstance(text, str):
+            raise RimbenchError(f"model is {type(model).__name__}; valid: an MjModel, the path of an MJCF file, or its text")
+        try:
+            read = engine.MjModel.from_xml_string if text.lstrip().startswith("<") else engine.MjModel.from_xml_path
+            return read(text)
+        except ValueError as error:
+            raise RimbenchError(f"the MuJoCo model cannot be read: {error}".replace("\n", "; ")) from None
+
+    def _digest(self, engine: Any) -> str:
+        whole = np.zeros(engine.mj_sizeModel(self.model), np.uint8)
+        engine.mj_saveModel(self.model, None, whole)
+        return hashlib.sha256(whole.tobytes()).hexdigest()[:16]
+
+    # What the rows are.
+
+    def _row(self, row: tuple[Any, ...]) -> Callable[[Any], tuple[float, Numbers]]:
+        """What gives position and Jacobian of an interface row, from the engine's data."""
+        engine, model = _engine(), self.model
+        match tuple(row) if isinstance(row, (tuple, list)) else row:
+            case ("tendon", name):
+                tendon = _find(model, "tendon", name)
+                return lambda data: (data.ten_length[tendon], self._tendons(data)[tendon])
+            case ("joint", name, *lever) if len(lever) < 2:
+                joint, times = _find(model, "joint", name), float(lever[0]) if lever else 1.0
+                if model.jnt_type[joint] < SLIDE:
+                    raise RimbenchError(f"joint `{name}` has more than one coordinate; valid: a slide or a hinge")
+                if not (math.isfinite(times) and times):
+                    raise RimbenchError(f"joint `{name}` has the lever {times} m; valid: a finite number that is not 0")
+                unit = np.zeros(model.nv)
+                unit[model.jnt_dofadr[joint]] = times
+                place = model.jnt_qposadr[joint]
+                return lambda data: (times * data.qpos[place], unit)
+            case ("site", name, str(other)):
+                ends = _find(model, "site", name), _find(model, "site", other)
+                return lambda data: self._distance(data, *ends)
+            case ("site", name, direction):
+                site, along = _find(model, "site", name), np.array(direction, dtype=float)
+                if along.shape != (3,) or not np.linalg.norm(along) > 0.0:
+                    raise RimbenchError(f"site `{name}` has the direction {direction}; valid: three numbers, not all 0")
+                along /= np.linalg.norm(along)
+                return lambda data: (along @ data.site_xpos[site], along @ self._jacobian(data, site))
+        raise RimbenchError(
+            f'interface has {row!r}; valid: ("tendon", name), ("joint", name), ("joint", name, lever_m), ("site", name, direction), '
+            '("site", name, other site)'
+        )
+
+    def _tendons(self, data: Any) -> Numbers:
+        sparse = None
+        if data.ten_J.ndim == 1 or _engine().mj_isSparse(self.model):
+            place = data if hasattr(data, "ten_J_rownnz") else self.model
+            sparse = (place.ten_J_rownnz, place.ten_J_rowadr, place.ten_J_colind)
+        return _dense(data.ten_J, self.model.nv, sparse)
+
+    def _jacobian(self, data: Any, site: int) -> Numbers:
+        jacobian = np.zeros((3, self.model.nv))
+        _engine().mj_jacSite(self.model, data, jacobian, None, site)
+        return jacobian
+
+    def _distance(self, data: Any, one: int, other: int) -> tuple[float, Numbers]:
+        along = data.site_xpos[one] - data.site_xpos[other]
+        length = float(np.linalg.norm(along))
+        if length == 0.0:
+            raise RimbenchError("the two sites of an interface row are at one place, and their distance has no direction")
+        return length, along / length @ (self._jacobian(data, one) - self._jacobian(data, other))
+
+    def _limited(self) -> list[tuple[float, float, int, bool]]:
+        """Limits of coordinates and tendons: sign, bound (m or rad), number, whether of a tendon."""
+        model = self.model
+        joints = [at for at in range(model.njnt) if model.jnt_limited[at] and model.jnt_type[at] >= SLIDE]
+        tendons = [at for at in range(model.ntendon) if model.tendon_limited[at]]
+        ends = [(at, False, *model.jnt_range[at], model.jnt_margin[at]) for at in joints]
+        ends += [(at, True, *model.tendon_range[at], model.tendon_margin[at]) for at in tendons]
+        lower = [(1.0, low + margin, at, of_tendon) for at, of_tendon, low, _, margin in ends]
+        return lower + [(-1.0, high - margin, at, of_tendon) for at, of_tendon, _, high, margin in ends]
+
+    def _given(self, one: int, other: int) -> list[int]:
+        """Numbers of the model's own pairs of these geoms."""
+        ends = zip(self.model.pair_geom1, self.model.pair_geom2)
+        return [pair for pair, both in enumerate(ends) if {one, other} == set(both)]
+
+    def _refused(self, are_listed: bool) -> str | None:
+        """Why there is no exact interface model, if there is none."""
+        engine, model = _engine(), self.model
+        remains = "rim-answers tries steps of the engine instead"
+        bits = zip(model.geom_contype, model.geom_conaffinity)
+        touches = model.npair > 0 or any(kind for kind, _ in bits) and any(model.geom_conaffinity)
+        if touches and not are_listed and not model.opt.disableflags & engine.mjtDisableBit.mjDSBL_CONTACT:
+            return f"geoms of the MuJoCo model may touch, and contacts lists none; valid: contacts=[(geom, geom), ...]; {remains}"
+        for one, other in self._pairs:
+            names = f"`{model.geom(one).name}` and `{model.geom(other).name}`"
+            if given := self._given(one, other):
+                dim, margin = model.pair_dim[given[0]], model.pair_margin[given[0]]
+            else:
+                first, second = sorted((one, other), key=lambda geom: -model.geom_priority[geom])
+                equal = model.geom_priority[first] == model.geom_priority[second]
+                dim = max(model.geom_condim[[one, other]]) if equal else model.geom_condim[first]
+                margin = max(model.geom_margin[[one, other]])
+            if dim > 1:
+                return f"contacts of {names} have friction (condim {dim}), which that model has not; valid: condim 1; {remains}"
+            if margin != 0.0:
+                return f"contacts of {names} have a margin of {margin} m, at which they push before they touch; valid: 0; {remains}"
+        if model.dof_frictionloss.any() or model.tendon_frictionloss.any():
+            return f"a joint or a tendon of the MuJoCo model has frictionloss, which that model has not; valid: 0; {remains}"
+        if any(model.jnt_limited[joint] and model.jnt_type[joint] < SLIDE for joint in range(model.njnt)):
+            return f"a ball joint of the MuJoCo model has limits; valid: limits of hinges, slides and tendons; {remains}"
+        return None
+
+    # How it moves.
+
+    def control(self, t: float) -> None:
+        """Sets `self.data.ctrl` for a step of the engine that starts at `t` (s); does nothing unless a subclass says so."""
+
+    def _see(self) -> None:
+        """Brings positions, velocities and contacts to the present state, and takes the interface from it."""
+        _engine().mj_step1(self.model, self.data)
+        rows = [row(self.data) for row in self._interface]
+        self._rows = np.array([jacobian for _, jacobian in rows])
+        self._speeds = self._rows @ self.data.qvel
+        self._outputs = (*(float(position) for position, _ in rows), *self._speeds.tolist())
+
+    def outputs(self, u: Sequence[float]) -> Sequence[float]:
+        return self._outputs
+
+    def step(self, t: float, u: Sequence[float], h: float) -> Sequence[float]:
+        engine, model, data = _engine(), self.model, self.data
+        count = max(1, math.ceil(h / self._timestep * (1 - 1e-9)))
+        force = np.array(u)
+        for index in range(count):
+            # Copies share the model.
+            model.opt.timestep = h / count
+            if self._begun != h / count:
+                self._begun = h / count
+                self._see()
+            self.control(t + index * h / count)
+            before = self._speeds
+            data.qfrc_applied[:] = force @ self._rows
+            engine.mj_step2(model, data)
+            self._see()
+            self._work += 0.5 * h / count * float(force @ (before + self._speeds))
+        for warning in (engine.mjtWarning.mjWARN_BADQPOS, engine.mjtWarning.mjWARN_BADQVEL, engine.mjtWarning.mjWARN_BADQACC):
+            if data.warning[warning].number:
+                what = {"QPOS": "positions", "QVEL": "velocities", "QACC": "accelerations"}[warning.name[-4:]]
+                raise ArithmeticError(f"MuJoCo: {what} are no numbers any more, or beyond 1e10")
+        return self._outputs
+
+    def interface_work(self) -> float:
+        """Work received through the interface since the start, J."""
+        return self._work
+
+    # Copies, and the exact model.
+
+    _SHARED = ("model", "data", "_interface", "_wide", "_spare", "interface_model")
+
+    def _state(self) -> Numbers:
+        engine = _engine()
+        kind = engine.mjtState.mjSTATE_INTEGRATION
+        state = np.zeros(engine.mj_stateSize(self.model, kind))
+        engine.mj_getState(self.model, self.data, state, kind)
+        return state
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Mechanics:
+        engine = _engine()
+        fresh = type(self).__new__(type(self))
+        memo[id(self)] = fresh
+        for name in self._SHARED:
+            if name in self.__dict__:
+                setattr(fresh, name, self.__dict__[name])
+        # To make one takes as long as tens of steps.
+        try:
+            fresh.data = self._spare.pop()
+        except IndexError:
+            fresh.data = engine.MjData(self.model)
+        # The rows ask the side for Jacobians of the data that they are given, and for nothing else.
+        for name, value in self.__dict__.items():
+            if name not in self._SHARED:
+                setattr(fresh, name, copy.deepcopy(value, memo))
+        engine.mj_setState(self.model, fresh.data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
+        self.model.opt.timestep = self._begun
+        fresh._see()
+        if fresh._outputs != self._outputs:
+            raise RuntimeError(f"the state of MuJoCo is not restored: {self._outputs} before, {fresh._outputs} after")
+        return fresh
+
+    def __del__(self) -> None:
+        if "_spare" in self.__dict__ and "data" in self.__dict__:
+            self._spare.append(self.data)
+
+    def _all_rows(self, data: Any) -> tuple[Numbers, Numbers, list[Any]]:
+        """Gaps, Jacobians of contacts and interface, and what each row stands for."""
+        engine, model = _engine(), self._wide[0]
+        gaps, rows = np.full(self.contacts, FAR), np.zeros((self.contacts + len(self._interface), model.nv))
+        marks: list[Any] = [None] * self.contacts
+        first = dict(zip(self._pairs, np.cumsum([0, *self._pairs.values()])))
+        found: dict[tuple[int, int], list[Any]] = {pair: [] for pair in self._pairs}
+        for contact in data.contact:
+            pair = min(contact.geom1, contact.geom2), max(contact.geom1, contact.geom2)
+            if pair in found:
+                found[pair].append(contact)
+            elif contact.dist < 0.0:
+                names = " and ".join(f"`{model.geom(geom).name or geom}`" for geom in pair)
+                raise RimbenchError(f"geoms {names} of the MuJoCo model touch, and contacts does not list them")
+        for pair, touching in found.items():
+            near = [contact for contact in touching if contact.dist < self._reach]
+            near = sorted(near, key=lambda contact: float(contact.dist))[: self._pairs[pair]] if len(near) > self._pairs[pair] else near
+            for row, contact in enumerate(near, first[pair]):
+                ends = np.zeros((2, 3, model.nv))
+                for end, geom in zip(ends, (contact.geom1, contact.geom2)):
+                    engine.mj_jac(model, data, end, None, contact.pos, model.geom_bodyid[geom])
+                gaps[row], rows[row], marks[row] = contact.dist, contact.frame[:3] @ (ends[1] - ends[0]), (pair, len(near))
+        for row, (sign, bound, at, of_tendon) in enumerate(self._limits, self.contacts - len(self._limits)):
+            if of_tendon:
+                gaps[row], rows[row] = sign * (data.ten_length[at] - bound), sign * self._tendons(data)[at]
+            else:
+                gaps[row] = sign * (data.qpos[model.jnt_qposadr[at]] - bound)
+                rows[row, model.jnt_dofadr[at]] = sign
+        rows[self.contacts :] = [row(data)[1] for row in self._interface]
+        return gaps, rows, marks
+
+    def _equalities(self, data: Any) -> Numbers:
+        engine, model = _engine(), self.model
+        sparse = (data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind) if engine.mj_isSparse(model) else None
+        rows: Numbers = _dense(data.efc_J, model.nv, sparse)[data.efc_type == int(engine.mjtConstraint.mjCNSTR_EQUALITY)]
+        return rows
+
+    def interface_model(self, h: float) -> dict[str, Any]:
+        """The exact model: H, free accelerations, velocities and gaps from the engine, its contacts as rigid ones."""
+        engine = _engine()
+        if not self._wide:
+            wide = copy.copy(self.model)
+            wide.geom_margin[:] = self._reach
+            wide.pair_margin[:] = self._reach
+            # Bounding volumes know nothing of margins.
+            wide.opt.disableflags |= engine.mjtDisableBit.mjDSBL_MIDPHASE
+            self._wide[:] = [wide, engine.MjData(wide)]
+        wide, data = self._wide
+        engine.mj_setState(wide, data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
+        data.qfrc_applied[:] = 0.0
+        for stage in (engine.mj_fwdPosition, engine.mj_fwdVelocity, engine.mj_fwdActuation, engine.mj_fwdAcceleration):
+            stage(wide, data)
+        gaps, rows, marks = self._all_rows(data)
+        joints, free, velocity = self._equalities(data), data.qacc_smooth.copy(), data.qvel.copy()
+        mass = np.zeros((wide.nv, wide.nv))
+        try:
+            engine.mj_fullM(wide, data, mass)
+        except TypeError:  # before MuJoCo 4
+            engine.mj_fullM(wide, mass, data.qM)
+        # Rows turn while nothing pushes.
+        start, turned = data.qpos.copy(), []
+        for ahead in (AHEAD, -AHEAD):
+            data.qpos[:] = start
+            engine.mj_integratePos(wide, data.qpos, velocity, ahead)
+            engine.mj_fwdPosition(wide, data)
+            _, at, same = self._all_rows(data)
+            known = np.array([a == b for a, b in zip(marks, same)] + [True] * len(self._interface))
+            turned.append((np.where(known[:, None], at, np.nan), self._equalities(data)))
+        bend, bend_of_joints = (
+            (one - other) @ velocity / (2 * AHEAD) for one, other in zip(*turned)
+        )
+        bend = np.nan_to_num(bend)
+        answers = np.linalg.solve(mass, np.vstack([rows, joints]).T)
+        answers, of_joints = answers[:, : len(rows)], answers[:, len(rows) :]
+        if len(joints):
+            held = np.linalg.pinv(joints @ of_joints, rcond=1e-10, hermitian=True)
+            free = free - of_joints @ held @ (joints @ free + bend_of_joints)
+            answers = answers - of_joints @ held @ (joints @ answers)
+        return {
+            "H": rows @ answers, "a": rows @ free + bend, "w": rows @ velocity, "gap": gaps,
+            "position": self._outputs[: len(self._interface)],
+        }
