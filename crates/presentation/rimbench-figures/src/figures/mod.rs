@@ -7,6 +7,7 @@ mod abscissa;
 mod cost;
 mod default_figures;
 mod dots_figure;
+mod failures_figure;
 mod manoeuvre_figure;
 mod preview;
 mod profile_figure;
@@ -19,6 +20,7 @@ mod xy_figure;
 pub use preview::preview;
 
 use super::drawing::Drawing;
+use super::pages::fill_text;
 use super::style::Styles;
 use super::vector;
 use default_figures::default_figures;
@@ -180,6 +182,9 @@ kinds! {
     "dots"
     /// A metric of many schemes at a few macro steps, in ranked rows.
     Dots(dots_figure::DotsFigure),
+    "failures"
+    /// The share of the runs that fail, by case, scheme and macro step.
+    Failures(failures_figure::FailuresFigure),
     "xy"
     /// A metric against the macro step, a parameter of the case or the cost.
     Xy(xy_figure::XyFigure),
@@ -377,6 +382,16 @@ impl FigureEntry {
         &self.labels
     }
 
+    /// What is said of the figure, with what claims in `results` measured where `{claim=…}` asks for it.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a claim that is not there.
+    pub fn said(&self, results: &Path) -> Result<Head> {
+        let [title, subtitle, caption] =
+            [&self.title, &self.subtitle, &self.caption].map(|text| fill_text(text, results));
+        Ok(Head { title: title?, subtitle: subtitle?, caption: caption?, ..self.head.clone() })
+    }
+
     /// Draws the figure from the results below `results` and writes it beside them.
     ///
     /// # Errors
@@ -397,10 +412,11 @@ impl FigureEntry {
         // Half a file, or one that was edited, is no source of a figure.
         checksums::verify(&folder)?;
         self.check_labels(&folder)?;
-        let mut drawing = self.kind.draw(&folder, styles)?.headed(&self.title, &self.subtitle);
+        let said = self.said(results)?;
+        let mut drawing = self.kind.draw(&folder, styles)?.headed(&said.title, &said.subtitle);
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
-            let sentence = self.caption.split(". ").next().unwrap_or_default();
+            let sentence = said.caption.split(". ").next().unwrap_or_default();
             drawing.title = if sentence.is_empty() { self.id.clone() } else { sentence.to_owned() };
         }
         Ok(drawing)

@@ -13,7 +13,7 @@ use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::metrics::floor_of;
-use rimbench_core::error::Result;
+use rimbench_core::error::{Error, Result};
 use rimbench_statistics::{Runs, order_of_medians};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -97,6 +97,12 @@ pub struct XyPanel {
     /// Scheme rows shown; all there are where none is given.
     #[serde(default)]
     labels: Vec<String>,
+    /// Those that the others are held against: in grey.
+    #[serde(default)]
+    baselines: Vec<String>,
+    /// What rows are called here.
+    #[serde(default)]
+    names: BTreeMap<String, String>,
     /// What all rows of the panel end in, as in `1ms` of `rim-nonsmooth/1ms`: names and styles are those of the rows without it.
     #[serde(default)]
     variant: String,
@@ -193,6 +199,8 @@ impl FigureOptions for XyFigure {
             for curve in curves {
                 let curve = Curve { name: spec.without_variant(curve.name), ..curve };
                 let style = style(&all, curve.name, styles);
+                let is_baseline = spec.baselines.iter().any(|label| *label == curve.name);
+                let style = if is_baseline { Styles::baseline(style) } else { style };
                 panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, style);
             }
             let floor = match &spec.floor {
@@ -219,6 +227,10 @@ impl FigureOptions for XyFigure {
         for panel in &mut self.panels {
             if panel.label.is_empty() {
                 panel.label.clone_from(&panel.metric);
+            }
+            let other = |label: &&String| !panel.labels.contains(label);
+            if let Some(label) = panel.baselines.iter().chain(panel.names.keys()).find(other) {
+                return Err(Error::unknown("label", label, panel.labels.iter().map(String::as_str)).to_string());
             }
             let has_parameter = panel.x.parameter.is_some();
             if has_parameter && panel.x.cost.is_some() {
@@ -256,6 +268,11 @@ impl XyPanel {
         variant.filter(|_| !self.variant.is_empty()).unwrap_or(label)
     }
 
+    /// What a row is called.
+    fn named(&self, runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
+        self.names.get(label).cloned().unwrap_or_else(|| name(runs, label, styles))
+    }
+
     fn y_axis(&self) -> Axis {
         match (self.symlog, self.within) {
             (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
@@ -280,7 +297,7 @@ impl XyPanel {
             let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
             let order = if has_order { self.order(&runs.of_label(label))? } else { None };
             let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
-            let shown = name(all, self.without_variant(label), styles);
+            let shown = self.named(all, self.without_variant(label), styles);
             let entry = match order {
                 _ if all.of_label(label).share_completed() == Some(0.0) => format!("{shown}: never stable"),
                 Some(_) if self.levels_off(&points) => format!("{shown}, levels off"),
@@ -329,7 +346,7 @@ impl XyPanel {
                     abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
                 }
             };
-            Ok(Curve::new(label, name(runs, label, styles), points))
+            Ok(Curve::new(label, self.named(runs, label, styles), points))
         };
         self.x.series(runs, values, &self.labels).into_iter().map(curve).collect()
     }
@@ -349,7 +366,7 @@ impl XyPanel {
                 Some(share) if share < 1.0 => ": some runs failed",
                 Some(_) => "",
             };
-            let mut curve = Curve::new(label, format!("{}{lost}", name(runs, label, styles)), Vec::new());
+            let mut curve = Curve::new(label, format!("{}{lost}", self.named(runs, label, styles)), Vec::new());
             let by_step = runs.of_label(label).by(|row| runs.macro_step_ms(row)).into_iter();
             let by_tolerance = by_step.flat_map(|(step, runs)| {
                 runs.by(tolerance).into_iter().map(move |(tolerance, runs)| (step, tolerance, runs.completed()))
