@@ -55,6 +55,19 @@ impl Motion {
             let column = table.column(name)?;
             Ok((0..table.len()).map(|row| table.number(row, column)).collect())
         };
+        Self::of(of, column, [trace, reference], enlarged)
+    }
+
+    /// Takes the columns of a drawing from a run and its reference, each read by `column`.
+    ///
+    /// # Errors
+    /// Those of `column`.
+    pub fn of<T>(
+        of: &CaseDrawing,
+        column: impl Fn(&T, &str) -> Result<Vec<f64>>,
+        [trace, reference]: [&T; 2],
+        enlarged: f64,
+    ) -> Result<Self> {
         let (times_s, theirs) = (column(trace, "time_s")?, column(reference, "time_s")?);
         let last = theirs.len().saturating_sub(1);
         let rows: Vec<usize> =
@@ -263,6 +276,9 @@ impl View {
         };
         // Filled where it is inside, outlined where its edge is.
         let solid = |drawing: &mut Drawing, corners: &[Point], fill: Option<Color>| {
+            if corners.iter().all(|corner| self.place.contains(*corner)) {
+                return drawing.area(corners.to_vec(), fill, Some(stroke));
+            }
             if let Some(fill) = fill {
                 drawing.area(clip::polygon(corners, &self.place), Some(fill), None);
             }

@@ -20,15 +20,53 @@ pub const DARK: &str =
 
 /// Formats a drawing as a self-contained SVG document; equal drawings give equal bytes.
 pub fn svg(drawing: &Drawing) -> String {
-    let (width, height) = (drawing.width, drawing.height);
-    let mut writer = Writer { text: String::new(), open: None };
-    for shape in &drawing.shapes {
-        writer.shape(shape);
+    document(drawing, "", &inside(drawing.shapes.iter()))
+}
+
+/// Formats drawings of one size as a document that shows one after the other, each for some seconds, from the first again after the last.
+/// Where motion is not wanted, or not known, `still` stands.
+pub fn svg_of_frames(frames: &[Drawing], seconds: f64, still: usize) -> String {
+    let Some(first) = frames.first() else { return svg(&Drawing::new(0.0, 0.0)) };
+    let is_common = |shape: &&Shape| frames.iter().all(|frame| frame.shapes.contains(shape));
+    let total = seconds * frames.len() as f64;
+    let mut text = inside(first.shapes.iter().filter(is_common));
+    for (index, frame) in frames.iter().enumerate() {
+        let class = if index == still { "f s" } else { "f" };
+        let own = inside(frame.shapes.iter().filter(|shape| !is_common(shape)));
+        let delay = hundredths(seconds * index as f64 - total);
+        let _ = write!(text, "<g class=\"{class}\" style=\"animation-delay:{delay}s\">\n{own}</g>\n");
     }
+    // A look has a name, as it is there in every frame.
+    let mut sheet = format!(
+        ".f{{visibility:hidden;animation:f {}s step-end infinite}}.s{{visibility:visible}}\
+         @keyframes f{{0%{{visibility:visible}}{}%{{visibility:hidden}}}}\
+         @media (prefers-reduced-motion:reduce){{.f{{animation:none}}}}",
+        hundredths(total),
+        hundredths(100.0 / frames.len() as f64)
+    );
+    let looks: std::collections::BTreeSet<String> =
+        text.split("<path").skip(1).filter_map(|path| Some(path.split(" d=").next()?.to_owned())).collect();
+    for (index, look) in looks.iter().enumerate() {
+        text = text.replace(&format!("<path{look} d="), &format!("<path class=\"p{index}\" d="));
+        let _ = write!(sheet, ".p{index}{{{}}}", look.trim().replace("=\"", ":").replace('"', ";"));
+    }
+    document(first, &format!("<style>{sheet}</style>\n"), &text)
+}
+
+/// The elements of some shapes.
+fn inside<'a>(shapes: impl Iterator<Item = &'a Shape>) -> String {
+    let mut writer = Writer { text: String::new(), open: None };
+    shapes.for_each(|shape| writer.shape(shape));
     writer.settle(None);
+    writer.text
+}
+
+/// A document of the size and with the words of a drawing.
+fn document(drawing: &Drawing, sheet: &str, text: &str) -> String {
+    let (width, height) = (drawing.width, drawing.height);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {} {}\" role=\"img\" \
-         font-family=\"{FAMILIES}\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n{DARK}\
+         font-family=\"{FAMILIES}\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n{DARK}{sheet}\
          <path d=\"M0 0h{}v{}H0z\" fill=\"#fff\"/>\n{}</svg>\n",
         hundredths(width * MM),
         hundredths(height * MM),
@@ -38,7 +76,7 @@ pub fn svg(drawing: &Drawing) -> String {
         escaped(&description(drawing)),
         hundredths(width),
         hundredths(height),
-        writer.text
+        text
     )
 }
 
