@@ -228,9 +228,10 @@ impl FigureOptions for XyFigure {
             if panel.label.is_empty() {
                 panel.label.clone_from(&panel.metric);
             }
-            let other = |label: &&String| !panel.labels.contains(label);
+            let shown = || panel.labels.iter().chain(panel.lines.iter().flat_map(|line| &line.labels));
+            let other = |label: &&String| shown().all(|known| known != *label);
             if let Some(label) = panel.baselines.iter().chain(panel.names.keys()).find(other) {
-                return Err(Error::unknown("label", label, panel.labels.iter().map(String::as_str)).to_string());
+                return Err(Error::unknown("label", label, shown().map(String::as_str)).to_string());
             }
             let has_parameter = panel.x.parameter.is_some();
             if has_parameter && panel.x.cost.is_some() {
