@@ -213,10 +213,18 @@ impl Default for Drawing {
     }
 }
 
+/// What a case is first shown with on which no coupling goes beyond the mechanics' own step: a model, and both sides in one.
+pub(super) const LIMITED_BY_ITS_STEP: [&str; 2] = ["rim-nonsmooth", "monolithic"];
+
 impl Drawing {
     /// A title and a sentence about it, and what is seen of frames and shapes.
     pub(super) fn of(title: [&'static str; 2], view: [[f64; 2]; 2], frames: Vec<Frame>, shapes: Vec<Shape>) -> Self {
         Drawing { title, view, frames, shapes, ..Drawing::default() }
+    }
+
+    /// The same, first shown with other schemes.
+    pub(super) fn with(self, schemes: [&'static str; 2]) -> Self {
+        Drawing { schemes, ..self }
     }
 
     /// Lists the columns that it reads.
