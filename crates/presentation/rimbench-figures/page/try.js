@@ -211,15 +211,15 @@
     ["Longer step", "h=3&a=zero-order-hold&b=first-order-hold", "in-h", () => `The macro step is 3 ms now. On the left: ${told(0)}.`],
     ["Smooth model", "h=5&a=rim-smooth&b=first-order-hold&contacts-a=margin:1e-3", "in-a", () => `At 5 ms, as in the paper, the cylinder on the left has a model of the box that counts contacts within 1 mm as closed. It ${locked()}: ${told(0)}.`],
     ["Non-smooth model", "h=5&a=rim-smooth&b=rim-nonsmooth&contacts-a=margin:1e-3", "in-b", () => `The model on the right lets contacts open within the step: ${told(1)}.`],
-    ["Late samples", "h=5&a=rim-nonsmooth-gap&b=rim-nonsmooth-gap&late=2&late-a=raw", "in-late", () => `Samples are two macro steps old. Taken for the present (left): ${told(0)}. Run forward to the present by the model (right): ${told(1)}.`],
-    ["Mechanics’ own step", "h=10&a=rim-nonsmooth&b=rim-nonsmooth-gap&step=1e-3", "in-h", () => `At 10 ms the mechanics takes steps of 1 ms, as engines do. A model that lets contacts open (left): ${told(0)}. One that lets them close as well (right): ${told(1)}.`],
+    ["Late", "h=5&a=rim-nonsmooth-gap&b=rim-nonsmooth-gap&late=2&late-a=raw", "in-late", () => `Samples are two macro steps old. Taken for the present (left): ${told(0)}. Run forward to the present by the model (right): ${told(1)}.`],
+    ["Own step", "h=10&a=rim-nonsmooth&b=rim-nonsmooth-gap&step=1e-3", "in-h", () => `At 10 ms the mechanics takes steps of 1 ms, as engines do. A model that lets contacts open (left): ${told(0)}. One that lets them close as well (right): ${told(1)}.`],
   ];
   const story = () => {
     const options = Object.keys(OPTIONS).filter((key) => state[key] !== OPTIONS[key]).map((key) => `&${key}=${state[key]}`);
     const here = `h=${steps()[state.h]}&a=${state.a}&b=${state.b}${options.join("")}`;
     const now = state.case === "wedge-box" ? STORY.findIndex(([, address]) => address === here) : -1;
     [...$("story-steps").querySelectorAll("a")].forEach((link, k) => (k === now ? link.setAttribute("aria-current", "step") : link.removeAttribute("aria-current")));
-    STORY.forEach(([, , control], k) => $(control).classList.toggle("asked", k === now));
+    for (const [, , control] of STORY) $(control).classList.toggle("asked", control === STORY[now]?.[2]);
     const raw = SIDES.flatMap((side, k) => (state.late > 0 && state[`late-${side}`] ? [` On the ${["left", "right"][k]} late samples are taken for the present.`] : []));
     $("story-said").textContent = now < 0 ? current().about + raw.join("") : STORY[now][3]();
   };
