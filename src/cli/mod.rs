@@ -25,7 +25,7 @@ mod submit;
 mod summary;
 mod verify;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
@@ -102,7 +102,9 @@ fn command() -> clap::Command {
         }
     }
     let template = format!("{{about}}\n\n{{usage-heading}} {{usage}}\n{commands}\nOptions:\n{{options}}");
-    command.help_template(template).term_width(width())
+    // A line or two for each option, however help is asked for.
+    let help = Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print help").global(true);
+    command.disable_help_flag(true).arg(help).help_template(template).term_width(width())
 }
 
 /// Exit code after Ctrl-C, as shells have it.
