@@ -1,8 +1,8 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
-use super::FigureOptions;
-use super::statistics::{Bars, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
+use super::statistics::{Bars, Only, OverPhases, floor, over_phases, rounded, row, unit_of};
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::chart::{Absent, Axis};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
@@ -11,7 +11,6 @@ use rimbench_cases::metrics::ideal_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Runs;
 use serde::Deserialize;
-use std::path::Path;
 
 /// Options of a dot plot.
 #[derive(Debug, Clone, Deserialize)]
@@ -76,9 +75,9 @@ impl FigureOptions for DotsFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let table = read_runs(folder)?;
-        let all = Runs::of(&table)?;
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let table = source.runs()?;
+        let all = Runs::of(table)?;
         let labels = all.labels(&self.labels);
         let mut parts = Vec::new();
         for spec in &self.panels {

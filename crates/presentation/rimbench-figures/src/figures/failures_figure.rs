@@ -1,9 +1,9 @@
 //! Which machine fails with which scheme at which macro step: a row for each case, a panel for each scheme, and in each cell the share of
 //! the runs that fail.
 
-use super::FigureOptions;
-use super::statistics::{name, read_runs, rounded, unit_of};
+use super::statistics::{name, rounded, unit_of};
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::chart::Absent;
 use crate::drawing::{Color, Drawing};
 use crate::rows::{Cell, Column, Content, Grid, Row, RowsPanel, RowsPlot};
@@ -12,7 +12,6 @@ use rimbench_core::error::Result;
 use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::collections::BTreeSet;
-use std::path::Path;
 
 /// Options of a table of failures.
 #[derive(Debug, Clone, Deserialize)]
@@ -36,9 +35,9 @@ impl FigureOptions for FailuresFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let table = read_runs(folder)?;
-        let all = Runs::of(&table)?;
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let table = source.runs()?;
+        let all = Runs::of(table)?;
         let labels = all.labels(&self.labels);
         let cases: BTreeSet<&str> = all.problems().iter().map(|[case, _]| *case).collect();
         let steps: Vec<f64> = all.by(|row| all.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();

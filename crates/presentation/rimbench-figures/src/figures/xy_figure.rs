@@ -1,12 +1,12 @@
 //! A metric against the macro step, a parameter of the case or the cost: median over phases, with the range from best to worst.
 
-use super::FigureOptions;
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
-    Bars, FRACTION_STABLE, Only, OverPhases, floor, name, over_phases, read_runs, refuse_several, rounded,
-    share_usable, style, unit_of,
+    Bars, FRACTION_STABLE, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_usable, style,
+    unit_of,
 };
 use super::valid::{self, refuse};
+use super::{FigureOptions, Source};
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::{Color, Drawing};
 use crate::line_style::LineStyle;
@@ -18,7 +18,6 @@ use rimbench_statistics::{Runs, order_of_medians};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::convert::identity;
-use std::path::Path;
 
 /// A curve that rises less with H has no order that is worth a number.
 const LEAST_ORDER: f64 = 0.25;
@@ -163,13 +162,13 @@ impl FigureOptions for XyFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let table = read_runs(folder)?;
-        let all = Runs::of(&table)?;
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let table = source.runs()?;
+        let all = Runs::of(table)?;
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
-            let abscissa = spec.x.read(folder, &all)?;
+            let abscissa = spec.x.read(&source.folder, &all)?;
             // Each value of a parameter is a problem of its own.
             let runs = match abscissa {
                 Abscissa::Parameter(_) if spec.lines.is_empty() => spec.only.of(&all)?,
@@ -485,6 +484,7 @@ fn with_range(mut panel: Panel, curve: Curve<'_>, style: LineStyle) -> Panel {
 mod tests {
     use super::*;
     use crate::chart::Loss;
+    use std::path::Path;
 
     /// Medians of an rms force error over the macro steps, N over ms.
     fn points(medians: &[f64]) -> Vec<OverPhases> {
