@@ -137,7 +137,12 @@ fn in_words(label: &str) -> String {
     let (id, rest) = first.split_at(first.find(ENDS).unwrap_or(first.len()));
     let known = SCHEMES.iter().find(|(scheme, ..)| *scheme == id);
     let name = known.map_or_else(|| first.to_owned(), |(_, name, _)| format!("{name}{rest}"));
-    parts.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
+    with_variants(name, parts)
+}
+
+/// A name with its variants in words.
+pub(crate) fn with_variants<'a>(name: String, variants: impl Iterator<Item = &'a str>) -> String {
+    variants.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
 }
 
 /// A variant in words; one that nobody here knows is left as it is.
@@ -148,6 +153,12 @@ fn variant_in_words(variant: &str) -> String {
     if let Some((first, last)) = variant.rsplit_once('-') {
         if margin(last).is_some() {
             return format!("{}, {}", variant_in_words(first), variant_in_words(last));
+        }
+        let steps = |count: u32| if count == 1 { "1 step late".to_owned() } else { format!("{count} steps late") };
+        match (first, last.parse::<u32>()) {
+            ("late" | "catch-up-late", Ok(count)) => return steps(count),
+            ("raw-late", Ok(count)) => return format!("{}, taken for the present", steps(count)),
+            _ => {}
         }
         if let ("profile" | "mean", Ok(parts)) = (first, last.parse::<u32>()) {
             return format!("{first} of {parts}");
@@ -163,6 +174,7 @@ fn variant_in_words(variant: &str) -> String {
         "held" => "held force".to_owned(),
         "mean-all" => "mean of all".to_owned(),
         "fine" => "fine mechanics".to_owned(),
+        "1ms-steps" => "steps of 1 ms".to_owned(),
         "one-row" => "one row".to_owned(),
         "one-row-profile" => "one row, profile".to_owned(),
         "equal" => "equal steps".to_owned(),
@@ -418,6 +430,7 @@ mod tests {
             ("rim-nonsmooth-gap/profile-10", "gap tracking, profile of 10"),
             ("zero-order-hold/gauss-seidel", "zero-order hold, actuator first"),
             ("gap/event-split/kinks", "gap, event-split, kinks"),
+            ("rim-nonsmooth-gap/raw-late-5", "gap tracking, 5 steps late, taken for the present"),
             ("mine", "mine"),
             ("iterated-aitken/fine", "fixed-point iteration, fine mechanics (not real-time)"),
         ] {
