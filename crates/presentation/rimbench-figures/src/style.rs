@@ -175,6 +175,7 @@ fn variant_in_words(variant: &str) -> String {
         "mean-all" => "mean of all".to_owned(),
         "fine" => "fine mechanics".to_owned(),
         "1ms-steps" => "steps of 1 ms".to_owned(),
+        "own-step" => "own step".to_owned(),
         "one-row" => "one row".to_owned(),
         "one-row-profile" => "one row, profile".to_owned(),
         "equal" => "equal steps".to_owned(),
