@@ -109,6 +109,8 @@ fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> S
     let set: String = question.fixed.set.iter().map(|(key, value)| format!(" · {key} = {value}")).collect();
     let case = question.fixed.case.as_deref().unwrap_or_default();
     let about = format!("{case}{set} · rms force error at most {} of the peak", percent(question.error));
+    let usual = question.catalogue.case(case).map_or(f64::NAN, |case| case.defaults.duration_s);
+    let duration_s = question.fixed.duration_s.unwrap_or(usual);
     let step = |choice: &Choice| with_digits(choice.macro_step_s, "s", 4);
     let verdict = |choice: &Choice| (format!("{} at {}", choice.scheme, step(choice)), Mood::Good);
     let (verdict, mood) = advice.advised.as_ref().map_or(("none".to_owned(), Mood::Bad), verdict);
@@ -121,7 +123,9 @@ fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> S
         let unit = if question.prices == USUAL_PRICES { "micro steps" } else { "units of price" };
         lines.push(row("", &format!("error {error}, worst of {} phases; cost {cost} {unit}", question.phases)));
         let time = quantity(choice.time_per_macro_step_s, "s");
-        lines.push(row("computing time", &format!("{time} per macro step ({time_is_of} time)")));
+        let count = (duration_s / choice.macro_step_s).ceil();
+        let total = quantity(count * choice.time_per_macro_step_s, "s");
+        lines.push(row("computing time", &format!("{time} per macro step, {total} in all ({time_is_of} time)")));
     }
     if question.prices != USUAL_PRICES {
         let [exchange, mechanics, micro, model] = question.prices.map(|price| with_digits(price, "-", 2));

@@ -92,6 +92,10 @@ impl List {
                     entry(metric.name, metric.about, [("unit", metric.unit.to_owned()), ("where", of.to_owned())])
                 })
                 .collect(),
+            What::Parameters if case.is_none() && self.format == Format::Table => {
+                let message = "`list parameters` needs a case: --case NAME, as `rimbench list cases` names them";
+                return Err(Error::Incompatible(message.to_owned()).into());
+            }
             What::Parameters => catalogue
                 .cases()
                 .iter()
@@ -105,7 +109,13 @@ impl List {
                         ("source", parameter.source.to_string()),
                         ("case", case.to_string()),
                     ];
-                    entry(&parameter.name, &parameter.about, more)
+                    // A short list shows what a parameter is, and of how much.
+                    let value = format!("{} {}", parameter.default, parameter.unit);
+                    let about = match self.format == Format::Table && !self.long {
+                        true => format!("{} · {}", value.trim_end(), parameter.about),
+                        false => parameter.about.to_string(),
+                    };
+                    entry(&parameter.name, &about, more)
                 })
                 .collect(),
             What::FigureKeys => match self.format {

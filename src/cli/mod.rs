@@ -25,7 +25,7 @@ mod submit;
 mod summary;
 mod verify;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
@@ -35,6 +35,7 @@ use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
 use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell};
+use rimbench::numerics_version::NUMERICS_VERSION;
 use screen::{Mood, headline, paragraph, width};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -43,7 +44,7 @@ use std::process::ExitCode;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
 #[derive(Debug, Parser)]
-#[command(name = "rimbench", version, about, propagate_version = true)]
+#[command(name = "rimbench", version = version(), about, propagate_version = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -101,7 +102,9 @@ fn command() -> clap::Command {
         }
     }
     let template = format!("{{about}}\n\n{{usage-heading}} {{usage}}\n{commands}\nOptions:\n{{options}}");
-    command.help_template(template).term_width(width())
+    // A line or two for each option, however help is asked for.
+    let help = Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print help").global(true);
+    command.disable_help_flag(true).arg(help).help_template(template).term_width(width())
 }
 
 /// Exit code after Ctrl-C, as shells have it.
@@ -121,10 +124,35 @@ enum Format {
     Json,
 }
 
+/// Ends the program with what is wrong with the command line, said as every other error is, or with what was asked for.
+fn refuse(error: &clap::Error) -> ! {
+    use clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand as Help;
+    if !error.use_stderr() || error.kind() == Help {
+        error.exit()
+    }
+    let text = error.render().to_string();
+    let mut parts = text.trim_start_matches("error: ").split("\n\n");
+    let wrong = parts.next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    let tip = text.lines().find_map(|line| line.trim().strip_prefix("tip: ")).map(|tip| format!("{tip}; "));
+    let usage = text.split("Usage: ").nth(1).and_then(|usage| usage.split(['[', '<', '-', '\n']).next());
+    let help =
+        format!("{}`{} --help` lists what there is", tip.unwrap_or_default(), usage.unwrap_or("rimbench").trim());
+    eprintln!("error: {}\nhelp: {}", paragraph(&wrong, 7), paragraph(&help, 6));
+    std::process::exit(2)
+}
+
+/// Revision of the sources, and version of the digits: what a result depends on.
+fn version() -> String {
+    let revision = option_env!("RIMBENCH_GIT_REVISION").unwrap_or("unknown");
+    let short = revision.get(..12).unwrap_or(revision);
+    format!("{} (revision {short}, numerics {NUMERICS_VERSION})", env!("CARGO_PKG_VERSION"))
+}
+
 impl Cli {
     /// Reads the command line; ends the program if that cannot be, or if help was asked for.
     pub fn read() -> Self {
-        Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
+        let read = command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+        read.unwrap_or_else(|error| refuse(&error))
     }
 
     /// Runs the chosen command and says with which code to exit.

@@ -205,7 +205,8 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
                         false => figure.drawn(results, styles).map(|drawing| Picture::Drawn(Box::new(drawing))),
                     };
                     let drawn = drawn.map_err(|error| study.said(&error));
-                    (figure.id.clone(), figure.caption.clone(), drawn)
+                    let said = figure.said(results).map(|said| said.caption);
+                    (figure.id.clone(), said.unwrap_or_else(|error| study.said(&error)), drawn)
                 });
                 study.figures = made.collect();
                 study.addresses = own

@@ -14,7 +14,7 @@ use rimbench::error::Error;
 use rimbench::fmi::import::{ProbeQuality, SideNotes};
 use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
 use rimbench::input::read_text;
-use rimbench::metrics::METRICS;
+use rimbench::metrics::{METRICS, STAYS_DOWN_M};
 use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
@@ -205,6 +205,14 @@ impl Said<'_> {
         if let Some(position) = metric("position_error_rms_m") {
             let own = run.found.reference_uncertainty[1].map(|own| format!(" (reference ± {})", quantity(own, "m")));
             lines.push(row("position error", &format!("{} rms{}", quantity(position, "m"), own.unwrap_or_default())));
+        }
+        if let Some(peak) = metric("touch_down_peak_ratio").filter(|peak| peak.is_finite()) {
+            let opened = match metric("lift_off_height_m") {
+                Some(height) if height > STAYS_DOWN_M => format!(", lifts off {}", quantity(height, "m")),
+                Some(height) if height.is_finite() => ", stays down".to_owned(),
+                _ => String::new(),
+            };
+            lines.push(row("touch-down", &format!("peak {} of the reference's{opened}", percent(peak))));
         }
         if let Some(residual) = metric("interface_residual_j") {
             let label = if residual < 0.0 { "energy created" } else { "energy lost" };

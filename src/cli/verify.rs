@@ -3,7 +3,7 @@
 use super::number::counted;
 use super::project::Project;
 use super::screen::{Mood, verdict};
-use super::{claims_list, print};
+use super::{Format, claims_list, print, print_json};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::harness::{CheckedClaim, Verdict, verify_results};
@@ -23,6 +23,9 @@ pub struct Verify {
     /// Where results are: <DIR>/<group>/<name>, or the folder that `run --out` wrote
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
+    /// How to print; for programs all claims
+    #[arg(long, value_enum, default_value_t = Format::Table, conflicts_with = "all")]
+    format: Format,
 }
 
 impl Verify {
@@ -66,7 +69,10 @@ impl Verify {
         if !faults.is_empty() {
             said += &format!("; {} of {} could not be checked", faults.len(), counted(self.files.len(), "file"));
         }
-        if !shown.is_empty() {
+        let is_read = self.format == Format::Table;
+        if !is_read {
+            print_json(&serde_json::to_value(&claims)?)?;
+        } else if !shown.is_empty() {
             print(&claims_list(&shown))?;
         }
         let mood = if changed > 0 {
@@ -76,7 +82,9 @@ impl Verify {
         } else {
             Mood::Open
         };
-        print(&verdict(&said, mood))?;
+        if is_read {
+            print(&verdict(&said, mood))?;
+        }
         for error in &faults {
             eprintln!("{}", super::screen::error(&error.to_string(), &[]));
         }

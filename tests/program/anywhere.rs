@@ -83,6 +83,10 @@ fn experiments_are_those_that_the_program_carries_where_there_are_none() {
     let verified = ["verify", "experiments/paper/fig1.toml", "experiments/paper/phases.toml", "--results", &results];
     let elsewhere = said(&mut called(folder.path(), &verified), 0);
     assert_eq!(claims(&elsewhere), claims(&said(&mut called(root(), &verified), 0)));
+    let mut for_programs = verified.to_vec();
+    for_programs.extend(["--format", "json"]);
+    let listed: serde_json::Value = serde_json::from_str(&said(&mut called(folder.path(), &for_programs), 0)).unwrap();
+    assert!(listed.as_array().unwrap().iter().all(|claim| claim["id"].is_string() && claim["verdict"].is_string()));
     let planned = said(&mut called(folder.path(), &["run", "experiments/paper/fig1.toml", "--dry-run"]), 0);
     assert_has(&planned, &["wedge-box"]);
     assert_eq!(files(folder.path()), [""; 0]);

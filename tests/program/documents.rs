@@ -79,6 +79,10 @@ fn fault(document: &Path, link: &str) -> Option<String> {
         return Some("leads nowhere".to_owned());
     }
     let anchor = anchor?;
+    // The page that simulates begins with the case of its address.
+    if let Some(case) = anchor.strip_prefix("case=") {
+        return (!cases().iter().any(|known| known.name == case)).then(|| format!("no case is `{case}`"));
+    }
     (!anchors(&read(&target)).contains(anchor)).then(|| format!("no heading is `{anchor}`"))
 }
 
@@ -105,6 +109,8 @@ fn the_check_must_see_a_link_that_leads_nowhere() {
     assert_eq!(fault(&readme, "docs/guide/last-run.md").unwrap(), "leads nowhere");
     assert_eq!(fault(&readme, "#as-a-shared-library").unwrap(), "no heading is `as-a-shared-library`");
     assert_eq!(fault(&readme, "#use-it"), None);
+    assert_eq!(fault(&readme, "results/paper/report.html#case=wedge-box"), None);
+    assert_eq!(fault(&readme, "results/paper/report.html#case=wedge").unwrap(), "no case is `wedge`");
     assert_eq!(links("see [a](b.md), and ![c](d.png)").collect::<Vec<_>>(), ["b.md", "d.png"]);
     assert_eq!(links("[a]: b.md").collect::<Vec<_>>(), ["b.md"]);
     assert_eq!(prose("one\n```sh\n[two](x)\n```\nthree").map(|(number, _)| number).collect::<Vec<_>>(), [1, 5]);

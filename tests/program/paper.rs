@@ -220,7 +220,7 @@ fn what_the_report_names_exists() {
         let mut quoted = call.split('"').skip(1).step_by(2);
         let (experiment, id) = (quoted.next().unwrap(), quoted.next().unwrap());
         let svg = read(&format!("results/{experiment}/figures/{id}.svg"));
-        assert!(svg.contains("font-family=\"sans-serif\""), "{id}: no typeface for paper/layout.typ to replace");
+        assert!(svg.contains("font-family=\"Inter,"), "{id}: another typeface than that of the program comes first");
         let own = call.split("#picture(").next().unwrap();
         let alternative = own.split("alt: \"").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_default();
         assert!(alternative.len() > 80, "{id}: no alternative text, or a short one: {alternative:?}");

@@ -97,7 +97,7 @@ const curves = (() => {
         g.fillStyle = bad;
         g.font = "700 12px system-ui,sans-serif";
         g.textAlign = X(when) > w - 90 ? "right" : "left";
-        g.fillText("✕ diverges", X(when) + (X(when) > w - 90 ? -5 : 5), bottom - 8 - 16 * k);
+        g.fillText("✕ fails", X(when) + (X(when) > w - 90 ? -5 : 5), bottom - 8 - 16 * k);
       }
       // How far a curve goes that leaves the picture.
       if (!run?.rows) return;

@@ -60,7 +60,7 @@ const drawing = (() => {
       const rows = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]];
       const place = (p) => rows.map((row, k) => [x, y, z][k] + dot(row, p));
       // Feet are below their body, so behind it.
-      const add = (near, points, light, radius) => seen.push({ near: near - (gap ? 1 : 0), points, light, radius, fill, off: gap && value(gap) > 1e-4 });
+      const add = (near, points, light, radius) => seen.push({ near: near - (gap ? 1 : 0), points, light, radius, fill, foot: gap, off: gap && value(gap) > 1e-4 });
       if (corners) {
         const all = corners.map(place), inside = middle(all);
         for (const face of faces) {
@@ -132,7 +132,9 @@ const drawing = (() => {
           }
           g.fillStyle = "rgba(0,0,0,.13)";
           g.fill();
-          for (const { points, light, radius, fill, off } of seen) {
+          for (const { points, light, radius, fill, foot, off } of seen) {
+            // An outline hides nothing, so feet would show through their body.
+            if (thin && foot) continue;
             const [[x, y]] = flat(points).map(screen);
             if (radius) {
               g.beginPath();

@@ -112,24 +112,34 @@
   // The largest factor at which the worse of both stays in the picture.
   const enlargement = (of, reference, pair, window) => {
     const width = of.drawing.view.x[1] - of.drawing.view.x[0];
+    // What is fixed to a frame shows its turns as well.
+    const ends = of.drawing.shapes.flatMap(({ points = [], at, from, to }) => [...points, at, from, to].filter((point) => point?.[2]));
+    const place = (frames, [x, y, name]) => {
+      const [px, py, cos, sin] = frames.get(name);
+      return [px + cos * x - sin * y, py + sin * x + cos * y];
+    };
     let worst = 0;
     for (const run of pair) {
       for (let s = 0; run?.rows && s <= 60; s++) {
         const t = window[0] + (s / 60) * (window[1] - window[0]);
         if (t > end(run)) break;
         const [ours, theirs] = [run, reference].map((trace) => drawing.poses(of.drawing, (name) => at(trace, name, t)));
-        for (const [name, pose] of ours) worst = Math.max(worst, Math.hypot(pose[0] - theirs.get(name)[0], pose[1] - theirs.get(name)[1]));
+        for (const end of [...ours.keys()].map((name) => [0, 0, name]).concat(ends)) {
+          const [p, q] = [place(ours, end), place(theirs, end)];
+          worst = Math.max(worst, Math.hypot(p[0] - q[0], p[1] - q[1]));
+        }
       }
     }
-    return [20, 10, 5, 2].find((factor) => factor * worst <= 0.06 * width) ?? 1;
+    // A run that is far off is drawn nearer to what it is.
+    const most = pair.some((run) => run.verdict.state !== "usable") ? 10 : 20;
+    return [20, 10, 5, 2].find((factor) => factor <= most && factor * worst <= 0.06 * width) ?? 1;
   };
   const pose = () => {
     if (!shown) return;
     const { of, reference, pair, window, factor } = shown, t = Math.min(state.t, end(reference));
     const inks = colors();
     SIDES.forEach((side, k) => {
-      const run = pair[k], judged = run?.verdict, ghost = (name) => at(reference, name, t);
-      const lost = judged?.failed && t > (judged.when ?? Infinity), gone = run?.rows && t > end(run) + 1e-9;
+      const run = pair[k], ghost = (name) => at(reference, name, t);
       // Of the columns that place frames the difference is enlarged; forces are as they are.
       const value = (name) => {
         const [own, other] = [at(run, name, Math.min(t, end(run))), ghost(name)];
@@ -142,11 +152,6 @@
       g.fillText(words[w < 300 ? 0 : 1], 8, h - 8);
       g.textAlign = "right";
       if (factor > 1 && !of.of_start) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
-      if (!judged || !(lost || gone || judged.none)) return;
-      g.textAlign = "center";
-      g.fillStyle = drawing.ink("no");
-      g.font = `700 ${w < 300 ? 13 : 17}px system-ui,sans-serif`;
-      g.fillText(judged.none ? "not run" : `✕ diverges at ${seconds(judged.when)}`, w / 2, w < 300 ? 18 : 28);
     });
     const plot = { of, reference, runs: pair, colors: inks, window, t, macro: of.steps_ms[shown.h] / 1000 };
     shown.timeInEvent = curves.drawEvent($("event"), plot);
@@ -194,7 +199,7 @@
       $(`cmd-${side}`).textContent = command(side);
     });
   };
-  // The paper in four states of the address, each with the one control that leads to it; what is told of a run is taken from it.
+  // Six states of the address, each with the one control that leads to it; what is told of a run is taken from it.
   const told = (k) => [shown.pair[k].verdict.words, shown.pair[k].verdict.numbers].filter(Boolean).join(", ");
   const locked = () => {
     const [{ columns: run }, { columns: truth }] = [shown.pair[0], shown.reference];
@@ -202,17 +207,19 @@
     return lock < touch ? `locks ${seconds(touch - lock)} before the touch-down, the wedge ${verdict.length(at(shown.reference, LOCK.gap, lock))} above the floor` : "fails";
   };
   const STORY = [
-    ["Hold", "h=1&a=zero-order-hold&b=first-order-hold", "play", () => "Between two exchanges the cylinder sees a held or extrapolated force. At a macro step of 1 ms both work. Press Play."],
-    ["Longer step", "h=3&a=zero-order-hold&b=first-order-hold", "in-h", () => `Drag the macro step to 3 ms. On the left: ${told(0)}.`],
-    ["Smooth model", "h=3&a=rim-smooth&b=first-order-hold&contacts-a=margin:1e-3", "in-a", () => `On the left, choose a model of the box that counts contacts within 1 mm as closed (Options). The smooth one ${locked()}: ${told(0)}.`],
-    ["Non-smooth model", "h=3&a=rim-smooth&b=rim-nonsmooth&contacts-a=margin:1e-3", "in-b", () => `On the right, choose a model that lets contacts open within the step. The box ${told(1)}.`],
+    ["Hold", "h=1&a=zero-order-hold&b=first-order-hold", "play", () => `Each side holds the other's last value, or extrapolates it. At a macro step of 1 ms: ${told(0)}. Press Play.`],
+    ["Longer step", "h=3&a=zero-order-hold&b=first-order-hold", "in-h", () => `The macro step is 3 ms now. On the left: ${told(0)}.`],
+    ["Smooth model", "h=5&a=rim-smooth&b=first-order-hold&contacts-a=margin:1e-3", "in-a", () => `At 5 ms, as in the paper, the cylinder on the left has a model of the box that counts contacts within 1 mm as closed. It ${locked()}: ${told(0)}.`],
+    ["Non-smooth model", "h=5&a=rim-smooth&b=rim-nonsmooth&contacts-a=margin:1e-3", "in-b", () => `The model on the right lets contacts open within the step: ${told(1)}.`],
+    ["Late", "h=5&a=rim-nonsmooth-gap&b=rim-nonsmooth-gap&late=2&late-a=raw", "in-late", () => `Samples are two macro steps old. Taken for the present (left): ${told(0)}. Run forward to the present by the model (right): ${told(1)}.`],
+    ["Own step", "h=10&a=rim-nonsmooth&b=rim-nonsmooth-gap&step=1e-3", "in-h", () => `At 10 ms the mechanics takes steps of 1 ms, as engines do. A model that lets contacts open (left): ${told(0)}. One that lets them close as well (right): ${told(1)}.`],
   ];
   const story = () => {
     const options = Object.keys(OPTIONS).filter((key) => state[key] !== OPTIONS[key]).map((key) => `&${key}=${state[key]}`);
     const here = `h=${steps()[state.h]}&a=${state.a}&b=${state.b}${options.join("")}`;
     const now = state.case === "wedge-box" ? STORY.findIndex(([, address]) => address === here) : -1;
     [...$("story-steps").querySelectorAll("a")].forEach((link, k) => (k === now ? link.setAttribute("aria-current", "step") : link.removeAttribute("aria-current")));
-    STORY.forEach(([, , control], k) => $(control).classList.toggle("asked", k === now));
+    for (const [, , control] of STORY) $(control).classList.toggle("asked", control === STORY[now]?.[2]);
     const raw = SIDES.flatMap((side, k) => (state.late > 0 && state[`late-${side}`] ? [` On the ${["left", "right"][k]} late samples are taken for the present.`] : []));
     $("story-said").textContent = now < 0 ? current().about + raw.join("") : STORY[now][3]();
   };
@@ -244,8 +251,7 @@
       out.dataset.run = pair[k].facts.get("run_id") ?? "";
       $(`scene-${side}`).setAttribute("aria-label", `${of.title}, ${called(state[side])}: ${words}`);
     });
-    const fails = (when) => (when === null ? "" : `, fails at ${seconds(when)}`);
-    const said = SIDES.map((side, k) => `${called(state[side])}: ${[judged[k].words, judged[k].numbers].filter(Boolean).join(", ")}${fails(judged[k].when)}`);
+    const said = SIDES.map((side, k) => `${called(state[side])}: ${[judged[k].words, judged[k].numbers].filter(Boolean).join(", ")}`);
     $("event").setAttribute("aria-label", `${of.force.label} around the event. ${said.join("; ")}`);
     story();
     pose();
@@ -415,7 +421,8 @@
           return option;
         }),
       );
-    readAddress();
+    // An address that names what is not there is put right.
+    if (readAddress()) writeAddress();
     $("try-works").hidden = false;
     for (const link of document.querySelectorAll("a.live")) link.hidden = false;
     listen();

@@ -34,9 +34,8 @@ const verdict = (() => {
     // What it counts as is said by the program, which knows every outcome.
     const counts_as = facts.get("outcome_class");
     if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
-      const why = facts.get("error") ?? facts.get("reason") ?? "", begun = run.rows > 1;
-      const words = begun ? "no answer" : /friction/.test(why) ? "not run: knows no friction" : /delivery/.test(why) ? "not run: takes no late samples" : "not run here";
-      return (run.verdict = { none: true, failed: false, when: null, state: "fails", sign: "–", numbers: "", words, why });
+      const why = facts.get("error") ?? facts.get("reason") ?? "";
+      return (run.verdict = { none: true, failed: false, when: null, state: "fails", sign: "–", numbers: why, words: run.rows > 1 ? "no answer" : "not run", why });
     }
     const failed = counts_as === "failed";
     const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
@@ -47,13 +46,14 @@ const verdict = (() => {
     const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > stays_down_m ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
     // How a run failed is said by the program, which knows its own limits, and why in the hint.
-    const parts = (failed ? [moved, facts.get("outcome").replaceAll("-", " ")] : [moved || stays, of_force]).filter(Boolean);
+    const parts = (failed ? [moved, `${facts.get("outcome").replaceAll("-", " ")} at ${seconds(when)}`] : [moved || stays, of_force]).filter(Boolean);
     // The error over the whole run, and what it hides: the peak of the touch-down, or of the run where nothing touches down.
     const peaks = Number.isFinite(touch) ? touch : ratio, percent = Math.round(100 * Math.abs(peaks - 1));
     const rms = `error ${digits(100 * error)}\u00a0%\u00a0rms`, high = peaks > 1 ? "high" : "low", height = peaks > 2 ? `${digits(peaks)}×` : `${percent}\u00a0% too ${high}`;
     const numbers = failed ? "" : share === "" ? "no force to speak of" : `${rms}, ${Number.isFinite(touch) ? "touch-down peak" : "peak"} ${percent ? height : "exact to 1\u00a0%"}`;
-    const state = failed ? "fails" : share !== "" && error <= usable ? "usable" : "completes";
-    if (!parts.length) parts.push(state !== "usable" ? "leaves the reference" : percent > 25 ? "follows the reference, not its peak" : "follows the reference");
+    // An error over the whole run hides an event: half of its peak must be there as well.
+    const follows = share !== "" && error <= usable, state = failed ? "fails" : follows && percent <= 50 ? "usable" : "completes";
+    if (!parts.length) parts.push(!follows ? "leaves the reference" : percent > 25 ? "follows the reference, not its peak" : "follows the reference");
     return (run.verdict = { none: false, failed, when, state, sign: SIGNS[state], numbers, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
   };
   return { length: millimetres, row, at, end, extent, peak, digits, milliseconds, seconds, judge };

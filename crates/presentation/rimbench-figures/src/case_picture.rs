@@ -55,6 +55,19 @@ impl Motion {
             let column = table.column(name)?;
             Ok((0..table.len()).map(|row| table.number(row, column)).collect())
         };
+        Self::of(of, column, [trace, reference], enlarged)
+    }
+
+    /// Takes the columns of a drawing from a run and its reference, each read by `column`.
+    ///
+    /// # Errors
+    /// Those of `column`.
+    pub fn of<T>(
+        of: &CaseDrawing,
+        column: impl Fn(&T, &str) -> Result<Vec<f64>>,
+        [trace, reference]: [&T; 2],
+        enlarged: f64,
+    ) -> Result<Self> {
         let (times_s, theirs) = (column(trace, "time_s")?, column(reference, "time_s")?);
         let last = theirs.len().saturating_sub(1);
         let rows: Vec<usize> =
@@ -124,6 +137,8 @@ struct Face {
     points: Vec<[f64; 3]>,
     radius: f64,
     fill: Fill,
+    /// A foot, which its body may hide.
+    foot: bool,
     off: bool,
     light: f64,
 }
@@ -144,8 +159,15 @@ fn faces(solids: &[Solid], value: &dyn Fn(&str) -> f64) -> (Vec<Face>, Vec<Vec<[
         let off = gap.is_some_and(|gap| value(gap) > OFF);
         // Feet are below their body, so behind it.
         let under = if gap.is_some() { 1.0 } else { 0.0 };
-        let face =
-            |near: f64, points, radius, light| Face { near: near - under, points, radius, fill: *fill, off, light };
+        let face = |near: f64, points, radius, light| Face {
+            near: near - under,
+            points,
+            radius,
+            fill: *fill,
+            foot: gap.is_some(),
+            off,
+            light,
+        };
         match form {
             Form::Hull(corners, faces) => {
                 let corners: Vec<_> = corners.iter().map(place).collect();
@@ -263,6 +285,9 @@ impl View {
         };
         // Filled where it is inside, outlined where its edge is.
         let solid = |drawing: &mut Drawing, corners: &[Point], fill: Option<Color>| {
+            if corners.iter().all(|corner| self.place.contains(*corner)) {
+                return drawing.area(corners.to_vec(), fill, Some(stroke));
+            }
             if let Some(fill) = fill {
                 drawing.area(clip::polygon(corners, &self.place), Some(fill), None);
             }
@@ -293,7 +318,8 @@ impl View {
                         let corners: Vec<Point> = shadow.iter().map(project).collect();
                         drawing.area(clip::polygon(&corners, &self.place), Some(SHADOW), None);
                     }
-                    for Face { points, radius, fill: filling, off, light, .. } in faces {
+                    let is_drawn = |face: &Face| color.is_some() || !face.foot;
+                    for Face { points, radius, fill: filling, off, light, .. } in faces.into_iter().filter(is_drawn) {
                         let shade =
                             |color: Color| if off { FORCE } else { color.mix(Color::INK, 0.25 * (1.0 - light)) };
                         let corners: Vec<Point> = points.iter().map(project).collect();

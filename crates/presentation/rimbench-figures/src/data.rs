@@ -254,24 +254,46 @@ pub fn height_of_rows(series: usize) -> f64 {
     BAND.max(LOSS_ROW * series as f64 + 8.0)
 }
 
-/// The height at which a series leaves the frame on its way to the right, or ends.
-pub fn end(frame: &Frame, series: &Series) -> Option<f64> {
+/// The height at which a series leaves the frame on its way to the right, or ends: where all of its last runs failed, at their cross.
+pub fn end(frame: &Frame, series: &Series, losses: &[Losses]) -> Option<f64> {
+    let last = |points: &[(f64, f64)]| points.iter().map(|point| point.0).fold(f64::NAN, f64::max);
+    let is_lost = |losses: &&Losses| {
+        losses.name == series.data_name()
+            && losses.points.iter().any(|(x, loss)| *x >= last(&series.points) && loss.failed >= 1.0)
+    };
+    if let Some(row) = losses.iter().position(|losses| is_lost(&losses)) {
+        return Some(height_of_losses(frame, row, losses.len()));
+    }
     let inside = |vertex: &Vertex| vertex.beyond || frame.area.contains(vertex.at);
     frame.runs(&series.points).into_iter().flatten().rfind(inside).map(|vertex| vertex.at.1)
 }
 
-/// Marks in the band where runs were lost, a row for each series: an open triangle for some of them, a full one for all.
-pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses]) {
-    let step = (frame.band - 8.0) / losses.len().max(1) as f64;
-    for (row, series) in losses.iter().enumerate() {
-        let up = frame.whole().top + 4.0 + (row as f64 + 0.5) * step;
-        for &(x, loss) in &series.points {
-            let across = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
-            if let Some(across) = across {
+/// Where a row of the band for lost runs stands, of so many.
+fn height_of_losses(frame: &Frame, row: usize, of: usize) -> f64 {
+    frame.whole().top + 4.0 + (row as f64 + 0.5) * (frame.band - 8.0) / of.max(1) as f64
+}
+
+/// Marks in the band where runs were lost, a row for each series: an open triangle for some of them, a cross for all. A line that ends
+/// because all runs of the next point fail goes on to their cross in dots.
+pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses], all: &[Series]) {
+    for (row, lost) in losses.iter().enumerate() {
+        let up = height_of_losses(frame, row, losses.len());
+        let place = |x: f64| frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
+        let points = all.iter().filter(|series| series.data_name() == lost.name).flat_map(|series| &series.points);
+        let points: Vec<(f64, f64)> = points.copied().collect();
+        for pair in points.windows(2) {
+            let fails = lost.points.iter().any(|(x, loss)| *x == pair[1].0 && loss.failed >= 1.0);
+            let from = frame.vertex(pair[0]).filter(|vertex| frame.area.contains(vertex.at));
+            if let (true, Some(from), Some(to)) = (fails, from, place(pair[1].0)) {
+                drawing.line(vec![from.at, (to, up)], Stroke { color: lost.color, width: 1.0, dash: &[1.0, 2.5] });
+            }
+        }
+        for &(x, loss) in &lost.points {
+            if let Some(across) = place(x) {
                 if loss.failed > 0.0 {
-                    marker::draw_lost(drawing, (across, up), MARKER, series.color, loss.failed >= 1.0);
+                    marker::draw_lost(drawing, (across, up), MARKER, lost.color, loss.failed >= 1.0);
                 } else {
-                    marker::draw_silent(drawing, (across, up), MARKER, series.color);
+                    marker::draw_silent(drawing, (across, up), MARKER, lost.color);
                 }
             }
         }
@@ -394,19 +416,16 @@ mod tests {
             (0..4).map(|_| Losses { name: String::new(), points: points.clone(), color }).collect();
         let frame = Frame { band: height_of_rows(4), ..frame() };
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw_losses(&mut drawing, &frame, &losses);
-        let centres: Vec<Point> = drawing
-            .shapes
-            .iter()
-            .filter_map(|shape| match shape {
-                Shape::Path { points, closed: true, .. } => Some(points[0]),
-                _ => None,
-            })
-            .collect();
+        draw_losses(&mut drawing, &frame, &losses, &[]);
+        // A cross is two strokes; its middle is that of the first.
+        let strokes = drawing.shapes.iter().filter_map(|shape| match shape {
+            Shape::Path { points, .. } => Some((0.5 * (points[0].0 + points[1].0), 0.5 * (points[0].1 + points[1].1))),
+            _ => None,
+        });
+        let centres: Vec<Point> = strokes.step_by(2).collect();
         let apart = |a: &Point, b: &Point| (a.0 - b.0).hypot(a.1 - b.1) > 2.0 * MARKER;
         assert_eq!(centres.len(), 40);
         assert!((0..40).all(|i| (0..i).all(|j| apart(&centres[i], &centres[j]))), "{centres:?}");
-        // The first corner of a sign is above its middle.
         assert!(centres.iter().all(|centre| points.iter().any(|point| (10.0 * point.0 - centre.0).abs() < 1e-9)));
     }
 

@@ -58,8 +58,12 @@ impl Figure {
         let mut styles: Vec<LineStyle> = series().map(|series| series.style).collect();
         told_apart(&labels, &mut styles);
         let mut next = styles.into_iter();
-        for series in figure.panels.iter_mut().flat_map(|panel| &mut panel.series) {
-            series.style = next.next().unwrap_or(series.style);
+        for panel in &mut figure.panels {
+            for series in &mut panel.series {
+                series.style = next.next().unwrap_or(series.style);
+                let own = panel.losses.iter_mut().filter(|losses| losses.name == series.data_name());
+                own.for_each(|losses| losses.color = series.style.color);
+            }
         }
         figure
     }
@@ -220,7 +224,7 @@ impl<'a> Prepared<'a> {
             y: panel.y.label.clone(),
             series: panel.series.iter().map(|series| data::exact(&frame, series)).collect(),
         });
-        data::draw_losses(drawing, &frame, &panel.losses);
+        data::draw_losses(drawing, &frame, &panel.losses, &panel.series);
         data::draw_tags(drawing, &frame, &panel.series);
         for guide in &panel.guides {
             guides::label(drawing, &frame, guide);
@@ -232,7 +236,8 @@ impl<'a> Prepared<'a> {
             inset::draw(drawing, &frame, panel, inset);
         }
         self.labels(drawing, &frame, &x_ticks);
-        let end = |series: &Series| (series.label.clone(), data::end(&frame, series).unwrap_or(place.top));
+        let end =
+            |series: &Series| (series.label.clone(), data::end(&frame, series, &panel.losses).unwrap_or(place.top));
         panel.series.iter().map(end).collect()
     }
 

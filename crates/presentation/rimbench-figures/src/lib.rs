@@ -12,6 +12,7 @@
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
 //! | `rows` | ranked rows, one per scheme: signs along an axis, or what became of the runs by column |
 //! | [`case_picture`] | a case as it says that it looks: every picture of one is drawn from that |
+//! | [`film`] | a case in motion: its stills, shown one after the other |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
 //! | `vector` | the display list as SVG: true dashes, a named group per series; its file |
@@ -32,6 +33,7 @@ pub mod case_picture;
 pub mod chart;
 pub mod days;
 pub mod drawing;
+pub mod film;
 pub mod line_style;
 pub mod render;
 pub mod report;

@@ -68,7 +68,7 @@ pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
     ("rim-smooth", "smooth model", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
     (
         "rim-smooth-active",
-        "smooth active model",
+        "smooth model, loaded contacts",
         LineStyle::new([0x8C, 0x3B, 0x0C], Dash::DashDot, Marker::OpenDiamond),
     ),
     ("rim-nonsmooth", "non-smooth model", LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle)),

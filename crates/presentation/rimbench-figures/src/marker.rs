@@ -33,10 +33,12 @@ pub fn draw_beyond(drawing: &mut Drawing, at: Point, size: f64, color: Color) {
     drawing.area(ring(at, 3, 1.25 * size, -90.0), Some(color), Some(Stroke::solid(Color::WHITE, 0.8)));
 }
 
-/// Draws the up-pointing triangle of runs without a value: full where all of them were lost, else open.
+/// Draws the sign of runs without a value: a cross where all of them were lost, else an open triangle that points up.
 pub fn draw_lost(drawing: &mut Drawing, at: Point, size: f64, color: Color, all: bool) {
-    let fill = if all { color } else { Color::WHITE };
-    drawing.area(ring(at, 3, size, -90.0), Some(fill), Some(Stroke::solid(color, 1.2)));
+    match all {
+        true => draw(drawing, Marker::Cross, at, size, color),
+        false => drawing.area(ring(at, 3, size, -90.0), Some(Color::WHITE), Some(Stroke::solid(color, 1.2))),
+    }
 }
 
 /// Draws the sign of runs that gave no answer: a dash, which is no point of any series.

@@ -9,7 +9,7 @@
 //! ```
 
 use crate::tables::{TableList, Unit, claims_of};
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::input::read_text;
 use std::path::Path;
 
@@ -43,6 +43,23 @@ pub fn fill_page(page: &Path, text: &str, results: &Path, tables: &TableList) ->
         filled += &rest[..rest.len() - inside.len()];
         filled += &made.map_err(|error| wrong(error.to_string()))?;
         filled += &close;
+        rest = after;
+    }
+    Ok(filled + rest)
+}
+
+/// Fills what stands in braces in a text, as in `{claim=study/x:floor unit=N}`, with what claims in a folder of results measured.
+///
+/// # Errors
+/// [`Error::File`] with the text and what is wrong with it.
+pub fn fill_text(text: &str, results: &Path) -> Result<String> {
+    let (mut filled, mut rest) = (String::new(), text);
+    while let Some((before, behind)) = rest.split_once('{') {
+        let wrong = |error: String| Error::file(results, format!("cannot fill `{}`: {error}", shortened(text)));
+        let (asked, after) = behind.split_once('}').ok_or_else(|| wrong("`{` is not closed by `}`".to_owned()))?;
+        let number = value(asked, results, &TableList::default()).map_err(|error| wrong(error.to_string()))?;
+        filled += before;
+        filled += &number;
         rest = after;
     }
     Ok(filled + rest)

@@ -91,6 +91,10 @@ pub struct Row {
     pub color: Color,
 }
 
+/// The colours of no failure and of nothing else.
+const NONE_FAILED: Color = Color(0xD9, 0xE8, 0xDF);
+const ALL_FAILED: Color = Color(0xB0, 0x12, 0x0A);
+
 /// What an entry of the key shows before its words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sample {
@@ -122,6 +126,8 @@ pub enum Cell {
     Wrong,
     /// This share failed.
     Lost(f64),
+    /// This share failed, as a number.
+    Failed(f64),
     /// Nothing is known of any, though they were run.
     Silent,
     /// So many of the problems belong here.
@@ -511,7 +517,7 @@ impl Grid {
         let mut points = Vec::new();
         for (index, (column, cell)) in self.columns.iter().zip(cells).enumerate() {
             let at = (area.left + (index as f64 + 0.5) * self.step(area), y);
-            draw_cell(drawing, at, *cell, row.color, most.unwrap_or(1));
+            draw_cell(drawing, at, *cell, row.color, (most.unwrap_or(1), self.step(area)));
             let (value, note) = said(*cell, &column.label);
             points.push(Datum { x: column.value, y: value, range: None, note, at: Some(at) });
         }
@@ -525,13 +531,14 @@ fn said(cell: Cell, column: &str) -> (f64, String) {
         Cell::Absent(absent) => (f64::NAN, absent.in_words().to_owned()),
         Cell::Right => (1.0, String::new()),
         Cell::Wrong => (1.0, WRONG.to_owned()),
-        Cell::Lost(share) => (1.0 - share, format!("{:.0} % of the runs failed", 100.0 * share)),
+        Cell::Lost(share) | Cell::Failed(share) => (1.0 - share, format!("{:.0} % of the runs failed", 100.0 * share)),
         Cell::Silent => (f64::NAN, "no answer".to_owned()),
         Cell::Count(count) => (count as f64, format!("{count} with the limit: {column}")),
     }
 }
 
-fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, most: usize) {
+/// Draws a cell; `most` is the largest count of its grid, `width` that of its column.
+fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, (most, width): (usize, f64)) {
     let letters = |drawing: &mut Drawing, words: &str, color: Color| {
         drawing.text(Text::new(words, at, TICK_SIZE).anchored(Anchor::Middle).colored(color).centred());
     };
@@ -540,6 +547,17 @@ fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, mo
         Cell::Silent => letters(drawing, SILENT, Color::SOFT_INK),
         Cell::Right => marker::draw(drawing, Marker::Circle, at, 1.5 * MARKER, color),
         Cell::Wrong => marker::draw(drawing, Marker::OpenCircle, at, 1.4 * MARKER, color),
+        Cell::Failed(share) => {
+            let shade =
+                Color::WHITE.mix(NONE_FAILED, 0.5).mix(ALL_FAILED, if share > 0.0 { 0.2 + 0.8 * share } else { 0.0 });
+            let (across, up) = (0.5 * width - 0.6, 0.5 * ROW - 0.6);
+            let place = Rect { left: at.0 - across, top: at.1 - up, right: at.0 + across, bottom: at.1 + up };
+            drawing.area(place.corners(), Some(shade), None);
+            if share > 0.0 {
+                let ink = if share > 0.45 { Color::WHITE } else { Color::INK };
+                letters(drawing, &format!("{:.0}", (100.0 * share).max(1.0)), ink);
+            }
+        }
         Cell::Lost(share) if share >= 1.0 => {
             marker::draw(drawing, Marker::Cross, at, 0.8 * MARKER, Color::SOFT_INK.mix(Color::WHITE, 0.45));
         }

@@ -4,7 +4,7 @@
 //! by the letters of its name.
 
 use super::drawing::Color;
-use super::line_style::{Dash, LineStyle, Marker, SCHEMES};
+use super::line_style::{Dash, LineStyle, Marker, SCHEMES, SPARE_COLORS};
 use rimbench_core::name::Name;
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
 
@@ -36,6 +36,9 @@ fn contrast(Color(red, green, blue): Color) -> f64 {
 
 /// The reference, which is no scheme.
 const REFERENCE: (&str, LineStyle) = ("reference", LineStyle::new([0x00; 3], Dash::Solid, Marker::Circle));
+
+/// The colour of what others are held against.
+pub const BASELINE: Color = Color(0x84, 0x8A, 0x91);
 
 /// What ends a scheme's name in a label.
 const ENDS: [char; 5] = ['/', '+', ':', '(', ' '];
@@ -99,6 +102,11 @@ impl Styles {
         self.of_variant(scheme, variant)
     }
 
+    /// The style of what others are held against: grey.
+    pub fn baseline(style: LineStyle) -> LineStyle {
+        LineStyle { color: BASELINE, dash: Dash::Solid, ..style }
+    }
+
     /// The style of a scheme's variant: the scheme's colour with another dash and marker. Its own force return, and an empty
     /// variant, look like the scheme itself.
     fn of_variant(&self, name: &str, variant: &str) -> LineStyle {
@@ -129,7 +137,12 @@ fn in_words(label: &str) -> String {
     let (id, rest) = first.split_at(first.find(ENDS).unwrap_or(first.len()));
     let known = SCHEMES.iter().find(|(scheme, ..)| *scheme == id);
     let name = known.map_or_else(|| first.to_owned(), |(_, name, _)| format!("{name}{rest}"));
-    parts.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
+    with_variants(name, parts)
+}
+
+/// A name with its variants in words.
+pub(crate) fn with_variants<'a>(name: String, variants: impl Iterator<Item = &'a str>) -> String {
+    variants.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
 }
 
 /// A variant in words; one that nobody here knows is left as it is.
@@ -141,6 +154,12 @@ fn variant_in_words(variant: &str) -> String {
         if margin(last).is_some() {
             return format!("{}, {}", variant_in_words(first), variant_in_words(last));
         }
+        let steps = |count: u32| if count == 1 { "1 step late".to_owned() } else { format!("{count} steps late") };
+        match (first, last.parse::<u32>()) {
+            ("late" | "catch-up-late", Ok(count)) => return steps(count),
+            ("raw-late", Ok(count)) => return format!("{}, taken for the present", steps(count)),
+            _ => {}
+        }
         if let ("profile" | "mean", Ok(parts)) = (first, last.parse::<u32>()) {
             return format!("{first} of {parts}");
         }
@@ -150,11 +169,13 @@ fn variant_in_words(variant: &str) -> String {
         "jacobi" => "parallel".to_owned(),
         "mechanics-first" => "mechanics first".to_owned(),
         "mechanics-law" => "the mechanics’ law".to_owned(),
-        "active" => "active contacts".to_owned(),
+        "active" => "touching contacts".to_owned(),
         "end" => "end force".to_owned(),
         "held" => "held force".to_owned(),
         "mean-all" => "mean of all".to_owned(),
         "fine" => "fine mechanics".to_owned(),
+        "1ms-steps" => "steps of 1 ms".to_owned(),
+        "own-step" => "own step".to_owned(),
         "one-row" => "one row".to_owned(),
         "one-row-profile" => "one row, profile".to_owned(),
         "equal" => "equal steps".to_owned(),
@@ -178,7 +199,7 @@ fn margin(variant: &str) -> Option<(&str, &'static str)> {
     width("um").map(|digits| (digits, "µm")).or(width("mm").map(|digits| (digits, "mm")))
 }
 
-/// Changes signs, then dashes, of series that would look the same: of one colour no two labels of a figure share a sign while there are
+/// Changes colours of series of which more than two would share one, then signs, then dashes, of those that would look the same: of one colour no two labels of a figure share a sign while there are
 /// others, and none share dash and sign.
 pub fn told_apart(labels: &[&str], styles: &mut [LineStyle]) {
     const MARKERS: [Marker; 11] = [
@@ -196,6 +217,18 @@ pub fn told_apart(labels: &[&str], styles: &mut [LineStyle]) {
     ];
     const DASHES: [Dash; 7] =
         [Dash::Solid, Dash::Long, Dash::Dashed, Dash::Short, Dash::Dotted, Dash::DashDot, Dash::DashDotDot];
+    // Two share a colour at most; further ones have one that no scheme has. Grey is for baselines, however many.
+    for index in 0..styles.len() {
+        let (before, own) = (styles[..index].to_vec(), styles[index].color);
+        let same = before.iter().zip(labels).filter(|(style, label)| style.color == own && **label != labels[index]);
+        let same: std::collections::BTreeSet<&str> = same.map(|(_, label)| *label).collect();
+        let is_new = !labels[..index].contains(&labels[index]);
+        let free = SPARE_COLORS.map(|[red, green, blue]| Color(red, green, blue));
+        let free = free.into_iter().find(|color| before.iter().all(|style| style.color != *color));
+        if let Some(color) = free.filter(|_| is_new && same.len() >= 2 && own != BASELINE) {
+            styles[index].color = color;
+        }
+    }
     for index in 0..styles.len() {
         let others: Vec<LineStyle> = styles[..index]
             .iter()
@@ -260,7 +293,6 @@ pub fn style_in_list(index: usize) -> LineStyle {
 
 #[cfg(test)]
 mod tests {
-    use super::super::line_style::SPARE_COLORS;
     use super::*;
 
     #[test]
@@ -356,7 +388,25 @@ mod tests {
         }
         assert_eq!(looks[0], style_in_list(0));
         // While there are signs, each label of one colour has its own.
-        assert!((0..20).all(|i| (0..i).all(|j| labels[i] == labels[j] || looks[i].marker != looks[j].marker)));
+        let differ = |i: usize, j: usize| (looks[i].color, looks[i].marker) != (looks[j].color, looks[j].marker);
+        assert!((0..20).all(|i| (0..i).all(|j| labels[i] == labels[j] || differ(i, j))));
+    }
+
+    #[test]
+    fn two_series_share_a_colour_at_most() {
+        let styles = Styles::standard();
+        let labels: Vec<String> =
+            (0..6).map(|k| format!("rim-nonsmooth-gap/{}", k / 2 * 2)).chain(["rim-nonsmooth-gap/x".into()]).collect();
+        let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
+        let mut looks: Vec<LineStyle> = labels.iter().map(|label| styles.of_label(label)).collect();
+        told_apart(&labels, &mut looks);
+        let own = styles.of_label("rim-nonsmooth-gap").color;
+        // Of four labels two keep the colour of their scheme, wherever they are drawn.
+        assert_eq!(
+            looks.iter().map(|look| look.color == own).collect::<Vec<_>>(),
+            [true, true, true, true, false, false, false]
+        );
+        assert!(looks[4] == looks[5] && looks[6].color != looks[4].color);
     }
 
     #[test]
@@ -381,6 +431,7 @@ mod tests {
             ("rim-nonsmooth-gap/profile-10", "gap tracking, profile of 10"),
             ("zero-order-hold/gauss-seidel", "zero-order hold, actuator first"),
             ("gap/event-split/kinks", "gap, event-split, kinks"),
+            ("rim-nonsmooth-gap/raw-late-5", "gap tracking, 5 steps late, taken for the present"),
             ("mine", "mine"),
             ("iterated-aitken/fine", "fixed-point iteration, fine mechanics (not real-time)"),
         ] {

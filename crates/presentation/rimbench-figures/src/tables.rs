@@ -5,6 +5,7 @@
 
 use crate::claims_table::significant;
 use crate::figures::valid::{self, is_file_name};
+use crate::style::{Styles, with_variants};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::claims::{bound_of, digits_apart};
@@ -16,6 +17,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use toml::Value;
 
 /// Relative slack when two numbers are held against each other.
@@ -363,11 +365,11 @@ impl List {
             }
         }
         let headings = self.columns.iter().map(|own| named(&self.names, own.heading.as_ref().unwrap_or(&own.column)));
-        let headings: Vec<&str> = headings.collect();
+        let headings: Vec<String> = headings.collect();
         let mut made = format!("| {} |\n|{}\n", headings.join(" | "), "---|".repeat(headings.len()));
         for rows in &lines {
             let cell = |(own, place): (&Column, usize)| {
-                named(&self.names, &shown(file, place, own.fold, rows, own.unit, self.digits)).to_owned()
+                named(&self.names, &shown(file, place, own.fold, rows, own.unit, self.digits))
             };
             made += &format!("| {} |\n", columns().map(cell).collect::<Vec<_>>().join(" | "));
         }
@@ -429,7 +431,7 @@ impl Axis {
             Some(&row) if !self.unit.name.is_empty() => {
                 self.unit.behind(format!("{}", (file.number(row, column) * self.unit.scale * 1e6).round() / 1e6))
             }
-            _ => named(names, value).to_owned(),
+            _ => named(names, value),
         }
     }
 }
@@ -550,9 +552,17 @@ fn shown(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize],
     }
 }
 
-/// What a page calls something.
-fn named<'a>(names: &'a Names, own: &'a str) -> &'a str {
-    names.get(own).map_or(own, String::as_str)
+/// What a page calls something: a scheme as figures call it, where nothing else is said of it, or of what it begins with.
+fn named(names: &Names, own: &str) -> String {
+    static STYLES: LazyLock<Styles> = LazyLock::new(Styles::standard);
+    let mut parts = own.split('/');
+    let first = parts.next().unwrap_or_default();
+    match (names.get(own), names.get(first)) {
+        (Some(name), _) => name.clone(),
+        (None, Some(name)) => with_variants(name.clone(), parts),
+        (None, None) if STYLES.shown_name(first) != first => STYLES.shown_name(own),
+        (None, None) => own.to_owned(),
+    }
 }
 
 /// Whether two numbers are the same up to how they were written.

@@ -9,21 +9,64 @@ use std::path::{Path, PathBuf};
 /// Millimetres per px of the page.
 const MM: f64 = 25.4 / 96.0;
 
+/// Typefaces for the text, the first that a viewer has; from the second on each looks like the ones before it.
+const FAMILIES: &str = "Inter,Arial,Liberation Sans,Helvetica,DejaVu Sans,sans-serif";
+/// A text from this width on is told its length, px, so that it keeps to its place in every typeface.
+const LONG: f64 = 30.0;
+
 /// What makes a picture dark where the page around it is; a page that has the picture inside does that itself.
 pub const DARK: &str =
     "<style>@media (prefers-color-scheme:dark){svg{filter:invert(.93) hue-rotate(180deg)}}</style>\n";
 
 /// Formats a drawing as a self-contained SVG document; equal drawings give equal bytes.
 pub fn svg(drawing: &Drawing) -> String {
-    let (width, height) = (drawing.width, drawing.height);
-    let mut writer = Writer { text: String::new(), open: None };
-    for shape in &drawing.shapes {
-        writer.shape(shape);
+    document(drawing, "", &inside(drawing.shapes.iter()))
+}
+
+/// Formats drawings of one size as a document that shows one after the other, each for some seconds, from the first again after the last.
+/// Where motion is not wanted, or not known, `still` stands.
+pub fn svg_of_frames(frames: &[Drawing], seconds: f64, still: usize) -> String {
+    let Some(first) = frames.first() else { return svg(&Drawing::new(0.0, 0.0)) };
+    let is_common = |shape: &&Shape| frames.iter().all(|frame| frame.shapes.contains(shape));
+    let total = seconds * frames.len() as f64;
+    let mut text = inside(first.shapes.iter().filter(is_common));
+    for (index, frame) in frames.iter().enumerate() {
+        let class = if index == still { "f s" } else { "f" };
+        let own = inside(frame.shapes.iter().filter(|shape| !is_common(shape)));
+        let delay = hundredths(seconds * index as f64 - total);
+        let _ = write!(text, "<g class=\"{class}\" style=\"animation-delay:{delay}s\">\n{own}</g>\n");
     }
+    // A look has a name, as it is there in every frame.
+    let mut sheet = format!(
+        ".f{{visibility:hidden;animation:f {}s step-end infinite}}.s{{visibility:visible}}\
+         @keyframes f{{0%{{visibility:visible}}{}%{{visibility:hidden}}}}\
+         @media (prefers-reduced-motion:reduce){{.f{{animation:none}}}}",
+        hundredths(total),
+        hundredths(100.0 / frames.len() as f64)
+    );
+    let looks: std::collections::BTreeSet<String> =
+        text.split("<path").skip(1).filter_map(|path| Some(path.split(" d=").next()?.to_owned())).collect();
+    for (index, look) in looks.iter().enumerate() {
+        text = text.replace(&format!("<path{look} d="), &format!("<path class=\"p{index}\" d="));
+        let _ = write!(sheet, ".p{index}{{{}}}", look.trim().replace("=\"", ":").replace('"', ";"));
+    }
+    document(first, &format!("<style>{sheet}</style>\n"), &text)
+}
+
+/// The elements of some shapes.
+fn inside<'a>(shapes: impl Iterator<Item = &'a Shape>) -> String {
+    let mut writer = Writer { text: String::new(), open: None };
+    shapes.for_each(|shape| writer.shape(shape));
     writer.settle(None);
+    writer.text
+}
+
+/// A document of the size and with the words of a drawing.
+fn document(drawing: &Drawing, sheet: &str, text: &str) -> String {
+    let (width, height) = (drawing.width, drawing.height);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {} {}\" role=\"img\" \
-         font-family=\"sans-serif\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n{DARK}\
+         font-family=\"{FAMILIES}\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n{DARK}{sheet}\
          <path d=\"M0 0h{}v{}H0z\" fill=\"#fff\"/>\n{}</svg>\n",
         hundredths(width * MM),
         hundredths(height * MM),
@@ -33,7 +76,7 @@ pub fn svg(drawing: &Drawing) -> String {
         escaped(&description(drawing)),
         hundredths(width),
         hundredths(height),
-        writer.text
+        text
     )
 }
 
@@ -188,9 +231,13 @@ impl Writer {
         let tenth = |length: f64| hundredths((10.0 * length).round() / 10.0);
         let (x, y) = (tenth(text.at.0), tenth(text.at.1));
         let content = escaped(&text.content);
+        let length = match text.width() {
+            width if width < LONG => String::new(),
+            width => format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", tenth(width)),
+        };
         let _ = match text.upwards {
-            true => writeln!(self.text, "<text transform=\"translate({x} {y})rotate(-90)\">{content}</text>"),
-            false => writeln!(self.text, "<text x=\"{x}\" y=\"{y}\">{content}</text>"),
+            true => writeln!(self.text, "<text transform=\"translate({x} {y})rotate(-90)\"{length}>{content}</text>"),
+            false => writeln!(self.text, "<text x=\"{x}\" y=\"{y}\"{length}>{content}</text>"),
         };
     }
 }
@@ -226,21 +273,25 @@ fn number(text: &mut String, hundredths: i64, first: bool) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::font;
     use super::*;
     use rimbench_core::error::Error;
 
     const BLACK: Color = Color(0, 0, 0);
 
     #[test]
-    fn markup_in_a_label_stays_text_and_no_typeface_is_named_that_the_file_does_not_carry() {
+    fn markup_in_a_label_stays_text_and_a_long_one_is_as_long_in_every_typeface() {
         let mut drawing = Drawing::new(96.0, 48.0);
         drawing.title = "a < b".to_owned();
-        drawing.text(Text::new("a < b & c", (1.0, 2.0), 8.0));
+        drawing.text(Text::new("a < b & c", (1.0, 2.0), 5.0));
         drawing.group("x\"y", |drawing| drawing.line(vec![(0.0, 0.0), (1.0, 1.0)], Stroke::solid(BLACK, 1.0)));
         let document = svg(&drawing);
         assert!(document.contains(">a &lt; b &amp; c</text>") && document.contains("<title>a &lt; b</title>"));
         assert!(document.contains("data-series=\"x&quot;y\""), "{document}");
-        assert!(document.contains("font-family=\"sans-serif\"") && !document.contains("Inter"), "{document}");
+        assert!(!document.contains("textLength"), "{document}");
+        drawing.text(Text::new("below the reference's uncertainty", (1.0, 20.0), 8.0));
+        let length = (10.0 * font::width("below the reference's uncertainty", 8.0, Weight::Regular)).round() / 10.0;
+        assert!(svg(&drawing).contains(&format!(" textLength=\"{length}\" lengthAdjust")), "{length}");
         assert!(document.contains("width=\"25.4mm\" height=\"12.7mm\" viewBox=\"0 0 96 48\""), "{document}");
     }
 

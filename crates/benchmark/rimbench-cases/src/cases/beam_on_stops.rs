@@ -91,7 +91,8 @@ pub(super) fn entry() -> Case {
                 Shape::Polygon(beam, Fill::Scheme),
             ]);
             let title = ["Beam on stops", "A shaken spring bends a clamped beam onto two stops."];
-            Some(Drawing::of(title, [[-0.15, p.length_m + 0.15], [-0.3, 0.6]], frames, shapes))
+            let drawing = Drawing::of(title, [[-0.15, p.length_m + 0.15], [-0.3, 0.6]], frames, shapes);
+            Some(drawing.with(LIMITED_BY_ITS_STEP))
         }),
         ..Case::new(
             "beam-on-stops",

@@ -213,10 +213,18 @@ impl Default for Drawing {
     }
 }
 
+/// What a case is first shown with on which no coupling goes beyond the mechanics' own step: a model, and both sides in one.
+pub(super) const LIMITED_BY_ITS_STEP: [&str; 2] = ["rim-nonsmooth", "monolithic"];
+
 impl Drawing {
     /// A title and a sentence about it, and what is seen of frames and shapes.
     pub(super) fn of(title: [&'static str; 2], view: [[f64; 2]; 2], frames: Vec<Frame>, shapes: Vec<Shape>) -> Self {
         Drawing { title, view, frames, shapes, ..Drawing::default() }
+    }
+
+    /// The same, first shown with other schemes.
+    pub(super) fn with(self, schemes: [&'static str; 2]) -> Self {
+        Drawing { schemes, ..self }
     }
 
     /// Lists the columns that it reads.
@@ -323,12 +331,15 @@ pub(super) fn machine_in_space(size: [f64; 3], feet: &[[f64; 3]], more: Vec<Soli
         let form = Form::Hull([&base[..], &[[x, y, tip]]].concat(), faces);
         Solid { pose: body_in_space(), form, fill: Fill::Metal, gap: Some(gap) }
     }));
+    let ends =
+        more.iter().filter_map(|solid| if let Form::Rod(from, ..) = solid.form { Some(seen(from)) } else { None });
+    let ends: Vec<[f64; 2]> = ends.collect();
     solids.extend(more);
     shapes.push(Shape::Scene(solids));
     let high = 2.0 * z - feet.iter().fold(0.0, |least: f64, foot| least.min(foot[2] + z));
     let roof = [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| seen([1.2 * x, 1.2 * y, high]));
     let bounds = |axis: usize| {
-        let all = corners.iter().chain(&roof).map(|corner| corner[axis]);
+        let all = corners.iter().chain(&roof).chain(&ends).map(|corner| corner[axis]);
         let least = all.clone().fold(f64::INFINITY, f64::min);
         [least - 0.1, all.fold(f64::NEG_INFINITY, f64::max) + 0.1]
     };

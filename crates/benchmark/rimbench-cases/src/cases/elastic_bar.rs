@@ -50,7 +50,8 @@ pub(super) fn entry() -> Case {
             shapes.push(ground(&[[-5.0, 0.0], [5.0, 0.0]]));
             shapes.push(Shape::Polygon(ends.map(|(frame, x)| ([x, 0.0], Some(frame))).to_vec(), Fill::Scheme));
             let about = "A bar falls on the floor and leaves with its wave; motion is drawn 1000 times larger.";
-            Some(Drawing::of(["Elastic bar", about], [[-0.95, 0.95], [-0.12, 1.65]], frames, shapes))
+            let drawing = Drawing::of(["Elastic bar", about], [[-0.95, 0.95], [-0.12, 1.65]], frames, shapes);
+            Some(drawing.with(LIMITED_BY_ITS_STEP))
         }),
         ..Case::new(
             "elastic-bar",

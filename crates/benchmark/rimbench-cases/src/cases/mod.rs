@@ -71,8 +71,8 @@ mod prelude {
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
     pub(super) use super::drawing::{
-        Channel, Drawing, Fill, Form, Frame, Shape, Solid, body_in_space, disc, drawn, frame, ground, machine_in_space,
-        points, prism, rectangle, upward, wall, wheel, within,
+        Channel, Drawing, Fill, Form, Frame, LIMITED_BY_ITS_STEP, Shape, Solid, body_in_space, disc, drawn, frame,
+        ground, machine_in_space, points, prism, rectangle, upward, wall, wheel, within,
     };
     pub(super) use super::hydraulics::{self, Ramp};
     pub(super) use super::parameters::Parameters;
@@ -92,10 +92,10 @@ pub fn standard_cases() -> Vec<Case> {
         wedge_boxes::wedge_box().scaled(3.2, 0.28, 990.0).shown_at(2.0),
         hydraulic_crane::entry().scaled(0.6, 0.033, 11e3).shown_at(40.0),
         two_masses::linear_oscillator().scaled(4.2, 120.0, 1200.0).shown_at(4.0),
-        two_masses::quarter_car().scaled(0.14, 4.5, 5300.0).shown_at(40.0),
-        two_masses::precice_oscillator().scaled(0.77, 13.0, 160.0).shown_at(40.0),
+        two_masses::quarter_car().scaled(0.14, 4.5, 5300.0).shown_at(25.0),
+        two_masses::precice_oscillator().scaled(0.77, 13.0, 160.0).shown_at(15.0),
         cranes::set_down().scaled(0.52, 0.02, 10e3).shown_at(25.0),
-        half_car::entry().scaled(0.54, 1.6, 5100.0).shown_at(40.0),
+        half_car::entry().scaled(0.54, 1.6, 5100.0).shown_at(3.0),
         gripper::entry().scaled(0.64, 0.061, 2900.0).shown_at(1.0),
         lift_table::entry().scaled(0.84, 0.12, 22e3).shown_at(0.6),
         discs::row().scaled(1.6, 0.12, 10e3).shown_at(2.5),
@@ -104,10 +104,10 @@ pub fn standard_cases() -> Vec<Case> {
         falling_chain::entry().scaled(2.2e-3, 0.1, 70.0).shown_at(6.0),
         cranes::heap().scaled(0.55, 0.066, 11e3).shown_at(40.0),
         random_body::entry().scaled(1.2e-3, 0.2, 76.0).shown_at(2.5),
-        stops::bouncing_ball().scaled(1.0, 4.2, 2.9).shown_at(25.0),
+        stops::bouncing_ball().scaled(1.0, 4.2, 2.9).shown_at(20.0),
         elastic_bar::entry().scaled(1.0, 0.16, 85.0).shown_at(0.01),
         stops::impact_oscillator().scaled(0.28, 3.4, 27.0).shown_at(12.5),
-        cradle::entry().scaled(0.1, 0.52, 0.2).shown_at(20.0),
+        cradle::entry().scaled(0.1, 0.52, 0.2).shown_at(15.0),
         stops::slider().scaled(0.1, 2.3, 55.0).shown_at(40.0),
         hardware_contact::entry().scaled(0.07, 0.1, 230.0).shown_at(10.0),
         rocking_block::entry().scaled(1.9, 0.1, 4100.0).shown_at(1.25),
@@ -119,8 +119,8 @@ pub fn standard_cases() -> Vec<Case> {
         towed_block::entry().scaled(0.35, 0.24, 5.3).shown_at(25.0),
         rocking_block::with_friction().scaled(1.8, 0.4, 39.0).shown_at(1.5),
         cranes::drag().scaled(0.53, 8.5e-3, 8600.0).shown_at(50.0),
-        slider_crank::entry().scaled(2.3, 24.0, 340.0).shown_at(1.0),
-        woodpecker::entry().scaled(4.2e-3, 0.18, 0.24).shown_at(50.0),
+        slider_crank::entry().scaled(2.3, 24.0, 340.0).shown_at(0.5),
+        woodpecker::entry().scaled(4.2e-3, 0.18, 0.24).shown_at(6.0),
         tripod::entry().scaled(1.8, 0.3, 1600.0).shown_at(2.0),
         tripod::four_legs().scaled(1.8, 0.3, 1600.0).shown_at(2.0),
         wedge_box_space::entry().scaled(3.2, 0.28, 1800.0).shown_at(1.5),

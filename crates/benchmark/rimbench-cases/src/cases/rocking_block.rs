@@ -77,7 +77,8 @@ pub(super) fn with_friction() -> Case {
     let alike = case.drawing;
     case.drawing = Arc::new(move |parameters| {
         let drawing = alike(parameters)?;
-        Some(Drawing { title: ["Rocking block with friction", drawing.title[1]], ..drawing })
+        let title = ["Rocking block with friction", drawing.title[1]];
+        Some(Drawing { title, ..drawing }.with(LIMITED_BY_ITS_STEP))
     });
     case
 }

@@ -188,7 +188,8 @@ pub(super) fn impact_oscillator() -> Case {
                 Shape::Polygon(rectangle("body", [0.0, 0.0], [0.12, 0.12]), Fill::Scheme),
             ]);
             let about = "A shaken spring drives a mass against a stop.";
-            Drawing::of(["Mass against a stop", about], [[-0.6, 0.3], [-0.2, 0.2]], frames, shapes)
+            let drawing = Drawing::of(["Mass against a stop", about], [[-0.6, 0.3], [-0.2, 0.2]], frames, shapes);
+            drawing.with(LIMITED_BY_ITS_STEP)
         },
     )
 }
@@ -238,7 +239,8 @@ pub(super) fn slider() -> Case {
                 Shape::Polygon(rectangle("body", [0.0, 0.0], [0.12, 0.24]), Fill::Scheme),
             ]);
             let about = "A shaken carriage throws a slider to and fro between two stops.";
-            Drawing::of(["Slider between stops", about], [[-0.85, 0.35], [-0.22, 0.22]], frames, shapes)
+            let drawing = Drawing::of(["Slider between stops", about], [[-0.85, 0.35], [-0.22, 0.22]], frames, shapes);
+            drawing.with(["zero-order-hold", "rim-nonsmooth-gap"])
         },
     )
 }

@@ -1,8 +1,8 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
-use super::FigureOptions;
-use super::statistics::{Bars, Only, OverPhases, floor, over_phases, read_runs, rounded, row, unit_of};
+use super::statistics::{Bars, Only, OverPhases, floor, over_phases, rounded, row, unit_of};
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::chart::{Absent, Axis};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
@@ -11,7 +11,7 @@ use rimbench_cases::metrics::ideal_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::Runs;
 use serde::Deserialize;
-use std::path::Path;
+use std::cmp::Ordering;
 
 /// Options of a dot plot.
 #[derive(Debug, Clone, Deserialize)]
@@ -76,9 +76,9 @@ impl FigureOptions for DotsFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let table = read_runs(folder)?;
-        let all = Runs::of(&table)?;
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let table = source.runs()?;
+        let all = Runs::of(table)?;
         let labels = all.labels(&self.labels);
         let mut parts = Vec::new();
         for spec in &self.panels {
@@ -192,8 +192,8 @@ fn of_point(point: &OverPhases) -> Dot {
     Dot { value: point.median, range, lost: Ok(point.lost) }
 }
 
-/// Rows by their mean rank over all panels and signs: of those that were run there, fewer failures first, and of as few the value nearest to
-/// the ideal of its panel. What gave no answer, or was not run, has no rank there; what has none anywhere is last, and of equals the first
+/// Rows by the share of their runs that fail, in per cent, and of as few failures by their mean rank over all panels and signs: of those that
+/// were run there, fewer failures first, and of as few the value nearest to the ideal of its panel. What gave no answer, or was not run, has no rank there; what has none anywhere is last, and of equals the first
 /// stays first.
 fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
     let mut ranks: Vec<Vec<f64>> = vec![Vec::new(); rows];
@@ -216,8 +216,17 @@ fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
         [] => f64::INFINITY,
         ranks => ranks.iter().sum::<f64>() / ranks.len() as f64,
     };
+    let failed = |row: usize| {
+        let shares = dots.iter().flat_map(|panel| &panel[row]).filter_map(|dot| dot.lost.ok()).map(|loss| loss.failed);
+        let shares: Vec<f64> = shares.collect();
+        (100.0 * shares.iter().sum::<f64>() / shares.len().max(1) as f64).round()
+    };
+    // What has no rank anywhere is last, whether or not it fails.
+    let key = |row: usize| [f64::from(u8::from(mean(row).is_infinite())), failed(row), mean(row)];
     let mut order: Vec<usize> = (0..rows).collect();
-    order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
+    order.sort_by(|&a, &b| {
+        key(a).iter().zip(key(b)).map(|(a, b)| a.total_cmp(&b)).find(|one| one.is_ne()).unwrap_or(Ordering::Equal)
+    });
     order
 }
 
@@ -234,7 +243,7 @@ mod tests {
             lost: Ok(Loss { failed: if value.is_nan() { 1.0 } else { 0.0 }, silent: 0.0 }),
         };
         let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
-        assert_eq!(ranked(std::slice::from_ref(&panel), &[0.0], 3), [2, 1, 0]);
+        assert_eq!(ranked(std::slice::from_ref(&panel), &[0.0], 3), [2, 0, 1]);
         assert_eq!(ranked(&[], &[], 2), [0, 1]);
         // Of a ratio the least is not the best: 3 and 4 are nearer to 3.5 than 1 and 2.
         assert_eq!(ranked(&[panel], &[3.5], 3), [0, 2, 1]);
@@ -249,6 +258,9 @@ mod tests {
         assert_eq!(ranked(&column(&some_fail), &[0.0], 3), [1, 0, 2]);
         let some_last = [nothing(Absent::NotRun), dot(9.0, 1.0, 0.0), dot(f64::NAN, 0.0, 1.0), dot(2.0, 0.0, 0.5)];
         assert_eq!(ranked(&column(&some_last), &[0.0], 4), [3, 1, 0, 2]);
+        // Far ahead at one of two steps, and failing at the other: behind what completes.
+        let ahead = [vec![dot(1.0, 0.0, 0.0), dot(1.0, 0.5, 0.0)], vec![dot(2.0, 0.0, 0.0), dot(2.0, 0.0, 0.0)]];
+        assert_eq!(ranked(&[ahead.to_vec()], &[0.0], 2), [1, 0]);
         // Not run at one of two steps, and ahead at the other.
         let two = [vec![dot(1.0, 0.0, 0.0), nothing(Absent::LeftOut)], vec![dot(2.0, 0.0, 0.0), dot(1.0, 0.0, 0.0)]];
         assert_eq!(ranked(&[two.to_vec()], &[0.0], 2), [0, 1]);

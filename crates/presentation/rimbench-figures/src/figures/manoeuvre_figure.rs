@@ -1,9 +1,8 @@
 //! A case at a row of instants, one row per scheme.
 
-use super::FigureOptions;
-use super::statistics::read_runs;
 use super::trace_figure::{lost_run, trace_path};
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -95,10 +94,10 @@ impl FigureOptions for ManoeuvreFigure {
     ///
     /// # Errors
     /// [`Error::File`] for what is not there; [`Error::Incompatible`] if its cells have no room.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let folder = &*source.folder;
         let scene = Scene::read(folder)?;
-        let table = read_runs(folder)?;
-        let runs = Runs::of(&table)?;
+        let runs = Runs::of(source.runs()?)?;
         let reference = scene.motion(&scene.reference, 1.0)?;
         let columns = self.instants_s.len() as f64;
         let cell = ((self.width - 2.0 * MARGIN - BETWEEN * (columns - 1.0)) / columns).floor();

@@ -7,6 +7,7 @@ mod abscissa;
 mod cost;
 mod default_figures;
 mod dots_figure;
+mod failures_figure;
 mod manoeuvre_figure;
 mod preview;
 mod profile_figure;
@@ -19,6 +20,7 @@ mod xy_figure;
 pub use preview::preview;
 
 use super::drawing::Drawing;
+use super::pages::fill_text;
 use super::style::Styles;
 use super::vector;
 use default_figures::default_figures;
@@ -26,11 +28,13 @@ use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::checksums::{self, CHECKSUMS};
 use rimbench_results::input::read_text;
 use rimbench_results::kept::DIGEST;
+use rimbench_results::results_table::ResultsTable;
 use rimbench_results::text_place::{line_of, said_at};
 use rimbench_statistics::Runs;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use statistics::read_runs;
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -101,13 +105,35 @@ impl Deref for FigureEntry {
     }
 }
 
+/// What figures of one experiment are drawn from.
+struct Source {
+    /// The experiment's folder.
+    folder: PathBuf,
+    runs: OnceCell<ResultsTable>,
+}
+
+impl Source {
+    /// The results in a folder: half a file, or one that was edited, is no source of a figure.
+    fn of(folder: PathBuf) -> Result<Self> {
+        checksums::verify(&folder).map(|()| Source { folder, runs: OnceCell::new() })
+    }
+
+    /// The table of runs, which is read once.
+    fn runs(&self) -> Result<&ResultsTable> {
+        match self.runs.get() {
+            Some(table) => Ok(table),
+            None => read_runs(&self.folder).map(|table| self.runs.get_or_init(|| table)),
+        }
+    }
+}
+
 /// The options of a kind of figure, read from the keys of its fields.
 trait FigureOptions: DeserializeOwned {
     /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind without panels.
     type Panel: DeserializeOwned;
 
     /// Draws the figure from an experiment's folder.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing>;
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing>;
 
     /// Fills in what other keys say, and refuses keys that do not go together.
     fn finish(&mut self) -> Result<(), String> {
@@ -145,9 +171,9 @@ macro_rules! kinds {
         }
 
         impl FigureKind {
-            fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+            fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
                 match self {
-                    $(FigureKind::$kind(figure) => figure.draw(folder, styles),)*
+                    $(FigureKind::$kind(figure) => figure.draw(source, styles),)*
                 }
             }
 
@@ -180,6 +206,9 @@ kinds! {
     "dots"
     /// A metric of many schemes at a few macro steps, in ranked rows.
     Dots(dots_figure::DotsFigure),
+    "failures"
+    /// The share of the runs that fail, by case, scheme and macro step.
+    Failures(failures_figure::FailuresFigure),
     "xy"
     /// A metric against the macro step, a parameter of the case or the cost.
     Xy(xy_figure::XyFigure),
@@ -313,6 +342,7 @@ impl FigureList {
             return Err(Error::unknown("group of figures", part, groups));
         }
         let mut made = MadeFigures::default();
+        let mut source: Option<Source> = None;
         for figure in self.of_part(part) {
             let folder = results.join(&figure.experiment);
             if !has_rows(&folder) {
@@ -320,7 +350,12 @@ impl FigureList {
                 made.missing.push((figure.id.clone(), reason));
                 continue;
             }
-            match figure.make(results, styles) {
+            // Figures of one experiment stand together.
+            let of_it = match source.take_if(|source| source.folder == folder) {
+                Some(same) => Ok(same),
+                None => Source::of(folder.clone()),
+            };
+            match of_it.and_then(|of_it| figure.make_from(source.insert(of_it), results, styles)) {
                 Ok(files) => made.files.push(files),
                 Err(error) => {
                     let old = folder.join("figures").join(format!("{}.svg", figure.id));
@@ -377,13 +412,27 @@ impl FigureEntry {
         &self.labels
     }
 
+    /// What is said of the figure, with what claims in `results` measured where `{claim=…}` asks for it.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a claim that is not there.
+    pub fn said(&self, results: &Path) -> Result<Head> {
+        let [title, subtitle, caption] =
+            [&self.title, &self.subtitle, &self.caption].map(|text| fill_text(text, results));
+        Ok(Head { title: title?, subtitle: subtitle?, caption: caption?, ..self.head.clone() })
+    }
+
     /// Draws the figure from the results below `results` and writes it beside them.
     ///
     /// # Errors
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
     pub fn make(&self, results: &Path, styles: &Styles) -> Result<PathBuf> {
-        let drawing = self.drawn(results, styles)?;
-        let figures = results.join(&self.experiment).join("figures");
+        self.make_from(&Source::of(results.join(&self.experiment))?, results, styles)
+    }
+
+    fn make_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<PathBuf> {
+        let drawing = self.drawn_from(source, results, styles)?;
+        let figures = source.folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
         vector::write(&drawing, &figures, &self.id)
     }
@@ -393,26 +442,28 @@ impl FigureEntry {
     /// # Errors
     /// Those of [`make`](Self::make), writing aside.
     pub fn drawn(&self, results: &Path, styles: &Styles) -> Result<Drawing> {
-        let folder = results.join(&self.experiment);
-        // Half a file, or one that was edited, is no source of a figure.
-        checksums::verify(&folder)?;
-        self.check_labels(&folder)?;
-        let mut drawing = self.kind.draw(&folder, styles)?.headed(&self.title, &self.subtitle);
+        self.drawn_from(&Source::of(results.join(&self.experiment))?, results, styles)
+    }
+
+    fn drawn_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<Drawing> {
+        self.check_labels(source)?;
+        let said = self.said(results)?;
+        let mut drawing = self.kind.draw(source, styles)?.headed(&said.title, &said.subtitle);
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
-            let sentence = self.caption.split(". ").next().unwrap_or_default();
+            let sentence = said.caption.split(". ").next().unwrap_or_default();
             drawing.title = if sentence.is_empty() { self.id.clone() } else { sentence.to_owned() };
         }
         Ok(drawing)
     }
 
     /// A label that no run has would be left out without a word.
-    fn check_labels(&self, folder: &Path) -> Result<()> {
+    fn check_labels(&self, source: &Source) -> Result<()> {
         if self.labels.is_empty() {
             return Ok(());
         }
-        let table = read_runs(folder)?;
-        let known = Runs::of(&table)?.labels(&[]);
+        let table = source.runs()?;
+        let known = Runs::of(table)?.labels(&[]);
         let unknown = self.labels.iter().find(|label| !known.contains(&label.as_str()));
         unknown.map_or(Ok(()), |label| {
             Err(Error::file(table.path(), Error::unknown("label", label, known.iter().copied())))

@@ -1,9 +1,9 @@
 //! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the best.
 
-use super::FigureOptions;
 use super::cost::Cost;
 use super::statistics::read_runs;
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::chart::{Axis, Loss};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, Row, RowsPanel, RowsPlot, Sign};
@@ -90,13 +90,15 @@ impl FigureOptions for ProfileFigure {
     ///
     /// # Errors
     /// [`Error::File`] for results or a column that are not there.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let folder = &*source.folder;
         let results = folder.parent().and_then(Path::parent).unwrap_or(folder);
         let mut folders = vec![folder.to_owned()];
         folders.extend(self.also.iter().map(|name| results.join(name)));
         folders[1..].iter().try_for_each(|folder| checksums::verify(folder))?;
-        let tables = folders.iter().map(|folder| read_runs(folder)).collect::<Result<Vec<ResultsTable>>>()?;
-        let sources = tables.iter().map(Runs::of).collect::<Result<Vec<Runs<'_>>>>()?;
+        let others = folders[1..].iter().map(|folder| read_runs(folder)).collect::<Result<Vec<ResultsTable>>>()?;
+        let tables = std::iter::once(source.runs()?).chain(&others);
+        let sources = tables.map(Runs::of).collect::<Result<Vec<Runs<'_>>>>()?;
         let in_all = |label: &&str| sources.iter().all(|runs| !runs.of_label(label).rows().is_empty());
         let labels: Vec<&str> = sources[0].labels(&self.labels).into_iter().filter(in_all).collect();
         if labels.is_empty() {

@@ -1,8 +1,8 @@
 //! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest usable step on top.
 
-use super::FigureOptions;
 use super::statistics::{Bars, Only, over_phases, read_runs, rounded, row, unit_of};
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::chart::Absent;
 use crate::drawing::Drawing;
 use crate::rows::{Cell, Column, Content, Grid, RowsPanel, RowsPlot};
@@ -13,7 +13,6 @@ use rimbench_results::checksums;
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::Runs;
 use serde::Deserialize;
-use std::path::Path;
 
 /// What says whether a stable run is right, and up to where. Results that lack it are not judged.
 const JUDGE: &str = "force_error_rms_of_peak";
@@ -69,15 +68,17 @@ impl FigureOptions for StabilityFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let folder = &*source.folder;
         let results = folder.ancestors().nth(2).unwrap_or(folder);
-        let read = |panel: &StabilityPanel| -> Result<ResultsTable> {
-            let folder = panel.of.as_ref().map_or_else(|| folder.to_owned(), |name| results.join(name));
+        let read = |panel: &StabilityPanel| -> Result<Option<ResultsTable>> {
+            let Some(folder) = panel.of.as_ref().map(|name| results.join(name)) else { return Ok(None) };
             checksums::verify(&folder)?;
-            read_runs(&folder)
+            read_runs(&folder).map(Some)
         };
         let tables = self.panels.iter().map(read).collect::<Result<Vec<_>>>()?;
-        let all = tables.iter().map(Runs::of).collect::<Result<Vec<_>>>()?;
+        let own = source.runs()?;
+        let all = tables.iter().map(|table| Runs::of(table.as_ref().unwrap_or(own))).collect::<Result<Vec<_>>>()?;
         let labels = all[0].labels(&self.labels);
         let mut panels = Vec::new();
         let mut reach = vec![0.0; labels.len()];

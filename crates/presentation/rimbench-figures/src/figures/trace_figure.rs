@@ -1,8 +1,8 @@
 //! Columns of traces over time, one panel per column or zoom.
 
-use super::FigureOptions;
 use super::statistics::read_runs;
 use super::valid;
+use super::{FigureOptions, Source};
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -82,7 +82,8 @@ impl FigureOptions for TraceFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a trace or column that is not there.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let folder = &*source.folder;
         let traces = self.series.iter().map(|label| Ok((label, read_table(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));

@@ -1,24 +1,23 @@
 //! A metric against the macro step, a parameter of the case or the cost: median over phases, with the range from best to worst.
 
-use super::FigureOptions;
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
-    Bars, FRACTION_STABLE, Only, OverPhases, floor, name, over_phases, read_runs, refuse_several, rounded,
-    share_usable, style, unit_of,
+    Bars, FRACTION_STABLE, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_usable, style,
+    unit_of,
 };
 use super::valid::{self, refuse};
+use super::{FigureOptions, Source};
 use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::{Color, Drawing};
 use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::metrics::floor_of;
-use rimbench_core::error::Result;
+use rimbench_core::error::{Error, Result};
 use rimbench_statistics::{Runs, order_of_medians};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::convert::identity;
-use std::path::Path;
 
 /// A curve that rises less with H has no order that is worth a number.
 const LEAST_ORDER: f64 = 0.25;
@@ -97,6 +96,12 @@ pub struct XyPanel {
     /// Scheme rows shown; all there are where none is given.
     #[serde(default)]
     labels: Vec<String>,
+    /// Those that the others are held against: in grey.
+    #[serde(default)]
+    baselines: Vec<String>,
+    /// What rows are called here.
+    #[serde(default)]
+    names: BTreeMap<String, String>,
     /// What all rows of the panel end in, as in `1ms` of `rim-nonsmooth/1ms`: names and styles are those of the rows without it.
     #[serde(default)]
     variant: String,
@@ -157,13 +162,13 @@ impl FigureOptions for XyFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let table = read_runs(folder)?;
-        let all = Runs::of(&table)?;
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let table = source.runs()?;
+        let all = Runs::of(table)?;
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
-            let abscissa = spec.x.read(folder, &all)?;
+            let abscissa = spec.x.read(&source.folder, &all)?;
             // Each value of a parameter is a problem of its own.
             let runs = match abscissa {
                 Abscissa::Parameter(_) if spec.lines.is_empty() => spec.only.of(&all)?,
@@ -193,6 +198,8 @@ impl FigureOptions for XyFigure {
             for curve in curves {
                 let curve = Curve { name: spec.without_variant(curve.name), ..curve };
                 let style = style(&all, curve.name, styles);
+                let is_baseline = spec.baselines.iter().any(|label| *label == curve.name);
+                let style = if is_baseline { Styles::baseline(style) } else { style };
                 panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, style);
             }
             let floor = match &spec.floor {
@@ -219,6 +226,11 @@ impl FigureOptions for XyFigure {
         for panel in &mut self.panels {
             if panel.label.is_empty() {
                 panel.label.clone_from(&panel.metric);
+            }
+            let shown = || panel.labels.iter().chain(panel.lines.iter().flat_map(|line| &line.labels));
+            let other = |label: &&String| shown().all(|known| known != *label);
+            if let Some(label) = panel.baselines.iter().chain(panel.names.keys()).find(other) {
+                return Err(Error::unknown("label", label, shown().map(String::as_str)).to_string());
             }
             let has_parameter = panel.x.parameter.is_some();
             if has_parameter && panel.x.cost.is_some() {
@@ -256,6 +268,11 @@ impl XyPanel {
         variant.filter(|_| !self.variant.is_empty()).unwrap_or(label)
     }
 
+    /// What a row is called.
+    fn named(&self, runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
+        self.names.get(label).cloned().unwrap_or_else(|| name(runs, label, styles))
+    }
+
     fn y_axis(&self) -> Axis {
         match (self.symlog, self.within) {
             (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
@@ -280,7 +297,7 @@ impl XyPanel {
             let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
             let order = if has_order { self.order(&runs.of_label(label))? } else { None };
             let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
-            let shown = name(all, self.without_variant(label), styles);
+            let shown = self.named(all, self.without_variant(label), styles);
             let entry = match order {
                 _ if all.of_label(label).share_completed() == Some(0.0) => format!("{shown}: never stable"),
                 Some(_) if self.levels_off(&points) => format!("{shown}, levels off"),
@@ -329,7 +346,7 @@ impl XyPanel {
                     abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
                 }
             };
-            Ok(Curve::new(label, name(runs, label, styles), points))
+            Ok(Curve::new(label, self.named(runs, label, styles), points))
         };
         self.x.series(runs, values, &self.labels).into_iter().map(curve).collect()
     }
@@ -349,7 +366,7 @@ impl XyPanel {
                 Some(share) if share < 1.0 => ": some runs failed",
                 Some(_) => "",
             };
-            let mut curve = Curve::new(label, format!("{}{lost}", name(runs, label, styles)), Vec::new());
+            let mut curve = Curve::new(label, format!("{}{lost}", self.named(runs, label, styles)), Vec::new());
             let by_step = runs.of_label(label).by(|row| runs.macro_step_ms(row)).into_iter();
             let by_tolerance = by_step.flat_map(|(step, runs)| {
                 runs.by(tolerance).into_iter().map(move |(tolerance, runs)| (step, tolerance, runs.completed()))
@@ -467,6 +484,7 @@ fn with_range(mut panel: Panel, curve: Curve<'_>, style: LineStyle) -> Panel {
 mod tests {
     use super::*;
     use crate::chart::Loss;
+    use std::path::Path;
 
     /// Medians of an rms force error over the macro steps, N over ms.
     fn points(medians: &[f64]) -> Vec<OverPhases> {

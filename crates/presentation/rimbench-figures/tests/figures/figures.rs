@@ -8,17 +8,18 @@ use std::path::{Path, PathBuf};
 
 use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_core::cosim::{Bounds, StopFlag};
-use rimbench_figures::case_picture::picture;
+use rimbench_core::cosim::{Bounds, Outcome, StopFlag, Trajectory};
+use rimbench_figures::case_picture::{Motion, picture};
 use rimbench_figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
 use rimbench_figures::drawing::{Drawing, Shape};
+use rimbench_figures::film::{Take, film};
 use rimbench_figures::line_style::LineStyle;
 use rimbench_figures::render::{self, svg};
 use rimbench_figures::scheme_picture::timeline;
 use rimbench_figures::style::Styles;
 use rimbench_results::checksums;
 
-use rimbench_cases::runs::{RunRequest, simulate};
+use rimbench_cases::runs::{Reference, RunRequest, simulate};
 use rimbench_figures::{FigureEntry, FigureList, MadeFigures, figure_keys};
 
 /// The style of a built-in scheme, or a variant of one.
@@ -222,6 +223,43 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     let made = figures.make_all(place.0.path(), None, &Styles::standard()).unwrap();
     assert_eq!((made.files.len(), made.missing.len()), (1, 1));
     assert_has(&made.missing[0].1, &["experiments/paper/not-run.toml"]);
+}
+
+/// One sees where a line ends because nothing completes, and which line others are held against.
+#[test]
+fn a_line_that_fails_ends_in_a_cross_and_a_baseline_is_grey_and_named() {
+    let place = MadeUp::new();
+    place.edit("runs.csv", |_, row| {
+        let fails = row.contains("rim-smooth,0.005,");
+        Some(if fails { row.replace("completed", "diverged") } else { row.to_owned() })
+    });
+    let keys = "baselines = [\"rim-smooth\"]\nnames = { rim-smooth = \"in time\" }\n\
+                labels = [\"rim-smooth\", \"rim-nonsmooth-gap/profile\"]\nonly = { set = \"all\" }";
+    let list = only(&["sweep"]).replace("only = { set = \"all\" }", keys);
+    place.draw(&list);
+    let svg = String::from_utf8(read(&place.path("figures/sweep.svg"))).unwrap();
+    let texts = texts_of(&svg);
+    assert!(texts.contains_key("in time") && texts.contains_key("all runs failed"), "{texts:?}");
+    assert!(svg.contains("stroke=\"#848a91\" stroke-width=\"1\" stroke-dasharray=\"1 2.5\""), "no dots to the cross");
+    let unknown = list.replace("names = { rim-smooth", "names = { rim-smoth");
+    assert_has(&refused(&unknown), &["rim-smoth", "rim-smooth"]);
+    // A bound is not what was measured: the number is that of the claim.
+    let titled =
+        list.replace("id = \"sweep\"", "id = \"sweep\"\ntitle = \"{claim=study/made-up:growth unit=times} as much\"");
+    assert_has(&place.reason(&titled, "sweep"), &["claims.csv"]);
+    std::fs::write(place.path("claims.csv"), "id,measured\ngrowth,10.69\n").unwrap();
+    place.draw(&titled);
+    assert!(place.texts("sweep").contains_key("11 times as much"), "{:?}", place.texts("sweep"));
+}
+
+#[test]
+fn what_fails_and_what_was_not_run_differ_in_a_table_of_failures() {
+    let place = MadeUp::new();
+    place.edit("runs.csv", |_, row| (!row.contains("gap/profile,0.005,")).then(|| row.to_owned()));
+    let failures = only(&["map"]).split("[[figure.panels]]").next().unwrap().replace("stability-map", "failures");
+    place.draw(&failures);
+    let texts = place.texts("map");
+    assert_eq!(["box", "50", "–", "smooth model"].map(|word| texts.get(word).copied()), [Some(1); 4], "{texts:?}");
 }
 
 #[test]
@@ -651,6 +689,97 @@ fn every_title_of_a_figure_rests_on_claims_that_reproduce_and_every_figure_is_on
     assert!(verdicts.values().any(|verdict| verdict == "not-reproduced"), "no title could fail");
 }
 
+/// All numbers in a value, as they are and in its texts.
+fn numbers_in(value: &toml::Value, into: &mut Vec<f64>) {
+    match value {
+        toml::Value::Integer(number) => into.push(*number as f64),
+        toml::Value::Float(number) => into.push(*number),
+        toml::Value::String(text) => into.extend(numbers_of(text)),
+        toml::Value::Array(values) => values.iter().for_each(|value| numbers_in(value, into)),
+        toml::Value::Table(table) => table.values().for_each(|value| numbers_in(value, into)),
+        _ => {}
+    }
+}
+
+/// The numbers of a text that are no part of a word, as 0.3 of "friction 0.3" and 50 of "50mm".
+fn numbers_of(text: &str) -> Vec<f64> {
+    let begins = |at: usize| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '.');
+    let starts = text.match_indices(|c: char| c.is_ascii_digit()).map(|(at, _)| at).filter(|&at| begins(at));
+    let number = |at: usize| {
+        let end = text[at..].find(|c: char| !(c.is_ascii_digit() || "e.-".contains(c))).unwrap_or(text.len() - at);
+        (1..=end).rev().find_map(|length| text[at..at + length].parse().ok())
+    };
+    starts.filter_map(number).collect()
+}
+
+/// A bound was read as what was measured: "five times" where it was eleven.
+#[test]
+fn a_number_said_of_a_figure_is_a_setting_or_filled_from_a_claim() {
+    let strange = |table: &toml::Table, experiment: &str| -> Vec<String> {
+        let mut own = table.clone();
+        let texts: Vec<toml::Value> =
+            ["title", "subtitle", "caption"].iter().filter_map(|key| own.remove(*key)).collect();
+        own.remove("claims");
+        let mut settings = Vec::new();
+        numbers_in(&toml::Value::Table(own), &mut settings);
+        let mut experiment: toml::Table = toml::from_str(experiment).unwrap();
+        experiment.remove("claims");
+        numbers_in(&toml::Value::Table(experiment), &mut settings);
+        let is_set = |number: &f64| {
+            let units = [1.0, 1e-2, 1e-3, 1e-6].map(|unit| unit * number);
+            settings.iter().any(|set| units.iter().any(|value| (value - set).abs() <= 1e-9 * set.abs().max(1e-9)))
+        };
+        let said = texts.iter().filter_map(toml::Value::as_str).flat_map(|text| {
+            let filled = text.split('{').map(|part| part.rsplit('}').next().unwrap_or_default().to_owned());
+            filled.flat_map(|part| numbers_of(&part)).collect::<Vec<_>>()
+        });
+        said.filter(|number| !is_set(number)).map(|number| number.to_string()).collect()
+    };
+    let faults: Vec<String> = kept_figures()
+        .iter()
+        .filter_map(|(figure, table, _)| {
+            let experiment = root().join(format!("experiments/{}.toml", figure.experiment));
+            let strange = strange(table, &std::fs::read_to_string(experiment).unwrap());
+            (!strange.is_empty()).then(|| format!("{}: {}", figure.id, strange.join(", ")))
+        })
+        .collect();
+    assert!(faults.is_empty(), "neither a setting nor `{{claim=…}}`: {faults:#?}");
+    let made_up: toml::Table =
+        toml::from_str("title = \"At 5 ms 7 times {claim=a/b:c unit=times} of 0.3\"\nlabels = [\"x/0.3\"]").unwrap();
+    assert_eq!(strange(&made_up, "macro_steps_ms = [5]"), ["7"]);
+}
+
+/// A picture in a page is shown in the typeface of its reader, and the widest common one is a quarter wider than that of the layout.
+#[test]
+fn no_text_of_a_kept_figure_leaves_it_in_any_common_typeface() {
+    for (figure, _, svg) in kept_figures() {
+        let attribute = |tag: &str, name: &str| -> Option<String> {
+            Some(tag.split(&format!(" {name}=\"")).nth(1)?.split('"').next()?.to_owned())
+        };
+        let number = |tag: &str, name: &str| attribute(tag, name).and_then(|text| text.parse::<f64>().ok());
+        let frame = svg.split("viewBox=\"0 0 ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+        let (mut anchor, mut size, mut seen) = (String::new(), 0.0, 0);
+        for tag in svg.split('<').skip(1) {
+            if tag.starts_with("g font-size") {
+                anchor = attribute(tag, "text-anchor").unwrap_or_default();
+                size = number(tag, "font-size").unwrap();
+            }
+            let (Some(x), true) = (number(tag, "x"), tag.starts_with("text ")) else { continue };
+            let letters = tag.split('>').nth(1).unwrap_or_default().chars().count() as f64;
+            let width = number(tag, "textLength").unwrap_or(0.7 * size * letters);
+            let left = x - width
+                * match anchor.as_str() {
+                    "middle" => 0.5,
+                    "end" => 1.0,
+                    _ => 0.0,
+                };
+            assert!(left >= -0.5 && left + width <= frame + 0.5, "{}: {tag}", figure.id);
+            seen += 1;
+        }
+        assert!(seen > 5, "{}", figure.id);
+    }
+}
+
 /// The figures of the list, each with its table and its kept picture.
 fn kept_figures() -> Vec<(FigureEntry, toml::Table, String)> {
     let root = root();
@@ -671,7 +800,8 @@ fn kept_figures() -> Vec<(FigureEntry, toml::Table, String)> {
 fn a_kept_figure_has_at_most_twelve_words_above_six_panels_and_seven_lines_or_rows_in_each() {
     let mut bounded = 0;
     for (figure, table, svg) in kept_figures() {
-        assert!(figure.title.split_whitespace().count() <= 12, "{} has a long title", figure.id);
+        let title = figure.said(&root().join("results")).unwrap().title;
+        assert!(title.split_whitespace().count() <= 12, "{} has a long title", figure.id);
         let panels = table.get("panels").and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
         assert!(panels.len() <= 6, "{} has {} panels", figure.id, panels.len());
         let listed = |table: &toml::Table| {
@@ -689,12 +819,6 @@ fn a_kept_figure_has_at_most_twelve_words_above_six_panels_and_seven_lines_or_ro
             assert!((1..=7).contains(&lines), "{} has {lines} lines or rows", figure.id);
             bounded += 1;
         }
-        let alike = ["smooth active model", "smooth model, active contacts"];
-        assert!(
-            !alike.iter().all(|name| svg.contains(&format!(">{name}<"))),
-            "two schemes of {} are named alike",
-            figure.id
-        );
     }
     assert!(bounded > 50, "{bounded}");
 }
@@ -757,7 +881,8 @@ fn what_a_caption_points_at_is_in_its_picture() {
     let faults: Vec<String> = kept_figures()
         .iter()
         .filter_map(|(figure, _, svg)| {
-            let missing = missing_in(svg, &format!("{} {} {}", figure.title, figure.subtitle, figure.caption));
+            let said = figure.said(&root().join("results")).unwrap();
+            let missing = missing_in(svg, &format!("{} {} {}", said.title, said.subtitle, said.caption));
             (!missing.is_empty()).then(|| format!("{}: no {} in the picture", figure.id, missing.join(", ")))
         })
         .collect();
@@ -815,17 +940,78 @@ fn every_page_of_a_case_or_a_scheme_shows_its_picture_and_each_picture_is_shown(
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&made) {
             faults.push(format!("{} is not what the code says of it", path.display()));
         }
-        if !std::fs::read_to_string(&page).unwrap().contains(&format!("](pictures/{name}.svg)")) {
-            faults.push(format!("{} does not show {name}", page.display()));
+        // A case can be tried where it is shown.
+        let live =
+            if folder == "cases" { format!("](../../results/paper/report.html#case={name})") } else { String::new() };
+        if !std::fs::read_to_string(&page).unwrap().contains(&format!("](pictures/{name}.svg){live}")) {
+            faults.push(format!("{} does not show {name}, or does not link to it", page.display()));
         }
         shown.insert(path);
     }
     let kept = ["cases", "schemes"].map(|folder| files(&root().join("docs").join(folder).join("pictures"), "svg"));
-    let strangers = kept.iter().flatten().filter(|path| !shown.contains(*path));
+    let moving = |path: &&PathBuf| path.parent().is_some_and(|folder| folder.ends_with("moving"));
+    let strangers = kept.iter().flatten().filter(|path| !shown.contains(*path) && !moving(path));
     faults.extend(strangers.map(|path| format!("{} is the picture of nothing", path.display())));
     assert!(faults.is_empty(), "RIMBENCH_FILL_PAGES=1 makes them: {faults:#?}");
     let glossary = std::fs::read_to_string(root().join("docs/glossary.md")).unwrap();
     assert!(glossary.contains("](schemes/pictures/"), "the glossary shows no timeline");
+}
+
+/// The wedge box touches down with a hold, the smooth and the non-smooth model; `RIMBENCH_FILL_PAGES=1` writes it.
+#[test]
+fn the_moving_picture_of_the_readme_is_what_the_code_draws_and_small() {
+    const ENLARGED: f64 = 10.0;
+    let (catalogue, styles) = (Catalogue::standard(), Styles::standard());
+    let spec = |scheme: &str, margin: &str| {
+        let mut request = RunRequest::of("wedge-box", scheme);
+        request.put("macro_step_s", "0.005").unwrap();
+        if !margin.is_empty() {
+            request.put("contact_detection", margin).unwrap();
+        }
+        request.resolve(&catalogue).unwrap()
+    };
+    let column = |of: &Trajectory, name: &str| {
+        let at = of.index_of(name).unwrap();
+        Ok(of.rows().map(|row| row[at]).collect::<Vec<f64>>())
+    };
+    let of_all = spec("rim-nonsmooth", "");
+    let of = (of_all.case.drawing)(&of_all.parameters).unwrap();
+    let reference = Reference::compute(&of_all, StopFlag::never()).unwrap();
+    let take = |scheme: &str, margin: &str, more: &str| {
+        let spec = spec(scheme, margin);
+        let run = simulate(&spec, reference.bounds(&spec).unwrap(), None, StopFlag::never()).unwrap();
+        let outcome = &run.report.outcome;
+        let failed = if let Outcome::Diverged { at_s, .. } = outcome { Some(*at_s) } else { None };
+        Take {
+            name: format!("{}{more}", styles.shown_name(scheme)),
+            color: styles.of_label(scheme).color,
+            motion: Motion::of(&of, column, [&run.trajectory, &reference.trajectory], ENLARGED).unwrap(),
+            failed: failed.map(|at| (at, format!("{} at {at:.3} s", outcome.name()))),
+        }
+    };
+    let takes = [
+        take("zero-order-hold", "", ""),
+        take("rim-smooth", "margin:1e-3", ", margin 1 mm"),
+        take("rim-nonsmooth", "", ""),
+    ];
+    let failed: Vec<bool> = takes.iter().map(|take| take.failed.is_some()).collect();
+    assert_eq!(failed, [true, true, false]);
+    let still = Motion::of(&of, column, [&reference.trajectory; 2], 1.0).unwrap();
+    let [begin, fall, land] = [(0, 8, 20), (30, 6, 20), (162, 20, 1)]
+        .map(|(from, count, by)| (0..count).map(move |k| 0.01 * f64::from(from + by * k)));
+    let instants: Vec<f64> = begin.map(|t| 0.1 * t).chain(fall).chain(land).collect();
+    let words = "The macro step is 5 ms. Thin outline: the reference; differences from it are drawn 10 times larger.";
+    let made =
+        film((&of, &still), &takes, (&instants, instants.len() - 7), ["A box is pushed off a ledge and lands", words]);
+    let path = root().join("docs/cases/pictures/moving/wedge-box.svg");
+    if std::env::var_os("RIMBENCH_FILL_PAGES").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, &made).unwrap();
+    }
+    assert!(!made.contains("NaN") && made.len() < 150_000, "{} bytes", made.len());
+    assert!(std::fs::read_to_string(&path).ok() == Some(made), "RIMBENCH_FILL_PAGES=1 makes it");
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.contains("](docs/cases/pictures/moving/wedge-box.svg)"));
 }
 
 /// Every figure of the list: in the legend no two rows have the same line and sign.
