@@ -26,6 +26,8 @@ pub struct Report {
     pub model_defect: Vec<[f64; 2]>,
     /// The factor on the mass of the interface model that the actuator has learned, where it learns.
     pub learned_mass: Option<f64>,
+    /// Least correlation of the mechanics' free accelerations that are no farther apart than samples are old; none where none is late.
+    pub late_acceleration_correlation: Option<f64>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
     pub latencies_s: Vec<f64>,
     /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
@@ -45,6 +47,7 @@ impl Report {
             scheme: SchemeReport::default(),
             model_defect: Vec::new(),
             learned_mass: None,
+            late_acceleration_correlation: None,
             latencies_s: Vec::new(),
             inside: None,
         }
