@@ -13,12 +13,13 @@ const SIZE: (f64, f64) = (680.0, 520.0);
 const CASES: [(&str, &str); 2] = [("disc-row", "row"), ("disc-pile", "heap")];
 const STATES: [&str; 2] = ["settled", "moving"];
 /// Columns and what the legend calls them.
-const LINES: [(&str, &str); 6] = [
+const LINES: [(&str, &str); 7] = [
     ("build_us", "building the model"),
     ("take_us", "taking it"),
     ("use_us", "using it, 100 micro steps"),
     ("step_us", "mechanics"),
     ("mujoco_us", "MuJoCo, a step"),
+    ("drake_us", "Drake, a step"),
     ("siconos_us", "Siconos, a step"),
 ];
 

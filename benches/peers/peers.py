@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps the box, the row and the heap in MuJoCo and Siconos, in turns with ours, and draws cost against contacts.
+"""Steps the box, the row and the heap in MuJoCo, Drake and Siconos, in turns with ours, and draws cost against contacts.
 
 See README.md in this folder. Nothing here is a test: it measures and checks that answers agree as far as the models allow.
 """
@@ -27,6 +27,8 @@ STEPS = 200
 BATCH = 20
 # In motion: the macro steps of ours until they have settled, and passes over them, of each step the shortest.
 MOTION, PASSES = 50, 3
+# Drake's contacts are compliant, and each of its steps takes as long as many of the others: fewer of them, and no larger systems.
+DRAKE_SETTLES_S, DRAKE_BATCH, DRAKE_CONTACTS = 5.0, 5, 70
 # Lemke on a dense matrix takes seconds per step from some hundred contacts on.
 SICONOS_CONTACTS = 150
 # Gap up to which a contact of Siconos is closed, m.
@@ -175,6 +177,92 @@ class Mujoco:
         return float(self.numpy.median(shortest))
 
 
+def drake_system(row, pydrake, numpy):
+    """The box or the row with point contacts without friction, solved by TAMSI, and the joints on which its bodies move."""
+    plants, trees, geometry = pydrake.multibody.plant, pydrake.multibody.tree, pydrake.geometry
+    builder = pydrake.systems.framework.DiagramBuilder()
+    plant, _ = plants.AddMultibodyPlantSceneGraph(builder, STEP_S)
+    plant.set_contact_model(plants.ContactModel.kPoint)
+    plant.set_discrete_contact_approximation(plants.DiscreteContactApproximation.kTamsi)
+    smooth, world = plants.CoulombFriction(0.0, 0.0), plant.world_body()
+    at = pydrake.math.RigidTransform
+
+    def solid(mass, square):
+        return trees.SpatialInertia(mass, numpy.zeros(3), trees.UnitInertia(square, square, square))
+
+    def slides(name, parent, body, axis):
+        plant.AddJoint(trees.PrismaticJoint(name, parent.body_frame(), body.body_frame(), axis))
+
+    def touches(body, where, shape, name):
+        plant.RegisterCollisionGeometry(body, where, shape, name, smooth)
+
+    def planar(name, inertia, turns):
+        """A body that moves in the plane, on links without mass."""
+        links = [plant.AddRigidBody(f"{name} {link}", solid(0.0, 0.0)) for link in range(1 + turns)]
+        body = plant.AddRigidBody(name, inertia)
+        slides(f"{name} x", world, links[0], [1, 0, 0])
+        slides(f"{name} z", links[0], links[1] if turns else body, [0, 0, 1])
+        if turns:
+            plant.AddJoint(trees.RevoluteJoint(f"{name} turn", links[1].body_frame(), body.body_frame(), [0, 1, 0]))
+        return body
+
+    touches(world, at(), geometry.HalfSpace(), "floor")
+    if row["case"] == "n-wedge-box":
+        count, mass = int(sizes_of(row)["supports"]), BOX_KG + PENDULUM_KG
+        box = planar("box", solid(mass, BOX_KG * (1.0**2 + 0.6**2) / 12 / mass), True)
+        for index in range(count):
+            tip = [-0.4 + 0.8 * index / (count - 1), 0, -0.39]
+            touches(box, at(tip), geometry.Sphere(0.01), f"tip {index}")
+        start, push = [0.0, 0.4, 0.0], [0.0, 0.0, 0.0]
+    else:
+        centres, mass = system(row)
+        touches(world, at([2 * RADIUS * len(centres) + 0.5, 0, 0]), geometry.Box(1.0, 2.0, 4.0), "wall")
+        blade = plant.AddRigidBody("blade", solid(BLADE_KG, 1.0))
+        slides("blade x", world, blade, [1, 0, 0])
+        touches(blade, at([-0.5, 0, 0.6]), geometry.Box(1.0, 2.0, 1.1), "blade")
+        start, push = [0.0], [float(row["push_n"])] + [0.0] * (2 * len(centres))
+        for index, (x, z) in enumerate(centres):
+            touches(planar(f"disc {index}", solid(mass, 0.08), False), at(), geometry.Sphere(RADIUS), f"disc {index}")
+            start += [x, z]
+    plant.Finalize()
+    simulator = pydrake.systems.analysis.Simulator(builder.Build())
+    own = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetPositions(own, start)
+    plant.get_applied_generalized_force_input_port().FixValue(own, push)
+    simulator.Initialize()
+    return simulator, plant, own
+
+
+class Drake:
+    """A system, brought to rest once and timed as often as one likes."""
+
+    def __init__(self, row, pydrake, numpy):
+        if row["case"] not in ("n-wedge-box", "disc-row") or int(row["contacts"]) > DRAKE_CONTACTS:
+            raise NotAsked
+        self.simulator, plant, own = drake_system(row, pydrake, numpy)
+        self.time_s = DRAKE_SETTLES_S
+        self.simulator.AdvanceTo(self.time_s)
+        found = plant.get_contact_results_output_port().Eval(own)
+        points = [found.point_pair_contact_info(index) for index in range(found.num_point_pair_contacts())]
+        carried = sum(abs(point.contact_force()[2]) for point in points)
+        weight = (BOX_KG + PENDULUM_KG if row["case"] in BOXES else len(system(row)[0]) * system(row)[1]) * GRAVITY
+        if abs(carried - weight) > SOFT * weight:
+            raise Disagreement(f"the floor carries {carried:.1f} N of {weight:.1f} N")
+        self.contacts, self.deepest = len(points), max(point.point_pair().depth for point in points)
+
+    def settled(self):
+        shortest = float("inf")
+        for _ in range(STEPS // DRAKE_BATCH):
+            self.time_s += DRAKE_BATCH * STEP_S
+            start = time.perf_counter()
+            self.simulator.AdvanceTo(self.time_s)
+            shortest = min(shortest, (time.perf_counter() - start) / DRAKE_BATCH)
+        return shortest
+
+    def moving(self):
+        return None
+
+
 def siconos_steps(row, kernel, numpy):
     """Moreau-Jean with the row or the box, whose gaps are linear; Lemke. Returns what steps, checked, and the number of contacts."""
     if row["case"] == "n-wedge-box":
@@ -252,14 +340,24 @@ class Siconos:
         return None
 
 
-def engine_of(name, module):
+# Of each engine its module, and parts of it that must be there as well.
+MODULES = {
+    "mujoco": ["mujoco"],
+    "drake": ["pydrake"] + [f"pydrake.{part}" for part in ("geometry", "math", "multibody.plant", "multibody.tree", "systems.analysis")],
+    "siconos": ["siconos.kernel"],
+}
+
+
+def engine_of(name):
     """The module of a peer and NumPy, or nothing where they are not installed."""
     try:
         import importlib
 
         import numpy
 
-        return importlib.import_module(module), numpy
+        for part in MODULES[name][1:]:
+            importlib.import_module(part)
+        return importlib.import_module(MODULES[name][0]), numpy
     except ImportError as error:
         print(f"skipped: {name} is not installed ({error})", file=sys.stderr)
         return None
@@ -306,8 +404,8 @@ def main():
         rows = ours(f"{arguments.bench} --csv", arguments.contacts)
         turns.append(rows)
         if turn == 0:
-            for name, kind, module in (("mujoco", Mujoco, "mujoco"), ("siconos", Siconos, "siconos.kernel")):
-                peers[name] = systems_of(name, kind, engine_of(name, module), rows)
+            for name, kind in (("mujoco", Mujoco), ("drake", Drake), ("siconos", Siconos)):
+                peers[name] = systems_of(name, kind, engine_of(name), rows)
         for name, systems in peers.items():
             for key, peer in systems.items():
                 for state in ("settled", "moving"):

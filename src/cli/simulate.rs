@@ -218,6 +218,17 @@ impl Said<'_> {
             let known = metric("heaviness_max").is_some_and(|heaviness| !heaviness.is_nan());
             lines.push(row("model", &if known { self.largest_jump(contacts) } else { NOT_AUDITED.to_owned() }));
         }
+        if let (Some(mean), Some(most)) = (metric("trials_per_step"), metric("trials_per_step_max")) {
+            let cut = metric("trials_cut").filter(|cut| *cut > 0.0);
+            let cut = cut.map(|cut| format!("; {cut} macro steps were cut")).unwrap_or_default();
+            let worst = metric("answer_error_max").unwrap_or(0.0);
+            let text = format!(
+                "asked by {} trial steps per macro step, at most {most}{cut}; its velocity was foreseen within {} of what it moved",
+                quantity(mean, "-"),
+                percent(worst)
+            );
+            lines.push(row("mechanics", &text));
+        }
         let rigid = spec.parameters.iter().all(|(parameter, value)| {
             &*parameter.name != "contact_compliance_m_n" || *value == ParameterValue::Number(0.0)
         });

@@ -1,6 +1,9 @@
 //! A mechanics that gives no interface model, and is asked for its answers over the macro step instead.
 
 use crate::support::*;
+use rimbench::cases::{Assembly, CaseDefaults, Contacts, InterfaceColumns, ParameterSet};
+use rimbench::catalogue::Catalogue;
+use rimbench::models::{Cylinder, Oil, Spool};
 
 const SCHEME: &str = "rim-answers";
 const OWN: &[(&str, &str)] = &[("contacts_act", "mechanics-step")];
@@ -95,6 +98,21 @@ impl Subsystem for Noisy {
     }
 }
 
+/// A run on a mechanics that something was done to: its outcome, and the actuator's forces.
+fn run_on(spec: &RunSpec, change: impl FnOnce(Box<dyn Subsystem>) -> Box<dyn Subsystem>) -> (Outcome, Vec<f64>) {
+    let mut system = usual_system(&spec.case);
+    system.sides.mechanics = change(usual_system(&spec.case).sides.mechanics);
+    let coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), None).unwrap();
+    let grid = CommunicationGrid::new(spec.macro_step, 1.0, spec.duration).unwrap();
+    let mut setup = Setup::new(grid, spec.micro_step, spec.sequence, spec.force_return);
+    setup.exchange.trials = spec.trials;
+    let mut forces = Vec::new();
+    let report = coupling.run(&setup, system.sides.lend(), RunControl::default(), &mut |point| {
+        forces.push(point.y.actuator[0]);
+    });
+    (report.outcome, forces)
+}
+
 #[test]
 fn noise_on_what_is_read_costs_little_where_it_is_told() {
     let forces = |scheme: &str, h: f64, deviation: f64, noise: f64| {
@@ -104,19 +122,11 @@ fn noise_on_what_is_read_costs_little_where_it_is_told() {
         if scheme == SCHEME {
             options.push(("trials", &*trials));
         }
-        let spec = spec_with("wedge-box", scheme, &options, &[]);
-        let mut system = usual_system(&spec.case);
-        let inner = std::mem::replace(&mut system.sides.mechanics, usual_system(&spec.case).sides.mechanics);
-        system.sides.mechanics = Box::new(Noisy { inner, deviation, state: 7, copies: Default::default() });
-        let coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), None).unwrap();
-        let grid = CommunicationGrid::new(h, 1.0, spec.duration).unwrap();
-        let mut setup = Setup::new(grid, spec.micro_step, spec.sequence, spec.force_return);
-        setup.exchange.trials = spec.trials;
-        let mut forces = Vec::new();
-        let report = coupling.run(&setup, system.sides.lend(), RunControl::default(), &mut |point| {
-            forces.push(point.y.actuator[0]);
-        });
-        assert_eq!(report.outcome, Outcome::Completed);
+        let noisy = |inner| -> Box<dyn Subsystem> {
+            Box::new(Noisy { inner, deviation, state: 7, copies: Default::default() })
+        };
+        let (outcome, forces) = run_on(&spec_with("wedge-box", scheme, &options, &[]), noisy);
+        assert_eq!(outcome, Outcome::Completed);
         forces
     };
     let fine = forces("rim-nonsmooth-gap", 1e-4, 0.0, 0.0);
@@ -126,6 +136,126 @@ fn noise_on_what_is_read_costs_little_where_it_is_told() {
     };
     let [still, noisy] = [0.0, 1e-4].map(|noise| error(forces(SCHEME, 5e-3, noise, noise)));
     assert!(still > 10.0 && noisy <= 1.1 * still, "{still} {noisy}");
+}
+
+/// Its copies refuse every step from a time on.
+struct Refusing {
+    inner: Box<dyn Subsystem>,
+    from: f64,
+}
+
+impl Subsystem for Refusing {
+    subsystem_methods!(ports_of_inner capabilities_of_inner counters_of_inner);
+
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.inner.outputs(u, y)
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        if t >= self.from {
+            return Err(Failure::reported("there is no such oil"));
+        }
+        self.inner.step(t, u, h)
+    }
+
+    fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure> {
+        Ok(Box::new(Refusing { inner: self.inner.try_clone()?, from: 0.099 }))
+    }
+}
+
+#[test]
+fn a_trial_step_that_fails_ends_the_run_with_when_under_what_and_why() {
+    let spec = spec_with("wedge-box", SCHEME, &[("macro_step_s", "5e-3")], &[]);
+    let (outcome, forces) = run_on(&spec, |inner| Box::new(Refusing { inner, from: f64::INFINITY }));
+    let reason = outcome.reason();
+    assert_eq!((outcome.name(), outcome.at_s().map(|at| (1e3 * at).round())), ("subsystem-failed", Some(100.0)));
+    let said = ["a trial step of the mechanics from 0.1 s under [", " N failed: ", "there is no such oil"];
+    assert!(said.iter().all(|part| reason.contains(part)), "{reason}");
+    assert!(forces.len() == 21 && forces.iter().all(|force| force.is_finite()), "{}", forces.len());
+}
+
+/// A mass on a floor whose friction carries 1500 N, between two stops without a surface of their own: it sticks, slides and is pulled off.
+#[derive(Clone)]
+struct BetweenStops;
+
+const MASS: f64 = 200.0;
+const STOP: f64 = 0.06;
+
+impl MechanicalModel for BetweenStops {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: 2, unilateral: 3, tangential: 3, interface: 1, ..ModelSize::default() }
+    }
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        (vec![0.0; 2], vec![0.0; 2])
+    }
+    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
+        mass.fill(MASS);
+    }
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        force.copy_from_slice(&[0.0, -MASS * 9.81]);
+    }
+    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, -1.0, 0.0]);
+        rows.position.copy_from_slice(&[q[1], STOP + q[0], STOP - q[0]]);
+    }
+    fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian.copy_from_slice(&[1.0, 0.0]);
+        rows.position[0] = 0.8 + q[0];
+    }
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        MASS * 9.81 * q[1]
+    }
+}
+
+/// On the cylinder of an independent trial, whose medians of four phases are 1.69 % with asked answers and 50 % with the first tangent alone.
+#[test]
+fn a_mass_that_friction_holds_between_stops_is_moved_as_an_independent_trial_has_it() {
+    let build = |(): &(), assembly: &Assembly<'_>| {
+        let spool = Spool::sine(0.5, 1.3, vec![(0.0, 0.0), (0.1, 0.6)]);
+        let size = Cylinder { cylinder_length_m: 1.0, ..Cylinder::defaults() };
+        let cylinder = size.starting_at(0.8, &Oil::defaults(), [3.85e6; 2], spool)?;
+        let contacts = Contacts { friction: 1500.0 / (MASS * 9.81), ..Contacts::defaults() };
+        assembly.couple(BetweenStops, cylinder, &contacts)
+    };
+    let columns = ["actuator_length_m", "actuator_velocity_m_s", "actuator_force_n"];
+    let [position, velocity, force] = columns;
+    let defaults = CaseDefaults {
+        duration_s: 2.0,
+        macro_step_s: 10e-3,
+        micro_step_s: 5e-5,
+        reference_step_s: 5e-5,
+        reference_sampling_s: 2e-4,
+    };
+    let mut own = Catalogue::standard();
+    own.add_case(Case {
+        trace_columns: names(&["time_s", position, velocity, force]),
+        interface_columns: vec![InterfaceColumns::new(position, velocity, force)],
+        ..Case::new("mass-between-stops", "A mass on a rough floor between stops", defaults, build)
+    })
+    .unwrap();
+    let median = |trials: &str| {
+        let spec = |phase: f64| {
+            let mut request = RunRequest::of("mass-between-stops", SCHEME);
+            request.put("trials", trials).unwrap();
+            request.put("phase", &phase.to_string()).unwrap();
+            request.resolve(&own).unwrap()
+        };
+        let reference = coarse_reference(&spec(1.0));
+        let mut errors = [0.25, 0.5, 0.75, 1.0].map(|phase| {
+            let (spec, result) = (spec(phase), run(&spec(phase)));
+            match result.report.outcome {
+                Outcome::Completed => metric(&spec, result, &reference, "force_error_rms_of_peak"),
+                _ => f64::INFINITY,
+            }
+        });
+        errors.sort_by(f64::total_cmp);
+        0.5 * (errors[1] + errors[2])
+    };
+    let [asked, tangent] = ["most:24", "most:3"].map(median);
+    assert!(asked <= 0.02 && tangent >= 0.3, "{asked} {tangent}");
 }
 
 #[test]

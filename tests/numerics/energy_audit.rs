@@ -83,7 +83,7 @@ fn the_audit_must_close_for_every_scheme_whatever_becomes_of_the_run() {
             if result.report.outcome == Outcome::Completed {
                 assert_eq!(Some(last), result.report.audit.work.residual_j());
             }
-            assert_eq!(result.report.latencies_s.len() as u64, result.report.work.cosim.macro_steps);
+            assert_eq!(result.report.latencies.as_ref().unwrap().count(), result.report.work.cosim.macro_steps);
         }
     }
     assert!(astray > 0, "no run went astray: the audit was only tested where it is easy");

@@ -159,3 +159,22 @@ fn an_advice_is_the_same_for_any_number_of_threads_and_prices_change_it() {
     assert_eq!(best["cost"].as_f64(), Some(cost));
     assert_has(&of_bar("--to 5e-6")["notes"].to_string(), &["the largest macro step that was tried"]);
 }
+
+#[test]
+fn trials_of_the_mechanics_are_paid_for_and_advised_where_exchanges_are_dear_and_there_is_no_model() {
+    let of_box = |options: &str| {
+        advised(&format!("--case wedge-box --duration 0.3 --from 1e-3 --to 2e-2 --error 3% --phases 2 {options}"))
+    };
+    let asked = &of_box("--scheme rim-answers")["advised"];
+    let (facts, trials) = (called_again(asked, None), |facts: &Value| facts["trials_per_step"].as_f64().unwrap());
+    let steps = facts["macro_steps"].as_f64().unwrap();
+    assert_eq!(facts["mechanics_micro_steps"].as_f64(), asked["work"][1].as_f64());
+    let paid = asked["work"][1].as_f64().unwrap() / steps;
+    assert!(trials(&facts) >= 3.0 && (paid - 1.0 - trials(&facts)).abs() < 1e-9, "{paid} {facts:#}");
+    // A bus on which an exchange costs more than all steps between two of them.
+    let on_bus = of_box("--no-model --costs 1e6,1,1,1");
+    assert_eq!(on_bus["advised"]["scheme"], "rim-answers", "{on_bus:#}");
+    // What acts within the macro step cannot be asked for where that may not be.
+    let refusal = call("advise --case wedge-box --error 3% --scheme rim-answers --no-feedback");
+    assert_has(&refused(&mut { refusal }), &["within its macro step (--no-feedback)"]);
+}

@@ -39,18 +39,6 @@ pub fn quantile(values: &[f64], p: f64) -> f64 {
     below + (at - at.floor()) * (above - below)
 }
 
-/// Returns the percentile by nearest rank, a value of the sample itself; none of an empty one. Reorders the values.
-///
-/// ```text
-/// x_(⌈q n / 100⌉),    x_(1) ≤ … ≤ x_(n)
-/// ```
-pub fn nearest_rank(values: &mut [f64], percent: usize) -> Option<f64> {
-    let n = values.len();
-    let index = (percent * n).div_ceil(100).max(1) - 1;
-    // A rank needs no sorted list.
-    (index < n).then(|| *values.select_nth_unstable_by(index, f64::total_cmp).1)
-}
-
 /// A straight line fitted by least squares, point by point: nothing of a point is kept.
 ///
 /// ```text

@@ -19,6 +19,7 @@ mod event_driven;
 mod falling_chain;
 mod gripper;
 mod half_car;
+mod hardware_contact;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod hydraulics;
@@ -84,8 +85,8 @@ mod prelude {
 
 /// Describes every built-in case, each with its scale, which a test compares with its reference, and the macro step at which a page first
 /// shows it, the first of [`offered_steps_ms`] at which the hold fails or, where it never does, its error first exceeds a tenth of the peak.
-/// One step shorter it is better, so that the slider shows how long a step may be. `crane-set-down` is shown with the first-order hold: no
-/// step on its slider changes what becomes of the zero-order hold.
+/// One step shorter it is better, so that the slider shows how long a step may be. `crane-set-down` and `hardware-contact` are shown with the
+/// first-order hold: no step on their sliders changes what becomes of the zero-order hold.
 pub fn standard_cases() -> Vec<Case> {
     vec![
         wedge_boxes::wedge_box().scaled(3.2, 0.28, 990.0).shown_at(2.0),
@@ -108,6 +109,7 @@ pub fn standard_cases() -> Vec<Case> {
         stops::impact_oscillator().scaled(0.28, 3.4, 27.0).shown_at(12.5),
         cradle::entry().scaled(0.1, 0.52, 0.2).shown_at(20.0),
         stops::slider().scaled(0.1, 2.3, 55.0).shown_at(40.0),
+        hardware_contact::entry().scaled(0.07, 0.1, 230.0).shown_at(10.0),
         rocking_block::entry().scaled(1.9, 0.1, 4100.0).shown_at(1.25),
         beam_on_stops::entry().scaled(0.044, 0.46, 84.0).shown_at(6.0),
         wedge_boxes::n_wedge_box().scaled(3.2, 0.28, 990.0).shown_at(2.0),

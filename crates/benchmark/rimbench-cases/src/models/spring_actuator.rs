@@ -64,6 +64,8 @@ pub struct SpringActuator {
     parameters: Carriage,
     /// Of the base besides, m/s.
     drift: f64,
+    /// How far the interface may be from the carriage on either side before they touch, m.
+    play: f64,
     carriage: HeldOscillator,
     /// Time of the state, s.
     time: f64,
@@ -108,12 +110,33 @@ impl SpringActuator {
         let ports = force_ports("interface_position_m", "interface_velocity_m_s");
         let inputs = InputPolynomials::new(ports.inputs.len());
         let counters = SubsystemCounters::default();
-        Ok(SpringActuator { parameters, drift: 0.0, carriage, time: 0.0, inputs, ports, counters })
+        Ok(SpringActuator { parameters, drift: 0.0, play: 0.0, carriage, time: 0.0, inputs, ports, counters })
     }
 
     /// Lets the base move on at a constant velocity (m/s) besides.
     pub fn with_drift(self, drift: f64) -> Self {
         SpringActuator { drift, ..self }
+    }
+
+    /// Gives a carriage without mass this play (m) to the interface, on either side: they touch or do not, and never pull.
+    pub fn with_play(self, play: f64) -> Self {
+        debug_assert!(self.parameters.carriage_mass_kg == 0.0);
+        SpringActuator { play, ..self }
+    }
+
+    /// Tells by how much spring and damper are deflected, m and m/s; not at all where there is play and nothing touches.
+    #[inline]
+    fn deflection(&self, u: &[f64]) -> [f64; 2] {
+        let [position, velocity] = self.carriage();
+        let [apart, rate] = [position - u[0], velocity - u[1]];
+        if self.play == 0.0 {
+            return [apart, rate];
+        }
+        let beyond = apart - apart.clamp(-self.play, self.play);
+        let p = &self.parameters;
+        // A damper that would pull lets go.
+        let pushes = (p.spring_stiffness_n_m * beyond + p.spring_damping_n_s_m * rate) * beyond > 0.0;
+        if pushes { [beyond, rate] } else { [0.0; 2] }
     }
 
     /// Position, velocity and acceleration of the base at `t`.
@@ -150,9 +173,8 @@ impl Subsystem for SpringActuator {
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        let [position, velocity] = self.carriage();
-        y[0] = self.parameters.spring_stiffness_n_m * (position - u[0])
-            + self.parameters.spring_damping_n_s_m * (velocity - u[1]);
+        let [apart, rate] = self.deflection(u);
+        y[0] = self.parameters.spring_stiffness_n_m * apart + self.parameters.spring_damping_n_s_m * rate;
         Ok(())
     }
 
@@ -181,6 +203,12 @@ impl Subsystem for SpringActuator {
 
 impl Capabilities for SpringActuator {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        if self.play > 0.0 && self.deflection(u) == [0.0; 2] {
+            rates.rate.fill(0.0);
+            rates.feedthrough.fill(0.0);
+            rates.rate_gain.fill(0.0);
+            return Ok(true);
+        }
         let p = &self.parameters;
         let [_, velocity] = self.carriage();
         let (acceleration, per_mass) = if p.carriage_mass_kg > 0.0 {

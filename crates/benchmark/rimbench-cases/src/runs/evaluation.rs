@@ -215,7 +215,7 @@ fn evaluated(
         (outcome, _) => outcome,
     };
     let ended_at_s = result.report.ended_at_s;
-    let latency = Latency::of(result.report.latencies_s, spec.macro_step);
+    let latency = result.report.latencies.as_ref().and_then(Latency::of);
     Ok(EvaluatedRun {
         found: Findings {
             ended_at_s,

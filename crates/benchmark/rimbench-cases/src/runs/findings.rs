@@ -3,8 +3,7 @@
 use super::fact::{Fact, FactValue};
 use super::options::RunRequest;
 use crate::metrics::METRICS;
-use rimbench_core::cosim::{Outcome, OutcomeKind, Work};
-use rimbench_statistics::nearest_rank;
+use rimbench_core::cosim::{Latencies, Outcome, OutcomeKind, Work};
 use std::sync::Arc;
 
 /// What was found of a run, the same on every machine.
@@ -55,11 +54,15 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Statistics of latencies (s) against a deadline (s), percentiles by nearest rank; none of none.
-    pub fn of(mut latencies: Vec<f64>, deadline: f64) -> Option<Self> {
-        let missed_deadlines = latencies.iter().filter(|latency| **latency > deadline).count() as u64;
-        let [p50_s, p99_s, max_s] = [50, 99, 100].map(|percent| nearest_rank(&mut latencies, percent));
-        Some(Latency { p50_s: p50_s?, p99_s: p99_s?, max_s: max_s?, missed_deadlines })
+    /// Statistics of the macro steps of a run; none of none.
+    pub fn of(latencies: &Latencies) -> Option<Self> {
+        let [p50_s, p99_s] = [50.0, 99.0].map(|percent| latencies.percentile_s(percent));
+        Some(Latency {
+            p50_s: p50_s?,
+            p99_s: p99_s?,
+            max_s: latencies.longest_s(),
+            missed_deadlines: latencies.missed(),
+        })
     }
 }
 
@@ -291,14 +294,5 @@ mod tests {
         let mut wanted = vec!["outcome", "ended_at_s", "model_exact"];
         wanted.extend(counter_names());
         assert_eq!(refused, wanted);
-    }
-
-    #[test]
-    fn percentiles_are_those_of_the_nearest_rank() {
-        let latency = Latency::of((1..=200).rev().map(f64::from).collect(), 150.0).unwrap();
-        assert_eq!((latency.p50_s, latency.p99_s, latency.max_s, latency.missed_deadlines), (100.0, 198.0, 200.0, 50));
-        let one = Latency::of(vec![3.0], 3.0).unwrap();
-        assert_eq!((one.p50_s, one.p99_s, one.max_s, one.missed_deadlines), (3.0, 3.0, 3.0, 0));
-        assert_eq!(Latency::of(Vec::new(), 1.0), None);
     }
 }

@@ -176,7 +176,8 @@ fn run(
     let (report, wall) = match coupled {
         Err(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
         Ok(coupling) => {
-            let timer = clock.map(|now| Timer { now, latencies: true, wall_limit: spec.wall_limit });
+            let deadline = Some(Duration::try_from_secs_f64(spec.macro_step).unwrap_or(Duration::MAX));
+            let timer = clock.map(|now| Timer { now, deadline, wall_limit: spec.wall_limit });
             let started = clock.map(|now| now());
             let control = RunControl { timer, ..control };
             let report = coupling.run(&setup, sides, control, &mut |mut point| {

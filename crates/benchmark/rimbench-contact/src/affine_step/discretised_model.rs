@@ -36,6 +36,9 @@ impl LinearModel<'_> {
     }
 }
 
+/// Contacts from which a look whether all are in the set costs less than it spares.
+const MANY: usize = 8;
+
 /// The columns of a [`DiscretisedModel`], each as long as rows in use.
 #[derive(Debug)]
 pub struct DiscretisedColumns<'a> {
@@ -145,11 +148,22 @@ impl DiscretisedModel {
         if self.pattern.is_some() {
             return self.discretise_by_pattern(model);
         }
-        let sources = || set.iter().copied().chain(n_u..n_u + n_i).enumerate();
-        for (row, source) in sources() {
+        // Where all of many contacts are in the set, the rows of the symmetric H are the columns, as they stand.
+        let whole = n >= MANY && n == n_u && model.pattern.is_none() && set.iter().copied().eq(0..n);
+        if whole {
+            for (slot, row) in model.h.chunks_exact(rows).take(n).enumerate() {
+                self.impulse_columns[slot * rows..][..rows].copy_from_slice(row);
+                self.h_uu[slot * n..][..n].copy_from_slice(&row[..n]);
+            }
+        }
+        let sources = set.iter().copied().chain(n_u..n_u + n_i).enumerate();
+        for (row, source) in sources {
             self.free_increment[row] = length * model.a[source];
             for j in 0..n_i {
                 self.force_columns[j * rows + row] = length * model.entry(source, n_u + j);
+            }
+            if whole {
+                continue;
             }
             for (slot, &contact) in set.iter().enumerate() {
                 let entry = model.entry(source, contact);

@@ -30,7 +30,7 @@ impl Log {
         let macro_steps = setup.expected_macro_steps();
         let by_defect = setup.step_rule.is_some_and(|rule| rule.control.by_defect());
         Log {
-            stopwatch: Stopwatch::new(timer, macro_steps),
+            stopwatch: Stopwatch::new(timer),
             model_defect: Vec::with_capacity(if by_defect { macro_steps } else { 0 }),
         }
     }
@@ -80,7 +80,7 @@ impl Log {
             model_defect: self.model_defect,
             learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
             late_acceleration_correlation: pair.state.late.as_ref().and_then(|late| late.acceleration_correlation()),
-            latencies_s: self.stopwatch.latencies,
+            latencies: self.stopwatch.latencies,
             inside: pair.state.inside.take(),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::coupling_scheme::SchemeReport;
 use super::energy_account::EnergyAudit;
+use super::latencies::Latencies;
 use super::outcome::Outcome;
 use super::trajectory::Trajectory;
 use super::work::Work;
@@ -28,8 +29,8 @@ pub struct Report {
     pub learned_mass: Option<f64>,
     /// Least correlation of the mechanics' free accelerations that are no farther apart than samples are old; none where none is late.
     pub late_acceleration_correlation: Option<f64>,
-    /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
-    pub latencies_s: Vec<f64>,
+    /// Wall times of the macro steps; none unless asked for. They depend on machine and load.
+    pub latencies: Option<Latencies>,
     /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
     /// unless asked for, and where steps are taken again or both sides step together.
     pub inside: Option<Trajectory>,
@@ -48,7 +49,7 @@ impl Report {
             model_defect: Vec::new(),
             learned_mass: None,
             late_acceleration_correlation: None,
-            latencies_s: Vec::new(),
+            latencies: None,
             inside: None,
         }
     }

@@ -1,6 +1,7 @@
 //! Limits that end a run from outside, and how long its macro steps take: the only place where the loop looks at a clock, which
 //! it is given.
 
+use super::latencies::Latencies;
 use crate::error::{Cause, Failure};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -36,8 +37,8 @@ impl<'a> StopFlag<'a> {
 pub struct Timer {
     /// Time since some instant before the run; never goes back.
     pub now: fn() -> Duration,
-    /// Measure the latency of each macro step.
-    pub latencies: bool,
+    /// Measure the latency of each macro step, against this deadline.
+    pub deadline: Option<Duration>,
     /// Give up at the first communication point after this much wall time.
     pub wall_limit: Option<Duration>,
 }
@@ -63,7 +64,7 @@ impl Default for RunControl<'_> {
     }
 }
 
-/// The stopwatch of one run. Room for all latencies is made beforehand.
+/// The stopwatch of one run.
 ///
 /// The latency of a macro step is the wall time from the end of the macro step before until both sides have covered this one; what
 /// observers do at the communication point is not part of it.
@@ -73,14 +74,13 @@ pub(crate) struct Stopwatch {
     started: Duration,
     lap: Duration,
     so_far: Duration,
-    pub(crate) latencies: Vec<f64>,
+    pub(crate) latencies: Option<Latencies>,
 }
 
 impl Stopwatch {
-    pub(crate) fn new(timer: Option<Timer>, macro_steps: usize) -> Self {
+    pub(crate) fn new(timer: Option<Timer>) -> Self {
         let now = timer.map_or(Duration::ZERO, |timer| (timer.now)());
-        let measures = timer.is_some_and(|timer| timer.latencies);
-        let latencies = Vec::with_capacity(if measures { macro_steps } else { 0 });
+        let latencies = timer.and_then(|timer| timer.deadline).map(Latencies::new);
         Stopwatch { timer, started: now, lap: now, so_far: Duration::ZERO, latencies }
     }
 
@@ -94,7 +94,7 @@ impl Stopwatch {
     /// The clock, if latencies are measured.
     #[inline]
     fn measuring(&self) -> Option<fn() -> Duration> {
-        self.timer.filter(|timer| timer.latencies).map(|timer| timer.now)
+        self.timer.filter(|timer| timer.deadline.is_some()).map(|timer| timer.now)
     }
 
     /// Begins a macro step where the one before ended: what the loop does in between belongs to it, and a clock is not free.
@@ -124,9 +124,9 @@ impl Stopwatch {
     /// Ends the macro step.
     #[inline]
     pub(crate) fn end(&mut self) {
-        if self.measuring().is_some() {
-            self.pause();
-            self.latencies.push(self.so_far.as_secs_f64());
+        self.pause();
+        if let Some(latencies) = &mut self.latencies {
+            latencies.record(self.so_far);
         }
     }
 }
@@ -150,8 +150,8 @@ mod tests {
 
     #[test]
     fn a_stopwatch_leaves_out_what_happens_between_pause_and_resume() {
-        let timer = Timer { now, latencies: true, wall_limit: Some(Duration::from_secs(5)) };
-        let mut stopwatch = Stopwatch::new(Some(timer), 1);
+        let timer = Timer { now, deadline: Some(Duration::from_secs(1)), wall_limit: Some(Duration::from_secs(5)) };
+        let mut stopwatch = Stopwatch::new(Some(timer));
         stopwatch.begin();
         pass(1);
         stopwatch.pause();
@@ -159,7 +159,8 @@ mod tests {
         stopwatch.resume();
         pass(1);
         stopwatch.end();
-        assert_eq!(stopwatch.latencies, [2.0]);
+        let latencies = stopwatch.latencies.as_ref().unwrap();
+        assert_eq!((latencies.longest_s(), latencies.missed()), (2.0, 1));
         assert!(!stopwatch.expired());
         pass(1);
         assert!(stopwatch.expired());
@@ -167,12 +168,12 @@ mod tests {
 
     #[test]
     fn without_a_clock_nothing_is_measured_and_nothing_expires() {
-        for timer in [None, Some(Timer { now, latencies: false, wall_limit: None })] {
-            let mut stopwatch = Stopwatch::new(timer, 1);
+        for timer in [None, Some(Timer { now, deadline: None, wall_limit: None })] {
+            let mut stopwatch = Stopwatch::new(timer);
             stopwatch.begin();
             pass(1000);
             stopwatch.end();
-            assert!(stopwatch.latencies.is_empty() && !stopwatch.expired());
+            assert!(stopwatch.latencies.is_none() && !stopwatch.expired());
         }
     }
 

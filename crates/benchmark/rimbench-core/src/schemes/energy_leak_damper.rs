@@ -11,6 +11,8 @@
 //! The work of the damper is part of what is received, so a joule taken out leaves E by itself. −E is the interface
 //! residual of the energy audit, to round-off where the interface row `A_i` is constant; where it turns, the audit has the row of
 //! the start of a step and the pool, which sees velocities only, that of both ends. [`SchemeReport::dissipated_j`] says how much the damper took: the ledger.
+//! Where samples of the mechanics are late the actuator works against where it was, and the damper, which acts at the mechanics, takes out what
+//! the macro step to come will create as well: `E ← E + λ · (w − w_late) H`, `w` the velocity there.
 //! **Needs** a force–displacement coupling and force return `held`, else its force would not arrive. **Order** 1 in H, that of
 //! the hold, up to a logarithm (error ∝ H ln(1/H)): the force that takes a given energy out grows as the interface slows down.
 //! **Known weakness**: acts after the harm is done and only on moving
@@ -60,6 +62,11 @@ struct EnergyLeakDamper {
     rows: Vec<Row>,
     /// Length of the mechanics' step whose work is still to be counted, s; 0 if there is none.
     open: f64,
+    /// Middle of the mechanics' last step, s: a sample from before is late.
+    middle: f64,
+    late: bool,
+    /// What was sent up to the communication point, J.
+    sent_before: f64,
     sent: f64,
     received: f64,
     dissipated: f64,
@@ -72,21 +79,26 @@ impl EnergyLeakDamper {
             motion: vec![0.0; 2 * rows],
             rows: vec![Row::default(); rows],
             open: 0.0,
+            middle: f64::NEG_INFINITY,
+            late: false,
+            sent_before: 0.0,
             sent: 0.0,
             received: 0.0,
             dissipated: 0.0,
         }
     }
 
-    /// E, J: what the interface has created (above 0) or lost.
-    fn energy(&self) -> f64 {
-        self.received - self.sent
-    }
-
-    /// Sets the damper for the macro step of length `h`.
-    fn damp(&mut self, h: f64) {
-        let energy = self.energy().max(0.0);
-        let velocity = &self.motion[self.rows.len()..];
+    /// Sets the damper for the macro step of length `h`, which the mechanics starts with these velocities.
+    fn damp(&mut self, h: f64, velocity: &[f64]) {
+        // E, J: what the interface has created (above 0) or lost.
+        let mut energy = self.received - self.sent;
+        if self.late {
+            let known = &self.motion[self.rows.len()..];
+            let created =
+                self.rows.iter().zip(velocity.iter().zip(known)).map(|(row, (w, known))| row.force * (w - known));
+            energy = self.received - self.sent_before + h * created.sum::<f64>();
+        }
+        let energy = energy.max(0.0);
         let squares: f64 = velocity.iter().map(|velocity| velocity * velocity).sum();
         for (row, velocity) in self.rows.iter_mut().zip(velocity) {
             let wanted = -energy * velocity / (h * squares);
@@ -114,7 +126,10 @@ impl CouplingScheme for EnergyLeakDamper {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         match from {
             Side::Mechanics => {
-                self.close_step(&sample.y[self.rows.len()..]);
+                self.late = sample.time < self.middle;
+                if !self.late {
+                    self.close_step(&sample.y[self.rows.len()..]);
+                }
                 self.motion.copy_from_slice(sample.y);
             }
             Side::Actuator => {
@@ -124,7 +139,12 @@ impl CouplingScheme for EnergyLeakDamper {
                 for (row, force) in self.rows.iter_mut().zip(sample.y) {
                     row.force = *force;
                 }
-                self.damp(sample.step.length);
+                self.sent_before = self.sent;
+                if !self.late {
+                    let motion = std::mem::take(&mut self.motion);
+                    self.damp(sample.step.length, &motion[self.rows.len()..]);
+                    self.motion = motion;
+                }
             }
         }
         Ok(())
@@ -135,11 +155,14 @@ impl CouplingScheme for EnergyLeakDamper {
         let m = self.rows.len();
         if to == Side::Mechanics {
             self.close_step(&own[m..]);
+            if self.late && at.index == 0 {
+                self.damp(at.length * at.count as f64, &own[m..]);
+            }
             for ((row, velocity), u) in self.rows.iter_mut().zip(&own[m..]).zip(u) {
                 *u = row.force + row.damping;
                 row.velocity_before = *velocity;
             }
-            self.open = at.length;
+            (self.open, self.middle) = (at.length, at.start + 0.5 * at.length);
             return Ok(());
         }
         for ((force, before), now) in own.iter().zip(&u[m..]).zip(&self.motion[m..]) {
