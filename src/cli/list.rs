@@ -84,6 +84,7 @@ impl List {
                         Some(Only::Split) => "each actuator has a model",
                         Some(Only::Trials) => "steps of the mechanics are tried",
                         Some(Only::Audit) => "the model is audited",
+                        Some(Only::Believed) => "a model that is believed is audited",
                         Some(Only::Late) => "samples may be late",
                         Some(Only::Column) => "the case records it",
                         Some(Only::Claimed) => "a claim is about it",

@@ -245,6 +245,11 @@ impl Said<'_> {
             let text = format!("up to {beyond} redundant: where they slide, velocities are not unique");
             lines.push(row("contacts", &text));
         }
+        let runs_forward = spec.model.is_some() && spec.delivery.as_ref().is_some_and(|own| own.late.catches_up());
+        if metric("late_acceleration_correlation").is_some_and(|correlation| runs_forward && correlation < 0.0) {
+            let text = "free acceleration turns round while they age: compare raw";
+            lines.push(row("late samples", text));
+        }
         if let Some(latency) = run.costs.latency {
             let most = quantity(latency.max_s, "s");
             let late = match latency.missed_deadlines {

@@ -54,7 +54,7 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         && variant.scheme.moves_model
         && !variant.scheme.splits
         && variant.options.motion == ModelMotion::Frozen
-        && variant.delivery.as_ref().is_none_or(|own| own.late == LateRule::CatchUp && own.down.is_in_time());
+        && variant.delivery.as_ref().is_none_or(|own| own.late.catches_up() && own.down.is_in_time());
     let exchange = Exchange { mass_learning: learns.then(MassLearning::default), ..exchange };
     let setup = Setup { grid, step_rule: variant.step_rule, exchange, bounds: Bounds::default() };
     let points = setup.expected_macro_steps() + 1;
@@ -246,7 +246,7 @@ fn late(variant: Variant) -> Vec<Variant> {
     let catches_up = !variant.scheme.has_model() || variant.scheme.moves_model && !variant.scheme.splits;
     let mut variants = vec![up(LateRule::Raw), down(ForceBridge::Hold)];
     if catches_up {
-        variants.push(up(LateRule::CatchUp));
+        variants.extend([LateRule::CatchUp, LateRule::CatchUpCoarse].map(up));
     }
     if averaged {
         variants.extend([down(ForceBridge::Linear), down(ForceBridge::Rates)]);

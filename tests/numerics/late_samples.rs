@@ -124,6 +124,73 @@ fn catching_up_must_cost_as_many_micro_steps_as_it_bridges_and_nothing_else() {
 }
 
 #[test]
+fn catching_up_in_coarse_steps_must_cost_no_more_with_age_and_lose_little() {
+    let spec = |delivery: &str, rule: &str| {
+        late("wedge-box", "rim-nonsmooth-gap", "5e-3", &[("delivery_up", delivery), ("late_samples", rule)])
+    };
+    // One macro step is as many steps either way.
+    let [fine, coarse] = ["catch-up", "catch-up-coarse"].map(|rule| run(&spec("delay:1", rule)).trajectory);
+    assert_eq!(bits(&fine), bits(&coarse));
+    for (delivery, age) in [("delay:4", 4), ("delay:7", 7), ("delay:10", 10), ("delay:2,jitter:3,loss:0.3,seed:5", 10)]
+    {
+        let [fine, coarse] = ["catch-up", "catch-up-coarse"].map(|rule| completed(&spec(delivery, rule)));
+        let (difference, peak) = apart(&fine.trajectory, &coarse.trajectory, "actuator_force_n");
+        assert!(difference <= 0.02 * peak, "{delivery}: {difference:e} of {peak:e}");
+        let [fine, coarse] = [fine, coarse].map(|result| result.report.work.cosim);
+        // At most as many as the macro step has, and one for each macro step of age.
+        assert!(coarse.catch_up_steps <= coarse.macro_steps * (100 + age), "{delivery}: {coarse:?}");
+        assert!(2 * coarse.catch_up_steps <= fine.catch_up_steps, "{delivery}: {coarse:?} against {fine:?}");
+    }
+}
+
+#[test]
+fn a_load_whose_own_acceleration_turns_round_while_samples_age_must_be_told_from_one_that_keeps_it() {
+    let correlation = |case: &str, delivery: &str| {
+        let spec = late(case, "rim-nonsmooth-gap", "5e-3", &[("delivery_up", delivery), ("duration_s", "1")]);
+        run(&spec).report.late_acceleration_correlation
+    };
+    assert_eq!(correlation("half-car", "delay:0"), None);
+    // On the washboard it turns round in 50 ms, and is back after 100.
+    let [two, ten, twenty] = ["delay:2", "delay:10", "delay:20"].map(|late| correlation("half-car", late).unwrap());
+    assert!(two > 0.5 && ten < -0.5 && twenty < -0.5, "{two}, {ten}, {twenty}");
+    let weight = correlation("wedge-box", "delay:10").unwrap();
+    assert!(weight > 0.99 && weight <= 1.0 + 1e-12, "{weight}");
+}
+
+/// Where nothing turns, so that frozen rows are those of the mechanics: every part is what the parts say, and none is what is left over.
+#[test]
+fn the_account_of_a_model_that_is_believed_must_name_what_its_mass_creates() {
+    for (case, belief, mass) in [
+        ("linear-oscillator", "mass:2", 1.0),
+        ("linear-oscillator", "mass:0.5", -1.0),
+        ("disc-row", "mass:1.5", 1.0),
+        ("disc-row", "mass:0.8", -1.0),
+        ("disc-row", "gap:-0.001", 0.0),
+        ("disc-row", "missing:0", 0.0),
+    ] {
+        for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap"] {
+            let options = [("belief", belief), ("duration_s", "0.4")];
+            let report = run(&late(case, scheme, "5e-3", &options).audited().unwrap()).report;
+            let model = report.audit.model.unwrap_or_else(|| panic!("{case} {scheme} {belief}: no account"));
+            let sent = report.audit.work.sent_j.unwrap();
+            let scale = 1e-9 * (sent.abs() + model.jump.abs() + model.mass.abs() + model.contacts.abs());
+            let told = format!("{case} {scheme} {belief}: {model:?}, {sent} J sent");
+            assert!((model.created() + report.audit.work.residual_j().unwrap()).abs() <= scale, "{told}");
+            assert!(model.mass * mass > 0.0 || (mass, model.mass) == (0.0, 0.0), "{told}");
+            if case == "linear-oscillator" {
+                // No contact has a part in it.
+                assert!(model.jump == 0.0 && model.contacts.abs() <= scale, "{told}");
+                // H_mech − H_model, relative to H_mech.
+                let heaviness = 1.0 - 1.0 / belief.trim_start_matches("mass:").parse::<f64>().unwrap();
+                assert!((model.heaviness - heaviness).abs() < 1e-12, "{told}");
+            } else {
+                assert!(model.unfrozen.abs() <= scale, "{told}");
+            }
+        }
+    }
+}
+
+#[test]
 fn the_energy_that_age_creates_must_close_the_account() {
     for (scheme, late) in
         [("rim-nonsmooth", "catch-up"), ("rim-nonsmooth-gap", "catch-up"), ("rim-nonsmooth-gap", "raw")]
@@ -178,9 +245,10 @@ fn what_does_not_go_with_late_samples_is_refused_with_what_does() {
         ("rim-nonsmooth", &[("late_samples", "raw")], "no sample is late"),
         ("rim-nonsmooth", &[up, ("late_forces", "hold")], "no sample is late"),
         ("rim-nonsmooth", &[up, ("force_return", "held"), ("sequence", "jacobi")], "needs `mean` or `profile`"),
-        ("rim-nonsmooth", &[up, ("model_motion", "extrapolated")], "use model_motion `frozen`"),
+        ("rim-nonsmooth", &[up, ("model_motion", "half-kick")], "use model_motion `frozen` or `extrapolated`"),
         ("rim-nonsmooth", &[up, ("actuator_integrator", "midpoint")], "first order"),
         ("rim-fixed-mass", &[up, ("late_samples", "catch-up")], "use `raw`"),
+        ("rim-fixed-mass", &[up, ("late_samples", "catch-up-coarse")], "late_samples = catch-up-coarse"),
         ("iterated-aitken", &[up], "does not iterate"),
         ("zero-order-hold", &[up, ("step_control", "energy-residual"), ("step_tolerance", "0.1")], "use `none`"),
         ("zero-order-hold", &[("delivery_down", "delay:1"), ("late_forces", "rates")], "held"),

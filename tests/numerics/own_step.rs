@@ -241,6 +241,9 @@ fn late_models_go_on_by_the_steps_of_every_macro_step() {
     let late = [("delivery_up", "delay:2"), OWN];
     let usual = spec("wedge-box", GAP, (5.0, "all"), &late[..1], &[]);
     assert_same(&usual, &spec("wedge-box", GAP, (5.0, "all"), &late, &[]), 1e-9);
+    // In coarse steps, of which there are fewer than the mechanics takes.
+    let coarse = [("delivery_up", "delay:9"), ("late_samples", "catch-up-coarse"), OWN];
+    completed(&spec("wedge-box", GAP, (5.0, "all"), &coarse, &[]));
 }
 
 #[test]

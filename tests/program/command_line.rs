@@ -77,6 +77,20 @@ fn a_log_is_replayed_and_what_samples_cannot_be_is_one_error() {
 }
 
 #[test]
+fn a_load_that_turns_round_while_samples_age_is_told_of_models_that_are_run_forward() {
+    let said = |late: &str| {
+        let car = "simulate --case half-car --scheme rim-nonsmooth-gap --macro-step 5ms --duration 1 --delivery-up";
+        printed(&mut call(&format!("{car} {late}")))
+    };
+    let turns = "late samples      free acceleration turns round while they age: compare raw";
+    for (late, told) in [("delay:10", true), ("delay:2", false), ("delay:10 --late-samples raw", false)] {
+        let screen = said(late);
+        assert_eq!(screen.contains(turns), told, "{late}: {screen}");
+        assert!(screen.lines().all(|line| line.chars().count() <= 80), "{screen}");
+    }
+}
+
+#[test]
 fn steps_placed_by_the_model_are_asked_for_by_name_and_refused_without_a_model() {
     let placed = "--macro-step 5e-3 --duration 0.3 --step-control model-defect --step-tolerance 1e-3";
     let facts = facts(&format!("--scheme rim-nonsmooth-gap {placed}"));

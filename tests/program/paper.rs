@@ -15,7 +15,7 @@ const CONSTANTS: [&str; 11] =
 const NUMBERING: &str = "A.1";
 
 /// Sources without a DOI that could be verified.
-const WITHOUT_DOI: [&str; 4] = ["raoofian", "raoofian2024", "moreau1988", "delayrim2024"];
+const WITHOUT_DOI: [&str; 5] = ["raoofian", "raoofian2024", "moreau1988", "delayrim2024", "eguillon2019"];
 
 /// Groups of experiments, as their names begin.
 const GROUPS: [&str; 3] = ["paper/", "published/", "study/"];

@@ -62,6 +62,8 @@ pub enum Only {
     Late,
     /// With an account of what the model created.
     Audit,
+    /// With such an account of a model that is believed to be another than that of the mechanics.
+    Believed,
     /// Of cases that record the column of which it is the largest value.
     Column,
     /// Of experiments with a claim about it.

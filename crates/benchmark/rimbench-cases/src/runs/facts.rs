@@ -22,6 +22,7 @@ impl RunSpec {
             Only::Split => self.scheme.splits,
             Only::Trials => self.scheme.needs.contains(&Requirement::Trials),
             Only::Audit => self.audit,
+            Only::Believed => self.audit && self.belief.is_some(),
             Only::Late => self.delivery.is_some(),
             Only::Column => self.case.trace_columns.iter().any(|own| own == column),
             Only::Friction | Only::Claimed => true,

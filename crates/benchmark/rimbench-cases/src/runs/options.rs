@@ -193,7 +193,7 @@ run_options! {
     /// How forces reach the mechanics, likewise
     delivery_down: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.down);
-    /// What the actuator makes of late samples: catch-up (uses their time, runs a model forward to the present), raw
+    /// What the actuator makes of late samples: catch-up (uses their time, runs a model forward to the present), catch-up-coarse (at constant cost), raw
     late_samples: LateRule, "RULE", Model,
         some |run| text(run.delivery.as_ref()?.late);
     /// What the mechanics makes of late forces: hold, linear, rates (a model of the actuator); hold if not given

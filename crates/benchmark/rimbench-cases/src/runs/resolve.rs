@@ -131,9 +131,9 @@ impl RunRequest {
             return Ok(None);
         }
         let possible = !scheme.has_model() || (scheme.moves_model && !scheme.splits);
-        if !possible && late == Some(LateRule::CatchUp) {
+        if let Some(late) = late.filter(|late| !possible && late.catches_up()) {
             return Err(Error::Incompatible(format!(
-                "late_samples = catch-up: scheme `{}` does not move its model by itself: use `raw`",
+                "late_samples = {late}: scheme `{}` does not move its model by itself: use `raw`",
                 scheme.name
             )));
         }

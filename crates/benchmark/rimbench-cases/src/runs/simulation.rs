@@ -50,9 +50,7 @@ impl RunSpec {
         let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
-            _ if self.belief.is_some() || self.mass_learning.is_some() => {
-                Some("the model is not that of the mechanics".to_owned())
-            }
+            _ if self.mass_learning.is_some() => Some("the model changes as the actuator learns its mass".to_owned()),
             _ if late_forces => {
                 Some("forces are late, and it accounts for late samples of the mechanics only".to_owned())
             }

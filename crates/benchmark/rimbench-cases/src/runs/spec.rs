@@ -284,7 +284,7 @@ impl RunSettings {
         delivery.up.check("delivery_up", macro_steps)?;
         delivery.down.check("delivery_down", macro_steps)?;
         let (scheme, model) = (&self.scheme, self.model.as_ref());
-        let catches_up = model.filter(|_| delivery.late == LateRule::CatchUp && !delivery.up.is_in_time());
+        let catches_up = model.filter(|_| delivery.late.catches_up() && !delivery.up.is_in_time());
         let averaged = matches!(self.force_return, ForceReturn::Mean | ForceReturn::Profile);
         let late_forces = !delivery.down.is_in_time();
         let why = if !scheme.real_time() {
@@ -312,12 +312,19 @@ impl RunSettings {
             )
         } else if self.audit && late_forces {
             "the audit accounts for late samples of the mechanics only: use delivery_up".to_owned()
-        } else if catches_up.is_some_and(|model| model.motion != ModelMotion::Frozen) {
-            "late_samples = catch-up: a model is run forward as a frozen one: use model_motion `frozen`, or late_samples `raw`".to_owned()
+        } else if catches_up.is_some_and(|model| matches!(model.motion, ModelMotion::HalfKick | ModelMotion::Piecewise))
+        {
+            format!(
+                "late_samples = {}: a model is run forward as it was, or along its rates: use model_motion `frozen` or `extrapolated`, or \
+                 late_samples `raw`",
+                delivery.late
+            )
         } else if catches_up.is_some() && self.actuator_integrator != ActuatorIntegrator::Euler {
-            "late_samples = catch-up: a model is run forward in micro steps of the first order: use actuator_integrator `euler`, or \
-             late_samples `raw`"
-                .to_owned()
+            format!(
+                "late_samples = {}: a model is run forward in micro steps of the first order: use actuator_integrator `euler`, or \
+                 late_samples `raw`",
+                delivery.late
+            )
         } else {
             return Ok(());
         };

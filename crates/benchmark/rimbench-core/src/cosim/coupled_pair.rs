@@ -85,13 +85,16 @@ impl CoupledPair<'_> {
 
     /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let PairState { exchange, u, .. } = &mut *self.state;
+        let PairState { exchange, u, audit, .. } = &mut *self.state;
         if let Some(model) = &mut exchange.interface_model
             && !self.sides.mechanics.capabilities().interface_model(self.setup.mechanics_step(step), model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
         }
         if let (Some(belief), Some(model)) = (&self.setup.belief, &mut exchange.interface_model) {
+            if let Some(audit) = audit {
+                audit.keep_own(model);
+            }
             belief.distort(model);
         }
         if let Some(rates) = &mut exchange.output_rates

@@ -177,12 +177,20 @@ pub enum LateRule {
     /// that the actuator has had since, contacts included.
     #[default]
     CatchUp,
+    /// As catching up, but the delay takes a model as many steps as one macro step, and at most one more for each macro step of age.
+    CatchUpCoarse,
     /// The sample is taken for one of now.
     Raw,
 }
 
 impl LateRule {
-    const NAMES: [(&'static str, LateRule); 2] = [("catch-up", LateRule::CatchUp), ("raw", LateRule::Raw)];
+    const NAMES: [(&'static str, LateRule); 3] =
+        [("catch-up", LateRule::CatchUp), ("catch-up-coarse", LateRule::CatchUpCoarse), ("raw", LateRule::Raw)];
+
+    /// Tells whether a model is run forward.
+    pub fn catches_up(self) -> bool {
+        self != LateRule::Raw
+    }
 }
 
 by_name!(LateRule, NAMES, "treatment of late samples");

@@ -24,6 +24,10 @@ pub(crate) struct LateSamples {
     ring: Vec<Kept>,
     /// The actuator's outputs at the start, which the mechanics knows.
     initial: Vec<f64>,
+    /// Mean force over a coarse step.
+    mean: Vec<f64>,
+    /// By age from 1: `Σ ā·a`, `Σ ā·ā` and `Σ a·a` of free accelerations that many macro steps apart, within what samples age.
+    accelerations: Vec<[f64; 3]>,
     /// Means and their times of the newest two macro steps whose forces have arrived, the newest first.
     arrived: [(f64, Vec<f64>); 2],
     /// The scheme with samples in time, under the same forces, where what age creates is accounted for.
@@ -91,6 +95,8 @@ impl LateSamples {
             // The present macro step, the sample at its end, and all that are still waited for.
             ring: vec![kept; ages[0].max(ages[1]) + 2],
             initial: vec![0.0; forces],
+            mean: vec![0.0; forces],
+            accelerations: vec![[0.0; 3]; ages[0]],
             arrived: [(f64::NAN, vec![0.0; forces]), (f64::NAN, vec![0.0; forces])],
             shadow: None,
         }
@@ -170,6 +176,28 @@ impl LateSamples {
         Ok(())
     }
 
+    /// Compares the free acceleration at communication point `k` with those since point `m`, rows weighed by the masses that they move.
+    pub(crate) fn compare_accelerations(&mut self, m: usize, k: usize) {
+        let LateSamples { ring, accelerations, .. } = self;
+        let model = |index: usize| ring[index % ring.len()].model.as_ref();
+        for (before, sums) in (m..k).rev().zip(accelerations) {
+            let (Some(old), Some(now)) = (model(before), model(k)) else { return };
+            for (row, (old, a)) in old.a.iter().zip(&now.a).enumerate() {
+                let h = now.entry(row, row);
+                if h > 0.0 {
+                    [old * a, old * old, a * a].iter().zip(&mut *sums).for_each(|(product, sum)| *sum += product / h);
+                }
+            }
+        }
+    }
+
+    /// Returns the least correlation of free accelerations that are no farther apart than samples are old: 1 if they stay, below 0 if they
+    /// turn round. None where no sample was late.
+    pub(crate) fn acceleration_correlation(&self) -> Option<f64> {
+        let of_age = self.accelerations.iter().map(|[both, old, now]| both / (old * now).sqrt());
+        of_age.filter(|correlation| correlation.is_finite()).reduce(f64::min)
+    }
+
     /// Brings the scheme's model from communication point `m` to `k`, with the forces that the actuator has had since. `u` becomes where it is then;
     /// returned are the micro steps that it took.
     ///
@@ -183,15 +211,22 @@ impl LateSamples {
         mut learner: Option<&mut MassLearner>,
         u: &mut [f64],
     ) -> Result<u64, Failure> {
-        let (start, mut passed) = (self.kept(m).time, 0);
+        let (coarse, mut passed, mut mean) = (self.rule == LateRule::CatchUpCoarse, 0, std::mem::take(&mut self.mean));
         for kept in (m..k).map(|index| self.kept(index)) {
-            scheme.change_macro_step(kept.step, kept.micro_step, kept.mechanics_steps)?;
-            let rows = kept.history.rows();
-            let count = rows.len();
-            for (j, force) in rows.enumerate() {
-                let at = MicroStep::new(kept.step, j, count);
-                let at = MicroStep { index: passed + j, since_exchange: at.start - start, ..at };
-                scheme.input(Side::Actuator, at, force, u)?;
+            let rows = kept.history.rows().len();
+            let count = if coarse { rows.div_ceil(k - m) } else { rows };
+            let same = count == rows;
+            let micro_step = if same { kept.micro_step } else { kept.step.length / count as f64 };
+            let mechanics_steps = if same { kept.mechanics_steps } else { kept.mechanics_steps.min(count) };
+            scheme.change_macro_step(kept.step, micro_step, mechanics_steps)?;
+            for j in 0..count {
+                let at = MicroStep { index: passed + j, ..MicroStep::new(kept.step, j, count) };
+                if same {
+                    scheme.input(Side::Actuator, at, kept.history.at(j), u)?;
+                } else {
+                    kept.history.mean_over(j, count, &mut mean);
+                    scheme.input(Side::Actuator, at, &mean, u)?;
+                }
             }
             passed += count;
             if let Some(learner) = &mut learner {
@@ -200,6 +235,7 @@ impl LateSamples {
         }
         let Kept { step, micro_step, mechanics_steps, .. } = self.kept(k);
         scheme.change_macro_step(*step, *micro_step, *mechanics_steps)?;
+        self.mean = mean;
         Ok(passed as u64)
     }
 

@@ -79,6 +79,7 @@ impl Log {
             scheme: pair.scheme.report(),
             model_defect: self.model_defect,
             learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
+            late_acceleration_correlation: pair.state.late.as_ref().and_then(|late| late.acceleration_correlation()),
             latencies: self.stopwatch.latencies,
             inside: pair.state.inside.take(),
         }

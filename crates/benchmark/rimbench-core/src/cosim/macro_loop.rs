@@ -34,7 +34,7 @@ pub fn cosimulate(
     let inside = control.inside.map(|most| micro_log(setup, &sides, most));
     let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
     let audited = exchange.interface_model.as_ref().filter(|_| control.audit && averages);
-    let audit = audited.map(|empty| Box::new(ModelAudit::new(empty)));
+    let audit = audited.map(|empty| Box::new(ModelAudit::new(empty, setup.belief.is_some())));
     let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), exchange) };
     if let (Some(late), Some(_), Some(copy)) = (&mut state.late, &state.audit, scheme.try_clone()) {
         late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));

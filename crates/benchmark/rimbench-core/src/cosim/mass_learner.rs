@@ -259,6 +259,28 @@ mod tests {
         assert!((blind.mass_factor() - 1.0).abs() > 0.1);
     }
 
+    /// Two bodies, the first of which is believed twice as heavy as it is: its own factor is 2, that of the other 1.
+    #[test]
+    fn of_two_masses_of_which_one_is_wrong_the_mean_is_learned_that_each_forecast_depends_on() {
+        for share in [0.1, 0.5, 1.0, 2.0, 10.0] {
+            let mut sent = ReducedInterfaceModel::zeros(0, 2);
+            sent.h.copy_from_slice(&[0.25, 0.0, 0.0, 0.25]);
+            let mut learner = MassLearner::new(MassLearning::default(), &sent);
+            let mut forces = OutputHistory::new(2, 1);
+            for m in 0..40 {
+                learner.receive(m, &sent);
+                let force = [1.0, share].map(|share| share * (3.0 + libm::sin(m as f64)));
+                let w = [0, 1].map(|row| sent.w[row] + STEP * learner.factor * 0.25 * force[row]);
+                forces.clear();
+                forces.push(&force);
+                learner.forecast(MacroStep { index: m, start: 0.0, length: STEP }, &forces, &w);
+                [0.5, 0.25].iter().enumerate().for_each(|(row, own)| sent.w[row] += STEP * own * force[row]);
+            }
+            let mean = (2.0 + share * share) / (1.0 + share * share);
+            assert!((learner.factor - mean).abs() < 1e-2, "{share}: {}, not {mean}", learner.factor);
+        }
+    }
+
     #[test]
     fn a_sample_that_was_not_forecast_teaches_nothing() {
         let mut learner = learned(2.0, 1, |_| false, 0.0);

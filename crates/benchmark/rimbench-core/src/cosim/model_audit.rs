@@ -1,9 +1,10 @@
 //! Where the energy comes from that an interface model creates: the jump from the end of the model to that of the mechanics, by contact.
 //!
 //! ```text
-//! received − sent = jump + first moment + contacts + unfrozen + age
+//! received − sent = jump + first moment + mass + contacts + unfrozen + age
 //! jump          T⁺ − T̂ = −½ ΔPᵀ H_uu ΔP + w_u⁺ · ΔP,   ΔP = P − P̂
 //! first moment  a_i · (Σ p_j (t_j + ½ h_j) − ∫ t λ dt)
+//! mass          ½ pᵀ (H_ii,mech − H_ii,model) p, where what is believed of the mechanics is wrong
 //! contacts      what contacts lose in the mechanics beyond what they lose in the model, micro steps included
 //! unfrozen      what the mechanics received beyond the frozen model's account of its own steps: rows that turn
 //! age           what the model would have been sent had its samples been in time, under the same forces, less what it was sent
@@ -59,6 +60,8 @@ pub struct ModelEnergy {
     pub jump: f64,
     /// Created by the bias, because the mechanics received the force at other times than it acted.
     pub first_moment: f64,
+    /// Created because the model has another mass than the mechanics: what no contact has to do with.
+    pub mass: f64,
     /// Created because contacts lose less in the model than in the mechanics.
     pub contacts: f64,
     /// Created because the mechanics' own steps are not those of the frozen model.
@@ -75,7 +78,7 @@ pub struct ModelEnergy {
 impl ModelEnergy {
     /// Returns the energy that the model created (above 0) or lost, J: minus the interface residual.
     pub fn created(&self) -> f64 {
-        self.jump + self.first_moment + self.contacts + self.unfrozen
+        self.jump + self.first_moment + self.contacts + self.unfrozen + self.mass
     }
 }
 
@@ -85,6 +88,8 @@ pub(crate) struct ModelAudit {
     energy: ModelEnergy,
     /// Whether every macro step could be audited.
     known: bool,
+    /// The mechanics' own model, where another is believed.
+    own: Option<Box<ReducedInterfaceModel>>,
     /// Heaviness in the last macro step.
     last: Option<f64>,
     /// Work sent and received up to its start, J.
@@ -109,12 +114,13 @@ pub(crate) struct ModelAudit {
 }
 
 impl ModelAudit {
-    /// Reserves models like `empty`.
-    pub(crate) fn new(empty: &ReducedInterfaceModel) -> Self {
+    /// Reserves models like `empty`, which may be what is `believed` of the mechanics.
+    pub(crate) fn new(empty: &ReducedInterfaceModel, believed: bool) -> Self {
         let (rows, n_i) = (empty.interface_start(), empty.interface());
         ModelAudit {
             energy: ModelEnergy { heaviness: f64::NEG_INFINITY, ..ModelEnergy::default() },
             known: empty.delassus_pattern().is_none(),
+            own: believed.then(|| Box::new(empty.clone())),
             last: None,
             counted: [0.0; 2],
             impulse: vec![0.0; n_i],
@@ -130,6 +136,13 @@ impl ModelAudit {
             states: vec![ContactState::Open; empty.friction.len()],
             directions: empty.directions.clone(),
             system: StateSystem::with_tangents(empty.friction.len(), empty.tangents()),
+        }
+    }
+
+    /// Notes the model of the mechanics before it becomes what is believed of it.
+    pub(crate) fn keep_own(&mut self, own: &ReducedInterfaceModel) {
+        if let Some(kept) = &mut self.own {
+            kept.copy_from(own);
         }
     }
 
@@ -159,6 +172,7 @@ impl ModelAudit {
         lambda: &[f64],
         impulses: Option<&[f64]>,
     ) {
+        let model = self.own.as_deref().unwrap_or(model);
         let first = model.interface_start();
         let Some(impulses) = impulses.or((first == 0).then_some(&[])).filter(|own| own.len() == first) else {
             self.known = false;
@@ -201,18 +215,20 @@ impl ModelAudit {
             sent_moment += delta * delta * (a - 2.0 * kick(first + i) / step.length) * ((count + 0.5) * sum - sums);
             sent_moment += kick(first + i) * (*impulse - (1.0 - kicked) * delta * forces.at(0)[i]);
         }
-        let columns = model.a.len();
-        let h = |row: usize| &model.h[row * columns..(row + 1) * columns];
-        let by_impulse = |row: usize| body_dot(&h(row)[first..], &self.impulse);
-        let mut smooth = 0.0;
-        for (i, p) in self.impulse.iter().enumerate() {
-            smooth += p * (model.w[first + i] + 0.5 * by_impulse(first + i));
-        }
+        let own = self.own.as_deref().unwrap_or(model);
+        let by_impulse = |of: &ReducedInterfaceModel, row: usize| body_dot(&of.row(row)[first..], &self.impulse);
+        let [smooth, own_smooth] = [model, own].map(|of| {
+            let moved = self.impulse.iter().enumerate();
+            moved.fold(0.0, |sum, (i, p)| sum + p * (of.w[first + i] + 0.5 * by_impulse(of, first + i)))
+        });
         let in_model = (sent - self.counted[0]) - smooth - sent_moment;
-        let unfrozen = (received - self.counted[1]) - smooth - self.moment - self.contact_work;
+        let unfrozen = (received - self.counted[1]) - own_smooth - self.moment - self.contact_work;
 
         // P̂
-        let free = |row: usize| model.w[row] + step.length * model.a[row] + by_impulse(row) - kick(row);
+        let free_of = |of: &ReducedInterfaceModel, row: usize| {
+            of.w[row] + step.length * of.a[row] + by_impulse(of, row) - kick(row)
+        };
+        let free = |row: usize| free_of(model, row);
         let mut pushed = false;
         for (&row, w) in end.rows.iter().zip(end.w) {
             let free = free(row);
@@ -240,9 +256,9 @@ impl ModelAudit {
             if p == 0.0 && of_model == 0.0 {
                 continue;
             }
-            let own = &h(row)[..first];
-            let by_contacts = body_dot(own, &self.contacts);
-            let (w, change) = (free(row) + by_contacts, by_contacts - body_dot(own, &self.of_model));
+            let of_contacts = &own.row(row)[..first];
+            let by_contacts = body_dot(of_contacts, &self.contacts);
+            let (w, change) = (free_of(own, row) + by_contacts, by_contacts - body_dot(of_contacts, &self.of_model));
             jump += (p - of_model) * (w - 0.5 * change);
             size += (w.abs() + change.abs()) * (p.abs() + of_model.abs());
             let mut note = |created: f64, contact: usize, by: Creation| {
@@ -254,7 +270,7 @@ impl ModelAudit {
                 Some(row) => note(w * (p - of_model), row % model.contacts(), Creation::Stick),
                 None => {
                     // 0 ≤ w + d ⟂ P ≥ 0, with the second half-kick in d
-                    let d = if p > 0.0 { -w } else { model.step_gap_velocity(row) + kick(row) };
+                    let d = if p > 0.0 { -w } else { own.step_gap_velocity(row) + kick(row) };
                     note(d * (of_model - p), row, if d > 0.0 { Creation::Gap } else { Creation::Push });
                     note(-(w + d) * of_model, row, Creation::Pull);
                 }
@@ -267,6 +283,7 @@ impl ModelAudit {
         let heaviness = self.heaviness(model);
         self.energy.jump += jump;
         self.energy.first_moment += self.moment - sent_moment;
+        self.energy.mass += own_smooth - smooth;
         self.energy.contacts += self.contact_work - in_model - jump;
         self.energy.unfrozen += unfrozen;
         self.energy.heaviness = self.energy.heaviness.max(heaviness);
@@ -279,18 +296,22 @@ impl ModelAudit {
     fn heaviness(&mut self, model: &ReducedInterfaceModel) -> f64 {
         let (first, n_i) = (model.interface_start(), model.interface());
         let closed = |impulses: &[f64], contact: usize| impulses[contact] != 0.0;
-        if (0..model.contacts()).all(|contact| closed(&self.of_model, contact) == closed(&self.contacts, contact)) {
+        let own = self.own.as_deref().unwrap_or(model);
+        if self.own.is_none()
+            && (0..model.contacts()).all(|contact| closed(&self.of_model, contact) == closed(&self.contacts, contact))
+        {
             return 0.0;
         }
-        for (impulses, condensed) in [&self.of_model, &self.contacts].into_iter().zip(&mut self.condensed) {
+        let both = [(&self.of_model, model), (&self.contacts, own)];
+        for ((impulses, of), condensed) in both.into_iter().zip(&mut self.condensed) {
             self.closed.clear();
             self.closed.extend((0..model.contacts()).filter(|&contact| closed(impulses, contact)));
-            condense(model, &self.closed, Redundancy::Drop, condensed);
+            condense(of, &self.closed, Redundancy::Drop, condensed);
         }
-        let [of_model, own] = &self.condensed;
+        let [of_model, of_own] = &self.condensed;
         let difference = &mut self.difference[..];
-        difference.iter_mut().zip(of_model.h.iter().zip(&own.h)).for_each(|(d, (model, own))| *d = model - own);
-        let largest = (0..n_i).map(|i| model.entry(first + i, first + i)).fold(0.0, f64::max);
+        difference.iter_mut().zip(of_model.h.iter().zip(&of_own.h)).for_each(|(d, (model, own))| *d = model - own);
+        let largest = (0..n_i).map(|i| own.entry(first + i, first + i)).fold(0.0, f64::max);
         -smallest_eigenvalue(difference, n_i) / largest
     }
 }

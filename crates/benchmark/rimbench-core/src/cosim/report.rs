@@ -27,6 +27,8 @@ pub struct Report {
     pub model_defect: Vec<[f64; 2]>,
     /// The factor on the mass of the interface model that the actuator has learned, where it learns.
     pub learned_mass: Option<f64>,
+    /// Least correlation of the mechanics' free accelerations that are no farther apart than samples are old; none where none is late.
+    pub late_acceleration_correlation: Option<f64>,
     /// Wall times of the macro steps; none unless asked for. They depend on machine and load.
     pub latencies: Option<Latencies>,
     /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
@@ -46,6 +48,7 @@ impl Report {
             scheme: SchemeReport::default(),
             model_defect: Vec::new(),
             learned_mass: None,
+            late_acceleration_correlation: None,
             latencies: None,
             inside: None,
         }

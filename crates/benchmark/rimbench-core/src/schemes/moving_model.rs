@@ -21,6 +21,8 @@ pub(super) struct MovingModel {
     /// As it is used in the present micro step.
     pub(super) current: ReducedInterfaceModel,
     received_at: f64,
+    /// By how much the macro step starts after the sample, s: a late one is brought to the present over several.
+    ahead: f64,
     /// Rates of `H` and `a`; used only where `extrapolating`.
     h_rate: Vec<f64>,
     a_rate: Vec<f64>,
@@ -36,6 +38,7 @@ impl MovingModel {
             received: empty.clone(),
             current: empty.clone(),
             received_at: f64::NAN,
+            ahead: 0.0,
             h_rate: vec![0.0; empty.h.len()],
             a_rate: vec![0.0; empty.a.len()],
             extrapolating: false,
@@ -45,14 +48,22 @@ impl MovingModel {
 
     /// Takes a model as it is at `time` (s), for a macro step of `length` (s).
     pub(super) fn receive(&mut self, time: f64, length: f64, model: &ReducedInterfaceModel) {
-        self.extrapolating =
-            self.motion == ModelMotion::Extrapolated && self.take_rates(time - self.received_at, model);
+        // A late sample that is used again keeps the rates that it had.
+        if time != self.received_at {
+            self.extrapolating =
+                self.motion == ModelMotion::Extrapolated && self.take_rates(time - self.received_at, model);
+        }
         self.received.copy_from(model);
         if self.motion == ModelMotion::HalfKick {
             self.kick.apply(&mut self.received, length);
         }
         self.current.copy_from(&self.received);
-        self.received_at = time;
+        (self.received_at, self.ahead) = (time, 0.0);
+    }
+
+    /// Goes on in the macro step that starts at `time` (s).
+    pub(super) fn go_on_from(&mut self, time: f64) {
+        self.ahead = time - self.received_at;
     }
 
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
@@ -91,7 +102,7 @@ impl MovingModel {
             ModelMotion::Frozen | ModelMotion::HalfKick => false,
             ModelMotion::Extrapolated => {
                 if self.extrapolating {
-                    self.extrapolate(at.since_exchange + 0.5 * at.length);
+                    self.extrapolate(self.ahead + at.since_exchange + 0.5 * at.length);
                 }
                 self.extrapolating
             }
@@ -162,6 +173,19 @@ mod tests {
         assert!(!moving.move_to(MIDDLE));
         moving.receive(0.3, 0.1, &other);
         assert!(moving.move_to(MIDDLE));
+    }
+
+    #[test]
+    fn a_late_model_goes_on_from_its_sample_and_keeps_its_rates_when_it_is_used_again() {
+        let mut moving = MovingModel::new(&model(0.0, ContactState::Open), ModelMotion::Extrapolated);
+        moving.receive(0.0, 0.1, &model(1.0, ContactState::Stick));
+        for _ in 0..2 {
+            moving.receive(0.1, 0.1, &model(2.0, ContactState::Stick));
+            moving.go_on_from(0.4);
+            assert!(moving.move_to(MIDDLE));
+            // 0.3 s to the macro step, 0.05 s in it.
+            assert!((moving.current.h[0] - 5.5).abs() < 1e-14, "{}", moving.current.h[0]);
+        }
     }
 
     #[test]

@@ -213,6 +213,7 @@ impl CouplingScheme for ReducedInterface {
     }
 
     fn change_macro_step(&mut self, step: MacroStep, micro_step: f64, mechanics_steps: usize) -> Result<(), Failure> {
+        self.model.go_on_from(step.start);
         if self.own.is_none() && self.micro_step == micro_step {
             return Ok(());
         }

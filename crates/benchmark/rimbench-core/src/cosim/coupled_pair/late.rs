@@ -15,7 +15,8 @@ impl CoupledPair<'_> {
     ///
     /// ```text
     /// raw         the sample of t_m is handed on as one of t_k
-    /// catch-up    it is handed on with its time; a model goes on from t_m to t_k with the forces that the actuator has had since
+    /// catch-up    it is handed on with its time; a model goes on from t_m to t_k with the forces that the actuator has had since,
+    ///             in the actuator's micro steps, or coarse ones under their mean
     /// ```
     /// The actuator starts the macro step with the motion that it knows; the outputs that are recorded are those with the true one.
     #[cold]
@@ -31,7 +32,10 @@ impl CoupledPair<'_> {
         let Some(late) = late else { return Ok(()) };
         let (model, scheme) = (exchange.interface_model.as_ref(), &mut *self.scheme);
         late.keep(step, (micro_step, mechanics_steps), &y.mechanics, model);
-        let goes_on = late.rule == LateRule::CatchUp && model.is_some() && known < k;
+        if known < k {
+            late.compare_accelerations(known, k);
+        }
+        let goes_on = late.rule.catches_up() && model.is_some() && known < k;
         let shown = |time: f64| if late.rule == LateRule::Raw { step.start } else { time };
         let kept = late.kept(known);
         let (at, length, mechanics_steps) = match goes_on {
