@@ -22,9 +22,6 @@
 //! done, on the small systems. `--case NAME` leaves the other families out, `--bodies N` the systems with more
 //! (the largest heap takes half an hour), but not out of what `--csv` prints; `--joints` compares eliminations only.
 
-#[path = "peers/figure.rs"]
-mod figure;
-
 use rimbench::cases::{Chain, ParameterSet};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, RunControl, Sample, Side, Subsystem};
@@ -34,7 +31,6 @@ use rimbench::models::LineMasses;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{Pool, order_of_convergence};
 use std::hint::black_box;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 const SCHEME: &str = "rim-nonsmooth-gap";
@@ -479,10 +475,6 @@ fn main() {
     let whole = asked("--bench");
     if asked("--csv") {
         return print_csv(after("--case").as_deref());
-    }
-    if asked("--figure") {
-        let drawn = figure::draw(Path::new(&after("--figure").expect("a path after --figure")));
-        return drawn.unwrap_or_else(|error| panic!("{error}"));
     }
     print_joints(whole);
     if asked("--joints") {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps the box, the row and the heap in MuJoCo, Drake and Siconos, in turns with ours, and draws cost against contacts.
+"""Steps the box, the row and the heap in MuJoCo, Drake and Siconos, in turns with ours.
 
 See README.md in this folder. Nothing here is a test: it measures and checks that answers agree as far as the models allow.
 """
@@ -393,7 +393,7 @@ def main():
     parser.add_argument("--bench", default="cargo bench -q -p rimbench-benches --bench scaling --", help="command that runs the scaling bench")
     parser.add_argument("--contacts", type=int, default=5100, help="largest system that is compared")
     parser.add_argument("--turns", type=int, default=3, help="how often each engine has its turn; of all the shortest time counts")
-    parser.add_argument("--csv", help="file that the rows are written to as well, with a figure of the same name beside it")
+    parser.add_argument("--csv", help="file that the rows are written to as well")
     arguments = parser.parse_args()
     if arguments.turns < 1:
         parser.error(f"--turns {arguments.turns}: valid: 1 or more")
@@ -440,7 +440,6 @@ def main():
     if arguments.csv:
         with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows(table)
-        subprocess.run(shlex.split(arguments.bench) + ["--figure", arguments.csv], check=True)
 
 
 if __name__ == "__main__":
