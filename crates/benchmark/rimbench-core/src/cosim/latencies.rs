@@ -33,7 +33,7 @@ impl Latencies {
     /// Returns the percentile by nearest rank, s, to a thousandth of it; none if nothing was noted.
     pub fn percentile_s(&self, percent: f64) -> Option<f64> {
         let value = Duration::from_nanos(self.nanoseconds.value_at_percentile(percent)).min(self.longest);
-        (!self.nanoseconds.is_empty()).then(|| value.as_secs_f64())
+        (!self.nanoseconds.is_empty()).then_some(value.as_secs_f64())
     }
 
     /// Counts them.
