@@ -32,7 +32,7 @@ const MAIN: [&str; 4] =
     ["force_error_rms_n", "position_error_rms_m", "interface_residual_j", "force_error_rms_of_peak"];
 
 /// Most rows of a trace.
-const TRACE_ROWS: usize = 52;
+const TRACE_ROWS: usize = 36;
 /// Digits of a metric that is not checked.
 const DIGITS: usize = 4;
 /// Letters that a run takes at the very least.
@@ -196,7 +196,7 @@ fn traces(study: &Study, runs: &Runs<'_>) -> Value {
 }
 
 /// Most points of a series; a trace has more.
-const POINTS: usize = 72;
+const POINTS: usize = 40;
 
 fn panels(panels: &[PanelData]) -> Value {
     let series = |series: &SeriesData| {
