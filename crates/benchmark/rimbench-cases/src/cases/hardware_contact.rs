@@ -53,5 +53,5 @@ fn drawing(p: &Hardware) -> Drawing {
     let about = "A simulated mass flies to and fro between two contacts that are hardware.";
     let view = reach + 0.2 + p.contact.base_amplitude_m;
     let drawing = Drawing::of(["Contact in hardware", about], [[-view, view], [-0.14, 0.14]], frames, shapes);
-    Drawing { schemes: ["first-order-hold", "rim-nonsmooth-gap"], ..drawing }
+    Drawing { schemes: ["first-order-hold", "monolithic"], ..drawing }
 }
