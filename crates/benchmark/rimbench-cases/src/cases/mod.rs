@@ -4,7 +4,6 @@
 //! its parameters ([`parameters!`](crate::parameters)) and write a function that describes it, in the file of its family or one of its
 //! own, and add it to the list.
 
-mod adds_up;
 mod beam_on_stops;
 mod carriage;
 mod case;
