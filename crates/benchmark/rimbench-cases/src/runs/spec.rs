@@ -245,8 +245,11 @@ impl RunSettings {
                 "scheme `{}` moves no model of the whole mechanics by itself: use another rim-* scheme",
                 self.scheme.name
             )
-        } else if model.motion != ModelMotion::Frozen {
-            format!("model_motion = {}: what a frozen model forecasts is learned from: use `frozen`", model.motion)
+        } else if model.model_motion != ModelMotion::Frozen {
+            format!(
+                "model_motion = {}: what a frozen model forecasts is learned from: use `frozen`",
+                model.model_motion
+            )
         } else if !averaged {
             format!(
                 "force return `{}` is not the impulse that the model received: use `mean` or `profile`",
@@ -323,7 +326,8 @@ impl RunSettings {
             )
         } else if self.audit && late_forces {
             "the audit accounts for late samples of the mechanics only: use delivery_up".to_owned()
-        } else if catches_up.is_some_and(|model| matches!(model.motion, ModelMotion::HalfKick | ModelMotion::Piecewise))
+        } else if catches_up
+            .is_some_and(|model| matches!(model.model_motion, ModelMotion::HalfKick | ModelMotion::Piecewise))
         {
             format!(
                 "late_samples = {}: a model is run forward as it was, or along its rates: use model_motion `frozen` or `extrapolated`, or \
@@ -373,7 +377,7 @@ impl RunSettings {
     pub fn model_is_exact(&self) -> bool {
         self.case.constant_mechanics
             && self.scheme.has_mechanics_law
-            && self.model.as_ref().is_some_and(|model| model.motion == ModelMotion::Frozen)
+            && self.model.as_ref().is_some_and(|model| model.model_motion == ModelMotion::Frozen)
             && !self.has_slip_rows()
             && self.force_return == ForceReturn::Profile
             && self.in_one_form() == MechanicsSteps::AsActuator
@@ -390,7 +394,7 @@ impl RunSettings {
         self.audit
             || self.belief.is_some()
             || self.mass_learning.is_some()
-            || model.motion == ModelMotion::HalfKick
+            || model.model_motion == ModelMotion::HalfKick
             || self.actuator_integrator == ActuatorIntegrator::Midpoint
     }
 

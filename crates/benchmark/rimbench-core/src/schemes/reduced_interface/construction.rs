@@ -71,7 +71,7 @@ pub(super) fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
 fn is_affine(contacts: Contacts, empty: &ReducedInterfaceModel, options: &ModelOptions) -> bool {
     // A solver chosen by name solves every problem; with stiction the coefficient of friction changes between micro steps.
     !contacts.are_bilateral()
-        && options.motion != ModelMotion::Extrapolated
+        && options.model_motion != ModelMotion::Extrapolated
         && options.solver.goes_by_active_sets()
         && empty.spring.is_none()
         && empty.stiction.is_none()
@@ -156,7 +156,7 @@ impl ReducedInterface {
         Ok(ReducedInterface {
             own: acts.then(|| Box::new(OwnStep::new(&discretised, (n_u, first, n_i)))),
             set: ContactSet::new(contacts, detection, n_u, active),
-            model: MovingModel::new(empty, options.motion),
+            model: MovingModel::new(empty, options.model_motion),
             discretised,
             condensation: Condensation::of(empty),
             redundancy: options.redundancy,
