@@ -145,13 +145,11 @@
         const [own, other] = [at(run, name, Math.min(t, end(run))), ghost(name)];
         return /_n$/.test(name) ? own : other + factor * (own - other);
       };
-      const picture = of.of_start ? { value: (name) => reference.columns[name][0], alone: true } : { value: run?.rows ? value : null };
-      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], ...picture });
+      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], value: run?.rows ? value : null });
       g.fillStyle = drawing.ink("soft");
-      const words = of.of_start ? ["as it starts", "as it starts: single bodies are not recorded"] : ["outline: reference", "thin outline: reference"];
-      g.fillText(words[w < 300 ? 0 : 1], 8, h - 8);
+      g.fillText(`${w < 300 ? "" : "thin "}outline: reference`, 8, h - 8);
       g.textAlign = "right";
-      if (factor > 1 && !of.of_start) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
+      if (factor > 1) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
     });
     const plot = { of, reference, runs: pair, colors: inks, window, t, macro: of.steps_ms[shown.h] / 1000 };
     shown.timeInEvent = curves.drawEvent($("event"), plot);
@@ -283,7 +281,7 @@
       const of = CASES[k], reference = references.get(of.name);
       if (of.name === state.case) button.setAttribute("aria-current", "true"); else button.removeAttribute("aria-current");
       if (!reference?.rows) return;
-      const t = of.of_start || still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
+      const t = still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
       drawing.draw(button.firstChild, of.drawing, { value, ghost: value, color: color(of.schemes[1]), alone: true });
     });
     setTimeout(() => requestAnimationFrame(gallery), 40);
@@ -408,6 +406,7 @@
       SCHEMES[name] = { model: kind === "model" };
     }
     CASES = JSON.parse(cases);
+    CASES.forEach((of) => drawing.frameBodies(of.drawing));
     state = startOf(CASES[0]);
     $("in-h").max = steps().length - 1;
     for (const key of ["contacts", "late"]) $(`in-${key}-b`).append(...[...$(`in-${key}-a`).options].map((option) => option.cloneNode(true)));

@@ -57,7 +57,7 @@ pub use half_car::{Car, HalfCar};
 pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
-pub use recorder::{AUDIT_COLUMNS, Recorder};
+pub use recorder::{AUDIT_COLUMNS, Recorder, coordinate_column};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use slider_crank::{Crank, SliderCrank};
 pub use values::{Range, Setting, Value, unit_of, without_unit};

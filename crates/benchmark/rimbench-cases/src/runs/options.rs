@@ -178,28 +178,28 @@ run_options! {
     /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N", Loop(Exchange),
         all |run| run.mechanics_steps.longest().is_none().then(|| text(run.mechanics_steps))?;
-    /// Longest step of the mechanics, s, instead of their number: a macro step has as many equal ones as it takes
+    /// Longest step of the mechanics, s, in place of their number
     mechanics_step_s: f64, "S", Loop(Exchange),
         some |run| number(run.mechanics_steps.longest()?);
-    /// How the mechanics steps: semi-implicit, midpoint, event-split; semi-implicit if not given
+    /// The mechanics steps: semi-implicit (if not given), midpoint, event-split
     mechanics_integrator: MechanicsIntegrator, "RULE", Loop,
         all |run| text(run.mechanics_integrator);
-    /// How the actuator steps: euler (its own, of the first order), midpoint; euler if not given
+    /// The actuator steps: euler (its own; if not given), midpoint
     actuator_integrator: ActuatorIntegrator, "RULE", Loop => exchange, all;
-    /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
+    /// Dependent bilateral contacts: drop, pseudo-inverse, regularised:EPS
     redundancy: Redundancy, "TREATMENT", Model(Condensing) => model, all;
-    /// Interface model within a macro step: frozen, extrapolated, half-kick (springs and dampers of the mechanics act at t_k), piecewise (from kink to kink of the geometry)
+    /// Within a macro step: frozen, extrapolated, half-kick (springs and dampers act at t_k), piecewise (from kink to kink)
     model_motion: ModelMotion, "MOTION", Model(Model) => model, all;
-    /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
+    /// Contacts that it takes for closed: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
     contact_detection: ContactDetection, "DETECTION", Model,
         all |run| text(run.model.as_ref()?.detection?);
-    /// Where each of several actuators has a model of its own, what it contains of the others, and how heavy it is: mean, blind, each with :rows, :shares, :body; law; joint
+    /// What a model for one of several actuators has of the others: mean or blind, with :rows, :shares or :body; law; joint
     split: Split, "SPLIT", Model(Split) => model,
         some |run| text(run.model.as_ref().filter(|_| run.scheme.splits)?.split);
-    /// Friction of contacts in space within an interface model: cone (two rows each), slip-direction (one row along the slip at t_k)
+    /// Friction in space within it: cone (two rows per contact), slip-direction (one row along the slip at t_k)
     friction_rows: FrictionRows, "ROWS", Model(Model) => model,
         some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
-    /// Step over which contacts of an interface model act: micro-step (an impulse acts at once), mechanics-step (it is spread over the mechanics' own step)
+    /// Step over which its contacts act: micro-step (at once), mechanics-step (spread over the mechanics' own)
     contacts_act: ContactsAct, "OVER", Model(Model) => model, some;
     /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
     delivery_up: Channel, "HOW", Loop,
@@ -207,16 +207,16 @@ run_options! {
     /// How forces reach the mechanics, likewise
     delivery_down: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.down);
-    /// What the actuator makes of late samples: catch-up (uses their time, runs a model forward to the present), catch-up-coarse (at constant cost), raw
+    /// Late samples: catch-up (by their time, a model runs forward to the present), catch-up-coarse (at constant cost), raw
     late_samples: LateRule, "RULE", Model,
         some |run| text(run.delivery.as_ref()?.late);
-    /// What the mechanics makes of late forces: hold, linear, rates (a model of the actuator); hold if not given
+    /// Late forces: hold (if not given), linear, rates (of a model)
     late_forces: ForceBridge, "RULE", Loop,
         some |run| text(run.delivery.as_ref()?.bridge);
-    /// What an interface model believes of the mechanics, which stays as it is: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
+    /// What it believes wrongly: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
     belief: Belief, "HOW", Model(Model),
         some |run| text(run.belief.as_ref()?);
-    /// The receiver of an interface model learns the factor by which its mass is wrong: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
+    /// Its factor of mass is learned: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
     mass_learning: MassLearning, "HOW", Model(Model),
         some |run| text(run.mass_learning.as_ref()?);
     /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step, noise:V (m/s)
@@ -230,13 +230,13 @@ run_options! {
     /// Macro step H, s
     macro_step_s: f64, "S", Run,
         all |run| number(run.macro_step);
-    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, model-defect and model-defect-blind (of schemes with an interface model)
+    /// What shortens macro steps below H: none, energy-residual, energy-residual-libcosim, model-defect, model-defect-blind
     step_control: StepControl, "HOW", Loop,
         all |run| text(run.step_control.map_or(StepControl::None, |rule| rule.control));
-    /// Error allowed per macro step where the step is controlled, a pure number
+    /// Error allowed per macro step that is controlled, a pure number
     step_tolerance: f64, "TOL", Loop,
         all |run| number(run.step_control?.tolerance);
-    /// Shortest macro step where the step is controlled, s; H/100 if not given
+    /// Shortest macro step that is controlled, s; H/100 if not given
     min_macro_step_s: f64, "S", Loop,
         all |run| number(run.step_control?.shortest);
     /// Communication phase φ in (0, 1]: the first macro step is φH long; 1 if not given

@@ -1,6 +1,6 @@
 //! What a request resolves to: everything that determines a run.
 
-use crate::cases::{Case, Parameters};
+use crate::cases::{Case, Parameters, coordinate_column};
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, Exchange, ForceReturn, MechanicsIntegrator, MechanicsSteps,
     SecondOrder, Setup, Sides, StepRule, division,
@@ -99,6 +99,17 @@ impl RunSpec {
         let mut settings = self.settings.clone();
         settings.mechanics_steps = mechanics_steps;
         RunSpec { settings, grid: self.grid }
+    }
+
+    /// The same run, which records the coordinates as well that the drawing of its case reads. They have no part in what it is.
+    pub fn with_drawn_coordinates(&self) -> Self {
+        let drawing = (self.case.drawing)(&self.parameters);
+        let Some(more) = drawing.map(|drawing| drawing.coordinates()).filter(|more| !more.is_empty()) else {
+            return self.clone();
+        };
+        let mut case = (*self.case).clone();
+        case.drawing_columns.extend(more.into_iter().map(|index| coordinate_column(index).into()));
+        self.of_case(Arc::new(case))
     }
 
     /// The same run of another case, which says nothing of communication points.
