@@ -1,6 +1,7 @@
 //! A slightly compressible fluid behind a pump, and the energy it carries.
 
 use crate::cases::parameters;
+use wide::f64x2;
 
 parameters! {
     /// The fluid with its pump and tank.
@@ -22,10 +23,22 @@ impl Oil {
     }
 
     /// Returns the bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
-    #[inline]
     pub fn bulk_modulus(&self, p: f64) -> f64 {
+        self.stiffnesses(f64x2::splat(p), f64x2::splat(1.0)).to_array()[0]
+    }
+
+    /// Returns `β(p)/V` of two chambers with volumes `V`, Pa/m³; one division for both of them and of β, as this is evaluated in each micro step.
+    #[inline(always)]
+    pub(super) fn stiffnesses(&self, p: f64x2, volumes: f64x2) -> f64x2 {
+        let [a, b] = self.compressibility().map(f64x2::splat);
+        (f64x2::splat(1.0) + a * p + b * p * p) / (self.softness(p) * volumes)
+    }
+
+    /// Returns `φ'(p) = a + 2 b p` at two pressures, 1/Pa.
+    #[inline(always)]
+    pub(super) fn softness(&self, p: f64x2) -> f64x2 {
         let [a, b] = self.compressibility();
-        (1.0 + a * p + b * p * p) / (a + 2.0 * b * p)
+        f64x2::splat(a) + f64x2::splat(2.0 * b) * p
     }
 
     /// Returns the highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows
@@ -42,9 +55,15 @@ impl Oil {
 
     /// Returns `φ(p) = ρ(p)/ρ₀ = 1 + a p + b p²`: the density that `β = ρ dp/dρ` implies, relative to that at zero
     /// pressure.
-    #[inline]
     pub fn relative_density(&self, p: f64) -> f64 {
-        1.0 + p * (self.compressibility_a_1_pa + self.compressibility_b_1_pa2 * p)
+        self.relative_densities(f64x2::splat(p)).to_array()[0]
+    }
+
+    /// Returns [`relative_density`](Self::relative_density) at two pressures.
+    #[inline(always)]
+    pub(super) fn relative_densities(&self, p: f64x2) -> f64x2 {
+        let [a, b] = self.compressibility().map(f64x2::splat);
+        f64x2::splat(1.0) + p * (a + b * p)
     }
 
     /// Returns the enthalpy of the fluid that fills 1 m³ at zero pressure, J/m³.
@@ -53,20 +72,23 @@ impl Oil {
     /// J(p) = ρ₀ (e + p/ρ) = ∫₀ᵖ dp'/φ(p') = 2 artanh(√D p/(2 + a p))/√D,    D = a² − 4b;    arctan for D < 0
     /// ```
     /// `e = ∫ p dρ/ρ²` is the elastic energy per mass of a fluid whose pressure depends on its density alone.
-    #[inline]
     pub fn enthalpy(&self, p: f64) -> f64 {
+        self.enthalpies(f64x2::splat(p)).to_array()[0]
+    }
+
+    /// Returns [`enthalpy`](Self::enthalpy) at two pressures.
+    #[inline(always)]
+    pub(super) fn enthalpies(&self, p: f64x2) -> f64x2 {
         let [a, b] = self.compressibility();
+        let half = p / (f64x2::splat(2.0) + f64x2::splat(a) * p);
         let discriminant = a * a - 4.0 * b;
-        let half = p / (2.0 + a * p);
-        let z = discriminant * half * half;
+        let z = f64x2::splat(discriminant) * half * half;
+        let [one, c1, c2, c3, c4, c5] =
+            [1.0, 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0].map(f64x2::splat);
+        let series = (half + half) * (one + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5)))));
         // Up to some 40 MPa of oil the series is exact to round-off, and this is evaluated in each micro step.
-        if z.abs() < 2e-3 {
-            let [c1, c2, c3, c4, c5] = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0];
-            return 2.0 * half * (1.0 + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5)))));
-        }
-        let root = discriminant.abs().sqrt();
-        let angle = if discriminant > 0.0 { libm::atanh(root * half) } else { libm::atan(root * half) };
-        2.0 * angle / root
+        let is_exact = z.abs().simd_lt(f64x2::splat(2e-3));
+        if is_exact.all() { series } else { is_exact.select(series, closed_form(half, discriminant)) }
     }
 
     /// Returns the elastic energy of the fluid in 1 m³ of a chamber at pressure `p`, J/m³: `ε(p) = φ J − p ≈ ½ a p²`,
@@ -75,6 +97,14 @@ impl Oil {
     pub fn elastic_energy(&self, p: f64) -> f64 {
         self.relative_density(p) * self.enthalpy(p) - p
     }
+}
+
+/// The enthalpies for `p/(2 + a p)`.
+#[cold]
+fn closed_form(half: f64x2, discriminant: f64) -> f64x2 {
+    let root = discriminant.abs().sqrt();
+    let angle = |half: f64| if discriminant > 0.0 { libm::atanh(root * half) } else { libm::atan(root * half) };
+    f64x2::new(half.to_array().map(|half| 2.0 * angle(half) / root))
 }
 
 #[cfg(test)]

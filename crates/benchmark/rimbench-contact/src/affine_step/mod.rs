@@ -24,6 +24,7 @@
 //! Critical regions of a parametric complementarity problem: Bemporad, Morari, Dua, Pistikopoulos, *The explicit linear quadratic
 //! regulator for constrained systems* (2002). The decay of `r` is ours.
 
+mod by_contact;
 mod coulomb;
 mod dense;
 mod discretised_model;
@@ -33,6 +34,7 @@ mod law;
 mod sparse;
 #[cfg(test)]
 mod tests;
+mod two_rows;
 
 pub use coulomb::ModeFactor;
 pub use dense::DenseFactor;
@@ -44,7 +46,8 @@ pub use sparse::SparseSetFactor;
 
 use crate::known_size;
 use crate::linear_algebra::largest_entry;
-use discretised_model::add_multiple;
+use two_rows::{put_two, two, with_two};
+use wide::f64x2;
 
 /// A row whose pivot is below this part of its diagonal depends on the other active ones; as in the active-set solver.
 const DEPENDENT: f64 = 1e-11;
@@ -279,8 +282,11 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         if !F::write_impulses(self, model, lambda, w_plus, impulses, tolerance) {
             return false;
         }
-        for (gap, w) in gap.iter_mut().zip(&*w_plus) {
-            *gap += law.gap_step * w;
+        let mut contact = 0;
+        while contact < gap.len() {
+            let next = two(gap, contact) + f64x2::splat(law.gap_step) * two(w_plus, contact);
+            put_two(gap, contact, next);
+            contact += 2;
         }
         self.steps += 1;
         true
@@ -330,12 +336,12 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         let rows = w.len();
         let (free, columns) = self.velocities[..rows * (lambda.len() + 2)].split_at(rows);
         let (of_r, forces) = columns.split_at(rows);
-        let sigma = self.sigma;
-        for (w_plus, ((w, free), of_r)) in w_plus.iter_mut().zip(w.iter().zip(free).zip(of_r)) {
-            *w_plus = w + free + sigma * of_r;
-        }
-        for (&force, column) in lambda.iter().zip(forces.chunks_exact(rows)) {
-            add_multiple(w_plus, force, column);
+        let sigma = f64x2::splat(self.sigma);
+        let mut row = 0;
+        while row < rows {
+            let start = two(w, row) + two(free, row) + sigma * two(of_r, row);
+            put_two(w_plus, row, with_two(start, lambda, forces, rows, row));
+            row += 2;
         }
     }
 
