@@ -3,7 +3,7 @@
 mod lines;
 
 use self::lines::Lines;
-use super::fluid::Oil;
+use super::fluid::{Oil, TwoChambers};
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use super::spring_actuator::force_ports;
 use crate::cases::parameters;
@@ -108,7 +108,7 @@ impl Spool {
 /// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HydraulicCylinder {
-    oil: Oil,
+    oil: TwoChambers,
     size: Cylinder,
     start_length: f64,
     /// `a_v c_d √(2/ρ)`, fixed by the parameters.
@@ -159,8 +159,8 @@ impl Cylinder {
         Ok(HydraulicCylinder {
             highest_pressure: oil.highest_pressure(),
             valve_coefficient: self.valve_area_m2 * oil.orifice_coefficient(),
-            energy: HydraulicEnergy::new(oil, f64x2::new(start_pressures)),
-            oil: *oil,
+            energy: HydraulicEnergy::new(&oil.in_two_chambers(), f64x2::new(start_pressures)),
+            oil: oil.in_two_chambers(),
             size: *self,
             start_length,
             midpoint: false,
@@ -219,8 +219,7 @@ impl HydraulicCylinder {
     /// Returns `F` for a velocity `ṡ`, N.
     #[inline]
     pub fn force(&self, velocity: f64) -> f64 {
-        let p = if self.lines.is_none() { self.pressures() } else { self.pressures_at_piston(velocity) };
-        self.size.force(p, velocity)
+        if self.lines.is_none() { self.size.force(self.pressures(), velocity) } else { self.force_of_lines(velocity) }
     }
 
     /// Returns `p₁, p₂`, Pa.
@@ -244,15 +243,14 @@ impl HydraulicCylinder {
     #[inline(always)]
     fn valve_flows(&self, p: f64x2, spool: f64) -> [f64x2; 2] {
         let [first, second] = self.openings(spool);
-        let [supply, tank] = [self.oil.supply_pressure_pa, self.oil.tank_pressure_pa].map(f64x2::splat);
         let root = |drop: f64x2| drop.fast_max(f64x2::ZERO).sqrt();
-        [f64x2::new([first, second]) * root(supply - p), f64x2::new([second, first]) * root(p - tank)]
+        [f64x2::new([first, second]) * root(self.oil.supply - p), f64x2::new([second, first]) * root(p - self.oil.tank)]
     }
 
     #[inline(always)]
     fn rates(&self, p: f64x2, volumes: f64x2, velocity: f64, [inflow, outflow]: [f64x2; 2]) -> f64x2 {
         let swept = self.size.piston_area_m2 * velocity;
-        self.oil.stiffnesses(p, volumes) * (f64x2::new([swept, -swept]) + inflow - outflow)
+        self.oil.stiffness(p, volumes) * (f64x2::new([swept, -swept]) + inflow - outflow)
     }
 
     /// Lengths `l₁, l₂` of the chambers, m.
@@ -347,7 +345,7 @@ impl HydraulicCylinder {
     fn check_pressures(&self, s: f64) -> Result<(), Failure> {
         let highest = f64x2::splat(self.highest_pressure);
         let valid = self.p.simd_ge(f64x2::ZERO) & self.p.simd_le(highest);
-        if valid.all() { Ok(()) } else { Err(self.range_failure(false, s)) }
+        if valid.to_bitmask() == 3 { Ok(()) } else { Err(self.range_failure(false, s)) }
     }
 
     fn is_valid(&self, p: f64) -> bool {
@@ -392,7 +390,7 @@ impl Capabilities for HydraulicCylinder {
         rates.feedthrough.copy_from_slice(&[0.0, -self.size.viscous_friction_n_s_m]);
         // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
         let by_length = -area * (p2_rate / l2 + p1_rate / l1);
-        let [first, second] = self.oil.stiffnesses(self.p, self.volumes(chambers)).to_array();
+        let [first, second] = self.oil.stiffness(self.p, self.volumes(chambers)).to_array();
         let by_velocity = -area * area * (first + second);
         rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
         Ok(true)

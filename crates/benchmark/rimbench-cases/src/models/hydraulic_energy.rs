@@ -1,6 +1,6 @@
 //! The energy account of a hydraulic cylinder, micro step by micro step.
 
-use super::fluid::Oil;
+use super::fluid::TwoChambers;
 use rimbench_core::cosim::EnergyAccount;
 use wide::f64x2;
 
@@ -29,7 +29,7 @@ pub(super) struct PressureStep {
 
 /// Books the steps of a cylinder.
 ///
-/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see [`Oil`]). For
+/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see [`Oil`](super::fluid::Oil)). For
 /// an open chamber whose mass is conserved, `V ṗ = β (Q − V̇)`, this is exact:
 ///
 /// ```text
@@ -60,12 +60,12 @@ pub(super) struct HydraulicEnergy {
     density: f64x2,
     elastic: f64x2,
     /// `J(p_P), J(p_T)`, Pa.
-    supply_and_tank: [f64; 2],
+    supply_and_tank: [f64x2; 2],
 }
 
 impl HydraulicEnergy {
-    pub(super) fn new(oil: &Oil, p: f64x2) -> Self {
-        let (enthalpy, density) = (oil.enthalpies(p), oil.relative_densities(p));
+    pub(super) fn new(oil: &TwoChambers, p: f64x2) -> Self {
+        let (enthalpy, density) = (oil.enthalpy(p), oil.relative_density(p));
         HydraulicEnergy {
             account: EnergyAccount::default(),
             started: false,
@@ -74,7 +74,7 @@ impl HydraulicEnergy {
             enthalpy,
             density,
             elastic: density * enthalpy - p,
-            supply_and_tank: [oil.enthalpy(oil.supply_pressure_pa), oil.enthalpy(oil.tank_pressure_pa)],
+            supply_and_tank: [oil.enthalpy(oil.supply), oil.enthalpy(oil.tank)],
         }
     }
 
@@ -85,37 +85,37 @@ impl HydraulicEnergy {
     }
 
     #[inline]
-    pub(super) fn book(&mut self, oil: &Oil, step: &PressureStep) {
+    pub(super) fn book(&mut self, oil: &TwoChambers, step: &PressureStep) {
         self.book_at(oil, step, None);
     }
 
     /// Does the same for a step whose forces and flows were taken at the pressures `middle`, Pa.
     #[inline(never)]
-    pub(super) fn book_midpoint(&mut self, oil: &Oil, step: &PressureStep, middle: f64x2) {
+    pub(super) fn book_midpoint(&mut self, oil: &TwoChambers, step: &PressureStep, middle: f64x2) {
         self.book_at(oil, step, Some(middle));
     }
 
     /// Both chambers at once; sums take one after the other.
     #[inline(always)]
-    fn book_at(&mut self, oil: &Oil, step: &PressureStep, middle: Option<f64x2>) {
+    fn book_at(&mut self, oil: &TwoChambers, step: &PressureStep, middle: Option<f64x2>) {
         let PressureStep { h, p: [before, after], volumes, softness, .. } = *step;
         if !self.started {
             self.start(volumes);
         }
-        let [supply, tank] = self.supply_and_tank.map(f64x2::splat);
+        let [supply, tank] = self.supply_and_tank;
         let swept = h * step.velocity;
         let friction = step.friction * step.velocity * swept;
         let acting = middle.unwrap_or(before);
         let energy = self.elastic;
         let (density, own) = match middle {
             None => (self.density, self.enthalpy),
-            Some(_) => (oil.relative_densities(acting), oil.enthalpies(acting)),
+            Some(_) => (oil.relative_density(acting), oil.enthalpy(acting)),
         };
         let mass = f64x2::splat(h) * density;
         let (inflow, outflow) = (mass * step.inflow, mass * step.outflow);
 
-        self.enthalpy = oil.enthalpies(after);
-        self.density = oil.relative_densities(after);
+        self.enthalpy = oil.enthalpy(after);
+        self.density = oil.relative_density(after);
         let energy_after = self.density * self.enthalpy - after;
         self.elastic = energy_after;
         let slope = softness * own;

@@ -1,6 +1,6 @@
 //! What an affine step asks of contacts without friction, of all of them in order: two numbers at once, and none looked for by its place.
 
-use super::two_rows::{put_two, two, with_two};
+use super::two_rows::{by_two, put_two, two, with_two};
 use super::{ActiveSetFactor, AffineStep, StepContactLaw};
 use wide::f64x2;
 
@@ -53,14 +53,12 @@ impl ByContact {
         let (w_plus, active) = (&w_plus[..n], &self.active[..n]);
         let [open, closed, accepted] = [law.rates.open, law.rates.closed, -step.accepted(tolerance)].map(f64x2::splat);
         let mut wrong = f64x2::ZERO;
-        let mut contact = 0;
-        while contact < n {
-            let gap = two(gap, contact);
-            let slack = two(w_plus, contact) + gap * gap.simd_gt(f64x2::ZERO).select(open, closed);
-            let moves = (two(active, contact) * slack).abs().simd_gt(f64x2::splat(tolerance));
+        by_two!(n, contacts => {
+            let gap = two(gap, contacts);
+            let slack = two(w_plus, contacts) + gap * gap.simd_gt(f64x2::ZERO).select(open, closed);
+            let moves = (two(active, contacts) * slack).abs().simd_gt(f64x2::splat(tolerance));
             wrong = wrong | slack.simd_lt(accepted) | moves;
-            contact += 2;
-        }
+        });
         wrong.to_bitmask() == 0
     }
 
@@ -71,14 +69,12 @@ impl ByContact {
         let (free, columns) = self.impulses[..n * (lambda.len() + 2)].split_at(n);
         let (of_r, forces) = columns.split_at(n);
         let mut wrong = f64x2::ZERO;
-        let mut contact = 0;
-        while contact < n {
-            let start = two(free, contact) + f64x2::splat(sigma) * two(of_r, contact);
-            let impulse = with_two(start, lambda, forces, n, contact);
-            wrong |= impulse.simd_lt(f64x2::ZERO);
-            put_two(impulses, contact, impulse);
-            contact += 2;
-        }
+        by_two!(n, contacts => {
+            let start = two(free, contacts) + f64x2::splat(sigma) * two(of_r, contacts);
+            let both = with_two(start, lambda, forces, n, contacts);
+            wrong |= both.simd_lt(f64x2::ZERO);
+            put_two(impulses, contacts, both);
+        });
         wrong.to_bitmask() == 0
     }
 }

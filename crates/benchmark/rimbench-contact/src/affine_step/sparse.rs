@@ -4,7 +4,7 @@ mod skip_bound;
 
 use super::by_contact::ByContact;
 use super::discretised_model::DiscretisedModel;
-use super::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
+use super::{ActiveSetFactor, AffineStep, ModelState, StepContactLaw};
 use crate::linear_algebra::SparseFactor;
 use skip_bound::SkipBound;
 
@@ -92,14 +92,14 @@ impl ActiveSetFactor for SparseSetFactor {
     }
 
     #[inline(always)]
-    fn skip(step: &mut AffineStep<Self>, law: &StepContactLaw, lambda: &[f64], state: &mut MicroState<'_>) -> bool {
+    fn skip(step: &mut AffineStep<Self>, law: &StepContactLaw, lambda: &[f64], state: &mut ModelState) -> bool {
         if step.factor.0.bound.is_open() {
             if let &[force] = lambda
-                && step.skip_one(law, force, state.w, state.w_plus)
+                && step.skip_one(law, force, &state.w, &mut state.w_plus)
             {
                 return true;
             }
-            step.end_skips(law, state.w, state.gap);
+            step.end_skips(law, &mut state.w, &mut state.gap);
         }
         false
     }
@@ -110,10 +110,10 @@ impl ActiveSetFactor for SparseSetFactor {
         law: &StepContactLaw,
         lambda: &[f64],
         remaining: usize,
-        state: &MicroState<'_>,
+        state: &ModelState,
     ) {
         // The last micro step looks at all contacts, so that they are up to date at the communication point.
-        step.find_bound(law, lambda, remaining.saturating_sub(1), state.w_plus, state.gap);
+        step.find_bound(law, lambda, remaining.saturating_sub(1), &state.w_plus, &state.gap);
     }
 
     #[inline]

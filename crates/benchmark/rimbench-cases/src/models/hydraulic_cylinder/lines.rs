@@ -178,7 +178,7 @@ impl TransmissionLines for HydraulicCylinder {
         }
         let chambers = self.chambers(motion[0]);
         let travel = step.length / (1.0 - lines.smoothing);
-        let impedances = (self.oil.stiffnesses(self.p, self.volumes(chambers)) * f64x2::splat(travel)).to_array();
+        let impedances = (self.oil.stiffness(self.p, self.volumes(chambers)) * f64x2::splat(travel)).to_array();
         if !started {
             for (line, impedance) in lines.lines.iter_mut().zip(impedances) {
                 line.impedance = impedance;
@@ -221,10 +221,10 @@ impl HydraulicCylinder {
         )
     }
 
-    /// Pressures at the piston for a velocity, Pa, of lines or of chambers.
+    /// `F` for a velocity, N.
     #[inline(never)]
-    pub(super) fn pressures_at_piston(&self, velocity: f64) -> [f64; 2] {
-        self.line_pressures(velocity).unwrap_or(self.pressures())
+    pub(super) fn force_of_lines(&self, velocity: f64) -> f64 {
+        self.size.force(self.line_pressures(velocity).unwrap_or(self.pressures()), velocity)
     }
 
     /// One micro step of the lines; false where the chambers are none.
@@ -244,7 +244,7 @@ impl HydraulicCylinder {
             line.valve.set(j, pressure, inflow - outflow);
             line.piston.set(j, pressures[i], DISPLACED[i] * displacement);
             change += h * (pressures[i] * line.piston.flow[j] + pressure * line.valve.flow[j]);
-            let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
+            let [supply, tank] = [self.oil.supply, self.oil.tank].map(|each| each.to_array()[0]);
             lines.account.pump += h * supply * inflow;
             lines.account.valve += h * ((supply - pressure) * inflow + (pressure - tank) * outflow);
             lines.account.tank += h * tank * outflow;
@@ -276,7 +276,7 @@ impl HydraulicCylinder {
 
     /// Solves `p = c + Z q(p)` at the valve of a chamber by Newton's method inside a bracket; q falls with p, so the root is one.
     fn valve_pressure(&self, chamber: usize, arriving: f64, impedance: f64, spool: f64, guess: f64) -> f64 {
-        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
+        let [supply, tank] = [self.oil.supply, self.oil.tank].map(|each| each.to_array()[0]);
         let openings = self.openings(spool);
         let (k_in, k_out) = (openings[chamber], openings[1 - chamber]);
         // Above the pump's pressure nothing flows in, below the tank's nothing out.
