@@ -89,20 +89,25 @@ impl<S: ContactSolver> Complementarity<S> {
         if affine.skip(law, lambda, state) {
             return true;
         }
-        if !affine.is_known() {
-            // Impulses of another model tell nothing.
-            if self.matrix_changed {
-                return false;
-            }
-            let active = self.solver.active(&state.impulses[..discretised.contacts()]);
-            affine.linearise(discretised, law, active, self.violation_left);
+        if !affine.is_known() && !self.linearise(discretised, law, state) {
+            return false;
         }
+        let Some(affine) = &mut self.affine else { return false };
         let remaining = at.count.saturating_sub(at.index + 1);
         if affine.is_known() && affine.step(discretised, law, lambda, remaining, state) {
             return true;
         }
         affine.leave_region(law, &mut state.w, &mut state.gap);
         false
+    }
+
+    /// Looks for the critical region of the problem that was solved last; false where there was none of this model.
+    #[cold]
+    fn linearise(&mut self, discretised: &DiscretisedModel, law: &StepContactLaw, state: &ModelState) -> bool {
+        let Some(affine) = self.affine.as_mut().filter(|_| !self.matrix_changed) else { return false };
+        let active = self.solver.active(&state.impulses[..discretised.contacts()]);
+        affine.linearise(discretised, law, active, self.violation_left);
+        true
     }
 
     /// Finds the forces around those of the last step that keep its active set, see [`AffineStep::find_force_region`].
