@@ -105,7 +105,7 @@ fn model_contacts(
         let step = affine.then(|| AffineStep::new(first, n_i, ModeFactor::new(n_u)));
         ModelContacts::Coulomb(Box::new(Complementarity::new(*solver, step, empty)))
     } else {
-        let step = affine.then(|| AffineStep::new(n_u, n_i, DenseFactor::new(n_u)));
+        let step = affine.then(|| AffineStep::new(n_u, n_i, DenseFactor::new(n_u, n_i)));
         let solver = Signorini(options.solver.checked(n_u));
         ModelContacts::Signorini(Box::new(Complementarity::new(solver, step, empty)))
     };
