@@ -167,7 +167,7 @@
       return judge(run, reference, of).state;
     };
     const rows = SIDES.map((side) => steps().map((_, h) => place(side, h)));
-    curves.drawMap($("map"), rows, colors());
+    curves.drawMap($("map"), rows, colors(), state.h);
     const count = (row, wanted) => row.filter((state) => state === wanted).length;
     const said = rows.map((row, k) => `${called(state[SIDES[k]])}: of ${row.length - count(row, "unknown")} macro steps tried ${count(row, "usable")} with an error of at most a tenth of the peak, ${count(row, "fails")} fail`);
     $("map").setAttribute("aria-label", said.join("; "));
@@ -192,7 +192,8 @@
       $(`in-${side}`).value = $(`in-${side}`).title = state[side];
       $(`in-contacts-${side}`).disabled = !SCHEMES[state[side]].model;
       $(`in-late-${side}`).disabled = !(state.late > 0);
-      $(`side-${side}`).style.setProperty("--own", colors()[k]);
+      for (const id of [`side-${side}`, `row-${side}`]) $(id).style.setProperty("--own", colors()[k]);
+      $(`row-${side}`).textContent = called(state[side]);
       $(`cmd-${side}`).textContent = command(side);
     });
   };
