@@ -52,8 +52,7 @@ impl TwoChambers {
     pub(super) fn enthalpy(&self, p: f64x2) -> f64x2 {
         let half = p / (f64x2::splat(2.0) + self.a * p);
         let z = self.discriminant * half * half;
-        let [one, c1, c2, c3, c4, c5] =
-            [1.0, 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0].map(f64x2::splat);
+        let [one, c1, c2, c3, c4, c5] = [1.0, 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0].map(f64x2::splat);
         let series = (half + half) * (one + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5)))));
         // Up to some 40 MPa of oil the series is exact to round-off, and this is evaluated in each micro step.
         let is_exact = z.abs().simd_lt(f64x2::splat(2e-3));

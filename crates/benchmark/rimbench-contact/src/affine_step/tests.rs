@@ -151,10 +151,8 @@ fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_en
             }
         }
         for k in 0..100 {
-            let [all, few] =
-                [(&mut of_all, 0), (&mut of_few, 98_usize.saturating_sub(k))].map(|((step, state), ahead)| {
-                    go(step, (&discretised, &law), force(k), ahead, state)
-                });
+            let [all, few] = [(&mut of_all, 0), (&mut of_few, 98_usize.saturating_sub(k))]
+                .map(|((step, state), ahead)| go(step, (&discretised, &law), force(k), ahead, state));
             assert_eq!(all.is_some(), few.is_some(), "{turn}: micro step {k}");
             ahead_of_all += usize::from(few == Some(true));
             assert_eq!(of_all.1.w[CONTACTS].to_bits(), of_few.1.w[CONTACTS].to_bits(), "the interface");

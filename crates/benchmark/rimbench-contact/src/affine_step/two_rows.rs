@@ -38,6 +38,9 @@ pub(super) fn with_two(sum: f64x2, factors: &[f64], columns: &[f64], length: usi
     let add = |sum: f64x2, factor: f64, column: &[f64]| sum + f64x2::splat(factor) * two(column, rows);
     match *factors {
         [factor] => add(sum, factor, &columns[..length]),
-        _ => factors.iter().enumerate().fold(sum, |sum, (at, &factor)| add(sum, factor, &columns[at * length..][..length])),
+        _ => factors
+            .iter()
+            .enumerate()
+            .fold(sum, |sum, (at, &factor)| add(sum, factor, &columns[at * length..][..length])),
     }
 }
