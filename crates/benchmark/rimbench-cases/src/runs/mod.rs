@@ -10,6 +10,7 @@
 mod evaluation;
 mod fact;
 mod facts;
+mod finding;
 mod findings;
 mod option_value;
 mod options;
@@ -24,7 +25,8 @@ mod spec;
 pub use evaluation::{EvaluatedRun, evaluate};
 pub use fact::{Fact, FactValue};
 pub use facts::only_of;
-pub use findings::{Cell, Columns, Costs, Findings, Latency, counter_names, facts_of, is_taken, names_of};
+pub use finding::Finding;
+pub use findings::{Cell, Columns, Costs, Findings, Latency, facts_of, is_taken, names_of};
 pub use option_value::Given;
 pub use options::{OptionOf, RunOption, RunRequest};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
