@@ -115,7 +115,7 @@ takes! {
     digits: usize = "a whole number from 1 to 8",
         |value| value.as_integer().filter(|count| (1..=8).contains(count)).map(|count| count as usize);
     /// A text, or a number as text, of a condition.
-    condition: String = "a text, a number, or { not = […], below = …, above = … }", text_of;
+    condition: String = "a text, a number, or { not = […], among = […], below = … }", text_of;
     /// Texts or numbers as texts.
     texts: Vec<String> = "a list of texts or numbers", |value| value.as_array()?.iter().map(text_of).collect();
     /// A number above zero.
