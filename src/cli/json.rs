@@ -43,13 +43,14 @@ impl Object {
         self.value(fact.name, fact.value.as_ref());
     }
 
-    /// Puts a text, a number or a count.
+    /// Puts a text, a number, a count or a truth.
     pub(super) fn value(&mut self, key: impl Into<String>, value: Option<&FactValue>) {
         match value {
             None => self.put(key, Value::Null),
             Some(FactValue::Text(text)) => self.put(key, text.as_str()),
             Some(FactValue::Number(number)) => self.number(key, *number),
             Some(FactValue::Count(count)) => self.put(key, *count),
+            Some(FactValue::Truth(truth)) => self.put(key, *truth),
         }
     }
 }

@@ -95,8 +95,13 @@ impl Limit {
             Format::Table => {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));
-                print(&screen(&found, &about, phases.len(), self.all))?;
+                let least = request.at_macro_step(grid[0]).resolve(&catalogue)?;
+                let shown = screen(&found, &about, phases.len(), self.all);
+                print(&if least.is_unbounded()? { unbounded(&shown) } else { shown })?;
                 print_prediction(search, &found)?;
+                if self.method == Method::Run && !least.case.linear_state.is_empty() {
+                    print_radius(search, &found)?;
+                }
             }
         }
         Ok(answered(found.no_answer.is_none()))
@@ -174,6 +179,30 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     lines.join("\n")
 }
 
+/// What is said of runs that no reference bounds: that their numbers are finite is all that is known.
+fn unbounded(screen: &str) -> String {
+    let (verdict, rest) = screen.split_once('\n').unwrap_or((screen, ""));
+    let verdict = verdict.replace("unstable", "not finite").replace("stable", "finite");
+    let why =
+        "runs of this case are not held against a reference: they complete where all numbers are finite, however large";
+    format!("{verdict}\n{rest}\n{}", row("bounds", why))
+}
+
+/// Says of a linear case where its spectral radius tells otherwise than runs, in which what grows slowly stays within bounds.
+fn print_radius(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
+    // What has no map of one macro step has no radius.
+    let Ok(radius) = spectral_stability_limit(LimitSearch { progress: &|_| (), ..search }) else { return Ok(()) };
+    let Some(unstable) = radius.first_unstable else { return Ok(()) };
+    if found.first_unstable.is_some_and(|first| first <= unstable) {
+        return Ok(());
+    }
+    let limit = match radius.last_stable {
+        Some(stable) => format!("stable up to {}", with_digits(stable, "s", 4)),
+        None => "unstable from the smallest macro step on".to_owned(),
+    };
+    print(&row("spectral radius", &format!("{limit} (--method spectral); what grows slowly ends no run in its time")))
+}
+
 /// Says how far the linearised coupling is stable, where that is known.
 fn print_prediction(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
     let Some((predicted, oscillation)) = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })? else {
@@ -196,7 +225,7 @@ fn print_prediction(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::
     let first = found.points.iter().find(|point| Some(point.macro_step) == found.first_unstable).and_then(ends);
     let later = predicted.last_stable > found.last_stable;
     let why = first.filter(|at| later && *at > 0.0).map_or(String::new(), |at| {
-        format!("; the run above fails at {}, when they are no longer those of the start", with_digits(at, "s", 3))
+        format!("; the run above fails at {}, by when they may be others", with_digits(at, "s", 3))
     });
     print(&row(
         "predicted",

@@ -210,7 +210,8 @@ pub fn error_text(message: &str) -> String {
     let command = Cli::command();
     let flags = command.get_subcommands().flat_map(|command| command.get_arguments());
     let flags: Vec<String> = flags.filter_map(|flag| flag.get_long().map(str::to_owned)).collect();
-    screen::error(message, &flags)
+    let typed = std::env::args().filter_map(|arg| Some(arg.strip_prefix("--")?.split('=').next()?.to_owned()));
+    screen::error(message, &flags, &typed.collect::<Vec<_>>())
 }
 
 /// The exit code of an error: 2 for bad input, and 1 for a reference that took longer than it may, which is no answer.

@@ -207,8 +207,9 @@ const LISTS: [(&str, &str); 6] = [
     ("statistic or metric", "rimbench list metrics"),
 ];
 
-/// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their dashes.
-pub(super) fn error(message: &str, flags: &[String]) -> String {
+/// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their dashes, and `typed`
+/// those of this call.
+pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String {
     let message = with_short_numbers(message);
     let (what, valid) = message.split_once("; valid: ").unzip();
     let what = what.unwrap_or(&message);
@@ -220,15 +221,49 @@ pub(super) fn error(message: &str, flags: &[String]) -> String {
     };
     let valid = valid.filter(|_| near.is_none() && list.is_none()).map(|valid| format!("use {valid}"));
     let help: Vec<String> = [near, valid, list].into_iter().flatten().collect();
-    let what = flagged(&what, flags);
+    // What a file says wrong has the names of the file.
+    let of_file = what.contains(".toml");
+    let named = |text: &str| if of_file { text.to_owned() } else { in_flags(text, flags) };
+    let what = named(&flagged(&what, flags, typed));
+    let help: Vec<String> = help.iter().map(|help| named(help)).collect();
     if help.is_empty() { format!("error: {what}") } else { format!("error: {what}\nhelp: {}", help.join(" ")) }
 }
 
-/// A key of a run that is also a flag is said as the flag that was typed.
-fn flagged(what: &str, flags: &[String]) -> String {
+/// A key of a run that is also a flag is said as the flag that was typed; of one that was not it is the default that does not fit.
+fn flagged(what: &str, flags: &[String], typed: &[String]) -> String {
     let Some((key, rest)) = what.split_once(" = ") else { return what.to_owned() };
     let flag = key.strip_suffix("_s").unwrap_or(key).replace('_', "-");
-    if flags.contains(&flag) { format!("--{flag} = {rest}") } else { what.to_owned() }
+    match rest.split_once(" is not valid") {
+        _ if !flags.contains(&flag) => what.to_owned(),
+        Some((value, after)) if !typed.contains(&flag) => {
+            format!("--{flag} = {value}, the default, is not valid{after}")
+        }
+        _ => format!("--{flag} = {rest}"),
+    }
+}
+
+/// Keys of several words that are also flags are said as flags wherever they stand, with a value as it would be typed.
+fn in_flags(text: &str, flags: &[String]) -> String {
+    let is_key = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(start) = rest.find(is_key) {
+        let end = rest[start..].find(|c| !is_key(c)).map_or(rest.len(), |length| start + length);
+        let key = &rest[start..end];
+        let flag = key.strip_suffix("_s").unwrap_or(key).replace('_', "-");
+        out += &rest[..start];
+        rest = &rest[end..];
+        if key.contains('_') && flags.contains(&flag) {
+            out += &format!("--{flag}");
+            if let Some((value, after)) = rest.strip_prefix(" = \"").and_then(|value| value.split_once('"')) {
+                out += &format!(" {value}");
+                rest = after;
+            }
+        } else {
+            out += key;
+        }
+    }
+    out + rest
 }
 
 #[cfg(test)]
@@ -275,7 +310,17 @@ mod tests {
     #[test]
     fn an_error_says_what_is_wrong_and_then_what_to_do() {
         let flags = ["wall-limit".to_owned(), "macro-step".to_owned()];
-        let said = |message: &str| error(message, &flags);
+        let said = |message: &str| error(message, &flags, &flags[..1]);
+        assert_eq!(
+            said("macro_step_s = 1 is not valid; valid: at most the duration").lines().next(),
+            Some("error: --macro-step = 1, the default, is not valid")
+        );
+        assert_eq!(
+            said("gain = 2 is given: add wall_limit_s = \"1\" or macro_step_s, of `macro_steps`"),
+            "error: gain = 2 is given: add --wall-limit 1 or --macro-step, of `macro_steps`"
+        );
+        let of_file = "box.toml: macro_step_s = 1 is not valid";
+        assert_eq!(said(of_file), format!("error: {of_file}"));
         assert_eq!(
             said("wall_limit_s = 0 is not valid; valid: a time from 1e-9 s"),
             "error: --wall-limit = 0 is not valid\nhelp: use a time from 1e-9 s"

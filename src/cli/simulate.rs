@@ -190,7 +190,11 @@ impl Said<'_> {
         };
         let mut lines = vec![headline(&about, &verdict, mood)];
         if run.outcome != Outcome::Completed {
-            lines.push(format!("  {}", paragraph(&self.why(), 2)));
+            // A run goes on for some steps beyond its bounds, and its numbers with it.
+            let ended = run.found.ended_at_s;
+            let on = run.outcome.at_s().filter(|at_s| *at_s < ended);
+            let on = on.map(|_| format!("; what follows is up to {}", quantity(ended, "s"))).unwrap_or_default();
+            lines.push(format!("  {}", paragraph(&(self.why() + &on), 2)));
         }
         let metric = |name: &str| run.found.metric(name);
         if let Some(force) = metric("force_error_rms_n") {
@@ -215,16 +219,28 @@ impl Said<'_> {
             lines.push(row("touch-down", &format!("peak {} of the reference's{opened}", percent(peak))));
         }
         if let Some(residual) = metric("interface_residual_j") {
-            let label = if residual < 0.0 { "energy created" } else { "energy lost" };
-            let sent = metric("work_sent_j").map(|sent| format!(", of {} sent", quantity(sent.abs(), "J")));
-            lines.push(row(
-                label,
-                &format!("{} at the interface{}", quantity(residual.abs(), "J"), sent.unwrap_or_default()),
-            ));
+            let sent = metric("work_sent_j").filter(|sent| sent.is_finite());
+            let sent = sent.map(|sent| format!(", of {} sent", quantity(sent.abs(), "J"))).unwrap_or_default();
+            let said = |label: &str| row(label, &format!("{} at the interface{sent}", quantity(residual.abs(), "J")));
+            match residual {
+                _ if run.found.ended_at_s == 0.0 => {}
+                residual if !residual.is_finite() => {
+                    lines.push(row("energy", "what the interface created or lost is no finite number"));
+                }
+                residual if residual < 0.0 => lines.push(said("energy created")),
+                _ => lines.push(said("energy lost")),
+            }
         }
         if let Some(contacts) = &self.audited {
             let known = metric("heaviness_max").is_some_and(|heaviness| !heaviness.is_nan());
-            lines.push(row("model", &if known { self.largest_jump(contacts) } else { NOT_AUDITED.to_owned() }));
+            let whole = |name: &str, what: &str| {
+                let created = metric(name).filter(|energy| *energy > 0.0)?;
+                Some(format!("; {what} created {} in all", quantity(created, "J")))
+            };
+            let parts = [whole("created_by_mass_j", "its mass"), whole("created_by_age_j", "its age")];
+            let parts: String = parts.into_iter().flatten().collect();
+            lines
+                .push(row("model", &if known { self.largest_jump(contacts) + &parts } else { NOT_AUDITED.to_owned() }));
         }
         if let (Some(mean), Some(most)) = (metric("trials_per_step"), metric("trials_per_step_max")) {
             let cut = metric("trials_cut").filter(|cut| *cut > 0.0);

@@ -86,7 +86,7 @@ impl Verify {
             print(&verdict(&said, mood))?;
         }
         for error in &faults {
-            eprintln!("{}", super::screen::error(&error.to_string(), &[]));
+            eprintln!("{}", super::screen::error(&error.to_string(), &[], &[]));
         }
         Ok(match (faults.is_empty(), changed) {
             (false, _) => ExitCode::from(2),

@@ -163,6 +163,34 @@ fn predicted_growth_is_that_of_the_map_of_actual_macro_steps() {
 }
 
 /// Own springs and dampers that the mechanics alone is stable with, `H²k/m + 2 H d/m < 3.9`, and lossless actuators up to Ω = 9.
+/// What the map does not have makes no prediction; a mass that is believed is in it.
+#[test]
+fn a_growth_is_predicted_of_runs_that_the_map_is_of_and_of_no_others() {
+    let growth = |scheme: &str, options: &[(&str, &str)]| {
+        let options = [options, &[("macro_step_s", "0.02")]].concat();
+        predicted_growth(&spec_with("wedge-box", scheme, &options, &[])).unwrap().map(|(growth, _)| growth)
+    };
+    assert!(growth("zero-order-hold", &[]).unwrap() > 1.0);
+    for (scheme, option, value) in [
+        ("zero-order-hold", "delivery_up", "delay:2"),
+        ("zero-order-hold", "delivery_down", "delay:2"),
+        ("zero-order-hold", "step_control", "energy-residual"),
+        ("rim-nonsmooth", "delivery_up", "delay:2"),
+        ("rim-nonsmooth", "mass_learning", "within:10"),
+        ("rim-nonsmooth", "belief", "missing:0"),
+        ("rim-nonsmooth", "belief", "gap:0.001"),
+    ] {
+        let tolerance = ("step_tolerance", "1e-3");
+        let options = [(option, value), tolerance];
+        let given = if option == "step_control" { &options[..] } else { &options[..1] };
+        assert_eq!(growth(scheme, given), None, "{scheme} {option} = {value}");
+    }
+    let of_mass = |factor: &str| growth("rim-nonsmooth", &[("belief", &*format!("mass:{factor}"))]).unwrap();
+    let exact = growth("rim-nonsmooth", &[]).unwrap();
+    assert!(exact <= 1.0 && (of_mass("1.0") - exact).abs() < 1e-12, "{exact}");
+    assert!(of_mass("0.5") < 1.0 && of_mass("10") > 1.0, "{} {}", of_mass("0.5"), of_mass("10"));
+}
+
 #[test]
 fn with_the_exact_mass_a_frozen_bias_grows_on_many_own_springs_and_a_half_kick_on_none() {
     let rng = &mut Pcg64::seed_from_u64(2);

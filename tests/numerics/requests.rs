@@ -283,7 +283,7 @@ fn a_longest_step_of_the_mechanics_that_cannot_be_is_refused_with_what_would_be_
         ("0.02", "at most the macro step, 0.01 s"),
         ("1e-9", "at least 1e-8 s for this macro step"),
     ] {
-        assert!(step(value).starts_with("mechanics-step = "), "{value}: {}", step(value));
+        assert!(step(value).starts_with("mechanics_step_s = "), "{value}: {}", step(value));
         assert!(step(value).contains(wanted), "{value}: {}", step(value));
     }
     let both = message(&[("mechanics_steps", "2"), ("mechanics_step_s", "1e-3")]);
@@ -307,6 +307,6 @@ fn a_longest_step_of_the_mechanics_that_cannot_be_is_refused_with_what_would_be_
         (3e-3, "1e-3", "a macro step that is a multiple of 3e-3 s"),
     ] {
         let message = fixed(unit, step).unwrap_err();
-        assert!(message.starts_with("mechanics-step = ") && message.contains(wanted), "{message}");
+        assert!(message.starts_with("mechanics_step_s = ") && message.contains(wanted), "{message}");
     }
 }

@@ -175,6 +175,60 @@ fn rows_of_an_audited_experiment_say_by_parts_what_a_model_created_and_change_no
 }
 
 #[test]
+fn what_a_run_is_said_to_be_is_so_of_that_run() {
+    let of = |line: &str| printed(&mut call(line)).split_whitespace().collect::<Vec<_>>().join(" ");
+    // Numbers of a run that diverges are those of all its steps.
+    let diverged = of("simulate --case wedge-box --scheme zero-order-hold --macro-step 5ms");
+    assert_has(&diverged, &["diverged at 125 ms", "peak of 1.01 kN; what follows is up to 160 ms"]);
+    // What is no number is neither created nor lost, and so is what there was no step for.
+    let beyond = of("simulate --case random-body --scheme zero-order-hold --macro-step 20ms");
+    assert_has(&beyond, &["what the interface created or lost is no finite number"]);
+    assert!(!beyond.contains("not a number"), "{beyond}");
+    let mut late = call("simulate --case wedge-box --scheme zero-order-hold --wall-limit 1e-9");
+    assert!(!String::from_utf8_lossy(&late.output().unwrap().stdout).contains("energy"));
+    // No jump gains, and the mass does.
+    let heavy = of("simulate --case wedge-box --scheme rim-nonsmooth --macro-step 5ms --audit --belief mass:3");
+    assert_has(&heavy, &["no jump to the mechanics gained energy; its mass created 1.37 J in all"]);
+    // What nothing bounds is not stable because it is finite.
+    let scan = "--from 1ms --to 10ms --per-decade 3 --relative-tolerance 0.5";
+    let finite = of(&format!("limit --case random-body --scheme zero-order-hold {scan}"));
+    assert!(finite.starts_with("finite up to") && finite.contains("not held against a reference"), "{finite}");
+    // A linear case that grows slowly, and a prediction that is not of late samples.
+    let slow = of(&format!("limit --case linear-oscillator --scheme zero-order-hold {scan}"));
+    assert_has(
+        &slow,
+        &["stable up to", "spectral radius unstable from the smallest macro step on (--method spectral)"],
+    );
+    let sound = of(&format!("limit --case quarter-car --scheme zero-order-hold {scan}"));
+    assert!(!sound.contains("spectral"), "{sound}");
+    let predicted = |line: &str| of(&format!("limit --case wedge-box --scheme zero-order-hold {scan} {line}"));
+    assert!(predicted("").contains("predicted"));
+    for line in ["--delivery-up delay:1", "--step-control energy-residual --step-tolerance 1e-3"] {
+        assert!(!predicted(line).contains("predicted"), "{line}");
+    }
+    // Truths are truths in JSON.
+    let facts = facts("--scheme rim-nonsmooth --macro-step 5ms --audit");
+    assert_eq!((&facts["audit"], &facts["model_exact"]), (&Value::Bool(true), &Value::Bool(false)));
+}
+
+#[test]
+fn options_go_by_the_names_that_were_typed() {
+    let said = |line: &str| refused(&mut simulate(&format!("--scheme rim-nonsmooth {line}")));
+    for (line, wanted) in [
+        ("--duration 1ms", "--macro-step = 0.005, the default, is not valid"),
+        ("--macro-step 5 --duration 1", "--macro-step = 5 is not valid"),
+        ("--delivery-down delay:-1", "--delivery-down = delay:-1 is not valid"),
+        ("--mechanics-steps 5 --mechanics-step 1ms", "--mechanics-steps = 5 and --mechanics-step = 0.001: give one"),
+        (
+            "--min-macro-step 1ms",
+            "--min-macro-step is given but nothing controls the step: add --step-control energy-residual",
+        ),
+    ] {
+        assert_has(&said(line), &[wanted]);
+    }
+}
+
+#[test]
 fn a_diverged_run_is_a_result_with_exit_code_zero() {
     let facts = facts("--scheme zero-order-hold --macro-step 5e-3");
     assert_eq!(facts["outcome"], "diverged");

@@ -145,12 +145,45 @@ fn a_row_with_several_tolerances_is_run_with_each_at_each_macro_step() {
     for (keys, wanted) in [
         ("step_tolerances = [0.1]\nstep_tolerance = 0.2", "give one of the two"),
         ("step_tolerances = 0.1", "step_tolerances: invalid type"),
-        ("step_tolerances = []", "the grid is empty"),
+        ("step_tolerances = []", "(`zero-order-hold` on case `wedge-box`): the grid is empty here"),
         ("step_tolerances = [0.1, 0.1]", "the plan holds one run twice"),
         ("step_tolerances = [-1.0]", "step_tolerance = -1 is not valid"),
     ] {
         let message = row(keys).unwrap_err().to_string();
         assert!(message.contains(wanted), "{message}");
+    }
+}
+
+/// A row, a case or a key that has no effect would be missed in the results, not in the file.
+#[test]
+fn what_would_have_no_effect_is_refused_with_its_place() {
+    const FILE: &str = "question = \"q\"\nmacro_steps_s = [5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[cases]]\nname = \
+                        \"bouncing-ball\"\n[[schemes]]\nscheme = \"nepce\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
+    let plan = |text: &str| {
+        let experiment = Experiment::parse(Path::new("a/b.toml"), text.to_owned());
+        experiment.and_then(|experiment| experiment.plan(&Catalogue::standard(), false))
+    };
+    assert_eq!(plan(FILE).unwrap().len(), 4);
+    for (after, keys, wanted) in [
+        (
+            "\"nepce\"",
+            "macro_steps_s = []",
+            "[[schemes]] in line 7 (`nepce` on case `wedge-box`): the grid is empty here",
+        ),
+        ("-ball\"", "macro_steps_s = []", "(`nepce` on case `bouncing-ball`): the grid is empty here"),
+        ("-ball\"", "set = { ball_mass_kg = [] }", "[[cases]] in line 5 (`bouncing-ball`): the grid is empty here"),
+        ("-ball\"", "file = \"nowhere.toml\"", "(`bouncing-ball`): a/nowhere.toml: is a case file"),
+        (
+            "[5e-3]",
+            "traces = [\"nepce\"]",
+            "traces = [\"nepce\"] is not valid; valid: labels of schemes, with trace_every_s",
+        ),
+        ("[5e-3]", "trace_every_s = 0.1\ntraces = []", "traces = [] is not valid"),
+        ("[5e-3]", "quick = { phases = 0 }", "[quick]: the grid is empty"),
+        ("[5e-3]", "quick = { macro_steps_s = [] }", "[quick]: [[schemes]] in line 8 (`nepce`"),
+    ] {
+        let message = plan(&FILE.replacen(after, &format!("{after}\n{keys}"), 1)).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{keys}: {message}");
     }
 }
 
@@ -237,7 +270,7 @@ fn what_is_no_experiment_is_told_by_line_with_what_would_be_valid() {
             "\"wedge-box\"\nset = { box_mass_kg = -1e300 }",
             "[[cases]] in line 3 (`wedge-box`): box_mass_kg = -1e300 is not valid",
         ),
-        ("[5e-3]", "[1e300]", "[[schemes]] in line 5 (`nepce` on case `wedge-box`): macro-step = 1e300 is not valid"),
+        ("[5e-3]", "[1e300]", "[[schemes]] in line 5 (`nepce` on case `wedge-box`): macro_step_s = 1e300 is not valid"),
         ("\"?\"", &long, "unknown"),
         ("[5e-3]", &long, "expected a list of macro steps"),
         ("\"nepce\"", &long, "… (400000 characters)"),

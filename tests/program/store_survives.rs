@@ -139,7 +139,7 @@ fn bad_experiment_files_are_refused_with_the_place() {
         (phases, "phases = 0", "the grid is empty"),
         (phases, "phases = 10000000", "more than the 1000000 that one experiment may have: split it"),
         (phases, "phases = [0.5, 1.5]", "phase = 1.5"),
-        ("2e-3, 5e-3", "-2e-3, 5e-3", "macro-step = -0.002"),
+        ("2e-3, 5e-3", "-2e-3, 5e-3", "macro_step_s = -0.002"),
         ("[2e-3, 5e-3, 1e-2]", "{ from = 1e-2, to = 2e-3, per_decade = 4 }", "macro_steps_s: to"),
         (trace, "trace_every_s = 0.0", "trace_every_s = 0"),
         (trace, "traces = [\"rim-smoth\"]", "label in traces"),

@@ -157,7 +157,7 @@ impl CaseEntry {
         }
         // One that is given by `--case-file` is not looked for.
         let given = catalogue.case(&self.name).map(Arc::clone);
-        if given.is_ok() && (self.file.is_none() || !self.place.exists()) {
+        if given.as_ref().is_ok_and(|case| self.file.is_none() || (case.from_outside && !self.place.exists())) {
             return given;
         }
         match given {
@@ -379,6 +379,13 @@ impl Experiment {
         }
         let labels = || self.schemes.iter().map(|row| row.label.as_str());
         let unknown = self.traces.iter().flatten().find(|wanted| !labels().any(|label| label == wanted.as_str()));
-        unknown.map_or(Ok(()), |label| Err(Error::unknown("label in traces", label, labels())))
+        if let Some(label) = unknown {
+            return Err(Error::unknown("label in traces", label, labels()));
+        }
+        if let Some(wanted) = self.traces.as_ref().filter(|wanted| self.trace_every_s.is_none() || wanted.is_empty()) {
+            let expected = "labels of schemes, with trace_every_s beside it, the time between two rows";
+            return Err(Error::invalid("traces", format!("{wanted:?}"), expected));
+        }
+        Ok(())
     }
 }

@@ -164,7 +164,7 @@ pub fn shortest_macro_step(to: f64) -> f64 {
 /// An error about the macro step under the name of the option that set it.
 fn said_of_the_scan(error: Error) -> Error {
     match error {
-        Error::InvalidValue { key, found, expected } if key == "macro-step" => {
+        Error::InvalidValue { key, found, expected } if key == "macro_step_s" => {
             Error::InvalidValue { key: "to".to_owned(), found, expected }
         }
         other => other,

@@ -150,6 +150,7 @@ fn facts<'py>(py: Python<'py>, facts: &[Fact]) -> PyResult<Bound<'py, PyDict>> {
             Some(FactValue::Text(text)) => dict.set_item(fact.name, text)?,
             Some(FactValue::Number(number)) => dict.set_item(fact.name, number)?,
             Some(FactValue::Count(count)) => dict.set_item(fact.name, count)?,
+            Some(FactValue::Truth(truth)) => dict.set_item(fact.name, truth)?,
             None => dict.set_item(fact.name, py.None())?,
         }
     }

@@ -58,7 +58,7 @@ fn nonsense_is_one_error_that_says_what_would_be_valid() {
         ("", "run"),
         ("run\ncase wedge-bx\nscheme zero-order-hold", "wedge-box"),
         ("run\ncase wedge-box\nscheme zero-order-hold\nmacro_step_s much", "a number"),
-        ("run\ncase wedge-box\nscheme zero-order-hold\nmacro_step_s -1", "macro-step"),
+        ("run\ncase wedge-box\nscheme zero-order-hold\nmacro_step_s -1", "macro_step_s"),
         ("run\ncase wedge-box\nscheme zero-order-hold\nset.box_mass_kg -3", "box_mass_kg"),
     ] {
         let answer = simulator.answer(request);

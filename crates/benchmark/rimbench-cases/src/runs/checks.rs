@@ -39,7 +39,7 @@ impl RunSettings {
             ),
             None => format!("a macro step that is a multiple of {unit:e} s: the mechanics takes no others"),
         };
-        Err(Error::invalid("mechanics-step", longest, expected))
+        Err(Error::invalid("mechanics_step_s", longest, expected))
     }
 
     /// Checks what can be checked without running. Both sides are built only for options that not all mechanics allow.
@@ -67,7 +67,7 @@ impl RunSettings {
         let macro_steps = grid.macro_steps();
         if macro_steps < self.scheme.samples {
             return Err(Error::invalid(
-                "macro-step",
+                "macro_step_s",
                 self.macro_step,
                 format!(
                     "at most {} s, so that scheme {} gets the {} samples it goes through within {} s",
@@ -237,7 +237,7 @@ impl RunSettings {
         if self.duration / sampling > MOST_STEPS {
             let expected =
                 format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
-            return Err(Error::invalid("duration", self.duration, expected));
+            return Err(Error::invalid("duration_s", self.duration, expected));
         }
         let least = self.duration / MOST_REFERENCE_STEPS;
         if !(step >= least && step <= sampling) {
@@ -259,26 +259,26 @@ impl RunSettings {
         if !nonsense && self.duration / self.macro_step > MOST_STEPS {
             let least = self.duration / MOST_STEPS;
             return Err(Error::invalid(
-                "macro-step",
+                "macro_step_s",
                 self.macro_step,
                 format!("at least {least:e} s for this duration"),
             ));
         }
         let grid = CommunicationGrid::new(self.macro_step, self.phase, self.duration)?;
         if !(self.micro_step.is_finite() && self.micro_step > 0.0) {
-            return Err(Error::invalid("micro-step", self.micro_step, "a finite time above 0 s"));
+            return Err(Error::invalid("micro_step_s", self.micro_step, "a finite time above 0 s"));
         }
         if self.macro_step / self.micro_step > MOST_STEPS {
             let least = self.macro_step / MOST_STEPS;
             return Err(Error::invalid(
-                "micro-step",
+                "micro_step_s",
                 self.micro_step,
                 format!("at least {least:e} s for this macro step"),
             ));
         }
         if self.micro_step > self.macro_step {
             let expected = format!("at most the macro step, {} s", self.macro_step);
-            return Err(Error::invalid("micro-step", self.micro_step, expected));
+            return Err(Error::invalid("micro_step_s", self.micro_step, expected));
         }
         self.mechanics_steps.check(self.macro_step)?;
         Ok(grid)

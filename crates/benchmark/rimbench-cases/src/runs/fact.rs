@@ -12,6 +12,8 @@ pub enum FactValue {
     Number(f64),
     /// A count.
     Count(u64),
+    /// Whether something is so.
+    Truth(bool),
 }
 
 impl From<Given> for FactValue {
@@ -30,6 +32,7 @@ impl fmt::Display for FactValue {
             FactValue::Text(text) => f.write_str(text),
             FactValue::Number(number) => write!(f, "{number:?}"),
             FactValue::Count(count) => count.fmt(f),
+            FactValue::Truth(truth) => truth.fmt(f),
         }
     }
 }

@@ -33,7 +33,7 @@ impl RunSpec {
     pub fn facts(&self) -> Vec<Fact> {
         let mut facts: Vec<Fact> = facts_of(self).collect();
         facts.insert(1, Fact::text("set", self.parameters.given()));
-        facts.push(Fact::new("audit", self.audit.then(|| FactValue::Text("true".to_owned()))).of_some_runs());
+        facts.push(Fact::new("audit", self.audit.then_some(FactValue::Truth(true))).of_some_runs());
         facts
     }
 

@@ -247,7 +247,7 @@ macro_rules! cells {
 
 cells! {
     OutcomeKind, own => FactValue::Text(own.to_string());
-    bool, own => FactValue::Text(own.to_string());
+    bool, own => FactValue::Truth(own);
     f64, own => FactValue::Number(own);
     u64, own => FactValue::Count(own);
 }

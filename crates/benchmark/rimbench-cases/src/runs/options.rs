@@ -136,7 +136,7 @@ macro_rules! run_options {
     (@needs $needs:ident) => { Needs::$needs };
     (@read f64 $key:ident $given:ident) => { $given.number($key)? };
     (@read String $key:ident $given:ident) => { $given.to_string() };
-    (@read $kind:ident $key:ident $given:ident) => { $given.to_string().parse::<$kind>()? };
+    (@read $kind:ident $key:ident $given:ident) => { $given.to_string().parse::<$kind>().map_err(|error| of_option(error, $key))? };
     (@write f64 $value:expr) => { Given::from(*$value) };
     (@write $kind:ident $value:expr) => { Given::Text($value.to_string()) };
     (@fact none $key:ident $kind:ident, |$run:ident| $says:expr) => { |$run| $says };
@@ -286,6 +286,14 @@ impl RunRequest {
 /// What all options say of a run, in their order.
 pub(super) fn facts_of(run: &RunSpec) -> impl Iterator<Item = Fact> {
     RunRequest::OPTIONS.iter().filter_map(|option| (option.fact)(run))
+}
+
+/// An error about the value of an option, under the name by which it was given: what is read does not know for which one.
+fn of_option(error: Error, option: &str) -> Error {
+    match error {
+        Error::InvalidValue { found, expected, .. } => Error::InvalidValue { key: option.to_owned(), found, expected },
+        other => other,
+    }
 }
 
 fn text(text: impl Display) -> FactValue {

@@ -4,7 +4,7 @@ use super::RunSpec;
 use nalgebra::DMatrix;
 use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, OutputRates, Sequence, Side, Sides, division};
 use rimbench_core::error::{Cause, Error, Failure, Result};
-use rimbench_core::interface_model::{Condensation, Redundancy, condense};
+use rimbench_core::interface_model::{Belief, Condensation, Redundancy, condense};
 use rimbench_core::schemes::ModelMotion;
 
 /// A spectral radius this close to one is one: the accuracy to which it is probed.
@@ -141,7 +141,14 @@ fn linear_coupling(spec: &RunSpec) -> Result<Option<LinearCoupling>> {
 
 fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
     const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
-    if spec.actuator_integrator != ActuatorIntegrator::Euler {
+    // The map is that of samples in time, steps as they are asked for, and a mass that stays as it is.
+    let other = spec.delivery.is_some() || spec.step_control.is_some() || spec.mass_learning.is_some();
+    if other || spec.actuator_integrator != ActuatorIntegrator::Euler {
+        return None;
+    }
+    // Contacts that are believed to be elsewhere make another mass, by what is not known here.
+    let belief = spec.belief.clone().unwrap_or_default();
+    if belief != (Belief { mass: belief.mass, friction: belief.friction, ..Belief::default() }) {
         return None;
     }
     match (&*spec.scheme.name, spec.sequence, spec.force_return) {
@@ -151,7 +158,7 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End) => Some(Recurrence::EndReturned),
         (name, ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) if name.starts_with("rim-") => {
             let half_kick = spec.model.as_ref().is_some_and(|model| model.model_motion == ModelMotion::HalfKick);
-            Some(Recurrence::Model { mass_ratio: 1.0, half_kick })
+            Some(Recurrence::Model { mass_ratio: belief.mass, half_kick })
         }
         _ => None,
     }

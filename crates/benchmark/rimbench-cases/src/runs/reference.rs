@@ -125,7 +125,7 @@ impl Reference {
     /// [`Error::Incompatible`] naming the column; those of building the case.
     pub fn check(&self, spec: &RunSpec) -> Result<()> {
         match self.check_rows(&spec.case) {
-            Err(_) if (spec.case.build)(&spec.parameters, &spec.solver)?.unbounded => Ok(()),
+            Err(_) if spec.is_unbounded()? => Ok(()),
             checked => checked,
         }
     }
@@ -505,6 +505,14 @@ impl RunSpec {
             None => Cow::Borrowed(self),
             Some(judge) => Cow::Owned(self.of_case(judge.clone())),
         }
+    }
+
+    /// Tells whether its runs end where they are no longer finite only.
+    ///
+    /// # Errors
+    /// Those of building the case.
+    pub fn is_unbounded(&self) -> Result<bool> {
+        Ok((self.case.build)(&self.parameters, &self.solver)?.unbounded)
     }
 
     /// Tells whether two runs are held against the same reference.

@@ -41,16 +41,20 @@ impl CommunicationGrid {
     /// [`Error::InvalidValue`] for `H ≤ 0`, `H > T`, φ outside [1e-9, 1], or anything that is not a finite number.
     pub fn new(macro_step: f64, phase: f64, duration: f64) -> Result<Self> {
         if !(duration.is_finite() && duration > 0.0) {
-            return Err(Error::invalid("duration", duration, "a finite time above 0 s"));
+            return Err(Error::invalid("duration_s", duration, "a finite time above 0 s"));
         }
         if !(macro_step.is_finite() && macro_step > 0.0) {
-            return Err(Error::invalid("macro-step", macro_step, "a finite time above 0 s"));
+            return Err(Error::invalid("macro_step_s", macro_step, "a finite time above 0 s"));
         }
         if macro_step > duration {
             // Steps are told in ms, and typed in s: of a number as it is told.
             let told = macro_step >= LEAST_TOLD && 1e-3 * macro_step <= duration;
             let meant = if told { format!("; did you mean {macro_step}ms?") } else { String::new() };
-            return Err(Error::invalid("macro-step", macro_step, format!("at most the duration, {duration} s{meant}")));
+            return Err(Error::invalid(
+                "macro_step_s",
+                macro_step,
+                format!("at most the duration, {duration} s{meant}"),
+            ));
         }
         if !(SHORTEST_PHASE..=1.0).contains(&phase) {
             let expected = format!("a number in (0, 1], at least {SHORTEST_PHASE:e}");

@@ -68,7 +68,7 @@ impl MechanicsSteps {
             }
             _ => return Ok(()),
         };
-        Err(Error::invalid("mechanics-step", step, expected))
+        Err(Error::invalid("mechanics_step_s", step, expected))
     }
 }
 
@@ -93,7 +93,7 @@ impl FromStr for MechanicsSteps {
         let count = text.trim().parse().ok().filter(|count| *count <= MOST);
         count.and_then(MechanicsSteps::count).ok_or_else(|| {
             let expected = format!("a whole number from 1 to {MOST}, or `all` for as many as the actuator takes");
-            Error::invalid("mechanics-steps", text, expected)
+            Error::invalid("mechanics_steps", text, expected)
         })
     }
 }

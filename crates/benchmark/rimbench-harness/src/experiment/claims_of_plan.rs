@@ -132,6 +132,10 @@ impl Claim {
 
     /// Checks that usable runs are counted by a metric, within a bound that can be met.
     fn check_within(&self) -> Result<()> {
+        if let Some(above) = self.above.filter(|above| !above.is_finite()) {
+            let key = format!("claim `{}`: above", self.id);
+            return Err(Error::invalid(key, format!("{above:?}"), "a finite number"));
+        }
         let Some(within) = self.within else { return Ok(()) };
         let is_count = self.metric.metric().is_some()
             && self.above.is_none()

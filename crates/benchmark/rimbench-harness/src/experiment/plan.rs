@@ -43,6 +43,9 @@ impl Experiment {
             self.check_options()?;
             self.check_labels(catalogue)?;
             let size = self.check_size(quick)?;
+            if self.quick.is_some() {
+                self.check_size(true).map_err(|error| Error::Incompatible(format!("[quick]: {error}")))?;
+            }
             if size > MOST_RUNS {
                 return Err(Error::Incompatible(format!(
                     "the grid has {size} runs, more than the {MOST_RUNS} that are planned at once: run its parts, by --places, --shard or \
@@ -150,10 +153,16 @@ impl Experiment {
         for case in &self.cases {
             let draws = case.draw.as_ref().map_or(1, |draw| draw.settings);
             let parameters = points_of_grid(&case.set).saturating_mul(draws);
+            if parameters == 0 {
+                return Err(case.place(&empty("one value of each parameter in set, and one of settings in draw")));
+            }
             for row in &self.schemes {
                 let own = row.macro_steps_s.as_ref().or(case.macro_steps_s.as_ref());
                 let steps = own.map_or(Ok(steps), |own| Ok(own.list()?.len()))?;
                 let tolerances = row.step_tolerances.as_ref().map_or(1, Vec::len);
+                if steps.saturating_mul(tolerances) == 0 {
+                    return Err(row.place(&empty("one of macro_steps_s, and one of step_tolerances"), &case.name));
+                }
                 cells = cells.saturating_add(parameters.saturating_mul(steps).saturating_mul(tolerances));
             }
         }
@@ -273,6 +282,11 @@ impl Experiment {
             ..row
         }
     }
+}
+
+/// A row of the grid that has no runs, as if it were not there.
+fn empty(wanted: &str) -> Error {
+    Error::Incompatible(format!("the grid is empty here; valid: at least {wanted}"))
 }
 
 /// A set of parameters of a case, with what its runs say of it.

@@ -133,7 +133,10 @@ fn what_cannot_be_drawn_is_one_sentence_with_what_is_valid() {
         ("settings = 2", "missing field `seed`"),
         ("settings = 2\nseed = 1\nrequires = \"landing\"", "requires takes one of closing | opening | sticking"),
         ("settings = 2\nseed = 1\nrequires = 1", "requires takes one of closing | opening | sticking"),
-        ("settings = 0\nseed = 1\nranges = { box_mass_kg = [1.0, 5.0] }", "usual.toml: the grid is empty"),
+        (
+            "settings = 0\nseed = 1\nranges = { box_mass_kg = [1.0, 5.0] }",
+            "(`wedge-box`): the grid is empty here; valid: at least one value",
+        ),
         (
             "settings = 9000000\nseed = 1\nranges = { box_mass_kg = [1.0, 5.0] }",
             "the grid has 18000000 runs, more than the 1000000",

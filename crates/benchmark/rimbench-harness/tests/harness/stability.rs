@@ -54,7 +54,7 @@ fn a_run_that_took_too_long_is_no_answer_and_ends_the_search_there() {
     let found = search(&own_step, &[2e-3, 8e-3]);
     assert_eq!((found.last_stable, found.first_unstable, found.no_answer), (Some(8e-3), None, None));
     let too_short = Scan { to: Some(3e-3), ..USUAL }.resolve(&own_step, &catalogue).unwrap_err().to_string();
-    assert!(too_short.starts_with("mechanics-step = 0.004 is not valid"), "{too_short}");
+    assert!(too_short.starts_with("mechanics_step_s = 0.004 is not valid"), "{too_short}");
     let bounds = search(&request, &[2e-3]);
     assert_eq!(bounds.points[0].verdict, StepVerdict::Stable);
     request.put("wall_limit_s", "1e-9").unwrap();

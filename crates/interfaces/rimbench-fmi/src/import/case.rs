@@ -227,7 +227,8 @@ fn named(path: &Path, file: &Path, side: Side) -> Result<PathBuf> {
         return Ok(found);
     }
     let side = side_name(side);
-    let folder = found.parent().map(|folder| std::path::absolute(folder).unwrap_or_default()).unwrap_or_default();
+    let folder = found.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = std::path::absolute(folder).unwrap_or_default();
     let message =
         format!("cannot be read: it is not in {}, where [{side}] of {} names it", folder.display(), path.display());
     Err(Error::file(found, message))
