@@ -127,6 +127,15 @@ fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> S
         let total = quantity(count * choice.time_per_macro_step_s, "s");
         lines.push(row("computing time", &format!("{time} per macro step, {total} in all ({time_is_of} time)")));
     }
+    if let Some((advised, finer)) = advice.advised.as_ref().zip(advice.finer.as_ref()) {
+        let (Choice { scheme, form, .. }, error) = (finer, percent(finer.worst_error.unwrap_or(f64::NAN)));
+        let dearer = with_digits(finer.cost / advised.cost, "-", 2);
+        let said = format!(
+            "error {error} at {dearer} times the cost, of what was tried: {scheme}, {form}, H = {}",
+            step(finer)
+        );
+        lines.push(row("exchange", &said));
+    }
     if question.prices != USUAL_PRICES {
         let [exchange, mechanics, micro, model] = question.prices.map(|price| with_digits(price, "-", 2));
         let prices = format!("exchange {exchange}, mechanics step {mechanics}, micro step {micro}, model {model}");
@@ -142,6 +151,7 @@ fn facts(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> 
     let mut facts = serde_json::to_value(advice)?;
     advice.advised.iter().for_each(|choice| facts["advised"]["command"] = command(choice).into());
     advice.runner_up.iter().for_each(|choice| facts["runner_up"]["command"] = command(choice).into());
+    advice.finer.iter().for_each(|choice| facts["finer"]["command"] = command(choice).into());
     facts["case"] = json!(question.fixed.case);
     facts["metric"] = json!(METRIC);
     facts["error"] = json!(question.error);

@@ -2,6 +2,7 @@
 
 use super::print;
 use super::run_options::{assignments, seconds};
+use super::screen::paragraph;
 use clap::{Args, ValueEnum};
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
@@ -72,14 +73,10 @@ impl Fmu {
         let (trajectory, outcome) = golden_run(&spec, side)?;
         write_trace(&golden, &trajectory, None)?;
         write_atomically(&self.out, |file| file.write_all(&packed))?;
-        print(&format!(
-            "{} ({} bytes, library {})\n{} ({} communication points, H = {} ms; {outcome})",
-            self.out.display(),
-            packed.len(),
-            library.display(),
-            golden.display(),
-            trajectory.len(),
-            spec.macro_step * 1e3,
-        ))
+        let (out, size, library) = (self.out.display(), packed.len(), library.display());
+        let (points, step_ms) = (trajectory.len(), 1e3 * spec.macro_step);
+        let heard = format!("{} ({points} communication points, H = {step_ms} ms; {outcome})", golden.display());
+        print(&paragraph(&format!("{out} ({size} bytes, library {library})"), 4))?;
+        print(&paragraph(&heard, 4))
     }
 }

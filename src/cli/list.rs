@@ -1,7 +1,7 @@
 //! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures.
 
 use super::json::Object;
-use super::screen::{cut_width, paragraph, wrap};
+use super::screen::{Table, cut_width, paragraph, wrap};
 use super::{Format, print, print_json, with_file};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
@@ -120,7 +120,7 @@ impl List {
                 })
                 .collect(),
             What::FigureKeys => match self.format {
-                Format::Table => return print(FIGURE_KEYS.trim_end()),
+                Format::Table => return print(&page(FIGURE_KEYS.trim_end())),
                 Format::Json => {
                     let message = "`list figure-keys` is a page of the book and has no JSON: leave --format out";
                     return Err(Error::Incompatible(message.to_owned()).into());
@@ -150,6 +150,25 @@ fn short(entries: &[Entry]) -> String {
     };
     let lines: Vec<String> = entries.iter().map(line).collect();
     format!("{}\n\n{} · --long for the rest", lines.join("\n"), entries.len())
+}
+
+/// A page of the book: whole where its reader is a program, else paragraphs and tables as wide as the screen.
+fn page(text: &str) -> String {
+    if cut_width() == usize::MAX {
+        return text.to_owned();
+    }
+    let cells = |line: &str| -> Vec<String> {
+        let line = line.trim_matches('|').replace("\\|", "\n");
+        line.split('|').map(|cell| cell.trim().replace('\n', "|")).collect()
+    };
+    let part = |part: &str| {
+        let mut rows = part.lines().filter(|line| line.starts_with('|')).map(cells);
+        let Some(head) = rows.next() else { return paragraph(part, 0) };
+        let mut table = Table::new(&head.iter().map(String::as_str).collect::<Vec<_>>());
+        rows.skip(1).for_each(|row| table.add_row(row));
+        table.to_string()
+    };
+    text.split("\n\n").map(part).collect::<Vec<_>>().join("\n\n")
 }
 
 /// An entry with everything that is known of it.

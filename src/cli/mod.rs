@@ -44,13 +44,16 @@ use std::process::ExitCode;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
 #[derive(Debug, Parser)]
-#[command(name = "rimbench", version = version(), about, propagate_version = true)]
+#[command(name = "rimbench", version = version(), about)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// A file that makes a case of FMUs, which is then there by its name; may be repeated
+    /// Make a case of FMUs, as the file says; may be repeated
     #[arg(long, value_name = "FILE.toml", global = true)]
     case_file: Vec<PathBuf>,
+    /// Say nothing of how far a command has come
+    #[arg(long, short, global = true)]
+    quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -71,6 +74,11 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// List what there is, by name
     List(list::List),
+    /// Write what completes these commands in a shell, for it to source
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),
     /// Record the program's own performance, and compare records or git revisions
@@ -85,7 +93,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("One run", &["simulate", "limit", "advise"]),
     ("Many runs", &["run", "verify", "report"]),
     ("The paper", &["reproduce"]),
-    ("What there is", &["list"]),
+    ("What there is", &["list", "completions"]),
     ("To and from others", &["fmu"]),
     ("Speed", &["perf"]),
 ];
@@ -164,6 +172,7 @@ impl Cli {
             rimbench::fmi::import::serve()?;
             return Ok(ExitCode::SUCCESS);
         }
+        progress::be_quiet(self.quiet);
         interruption::listen()?;
         let mut catalogue = everything()?;
         let notes = &SideNotes::default();
@@ -183,6 +192,11 @@ impl Cli {
             Command::Report(command) => return command.run(catalogue),
             Command::Reproduce(command) => return command.run(catalogue),
             Command::List(command) => command.run(catalogue)?,
+            Command::Completions { shell } => {
+                let mut text = Vec::new();
+                clap_complete::generate(shell, &mut command(), "rimbench", &mut text);
+                print(String::from_utf8_lossy(&text).trim_end())?;
+            }
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
             Command::FmuWorker => {}

@@ -78,7 +78,7 @@ impl Measuring {
         let benchmarks = if named.is_empty() { BENCHMARKS.iter().collect() } else { named };
         let program = std::env::current_exe().context("this program cannot find itself")?;
         let counts = !without_instructions && find_valgrind().inspect_err(|note| eprintln!("note: {note}")).is_ok();
-        let rows = record(&benchmarks, counts.then_some(&*program), &BUILD, |name| eprintln!("{name}"))?;
+        let rows = record(&benchmarks, counts.then_some(&*program), &BUILD, super::progress::say)?;
         History::append(&path, &rows)?;
         let mut table = Table::new(&["benchmark", "instructions", "status"]);
         for row in &rows {

@@ -3,6 +3,7 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rimbench::cosim::OutcomeClass;
 use rimbench::harness::Step;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -10,6 +11,21 @@ use std::time::{Duration, Instant};
 
 /// Time between two plain lines, s: rare enough for a log, often enough to see that something happens.
 const BETWEEN_LINES_S: f64 = 10.0;
+
+/// Whether nothing is said.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Says nothing from now on, or what there is to say.
+pub(super) fn be_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Says a line, unless nothing is to be said.
+pub(super) fn say(line: &str) {
+    if !QUIET.load(Ordering::Relaxed) {
+        eprintln!("{line}");
+    }
+}
 
 /// How far a number of runs has come: failures so far, and the time left where it is known how many there will be.
 pub(super) struct Progress {
@@ -32,7 +48,9 @@ struct State {
 impl Progress {
     /// Begins with `total` runs to be done, if that is known.
     pub(super) fn begin(command: &'static str, total: Option<usize>) -> Self {
-        let bar = ProgressBar::with_draw_target(total.map(|total| total as u64), ProgressDrawTarget::stderr());
+        let target =
+            if QUIET.load(Ordering::Relaxed) { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(total.map(|total| total as u64), target);
         // One line of 80: what does not fit is left out.
         let style = match total {
             Some(_) => "{bar:20} {pos}/{len} runs, {elapsed} elapsed, {eta} left  {wide_msg}",
@@ -103,7 +121,7 @@ impl Progress {
     /// Says that a group of runs is done, where there is no bar to show it.
     pub(super) fn group_done(&self, text: &str) {
         if self.state().bar.is_hidden() {
-            eprintln!("{text}");
+            say(text);
         }
     }
 
@@ -114,7 +132,7 @@ impl Progress {
         state.bar.finish_and_clear();
         // Who saw lines go by sees where they ended.
         if state.bar.is_hidden() && state.began.elapsed().as_secs_f64() > BETWEEN_LINES_S {
-            eprintln!("{}", state.line(state.began.elapsed().as_secs_f64()));
+            say(&state.line(state.began.elapsed().as_secs_f64()));
         }
     }
 }
@@ -157,7 +175,7 @@ impl Heartbeat {
 
     /// Begins to say what `line` makes of the time since, s.
     pub(super) fn lines(line: impl Fn(f64) -> String + Send + 'static) -> Self {
-        Self::every(Duration::from_secs_f64(BETWEEN_LINES_S), move |elapsed| eprintln!("{}", line(elapsed)))
+        Self::every(Duration::from_secs_f64(BETWEEN_LINES_S), move |elapsed| say(&line(elapsed)))
     }
 
     fn every(period: Duration, say: impl Fn(f64) + Send + 'static) -> Self {

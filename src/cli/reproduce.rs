@@ -5,6 +5,7 @@ use super::everything::{Kept, everything, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
+use super::screen::paragraph;
 use super::summary::count_not_completed;
 use super::{claims_list, print, warn_of_cache};
 use clap::Args;
@@ -101,20 +102,19 @@ impl Reproduce {
         let remade = kept.remade();
         if remade.files > 0 {
             remade.differing.iter().try_for_each(|sentence| print(sentence))?;
-            print(&format!(
-                "{} of {} kept files came out to the byte, the page but for its line with day, commit and machine",
-                remade.files - remade.differing.len(),
-                remade.files
-            ))?;
+            let same = remade.files - remade.differing.len();
+            let said = "kept files came out to the byte, the page but for its line with day, commit and machine";
+            print(&paragraph(&format!("{same} of {} {said}", remade.files), 0))?;
         }
         let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.counts()).collect();
         let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
-        print(&format!(
-            "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
+        let said = format!(
+            "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s.",
             counted.len(),
             started.elapsed().as_secs_f64(),
-            page.display()
-        ))?;
+        );
+        print(&paragraph(&said, 0))?;
+        print(&format!("Report: {}", page.display()))?;
         Ok(if remade.differing.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }

@@ -27,7 +27,7 @@ use std::process::ExitCode;
 pub struct Simulate {
     #[command(flatten)]
     run: RunOptions<false>,
-    /// Replay missed deadlines: a CSV file with the columns `time_s` and `computing_time_s`, one row per macro step
+    /// CSV of missed deadlines to replay: `time_s` and `computing_time_s` of each macro step
     #[arg(long, value_name = "FILE", requires = "deadline")]
     deadline_log: Option<PathBuf>,
     /// Time that a macro step may take
@@ -36,7 +36,7 @@ pub struct Simulate {
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Say what energy the interface model created, how, and by which contact: two more columns of the trace
+    /// Account for the energy that the interface model creates, also in the trace
     #[arg(long)]
     audit: bool,
     /// All metrics and counters

@@ -53,7 +53,7 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     let learns = averaged
         && variant.scheme.moves_model
         && !variant.scheme.splits
-        && variant.options.motion == ModelMotion::Frozen
+        && variant.options.model_motion == ModelMotion::Frozen
         && variant.delivery.as_ref().is_none_or(|own| own.late.catches_up() && own.down.is_in_time());
     let exchange = Exchange { mass_learning: learns.then(MassLearning::default), ..exchange };
     let setup = Setup { grid, step_rule: variant.step_rule, exchange, bounds: Bounds::default() };
@@ -126,7 +126,13 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                 for &macro_step in macro_steps {
                     for &detection in detections(scheme) {
                         let solver = solver.clone();
-                        let options = ModelOptions { redundancy, motion, detection, solver, ..ModelOptions::default() };
+                        let options = ModelOptions {
+                            redundancy,
+                            model_motion: motion,
+                            detection,
+                            solver,
+                            ..ModelOptions::default()
+                        };
                         variants.push(Variant {
                             scheme,
                             options,
@@ -199,7 +205,7 @@ fn nothing_is_allocated_in(
                 variant.force_return,
                 variant.mechanics_steps,
                 variant.macro_step,
-                variant.options.motion,
+                variant.options.model_motion,
                 variant.options.redundancy
             );
             assert!(counts.len() > 20, "{name}: only {} macro steps", counts.len());
@@ -236,7 +242,7 @@ fn the_macro_loop_must_allocate_nothing_where_the_model_places_its_steps() {
 /// late forces bridged in each of the ways; nothing of a variant that has no late samples.
 fn late(variant: Variant) -> Vec<Variant> {
     let averaged = matches!(variant.force_return, ForceReturn::Mean | ForceReturn::Profile);
-    if variant.scheme.has_model() && (!averaged || variant.options.motion != ModelMotion::Frozen) {
+    if variant.scheme.has_model() && (!averaged || variant.options.model_motion != ModelMotion::Frozen) {
         return Vec::new();
     }
     let channel: Channel = "delay:1,jitter:1,loss:0.05,seed:3".parse().unwrap();
@@ -263,8 +269,9 @@ fn the_macro_loop_must_allocate_nothing_with_late_samples_and_late_forces() {
         let mut variants: Vec<Variant> = variants.map(|variant| Variant { macro_step: 5e-4, ..variant }).collect();
         // What is closed for a model that is late is no other path.
         variants.dedup_by(|next, before| {
-            let of =
-                |own: &Variant| (own.scheme.name.clone(), own.force_return, own.options.motion, own.options.redundancy);
+            let of = |own: &Variant| {
+                (own.scheme.name.clone(), own.force_return, own.options.model_motion, own.options.redundancy)
+            };
             of(next) == of(before)
         });
         variants.into_iter().flat_map(late).collect()
@@ -297,7 +304,7 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
                     && (variant.scheme.family == Family::Model || variant.macro_step <= longest_of_holds)
             });
             if case != "wedge-box-friction" {
-                let slide = |v: &&Variant| v.scheme.slides && v.options.motion == ModelMotion::Frozen;
+                let slide = |v: &&Variant| v.scheme.slides && v.options.model_motion == ModelMotion::Frozen;
                 let on_one_row: Vec<Variant> = variants.iter().filter(slide).cloned().collect();
                 variants.extend(on_one_row.into_iter().map(|mut variant| {
                     variant.options.friction_rows = FrictionRows::SlipDirection;
@@ -317,7 +324,7 @@ fn the_macro_loop_must_allocate_nothing_where_contacts_act_over_the_mechanics_st
         let mut variants = variants(solver);
         variants.retain(|variant| {
             variant.scheme.acts_over_mechanics_step
-                && variant.options.motion == ModelMotion::Frozen
+                && variant.options.model_motion == ModelMotion::Frozen
                 && variant.options.redundancy == Redundancy::Drop
         });
         variants.iter_mut().for_each(|variant| variant.options.contacts_act = ContactsAct::MechanicsStep);

@@ -4,7 +4,7 @@ use crate::support::*;
 use approx::assert_relative_eq;
 
 fn moving(motion: ModelMotion) -> Option<ModelOptions> {
-    Some(ModelOptions { motion, ..ModelOptions::default() })
+    Some(ModelOptions { model_motion: motion, ..ModelOptions::default() })
 }
 
 /// The road of the half car is flat, then `½ h (1 − cos k(x − x₀))`: where it begins its curvature is `½ h k²`, and the gap of a wheel that

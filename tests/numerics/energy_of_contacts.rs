@@ -249,7 +249,7 @@ fn with_a_half_kick_a_contact_creates_what_it_balances_times_the_travel_that_the
         let [v, force] = [&start, &balanced].map(|vector| vector.as_slice().to_vec());
         let inside = LinearModel { v, force, ..model.clone() };
         let (mut mechanics, mut played) = (stepper(model.clone(), PLASTIC), Played::random(rng, 12, 1));
-        let options = ModelOptions { motion: ModelMotion::HalfKick, ..ModelOptions::default() };
+        let options = ModelOptions { model_motion: ModelMotion::HalfKick, ..ModelOptions::default() };
         let scheme = ("rim-nonsmooth", &options);
         let report = macro_step((&mut mechanics, &mut played), scheme, (12, 1, ForceReturn::Mean));
         let end = replay(&inside, &set, Law::Unilateral, &played.forces);

@@ -132,6 +132,6 @@ fn what_needs_every_entry_gets_it_and_runs_as_with_every_entry_kept() {
         assert_eq!(few.report.audit.model.is_some(), spec.audit, "{number}");
     }
     let frozen = spec("falling-chain", &[("links", "16")], 0.02, 5e-3);
-    let kicked = frozen.changed(|own| own.model.as_mut().unwrap().motion = ModelMotion::HalfKick);
+    let kicked = frozen.changed(|own| own.model.as_mut().unwrap().model_motion = ModelMotion::HalfKick);
     assert_eq!(run(&kicked).report.outcome, Outcome::Completed);
 }

@@ -12,7 +12,7 @@ use rimbench::complementarity::SolverCounters;
 fn options_of_both(friction: bool) -> [ModelOptions; 2] {
     let usual = ModelOptions::default;
     let every = if friction {
-        ModelOptions { motion: ModelMotion::Extrapolated, ..usual() }
+        ModelOptions { model_motion: ModelMotion::Extrapolated, ..usual() }
     } else {
         ModelOptions { solver: opaque_active_set(), ..usual() }
     };

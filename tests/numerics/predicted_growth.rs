@@ -101,7 +101,7 @@ fn measured(
         let mut actuator = Leaky { coupling, force: state(2), ports: force_displacement_ports(1).1 };
         let grid = CommunicationGrid::new(H, 1.0, H).unwrap();
         let setup = Setup::new(grid, H / micro_steps as f64, sequence, force_return);
-        let options = ModelOptions { motion, ..ModelOptions::default() };
+        let options = ModelOptions { model_motion: motion, ..ModelOptions::default() };
         let built = scheme_by_name(scheme).couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();
         let report = observed(&setup, sides(&mut mechanics, &mut actuator), built, &mut |_| ());
         assert_eq!(report.outcome, Outcome::Completed);

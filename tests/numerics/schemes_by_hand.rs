@@ -198,7 +198,7 @@ const STEP: MacroStep = MacroStep { index: 0, start: 0.0, length: 4e-3 };
 fn tracking(model: &ReducedInterfaceModel, motion: ModelMotion) -> Box<dyn CouplingScheme> {
     let mut model = model.clone();
     model.mechanics_step = STEP.length;
-    let options = ModelOptions { motion, ..ModelOptions::default() };
+    let options = ModelOptions { model_motion: motion, ..ModelOptions::default() };
     let mut scheme = built("rim-nonsmooth-gap", 1.0, &options, Some(&model)).unwrap();
     let sample = Sample { model: Some(&model), ..Sample::of_outputs(STEP, &[0.0, 0.0], 1e-3) };
     scheme.receive(Side::Mechanics, &sample).unwrap();

@@ -135,10 +135,17 @@ fn what_falls_without_information_follows_from_what_schemes_need() {
 fn an_advice_is_the_same_for_any_number_of_threads_and_prices_change_it() {
     let of_bar = |options: &str| advised(&format!("--case elastic-bar --error 2% {options}"));
     let (one, mut two) = (of_bar("--jobs 1"), of_bar("--jobs 2"));
-    for choice in ["advised", "runner_up"] {
+    for choice in ["advised", "runner_up", "finer"].into_iter().filter(|choice| !one[choice].is_null()) {
         two[choice]["time_per_macro_step_s"] = one[choice]["time_per_macro_step_s"].clone();
     }
     assert_eq!(two, one);
+    // What half the error costs is told where it was seen.
+    let bar = advised("--case elastic-bar --error 20% --phases 4");
+    let [(error, cost), (finer, dearer)] = ["advised", "finer"].map(|choice| {
+        let of = |key: &str| bar[choice][key].as_f64().unwrap();
+        (of("worst_error"), of("cost"))
+    });
+    assert!(finer <= 0.5 * error && dearer >= cost, "{bar:#}");
     let (best, facts) = (&one["advised"], called_again(&one["advised"], None));
     assert_eq!((&facts["run_id"], &facts[METRIC]), (&best["run_id"], &best["worst_error"]));
     // Where mechanics solves cost everything, as few of them as can be are advised.

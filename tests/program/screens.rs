@@ -46,6 +46,42 @@ fn the_help_of_every_command_fits_on_a_screen() {
     }
 }
 
+/// What has no file here: the same rule at 100 columns, for whatever else can be printed in a moment.
+#[test]
+fn nothing_that_a_command_prints_is_wider_than_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    for line in [
+        "list cases --long",
+        "list schemes --long",
+        "list solvers --long",
+        "list metrics --long",
+        "list parameters --case wedge-box --long",
+        "list figure-keys",
+        "run small.toml --dry-run",
+        "run small.toml --out rows",
+        "verify small.toml --results rows --all",
+        "reproduce --quick --out quick",
+        "limit --case wedge-box --scheme zero-order-hold --phases 2",
+        "advise --case wedge-box --scheme rim-nonsmooth --duration 0.2 --error 5% --phases 2",
+        "simulate --case wedge-box --scheme rim-nonsmooth --all",
+        "simulate --case wedge-box --scheme rim-nonsmooth --audit",
+        "simulate --case wedge-box --scheme rim-smooth --contact-detection margin:1e-3",
+        "simulate --case wedge-box --scheme zero-order-hold --trace a-file-with-a-long-name-in-this-folder.csv",
+        "perf compare previous latest --history HISTORY",
+    ] {
+        let words = line.split(' ').map(|word| match word {
+            "HISTORY" => root().join("results/perf/history.csv").display().to_string(),
+            _ => word.to_owned(),
+        });
+        std::fs::write(folder.path().join("small.toml"), SMALL).unwrap();
+        let output = rimbench().current_dir(folder.path()).env("COLUMNS", "100").args(words).output().unwrap();
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        let is_wide = |line: &&str| line.chars().count() > 100 && line.trim().contains(' ');
+        assert!(text.lines().count() > 1, "{line}: {text}");
+        assert_eq!(text.lines().find(is_wide), None, "{line}");
+    }
+}
+
 /// A command, what it prints, and its exit code.
 fn screen(folder: &Path, line: &str) -> String {
     let results = root().join("results").display().to_string();

@@ -1,10 +1,13 @@
 """Every example runs, the notebook among them, and the types are what they say."""
 
+import re
 import subprocess
 import sys
 
 import pytest
 from conftest import EXAMPLES, HERE, ROOT
+
+GUIDE = ROOT / "docs" / "guide" / "mujoco.md"
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
@@ -19,6 +22,11 @@ def test_an_example_runs(path, tmp_path):
         teeth = {line.split()[0]: float(line.split("teeth ")[1].split()[0]) for line in done.stdout.splitlines()}
         assert abs(teeth["rim-nonsmooth-gap"]) < 1.0 and abs(teeth["rim-answers"]) < 1.0
         assert teeth["zero-order-hold"] < -50.0
+        # What the guide's table says, to its digits.
+        rows = re.findall(r"^\| \[([\w-]+)\].*\| (sink|rise) ([\d.]+) mm \|$", GUIDE.read_text(encoding="utf-8"), re.M)
+        assert len(rows) == len(teeth) == 3
+        for scheme, way, mm in rows:
+            assert teeth[scheme] == pytest.approx(float(mm) * (-1.0 if way == "sink" else 1.0), rel=0.05)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)

@@ -157,10 +157,13 @@ const curves = (() => {
     return (x) => ((x - left) / (right - left)) * T;
   };
   // A dot where a scheme is usable, a ring where it completes, a cross where it fails, a speck where it is not known.
-  const drawMap = (element, rows, colors) => {
+  // Where marks would lie on each other some are left out, never the one at `here`.
+  const drawMap = (element, rows, colors, here) => {
     const { g, w } = drawing.canvas(element), thumb = 8;
     rows.forEach((row, k) => {
+      const every = Math.ceil((9 * (row.length - 1)) / (w - 2 * thumb));
       row.forEach((state, i) => {
+        if ((i - here) % every) return;
         const x = thumb + (i / (row.length - 1)) * (w - 2 * thumb), y = 5 + 10 * k;
         g.strokeStyle = g.fillStyle = colors[k];
         g.lineWidth = 1.7;

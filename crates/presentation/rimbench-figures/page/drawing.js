@@ -26,6 +26,15 @@ const drawing = (() => {
     frames.push(...solids.flatMap(({ pose, gap }) => [...pose.flatMap(columnsOf), ...(gap ? [gap] : [])]));
     return [...frames, ...of.shapes.filter((shape) => shape.kind === "arrow").map((shape) => shape.column), ...(of.view.follow ? [of.view.follow] : [])];
   };
+  // Gives each of many bodies a frame of its own.
+  const frameBodies = (of) => {
+    of.shapes = of.shapes.flatMap((shape) => (shape.kind === "discs" ? shape.centres : [null]).map((centre, k) => {
+      if (!centre) return shape;
+      const name = `body ${k}`;
+      of.frames.push({ name, x: centre[0], y: centre[1], angle: 0 });
+      return { ...shape, kind: "disc", at: [0, 0, name] };
+    }));
+  };
   // Where every frame is, given the value of a column: [x, y, cos, sin].
   const channelOf = (value) => (c) => (typeof c === "number" ? c : c.gain * value(c.column) + c.plus);
   const poses = (of, value) => {
@@ -197,5 +206,5 @@ const drawing = (() => {
     if (!alone) pass(ghost, true);
     return { g, w, h };
   };
-  return { ink, canvas, columns, poses, draw };
+  return { ink, canvas, columns, frameBodies, poses, draw };
 })();

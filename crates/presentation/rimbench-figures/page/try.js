@@ -109,8 +109,8 @@
   let shown = null;
   const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
   const color = (scheme) => STYLES[scheme].colors[dark() ? 1 : 0], colors = () => SIDES.map((side) => color(state[side]));
-  // The largest factor at which the worse of both stays in the picture.
-  const enlargement = (of, reference, pair, window) => {
+  // The largest factor at which the worse of both stays in the picture as long as it runs.
+  const enlargement = (of, reference, pair) => {
     const width = of.drawing.view.x[1] - of.drawing.view.x[0];
     // What is fixed to a frame shows its turns as well.
     const ends = of.drawing.shapes.flatMap(({ points = [], at, from, to }) => [...points, at, from, to].filter((point) => point?.[2]));
@@ -120,9 +120,8 @@
     };
     let worst = 0;
     for (const run of pair) {
-      for (let s = 0; run?.rows && s <= 60; s++) {
-        const t = window[0] + (s / 60) * (window[1] - window[0]);
-        if (t > end(run)) break;
+      for (let s = 0; run?.rows && s <= 120; s++) {
+        const t = (s / 120) * end(run);
         const [ours, theirs] = [run, reference].map((trace) => drawing.poses(of.drawing, (name) => at(trace, name, t)));
         for (const end of [...ours.keys()].map((name) => [0, 0, name]).concat(ends)) {
           const [p, q] = [place(ours, end), place(theirs, end)];
@@ -145,13 +144,11 @@
         const [own, other] = [at(run, name, Math.min(t, end(run))), ghost(name)];
         return /_n$/.test(name) ? own : other + factor * (own - other);
       };
-      const picture = of.of_start ? { value: (name) => reference.columns[name][0], alone: true } : { value: run?.rows ? value : null };
-      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], ...picture });
+      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], value: run?.rows ? value : null });
       g.fillStyle = drawing.ink("soft");
-      const words = of.of_start ? ["as it starts", "as it starts: single bodies are not recorded"] : ["outline: reference", "thin outline: reference"];
-      g.fillText(words[w < 300 ? 0 : 1], 8, h - 8);
+      g.fillText(`${w < 300 ? "" : "thin "}outline: reference`, 8, h - 8);
       g.textAlign = "right";
-      if (factor > 1 && !of.of_start) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
+      if (factor > 1) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
     });
     const plot = { of, reference, runs: pair, colors: inks, window, t, macro: of.steps_ms[shown.h] / 1000 };
     shown.timeInEvent = curves.drawEvent($("event"), plot);
@@ -170,7 +167,7 @@
       return judge(run, reference, of).state;
     };
     const rows = SIDES.map((side) => steps().map((_, h) => place(side, h)));
-    curves.drawMap($("map"), rows, colors());
+    curves.drawMap($("map"), rows, colors(), state.h);
     const count = (row, wanted) => row.filter((state) => state === wanted).length;
     const said = rows.map((row, k) => `${called(state[SIDES[k]])}: of ${row.length - count(row, "unknown")} macro steps tried ${count(row, "usable")} with an error of at most a tenth of the peak, ${count(row, "fails")} fail`);
     $("map").setAttribute("aria-label", said.join("; "));
@@ -195,7 +192,8 @@
       $(`in-${side}`).value = $(`in-${side}`).title = state[side];
       $(`in-contacts-${side}`).disabled = !SCHEMES[state[side]].model;
       $(`in-late-${side}`).disabled = !(state.late > 0);
-      $(`side-${side}`).style.setProperty("--own", colors()[k]);
+      for (const id of [`side-${side}`, `row-${side}`]) $(id).style.setProperty("--own", colors()[k]);
+      $(`row-${side}`).textContent = called(state[side]);
       $(`cmd-${side}`).textContent = command(side);
     });
   };
@@ -241,7 +239,7 @@
     // The window stays while the event stays in its middle: it must not jump under the hand.
     const last = shown?.of === of ? shown.window : null, stays = last && window[0] > last[0] - 0.2 * (last[1] - last[0]) && window[1] < last[1] + 0.2 * (last[1] - last[0]);
     shown = { of, reference, pair, h: state.h, window: stays ? last : window };
-    shown.factor = enlargement(of, reference, pair, shown.window);
+    shown.factor = enlargement(of, reference, pair);
     state.t ??= shown.window[0] + 0.55 * (shown.window[1] - shown.window[0]);
     state.t = Math.min(Math.max(state.t, 0), end(reference));
     SIDES.forEach((side, k) => {
@@ -283,7 +281,7 @@
       const of = CASES[k], reference = references.get(of.name);
       if (of.name === state.case) button.setAttribute("aria-current", "true"); else button.removeAttribute("aria-current");
       if (!reference?.rows) return;
-      const t = of.of_start || still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
+      const t = still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
       drawing.draw(button.firstChild, of.drawing, { value, ghost: value, color: color(of.schemes[1]), alone: true });
     });
     setTimeout(() => requestAnimationFrame(gallery), 40);
@@ -408,6 +406,7 @@
       SCHEMES[name] = { model: kind === "model" };
     }
     CASES = JSON.parse(cases);
+    CASES.forEach((of) => drawing.frameBodies(of.drawing));
     state = startOf(CASES[0]);
     $("in-h").max = steps().length - 1;
     for (const key of ["contacts", "late"]) $(`in-${key}-b`).append(...[...$(`in-${key}-a`).options].map((option) => option.cloneNode(true)));

@@ -3,7 +3,7 @@
 use super::clip::{self, Rect};
 use super::drawing::{Color, Drawing, Point, Stroke};
 use rimbench_cases::cases::{
-    Case, Channel, Drawing as CaseDrawing, Fill, Form, Point as CasePoint, Shape, Solid, camera,
+    Case, Channel, Drawing as CaseDrawing, Fill, Form, Point as CasePoint, Shape, Solid, camera, coordinate_column,
 };
 use rimbench_core::error::Result;
 use rimbench_results::results_table::ResultsTable;
@@ -123,6 +123,7 @@ pub fn poses(of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> BTreeMap<&'static
 fn number(channel: Channel, value: &dyn Fn(&str) -> f64) -> f64 {
     match channel {
         Channel::Fixed(value) => value,
+        Channel::Coordinate(index) => value(&coordinate_column(index)),
         Channel::Column(column, gain, plus) => gain * value(column) + plus,
     }
 }
@@ -302,9 +303,19 @@ impl View {
             };
             (length, point)
         };
+        let round = |drawing: &mut Drawing, centre: Point, radius: f64, filling: Fill| {
+            if self.place.inset(radius).contains(centre) {
+                return drawing.disc(centre, radius, fill(filling), Some(stroke));
+            }
+            let rim = |k: i32| {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 48.0).sin_cos();
+                (centre.0 + radius * cos, centre.1 + radius * sin)
+            };
+            solid(drawing, &(0..48).map(rim).collect::<Vec<_>>(), fill(filling));
+        };
         for shape in &of.shapes {
             if color.is_none()
-                && !matches!(shape, Shape::Scene(_))
+                && !matches!(shape, Shape::Scene(_) | Shape::Discs(..))
                 && shape.points().iter().all(|point| point.1.is_none())
             {
                 continue;
@@ -339,17 +350,14 @@ impl View {
                 Shape::Disc { at: centre, radius, fill: filling, spoke } => {
                     let (centre, frame) = (screen(at(centre)), centre.1.map_or(AT_REST, |frame| poses[frame]));
                     let radius = scale * radius;
-                    if self.place.inset(radius).contains(centre) {
-                        drawing.disc(centre, radius, fill(*filling), Some(stroke));
-                    } else {
-                        let rim = |k: i32| {
-                            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 48.0).sin_cos();
-                            (centre.0 + radius * cos, centre.1 + radius * sin)
-                        };
-                        solid(drawing, &(0..48).map(rim).collect::<Vec<_>>(), fill(*filling));
-                    }
+                    round(drawing, centre, radius, *filling);
                     if *spoke {
                         open(drawing, &[centre, (centre.0 + radius * frame[2], centre.1 - radius * frame[3])]);
+                    }
+                }
+                Shape::Discs(centres, radius, filling) => {
+                    for centre in centres {
+                        round(drawing, screen(centre.map(|channel| number(channel, value))), scale * radius, *filling);
                     }
                 }
                 Shape::Spring(from, to, width) => {

@@ -158,6 +158,8 @@ fn variant_in_words(variant: &str) -> String {
         match (first, last.parse::<u32>()) {
             ("late" | "catch-up-late", Ok(count)) => return steps(count),
             ("raw-late", Ok(count)) => return format!("{}, taken for the present", steps(count)),
+            ("coarse-late", Ok(count)) => return format!("{}, in coarse steps", steps(count)),
+            ("extrapolated-late", Ok(count)) => return format!("{}, along its rates", steps(count)),
             _ => {}
         }
         if let ("profile" | "mean", Ok(parts)) = (first, last.parse::<u32>()) {
@@ -432,6 +434,8 @@ mod tests {
             ("zero-order-hold/gauss-seidel", "zero-order hold, actuator first"),
             ("gap/event-split/kinks", "gap, event-split, kinks"),
             ("rim-nonsmooth-gap/raw-late-5", "gap tracking, 5 steps late, taken for the present"),
+            ("rim-nonsmooth-gap/profile/coarse-late-10", "gap tracking, profile, 10 steps late, in coarse steps"),
+            ("rim-nonsmooth-gap/extrapolated-late-1", "gap tracking, 1 step late, along its rates"),
             ("mine", "mine"),
             ("iterated-aitken/fine", "fixed-point iteration, fine mechanics (not real-time)"),
         ] {

@@ -1,12 +1,14 @@
 //! The cases with their drawings, in JSON for a page.
 
-use rimbench_cases::cases::{Case, Channel, Drawing, Fill, Form, Point, Shape, Solid, camera, offered_steps_ms};
+use rimbench_cases::cases::{
+    Case, Channel, Drawing, Fill, Form, Point, Shape, Solid, camera, coordinate_column, offered_steps_ms,
+};
 use serde_json::{Value, json};
 
 /// Returns a case with its drawing; `refused` are the schemes that it is not run with.
 ///
 /// ```text
-/// { name, title, about, of_start, shown_ms, steps_ms: [numbers], schemes: [two names], refused: [names], contact: [two texts] or null,
+/// { name, title, about, shown_ms, steps_ms: [numbers], schemes: [two names], refused: [names], contact: [two texts] or null,
 ///   force: { column, label, unit, gain },
 ///   drawing: { view: { x, y, follow }, frames: [{ name, parent, x, y, angle }], shapes: [{ kind, … }] } }
 /// ```
@@ -24,7 +26,6 @@ pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> Value {
         "name": case.name,
         "title": title,
         "about": about,
-        "of_start": drawing.of_start,
         "shown_ms": case.shown_step_ms,
         "steps_ms": offered_steps_ms(case.defaults.macro_step_s),
         "schemes": drawing.schemes,
@@ -42,6 +43,7 @@ pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> Value {
 fn channel(channel: Channel) -> Value {
     match channel {
         Channel::Fixed(value) => value.into(),
+        Channel::Coordinate(index) => json!({ "column": coordinate_column(index), "gain": 1, "plus": 0 }),
         Channel::Column(column, gain, plus) => json!({ "column": column, "gain": gain, "plus": plus }),
     }
 }
@@ -69,6 +71,10 @@ fn shape(shape: &Shape) -> Value {
         }
         Shape::Disc { at, radius, spoke, fill: filling } => {
             json!({ "kind": "disc", "at": point(at), "radius": radius, "spoke": spoke, "fill": fill(*filling) })
+        }
+        Shape::Discs(centres, radius, filling) => {
+            let centres = centres.iter().map(|centre| centre.map(channel)).collect::<Vec<_>>();
+            json!({ "kind": "discs", "centres": centres, "radius": radius, "fill": fill(*filling) })
         }
         Shape::Line(line) => json!({ "kind": "line", "points": points(line) }),
         Shape::Spring(from, to, width) => {

@@ -101,7 +101,7 @@ impl Simulator {
                 None => request.put(key, value.trim())?,
             }
         }
-        request.resolve(&self.catalogue)
+        Ok(request.resolve(&self.catalogue)?.with_drawn_coordinates())
     }
 
     fn reference_of(&mut self, spec: &RunSpec) -> Result<&Reference> {

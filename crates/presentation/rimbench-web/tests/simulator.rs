@@ -1,6 +1,6 @@
 //! The simulator of the page: the program's digits, in words and numbers.
 
-use rimbench_cases::cases::offered_steps_ms;
+use rimbench_cases::cases::{coordinate_column, offered_steps_ms};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::USABLE;
 use rimbench_cases::runs::{Reference, RunRequest, evaluate, simulate_inside};
@@ -75,6 +75,42 @@ fn cases_are_listed_in_json_with_the_schemes_they_are_not_run_with() {
     assert_eq!(cases[0]["name"], "wedge-box");
     assert!(cases[0]["drawing"]["shapes"].as_array().is_some_and(|shapes| shapes.len() > 3));
     assert!(cases.as_array().unwrap().iter().all(|case| case["refused"].is_array()));
+}
+
+/// Heaps, rows and chains have no columns for their bodies: the page is given coordinates, of runs and of what they are held against.
+#[test]
+fn bodies_of_heaps_rows_and_chains_move() {
+    let mut simulator = Simulator::default();
+    let mut of_bodies = 0;
+    for case in Catalogue::standard().cases() {
+        let Some(drawing) = (case.drawing)(&case.default_parameters()) else { continue };
+        let coordinates = drawing.coordinates();
+        if coordinates.is_empty() {
+            continue;
+        }
+        of_bodies += 1;
+        let lines = format!("case {}\nscheme rim-nonsmooth\nmacro_step_s 2e-3", case.name);
+        for request in [format!("run\n{lines}"), format!("reference\n{lines}")] {
+            let answer = simulator.answer(&request);
+            let columns: Vec<&str> = value(&answer, "columns").split(' ').collect();
+            let rows: Vec<&[f64]> = answer.numbers.chunks_exact(columns.len()).collect();
+            let moves = |index: &&usize| {
+                let name = coordinate_column(**index);
+                let at = columns.iter().position(|column| *column == name);
+                let at = at.unwrap_or_else(|| panic!("{}: {name} is not among {columns:?}", case.name));
+                rows.iter().any(|row| (row[at] - rows[0][at]).abs() > 1e-6)
+            };
+            // Discs of a row stay on the floor.
+            let moving = coordinates.iter().filter(moves).count();
+            assert!(2 * moving >= coordinates.len(), "{}: {moving} of {}", case.name, coordinates.len());
+        }
+        // What a run is does not depend on who looks.
+        let request = RunRequest { macro_step_s: Some(2e-3), ..RunRequest::of(case.name.to_string(), "rim-nonsmooth") };
+        let spec = request.resolve(&Catalogue::standard()).unwrap();
+        assert_eq!(spec.with_drawn_coordinates().id(), spec.id());
+        assert_eq!(value(&simulator.answer(&format!("run\n{lines}")), "run_id"), spec.id());
+    }
+    assert_eq!(of_bodies, 5);
 }
 
 /// Two pictures with one sign show nothing of the schemes.

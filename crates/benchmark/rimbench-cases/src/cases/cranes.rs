@@ -4,6 +4,7 @@
 //! Geometry, masses and hydraulics of LIM cosim-benchmarks; rope, ground and manoeuvres are *ours*.
 
 use super::case::Purpose;
+use super::drawing::centres;
 use super::prelude::*;
 
 parameters! {
@@ -217,10 +218,10 @@ pub(super) fn heap() -> Case {
                 wall([right, load[1] - radius], [right + 0.02, top]),
                 wall([left - 0.02, load[1] - radius - 0.04], [right + 0.02, load[1] - radius]),
             ]);
-            let others = centres(p.columns, p.layers, radius).into_iter();
-            let place = |[x, y]: [f64; 2]| ([load[0] + x, load[1] + y], None);
-            drawing.shapes.extend(others.map(|centre| disc(place(centre), radius, Fill::Metal)));
-            Some(Drawing { of_start: true, view: [[-0.5, 1.7], [-0.7, 0.95]], ..drawing })
+            // Behind the coordinates of link and load.
+            let others = centres(heap_of(p.columns, p.layers, radius).len(), 3);
+            drawing.shapes.push(Shape::Discs(others, radius, Fill::Metal));
+            Some(Drawing { view: [[-0.5, 1.7], [-0.7, 0.95]], ..drawing })
         }),
         interface_columns: hydraulics::interface(),
         ..Case::new(
@@ -233,7 +234,7 @@ pub(super) fn heap() -> Case {
 }
 
 /// Centres of the discs of a heap as seen from the load: hexagonal, one less in each second layer; in a single column one on the other.
-fn centres(columns: u32, layers: u32, radius: f64) -> Vec<[f64; 2]> {
+fn heap_of(columns: u32, layers: u32, radius: f64) -> Vec<[f64; 2]> {
     let middle = f64::from(columns - 1);
     let mut centres = Vec::new();
     for layer in 0..layers {
@@ -256,7 +257,7 @@ fn build_heap(p: &Heap, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let heap = HeapGeometry {
         radius: p.disc_radius_m,
         disc_mass: p.disc_mass_kg,
-        centres: centres(p.columns, p.layers, p.disc_radius_m),
+        centres: heap_of(p.columns, p.layers, p.disc_radius_m),
         half_width: p.disc_radius_m * f64::from(p.columns) + p.wall_gap_m,
         slack: p.rope_slack_m,
         list_reach_radii: p.list_reach_radii,

@@ -5,6 +5,7 @@
 
 use super::case::Purpose;
 use super::contacts::reference_of;
+use super::drawing::centres as places;
 use super::prelude::*;
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 
@@ -100,7 +101,7 @@ parameters! {
     }
 }
 
-/// Discs at the start between the blade on its cylinder, the floor and the wall.
+/// Discs between the blade on its cylinder, the floor and the wall.
 fn pushed(title: [&'static str; 2], centres: &[[f64; 2]], radius: f64, wall_x: f64, length: f64) -> Drawing {
     let top = centres.iter().map(|centre| centre[1]).fold(0.0, f64::max) + 1.5 * radius;
     let blade = Some("blade");
@@ -114,10 +115,10 @@ fn pushed(title: [&'static str; 2], centres: &[[f64; 2]], radius: f64, wall_x: f
         },
         Shape::Polygon(rectangle("blade", [-0.03, 0.5 * top], [0.06, top]), Fill::Metal),
     ];
-    shapes.extend(centres.iter().map(|centre| disc((*centre, None), radius, Fill::Scheme)));
+    // Behind the coordinate of the blade.
+    shapes.push(Shape::Discs(places(centres.len(), 1), radius, Fill::Scheme));
     let view = [[-length - 0.1, wall_x + 0.15], [-0.15, top + 0.1]];
     Drawing {
-        of_start: true,
         force: "cylinder force",
         in_kilonewtons: true,
         ..Drawing::of(title, view, vec![frame("blade", "blade_x_m", 0.0, 0.0)], shapes)
@@ -130,7 +131,7 @@ fn last(centres: &[[f64; 2]]) -> f64 {
 }
 
 impl Loader {
-    /// What it looks like at the start.
+    /// What it looks like.
     fn drawing(&self, title: [&'static str; 2], centres: &[[f64; 2]]) -> Option<Drawing> {
         let radius = self.disc.disc_radius_m;
         Some(pushed(title, centres, radius, last(centres) + radius + self.wall_gap_m, self.actuator.actuator_length_m))

@@ -38,6 +38,8 @@ pub enum Channel {
     Fixed(f64),
     /// `gain · column + offset`.
     Column(&'static str, f64, f64),
+    /// A coordinate of the mechanics, for bodies that no column names; see [`coordinate_column`](super::coordinate_column).
+    Coordinate(usize),
 }
 
 impl From<f64> for Channel {
@@ -93,6 +95,8 @@ pub enum Shape {
         /// Filling.
         fill: Fill,
     },
+    /// Circles of this radius about bodies that no frame names.
+    Discs(Vec<[Channel; 2]>, f64, Fill),
     /// Straight lines from point to point.
     Line(Vec<Point>),
     /// A coil spring between two points, of this width.
@@ -166,7 +170,7 @@ impl Shape {
             Shape::Polygon(points, _) | Shape::Line(points) => points.clone(),
             Shape::Spring(from, to, _) | Shape::Cylinder { from, to, .. } => vec![*from, *to],
             Shape::Disc { at, .. } | Shape::Arrow { at, .. } => vec![*at],
-            Shape::Scene(_) => Vec::new(),
+            Shape::Discs(..) | Shape::Scene(_) => Vec::new(),
         }
     }
 }
@@ -192,8 +196,6 @@ pub struct Drawing {
     pub contact: Option<[&'static str; 2]>,
     /// The two schemes it is first shown with.
     pub schemes: [&'static str; 2],
-    /// Whether it shows the start only: the columns of a case are the same for any number of its bodies, and so name none of them.
-    pub of_start: bool,
 }
 
 impl Default for Drawing {
@@ -208,7 +210,6 @@ impl Default for Drawing {
             in_kilonewtons: false,
             contact: None,
             schemes: ["zero-order-hold", "rim-nonsmooth"],
-            of_start: false,
         }
     }
 }
@@ -238,7 +239,7 @@ impl Drawing {
         let poses = self.frames.iter().flat_map(|frame| frame.pose).chain(solids().flat_map(|solid| solid.pose));
         let channels = poses.filter_map(|channel| match channel {
             Channel::Column(column, _, _) => Some(column),
-            Channel::Fixed(_) => None,
+            Channel::Fixed(_) | Channel::Coordinate(_) => None,
         });
         let gaps = solids().filter_map(|solid| solid.gap);
         let arrows = self.shapes.iter().filter_map(|shape| match shape {
@@ -246,6 +247,17 @@ impl Drawing {
             _ => None,
         });
         channels.chain(arrows).chain(gaps).chain(self.follow).collect()
+    }
+
+    /// Lists the coordinates of the mechanics that it reads.
+    pub fn coordinates(&self) -> Vec<usize> {
+        let centres = self.shapes.iter().flat_map(|shape| match shape {
+            Shape::Discs(centres, ..) => &centres[..],
+            _ => &[],
+        });
+        let channels = self.frames.iter().flat_map(|frame| frame.pose).chain(centres.flatten().copied());
+        let coordinate = |channel| if let Channel::Coordinate(index) = channel { Some(index) } else { None };
+        channels.filter_map(coordinate).collect()
     }
 }
 
@@ -353,6 +365,11 @@ pub(super) fn machine_in_space(size: [f64; 3], feet: &[[f64; 3]], more: Vec<Soli
         schemes: ["zero-order-hold", "rim-nonsmooth-gap"],
         ..Drawing::default()
     }
+}
+
+/// The centres of so many bodies whose x and y are coordinates of the mechanics one after the other, from this one on.
+pub(super) fn centres(count: usize, first: usize) -> Vec<[Channel; 2]> {
+    (0..count).map(|body| [first + 2 * body, first + 2 * body + 1].map(Channel::Coordinate)).collect()
 }
 
 /// The force of a contact, upwards.

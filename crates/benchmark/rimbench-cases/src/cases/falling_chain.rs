@@ -42,17 +42,20 @@ pub(super) fn entry() -> Case {
         interface_columns: carriage::interface(),
         constant_mechanics: true,
         drawing: drawn(|p: &Chain| {
-            let (frames, mut shapes) = carriage::springs([0.0, 0.0], [0.0, -1.0], 0.25, Some(0.0));
+            let (mut frames, mut shapes) = carriage::springs([0.0, 0.0], [0.0, -1.0], 0.25, Some(0.0));
             let link = p.chain_length_m / f64::from(p.links);
             let (radius, top) = (0.5 * p.bead_share * link, p.drop_height_m + p.chain_length_m);
             shapes.push(Shape::Polygon(rectangle("body", [0.0, -0.02], [0.5, 0.04]), Fill::Metal));
-            shapes
-                .push(Shape::Line([p.drop_height_m + 0.5 * link, top - 0.5 * link].map(|y| ([0.0, y], None)).to_vec()));
-            let bead = |index: u32| ([0.0, p.drop_height_m + (f64::from(index) + 0.5) * link], None);
-            shapes.extend((0..p.links).map(|index| disc(bead(index), 1.6 * radius, Fill::Scheme)));
+            // Behind the coordinate of the platform those of the pieces, of each bead the first.
+            let bead = |index: u32| Channel::Coordinate(1 + (index * p.bead_pieces) as usize);
+            let ends = [("lowest", 0), ("highest", p.links - 1)];
+            frames.extend(ends.map(|(name, end)| frame(name, 0.0, bead(end), 0.0)));
+            shapes.push(Shape::Line(ends.map(|(name, _)| ([0.0, 0.0], Some(name))).to_vec()));
+            let beads = (0..p.links).map(|index| [Channel::Fixed(0.0), bead(index)]);
+            shapes.push(Shape::Discs(beads.collect(), 1.6 * radius, Fill::Scheme));
             let title = ["Falling chain", "A chain let go above a scale piles up on it."];
             let view = [[-1.0, 1.0], [-0.6, top + 0.1]];
-            Some(Drawing { of_start: true, ..Drawing::of(title, view, frames, shapes) })
+            Some(Drawing::of(title, view, frames, shapes))
         }),
         ..Case::new(
             "falling-chain",

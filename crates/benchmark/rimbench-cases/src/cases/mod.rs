@@ -4,7 +4,6 @@
 //! its parameters ([`parameters!`](crate::parameters)) and write a function that describes it, in the file of its family or one of its
 //! own, and add it to the list.
 
-mod adds_up;
 mod beam_on_stops;
 mod carriage;
 mod case;
@@ -58,7 +57,7 @@ pub use half_car::{Car, HalfCar};
 pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
-pub use recorder::{AUDIT_COLUMNS, Recorder};
+pub use recorder::{AUDIT_COLUMNS, Recorder, coordinate_column};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use slider_crank::{Crank, SliderCrank};
 pub use values::{Range, Setting, Value, unit_of, without_unit};

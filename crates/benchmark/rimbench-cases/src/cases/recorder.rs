@@ -8,6 +8,14 @@ use rimbench_core::name::Name;
 /// Columns of an audited run, behind those of its case: what the model has created so far, and how much heavier it was before.
 pub const AUDIT_COLUMNS: [&str; 2] = ["created_j", "heaviness"];
 
+/// How the name of a column begins that is a coordinate of the mechanics; its index follows.
+const COORDINATE: &str = "coordinate_";
+
+/// The column of a coordinate of the mechanics: recorded where a case asks for it, whatever its mechanics names.
+pub fn coordinate_column(index: usize) -> String {
+    format!("{COORDINATE}{index}")
+}
+
 /// A derived column: where it goes, and where its arguments stand in the row.
 struct Derived {
     column: usize,
@@ -30,6 +38,8 @@ pub struct Recorder {
     ends: [usize; 5],
     effective_mass: Option<usize>,
     derived: Vec<Derived>,
+    /// Columns of coordinates of the mechanics, and which ones.
+    coordinates: Vec<(usize, usize)>,
     /// Of a system whose rows show the values of the row before at their own time: that row.
     late: Option<Vec<f64>>,
     rows: usize,
@@ -93,21 +103,32 @@ impl Recorder {
             .collect::<Result<_>>()?;
         let (mut names, ends) = seen(system);
         names.extend(derived.iter().map(|derived| recorded[derived.column].clone().into()));
-        let index_of = |name: &String| {
+        let mechanics = system.sides.mechanics.capabilities().contact_mechanics();
+        let known = mechanics.map_or(0, |mechanics| mechanics.coordinates().len());
+        let coordinate = |name: &str| name.strip_prefix(COORDINATE)?.parse().ok().filter(|index| *index < known);
+        let mut coordinates = Vec::new();
+        let index_of = |(column, name): (usize, &String)| {
             let index = names.iter().position(|known| known == name);
+            if let (None, Some(of)) = (index, coordinate(name)) {
+                coordinates.push((column, of));
+                // Its value is found where it is recorded.
+                return Ok(0);
+            }
             index.ok_or_else(|| {
                 let there_are = names.join(", ");
                 Error::Incompatible(format!("case {}: column {name} has no source; there are {there_are}", case.name))
             })
         };
+        let columns = recorded.iter().enumerate().map(index_of).collect::<Result<_>>()?;
         Ok(Recorder {
-            columns: recorded.iter().map(index_of).collect::<Result<_>>()?,
+            columns,
             seen: vec![f64::NAN; names.len()],
             ends,
             effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
             late: system.late_rows.then(Vec::new),
             rows: 0,
             derived,
+            coordinates,
         })
     }
 
@@ -143,6 +164,12 @@ impl Recorder {
         let row = trajectory.push_row();
         for (value, &column) in row.iter_mut().zip(&self.columns) {
             *value = self.seen[column];
+        }
+        if let (false, Some(mechanics)) =
+            (self.coordinates.is_empty(), point.sides.mechanics.capabilities().contact_mechanics())
+        {
+            let q = mechanics.coordinates();
+            self.coordinates.iter().for_each(|&(column, index)| row[column] = q[index]);
         }
         if let Some(audit) = point.audit {
             row[self.columns.len()..].iter_mut().zip(audit).for_each(|(value, audited)| *value = audited);

@@ -1,6 +1,7 @@
 //! A slightly compressible fluid behind a pump, and the energy it carries.
 
 use crate::cases::parameters;
+use wide::f64x2;
 
 parameters! {
     /// The fluid with its pump and tank.
@@ -14,24 +15,69 @@ parameters! {
     }
 }
 
+/// The fluid in two chambers: each number twice, so that both go by the same operations in one register.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TwoChambers {
+    /// Pressures of pump and tank, Pa.
+    pub supply: f64x2,
+    pub tank: f64x2,
+    a: f64x2,
+    b: f64x2,
+    twice_b: f64x2,
+    /// `a² − 4b`.
+    discriminant: f64x2,
+}
+
+impl TwoChambers {
+    /// Returns `β(p)/V` for volumes `V`, Pa/m³; with one division instead of two, because this is evaluated in each micro step.
+    #[inline(always)]
+    pub(super) fn stiffness(&self, p: f64x2, volumes: f64x2) -> f64x2 {
+        (f64x2::splat(1.0) + self.a * p + self.b * p * p) / (self.softness(p) * volumes)
+    }
+
+    /// Returns `φ'(p) = a + 2 b p`, 1/Pa.
+    #[inline(always)]
+    pub(super) fn softness(&self, p: f64x2) -> f64x2 {
+        self.a + self.twice_b * p
+    }
+
+    /// Returns [`Oil::relative_density`].
+    #[inline(always)]
+    pub(super) fn relative_density(&self, p: f64x2) -> f64x2 {
+        f64x2::splat(1.0) + p * (self.a + self.b * p)
+    }
+
+    /// Returns [`Oil::enthalpy`].
+    #[inline(always)]
+    pub(super) fn enthalpy(&self, p: f64x2) -> f64x2 {
+        let half = p / (f64x2::splat(2.0) + self.a * p);
+        let z = self.discriminant * half * half;
+        let [one, c1, c2, c3, c4, c5] = [1.0, 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0].map(f64x2::splat);
+        let series = (half + half) * (one + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5)))));
+        // Up to some 40 MPa of oil the series is exact to round-off, and this is evaluated in each micro step.
+        let is_exact = z.abs().simd_lt(f64x2::splat(2e-3));
+        if is_exact.to_bitmask() == 3 { series } else { is_exact.select(series, closed_form(half, self.discriminant)) }
+    }
+}
+
 impl Oil {
-    /// `a` (1/Pa) and `b` (1/Pa²).
-    #[inline]
-    pub(super) fn compressibility(&self) -> [f64; 2] {
-        [self.compressibility_a_1_pa, self.compressibility_b_1_pa2]
+    /// Returns it in two chambers.
+    pub(super) fn in_two_chambers(&self) -> TwoChambers {
+        let (a, b) = (self.compressibility_a_1_pa, self.compressibility_b_1_pa2);
+        let [supply, tank] = [self.supply_pressure_pa, self.tank_pressure_pa].map(f64x2::splat);
+        let [twice_b, discriminant] = [2.0 * b, a * a - 4.0 * b].map(f64x2::splat);
+        TwoChambers { supply, tank, a: f64x2::splat(a), b: f64x2::splat(b), twice_b, discriminant }
     }
 
     /// Returns the bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
-    #[inline]
     pub fn bulk_modulus(&self, p: f64) -> f64 {
-        let [a, b] = self.compressibility();
-        (1.0 + a * p + b * p * p) / (a + 2.0 * b * p)
+        self.in_two_chambers().stiffness(f64x2::splat(p), f64x2::splat(1.0)).to_array()[0]
     }
 
     /// Returns the highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows
     /// up.
     pub fn highest_pressure(&self) -> f64 {
-        let [a, b] = self.compressibility();
+        let (a, b) = (self.compressibility_a_1_pa, self.compressibility_b_1_pa2);
         if b < 0.0 { -0.25 * a / b } else { f64::INFINITY }
     }
 
@@ -42,9 +88,8 @@ impl Oil {
 
     /// Returns `φ(p) = ρ(p)/ρ₀ = 1 + a p + b p²`: the density that `β = ρ dp/dρ` implies, relative to that at zero
     /// pressure.
-    #[inline]
     pub fn relative_density(&self, p: f64) -> f64 {
-        1.0 + p * (self.compressibility_a_1_pa + self.compressibility_b_1_pa2 * p)
+        self.in_two_chambers().relative_density(f64x2::splat(p)).to_array()[0]
     }
 
     /// Returns the enthalpy of the fluid that fills 1 m³ at zero pressure, J/m³.
@@ -53,28 +98,24 @@ impl Oil {
     /// J(p) = ρ₀ (e + p/ρ) = ∫₀ᵖ dp'/φ(p') = 2 artanh(√D p/(2 + a p))/√D,    D = a² − 4b;    arctan for D < 0
     /// ```
     /// `e = ∫ p dρ/ρ²` is the elastic energy per mass of a fluid whose pressure depends on its density alone.
-    #[inline]
     pub fn enthalpy(&self, p: f64) -> f64 {
-        let [a, b] = self.compressibility();
-        let discriminant = a * a - 4.0 * b;
-        let half = p / (2.0 + a * p);
-        let z = discriminant * half * half;
-        // Up to some 40 MPa of oil the series is exact to round-off, and this is evaluated in each micro step.
-        if z.abs() < 2e-3 {
-            let [c1, c2, c3, c4, c5] = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0];
-            return 2.0 * half * (1.0 + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5)))));
-        }
-        let root = discriminant.abs().sqrt();
-        let angle = if discriminant > 0.0 { libm::atanh(root * half) } else { libm::atan(root * half) };
-        2.0 * angle / root
+        self.in_two_chambers().enthalpy(f64x2::splat(p)).to_array()[0]
     }
 
     /// Returns the elastic energy of the fluid in 1 m³ of a chamber at pressure `p`, J/m³: `ε(p) = φ J − p ≈ ½ a p²`,
     /// `ε' = φ' J`.
-    #[inline]
     pub fn elastic_energy(&self, p: f64) -> f64 {
         self.relative_density(p) * self.enthalpy(p) - p
     }
+}
+
+/// The enthalpies for `p/(2 + a p)`.
+#[cold]
+fn closed_form(half: f64x2, discriminant: f64x2) -> f64x2 {
+    let [discriminant, _] = discriminant.to_array();
+    let root = discriminant.abs().sqrt();
+    let angle = |half: f64| if discriminant > 0.0 { libm::atanh(root * half) } else { libm::atan(root * half) };
+    f64x2::new(half.to_array().map(|half| 2.0 * angle(half) / root))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 mod lines;
 
 use self::lines::Lines;
-use super::fluid::Oil;
+use super::fluid::{Oil, TwoChambers};
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use super::spring_actuator::force_ports;
 use crate::cases::parameters;
@@ -13,6 +13,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
+use wide::f64x2;
 
 /// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line, or grows smoothly.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +54,11 @@ impl Spool {
     /// Returns κ at time `t`.
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
+        if self.sine.is_none() { self.line_at(t) } else { self.sine_at(t) }
+    }
+
+    #[inline(never)]
+    fn sine_at(&self, t: f64) -> f64 {
         match &self.sine {
             None => self.line_at(t),
             Some(Sine::Line { centre, frequency }) => {
@@ -68,10 +74,14 @@ impl Spool {
 
     #[inline]
     fn line_at(&self, t: f64) -> f64 {
-        let (last_time, last) = self.points[self.points.len() - 1];
-        if t >= last_time {
-            return last;
+        match self.points.last() {
+            Some(&(last_time, last)) if t >= last_time => last,
+            _ => self.between_points(t),
         }
+    }
+
+    #[inline(never)]
+    fn between_points(&self, t: f64) -> f64 {
         let after = self.points.partition_point(|&(time, _)| time <= t);
         if after == 0 {
             return self.points[0].1;
@@ -98,7 +108,7 @@ impl Spool {
 /// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HydraulicCylinder {
-    oil: Oil,
+    oil: TwoChambers,
     size: Cylinder,
     start_length: f64,
     /// `a_v c_d √(2/ρ)`, fixed by the parameters.
@@ -107,7 +117,7 @@ pub struct HydraulicCylinder {
     highest_pressure: f64,
     /// Whether pressures move by their rates in the middle of a micro step.
     midpoint: bool,
-    p: [f64; 2],
+    p: f64x2,
     /// Time of the state, s.
     time: f64,
     ports: Ports,
@@ -149,12 +159,12 @@ impl Cylinder {
         Ok(HydraulicCylinder {
             highest_pressure: oil.highest_pressure(),
             valve_coefficient: self.valve_area_m2 * oil.orifice_coefficient(),
-            energy: HydraulicEnergy::new(oil, start_pressures),
-            oil: *oil,
+            energy: HydraulicEnergy::new(&oil.in_two_chambers(), f64x2::new(start_pressures)),
+            oil: oil.in_two_chambers(),
             size: *self,
             start_length,
             midpoint: false,
-            p: start_pressures,
+            p: f64x2::new(start_pressures),
             time: 0.0,
             spool,
             ports: force_ports("actuator_length_m", "actuator_velocity_m_s"),
@@ -209,97 +219,85 @@ impl HydraulicCylinder {
     /// Returns `F` for a velocity `ṡ`, N.
     #[inline]
     pub fn force(&self, velocity: f64) -> f64 {
-        let p = if self.lines.is_none() { self.p } else { self.line_pressures(velocity).unwrap_or(self.p) };
-        self.size.force(p, velocity)
+        if self.lines.is_none() { self.size.force(self.pressures(), velocity) } else { self.force_of_lines(velocity) }
     }
 
     /// Returns `p₁, p₂`, Pa.
     pub fn pressures(&self) -> [f64; 2] {
-        self.p
+        self.p.to_array()
     }
 
     /// Returns `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
-    #[inline]
     pub fn pressure_rates(&self, p: [f64; 2], s: f64, velocity: f64, spool: f64) -> [f64; 2] {
-        let (inflow, outflow) = self.valve_flows(p, spool);
-        self.rates(p, self.chambers(s), velocity, inflow, outflow)
+        let p = f64x2::new(p);
+        self.rates(p, self.volumes(self.chambers(s)), velocity, self.valve_flows(p, spool)).to_array()
+    }
+
+    /// Conductances from the pump into the chambers; those to the tank are the same in the other order.
+    #[inline]
+    fn openings(&self, spool: f64) -> [f64; 2] {
+        [self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool)]
     }
 
     /// Flows from the pump into the chambers, and from the chambers to the tank, m³/s.
-    #[inline]
-    fn valve_flows(&self, p: [f64; 2], spool: f64) -> ([f64; 2], [f64; 2]) {
-        let [first, second] = [0, 1].map(|chamber| self.chamber_flows(chamber, p[chamber], spool));
-        ([first[0], second[0]], [first[1], second[1]])
+    #[inline(always)]
+    fn valve_flows(&self, p: f64x2, spool: f64) -> [f64x2; 2] {
+        let [first, second] = self.openings(spool);
+        let root = |drop: f64x2| drop.fast_max(f64x2::ZERO).sqrt();
+        [f64x2::new([first, second]) * root(self.oil.supply - p), f64x2::new([second, first]) * root(p - self.oil.tank)]
     }
 
-    /// Conductances from the pump into a chamber, and from it to the tank.
-    #[inline]
-    fn openings(&self, chamber: usize, spool: f64) -> [f64; 2] {
-        let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
-        if chamber == 0 { [k_in, k_out] } else { [k_out, k_in] }
-    }
-
-    /// Flows from the pump into a chamber, and from it to the tank, m³/s.
-    #[inline]
-    fn chamber_flows(&self, chamber: usize, p: f64, spool: f64) -> [f64; 2] {
-        let [k_in, k_out] = self.openings(chamber, spool);
-        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
-        [k_in * (supply - p).max(0.0).sqrt(), k_out * (p - tank).max(0.0).sqrt()]
-    }
-
-    #[inline]
-    fn rates(&self, p: [f64; 2], [l1, l2]: [f64; 2], velocity: f64, inflow: [f64; 2], outflow: [f64; 2]) -> [f64; 2] {
+    #[inline(always)]
+    fn rates(&self, p: f64x2, volumes: f64x2, velocity: f64, [inflow, outflow]: [f64x2; 2]) -> f64x2 {
         let swept = self.size.piston_area_m2 * velocity;
-        let q1 = swept + inflow[0] - outflow[0];
-        let q2 = -swept + inflow[1] - outflow[1];
-        [self.stiffness(p[0], l1) * q1, self.stiffness(p[1], l2) * q2]
-    }
-
-    /// `β(p)/(A l)`, Pa/m³; one division instead of two, because this is evaluated in each micro step.
-    #[inline]
-    fn stiffness(&self, p: f64, chamber: f64) -> f64 {
-        let [a, b] = self.oil.compressibility();
-        (1.0 + a * p + b * p * p) / ((a + 2.0 * b * p) * (self.size.piston_area_m2 * chamber))
+        self.oil.stiffness(p, volumes) * (f64x2::new([swept, -swept]) + inflow - outflow)
     }
 
     /// Lengths `l₁, l₂` of the chambers, m.
-    #[inline]
-    fn chambers(&self, s: f64) -> [f64; 2] {
-        [
-            0.5 * self.size.cylinder_length_m + self.start_length - s,
-            0.5 * self.size.cylinder_length_m + s - self.start_length,
-        ]
+    #[inline(always)]
+    fn chambers(&self, s: f64) -> f64x2 {
+        let half = f64x2::splat(0.5 * self.size.cylinder_length_m);
+        half + f64x2::new([self.start_length, s]) - f64x2::new([s, self.start_length])
     }
 
-    /// Moves the pressures over `h` (s) by their rates at pressures `at`.
+    /// Volumes of the chambers with these lengths, m³.
     #[inline(always)]
-    fn advance(&mut self, at: [f64; 2], spool: f64, u: &[f64], h: f64) -> PressureStep {
-        let before = self.p;
-        let (inflow, outflow) = self.valve_flows(at, spool);
-        let chambers = self.chambers(u[0]);
-        let rates = self.rates(at, chambers, u[1], inflow, outflow);
-        self.p[0] += h * rates[0];
-        self.p[1] += h * rates[1];
+    fn volumes(&self, chambers: f64x2) -> f64x2 {
+        f64x2::splat(self.size.piston_area_m2) * chambers
+    }
+
+    /// Moves the pressures over `h` (s) by their rates at pressures `at`, in chambers of these lengths.
+    #[inline(always)]
+    fn advance(&mut self, at: f64x2, spool: f64, chambers: f64x2, velocity: f64, h: f64) -> PressureStep {
+        let (before, volumes) = (self.p, self.volumes(chambers));
+        let flows = self.valve_flows(at, spool);
+        self.p = before + f64x2::splat(h) * self.rates(at, volumes, velocity, flows);
         PressureStep {
             h,
             p: [before, self.p],
-            volumes: chambers.map(|length| self.size.piston_area_m2 * length),
+            volumes,
             area: self.size.piston_area_m2,
-            velocity: u[1],
+            velocity,
             friction: self.size.viscous_friction_n_s_m,
-            inflow,
-            outflow,
+            inflow: flows[0],
+            outflow: flows[1],
+            softness: self.oil.softness(at),
         }
     }
 
     #[inline]
     fn step_by_euler(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        self.check_range(u[0])?;
-        let step = self.advance(self.p, self.spool.at(t), u, h);
+        let (s, velocity) = (u[0], u[1]);
+        let chambers = self.check_stroke(s)?;
+        if !self.energy.has_started() {
+            // Later on they are those with which the last step ended.
+            self.check_pressures(s)?;
+        }
+        let step = self.advance(self.p, self.spool.at(t), chambers, velocity, h);
         self.energy.book(&self.oil, &step);
         self.time = t + h;
         self.counters.micro_steps += 1;
-        self.check_pressures(u[0])
+        self.check_pressures(s)
     }
 
     /// A micro step of lines in the place of the chambers, or of the second order.
@@ -320,10 +318,10 @@ impl HydraulicCylinder {
     /// A micro step with the inputs, the spool and the pressures of its middle.
     fn step_by_midpoint(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.check_range(u[0])?;
-        let spool = self.spool.at(t + 0.5 * h);
-        let rates = self.pressure_rates(self.p, u[0], u[1], spool);
-        let middle = [self.p[0] + 0.5 * h * rates[0], self.p[1] + 0.5 * h * rates[1]];
-        let step = self.advance(middle, spool, u, h);
+        let (spool, chambers) = (self.spool.at(t + 0.5 * h), self.chambers(u[0]));
+        let rates = self.rates(self.p, self.volumes(chambers), u[1], self.valve_flows(self.p, spool));
+        let middle = self.p + f64x2::splat(0.5 * h) * rates;
+        let step = self.advance(middle, spool, chambers, u[1], h);
         self.energy.book_midpoint(&self.oil, &step, middle);
         self.time = t + h;
         self.counters.micro_steps += 1;
@@ -332,20 +330,24 @@ impl HydraulicCylinder {
 
     #[inline]
     fn check_range(&self, s: f64) -> Result<(), Failure> {
-        let [l1, l2] = self.chambers(s);
-        if l1 <= 0.0 || l2 <= 0.0 {
-            return Err(self.range_failure(true, s));
-        }
+        self.check_stroke(s)?;
         self.check_pressures(s)
     }
 
-    #[inline]
-    fn check_pressures(&self, s: f64) -> Result<(), Failure> {
-        let valid = self.is_valid(self.p[0]) && self.is_valid(self.p[1]);
-        if valid { Ok(()) } else { Err(self.range_failure(false, s)) }
+    /// Returns the lengths of the chambers.
+    #[inline(always)]
+    fn check_stroke(&self, s: f64) -> Result<f64x2, Failure> {
+        let chambers = self.chambers(s);
+        if chambers.simd_le(f64x2::ZERO).any() { Err(self.range_failure(true, s)) } else { Ok(chambers) }
     }
 
-    #[inline]
+    #[inline(always)]
+    fn check_pressures(&self, s: f64) -> Result<(), Failure> {
+        let highest = f64x2::splat(self.highest_pressure);
+        let valid = self.p.simd_ge(f64x2::ZERO) & self.p.simd_le(highest);
+        if valid.to_bitmask() == 3 { Ok(()) } else { Err(self.range_failure(false, s)) }
+    }
+
     fn is_valid(&self, p: f64) -> bool {
         (0.0..=self.highest_pressure).contains(&p)
     }
@@ -355,8 +357,9 @@ impl HydraulicCylinder {
         if stroke_ended {
             return Failure::out_of_range("actuator_length_m", s);
         }
-        let first = !self.is_valid(self.p[0]);
-        let (quantity, value) = if first { ("pressure_1_pa", self.p[0]) } else { ("pressure_2_pa", self.p[1]) };
+        let [first, second] = self.pressures();
+        let of_first = !self.is_valid(first);
+        let (quantity, value) = if of_first { ("pressure_1_pa", first) } else { ("pressure_2_pa", second) };
         if value.is_nan() { Failure::non_finite(quantity) } else { Failure::out_of_range(quantity, value) }
     }
 }
@@ -380,13 +383,15 @@ impl Subsystem for HydraulicCylinder {
 
 impl Capabilities for HydraulicCylinder {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
-        let (area, [l1, l2]) = (self.size.piston_area_m2, self.chambers(u[0]));
-        let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
+        let (area, chambers) = (self.size.piston_area_m2, self.chambers(u[0]));
+        let [l1, l2] = chambers.to_array();
+        let [p1_rate, p2_rate] = self.pressure_rates(self.pressures(), u[0], u[1], self.spool.at(t));
         rates.rate[0] = area * (p2_rate - p1_rate);
         rates.feedthrough.copy_from_slice(&[0.0, -self.size.viscous_friction_n_s_m]);
         // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
         let by_length = -area * (p2_rate / l2 + p1_rate / l1);
-        let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
+        let [first, second] = self.oil.stiffness(self.p, self.volumes(chambers)).to_array();
+        let by_velocity = -area * area * (first + second);
         rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
         Ok(true)
     }
@@ -405,7 +410,8 @@ impl Capabilities for HydraulicCylinder {
     }
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
-        row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
+        let [first, second] = self.pressures();
+        row.copy_from_slice(&[first, second, self.spool.at(self.time)]);
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {

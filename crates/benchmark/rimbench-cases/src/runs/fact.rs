@@ -1,5 +1,6 @@
 //! One fact about a run.
 
+use super::given::Given;
 use std::fmt;
 
 /// What a fact says.
@@ -11,6 +12,15 @@ pub enum FactValue {
     Number(f64),
     /// A count.
     Count(u64),
+}
+
+impl From<Given> for FactValue {
+    fn from(given: Given) -> Self {
+        match given {
+            Given::Text(text) => FactValue::Text(text),
+            Given::Number(number) => FactValue::Number(number),
+        }
+    }
 }
 
 impl fmt::Display for FactValue {

@@ -7,12 +7,13 @@
 //! To add an option: a line in the list of [`RunRequest`], and a field where its value goes, in
 //! [`Exchange`](rimbench_core::cosim::Exchange) or [`ModelOptions`](rimbench_core::schemes::ModelOptions).
 
+mod checks;
 mod evaluation;
 mod fact;
 mod facts;
 mod finding;
 mod findings;
-mod option_value;
+mod given;
 mod options;
 mod predicted_growth;
 mod reference;
@@ -27,7 +28,7 @@ pub use fact::{Fact, FactValue};
 pub use facts::only_of;
 pub use finding::Finding;
 pub use findings::{Cell, Columns, Costs, Findings, Latency, facts_of, is_taken, names_of};
-pub use option_value::Given;
+pub use given::Given;
 pub use options::{OptionOf, RunOption, RunRequest};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, Peak, Reference};

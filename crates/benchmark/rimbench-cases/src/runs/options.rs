@@ -2,7 +2,7 @@
 //! says of a run. Command line, experiments, Python, run ids and tables read it.
 
 use super::fact::{Fact, FactValue};
-use super::option_value::{Given, OptionValue};
+use super::given::Given;
 use super::spec::RunSpec;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MassLearning, MechanicsIntegrator,
@@ -85,10 +85,11 @@ pub(super) struct Parts {
 }
 
 /// Defines the request and the list of its options. Of each: name, type, what it takes in a word, what it is of and what that needs,
-/// the field that its value goes into, and what it says: of `all` runs, of `some`, so that others keep their ids, or of `none`.
+/// the part in which its value has the same name, and what it says: of `all` runs, of `some`, so that others keep their ids, or of `none`;
+/// the value itself if that is left out, of `some` only where it is not the usual one.
 macro_rules! run_options {
-    ($($(#[doc = $about:literal])+ $key:ident: $kind:ty, $takes:literal, $of:ident $(($needs:ident))?
-        $(=> $part:ident . $field:ident)?, $whose:ident |$run:ident| $says:expr;)+) => {
+    ($($(#[doc = $about:literal])+ $key:ident: $kind:ident, $takes:literal, $of:ident $(($needs:ident))?
+        $(=> $part:ident)?, $whose:ident $(|$run:ident| $says:expr)?;)+) => {
         /// What is asked of one run; what is left out is as the case and the scheme have it. Texts are names in a
         /// [`Catalogue`](crate::catalogue::Catalogue).
         #[derive(Debug, Clone, Default, PartialEq)]
@@ -106,8 +107,8 @@ macro_rules! run_options {
                 about: concat!($($about),+).trim_ascii(),
                 of: OptionOf::$of,
                 needs: run_options!(@needs $($needs)?),
-                given: |request| request.$key.as_ref().map(OptionValue::write),
-                fact: |$run| run_options!(@fact $whose stringify!($key), $says),
+                given: |request| request.$key.as_ref().map(|value| run_options!(@write $kind value)),
+                fact: run_options!(@fact $whose $key $kind $($part)?, $(|$run| $says)?),
             }),+];
 
             /// Sets one option.
@@ -117,7 +118,7 @@ macro_rules! run_options {
             pub fn put(&mut self, key: &str, value: impl Into<Given>) -> Result<()> {
                 let value = value.into();
                 match key {
-                    $(stringify!($key) => self.$key = Some(<$kind as OptionValue>::read(key, value)?),)+
+                    $(stringify!($key) => self.$key = Some(run_options!(@read $kind key value)),)+
                     _ => return Err(Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))),
                 }
                 Ok(())
@@ -126,22 +127,39 @@ macro_rules! run_options {
             /// Puts the values that need nothing else to be understood into their places.
             pub(super) fn fill(&self, parts: &mut Parts) {
                 $($(if let Some(value) = &self.$key {
-                    parts.$part.$field = *value;
+                    parts.$part.$key = *value;
                 })?)+
             }
         }
     };
     (@needs) => { Needs::Nothing };
     (@needs $needs:ident) => { Needs::$needs };
-    (@fact none $key:expr, $says:expr) => { $says };
-    (@fact all $key:expr, $says:expr) => { {
-        let said = || -> Option<FactValue> { Some($says) };
-        Some(Fact::new($key, said()))
-    } };
-    (@fact some $key:expr, $says:expr) => { {
-        let said = || -> Option<FactValue> { Some($says) };
-        Some(Fact::new($key, said()).of_some_runs())
-    } };
+    (@read f64 $key:ident $given:ident) => { $given.number($key)? };
+    (@read String $key:ident $given:ident) => { $given.to_string() };
+    (@read $kind:ident $key:ident $given:ident) => { $given.to_string().parse::<$kind>()? };
+    (@write f64 $value:expr) => { Given::from(*$value) };
+    (@write $kind:ident $value:expr) => { Given::Text($value.to_string()) };
+    (@fact none $key:ident $kind:ident, |$run:ident| $says:expr) => { |$run| $says };
+    (@fact all $key:ident $kind:ident $part:ident,) => {
+        run_options!(@fact all $key $kind, |run| run_options!(@write $kind &run_options!(@value $part run).$key).into())
+    };
+    (@fact some $key:ident $kind:ident $part:ident,) => {
+        run_options!(@fact some $key $kind, |run| run_options!(@write $kind changed(&run_options!(@value $part run).$key)?).into())
+    };
+    (@fact all $key:ident $kind:ident $($part:ident)?, |$run:ident| $says:expr) => {
+        |$run| {
+            let said = || -> Option<FactValue> { Some($says) };
+            Some(Fact::new(stringify!($key), said()))
+        }
+    };
+    (@fact some $key:ident $kind:ident $($part:ident)?, |$run:ident| $says:expr) => {
+        |$run| {
+            let said = || -> Option<FactValue> { Some($says) };
+            Some(Fact::new(stringify!($key), said()).of_some_runs())
+        }
+    };
+    (@value model $run:ident) => { $run.model.as_ref()? };
+    (@value exchange $run:ident) => { $run.exchange };
 }
 
 run_options! {
@@ -160,54 +178,49 @@ run_options! {
     /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N", Loop(Exchange),
         all |run| run.mechanics_steps.longest().is_none().then(|| text(run.mechanics_steps))?;
-    /// Longest step of the mechanics, s, instead of their number: a macro step has as many equal ones as it takes
+    /// Longest step of the mechanics, s, in place of their number
     mechanics_step_s: f64, "S", Loop(Exchange),
         some |run| number(run.mechanics_steps.longest()?);
-    /// How the mechanics steps: semi-implicit, midpoint, event-split; semi-implicit if not given
+    /// The mechanics steps: semi-implicit (if not given), midpoint, event-split
     mechanics_integrator: MechanicsIntegrator, "RULE", Loop,
         all |run| text(run.mechanics_integrator);
-    /// How the actuator steps: euler (its own, of the first order), midpoint; euler if not given
-    actuator_integrator: ActuatorIntegrator, "RULE", Loop => exchange.actuator_integrator,
-        all |run| text(run.actuator_integrator);
-    /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
-    redundancy: Redundancy, "TREATMENT", Model(Condensing) => model.redundancy,
-        all |run| text(run.model.as_ref()?.redundancy);
-    /// Interface model within a macro step: frozen, extrapolated, half-kick (springs and dampers of the mechanics act at t_k), piecewise (from kink to kink of the geometry)
-    model_motion: ModelMotion, "MOTION", Model(Model) => model.motion,
-        all |run| text(run.model.as_ref()?.motion);
-    /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
+    /// The actuator steps: euler (its own; if not given), midpoint
+    actuator_integrator: ActuatorIntegrator, "RULE", Loop => exchange, all;
+    /// Dependent bilateral contacts: drop, pseudo-inverse, regularised:EPS
+    redundancy: Redundancy, "TREATMENT", Model(Condensing) => model, all;
+    /// Within a macro step: frozen, extrapolated, half-kick (springs and dampers act at t_k), piecewise (from kink to kink)
+    model_motion: ModelMotion, "MOTION", Model(Model) => model, all;
+    /// Contacts that it takes for closed: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
     contact_detection: ContactDetection, "DETECTION", Model,
         all |run| text(run.model.as_ref()?.detection?);
-    /// Where each of several actuators has a model of its own, what it contains of the others, and how heavy it is: mean, blind, each with :rows, :shares, :body; law; joint
-    split: Split, "SPLIT", Model(Split) => model.split,
+    /// What a model for one of several actuators has of the others: mean or blind, with :rows, :shares or :body; law; joint
+    split: Split, "SPLIT", Model(Split) => model,
         some |run| text(run.model.as_ref().filter(|_| run.scheme.splits)?.split);
-    /// Friction of contacts in space within an interface model: cone (two rows each), slip-direction (one row along the slip at t_k)
-    friction_rows: FrictionRows, "ROWS", Model(Model) => model.friction_rows,
+    /// Friction in space within it: cone (two rows per contact), slip-direction (one row along the slip at t_k)
+    friction_rows: FrictionRows, "ROWS", Model(Model) => model,
         some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
-    /// Step over which contacts of an interface model act: micro-step (an impulse acts at once), mechanics-step (it is spread over the mechanics' own step)
-    contacts_act: ContactsAct, "OVER", Model(Model) => model.contacts_act,
-        some |run| text(changed(run.model.as_ref()?.contacts_act)?);
+    /// Step over which its contacts act: micro-step (at once), mechanics-step (spread over the mechanics' own)
+    contacts_act: ContactsAct, "OVER", Model(Model) => model, some;
     /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
     delivery_up: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.up);
     /// How forces reach the mechanics, likewise
     delivery_down: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.down);
-    /// What the actuator makes of late samples: catch-up (uses their time, runs a model forward to the present), catch-up-coarse (at constant cost), raw
+    /// Late samples: catch-up (by their time, a model runs forward to the present), catch-up-coarse (at constant cost), raw
     late_samples: LateRule, "RULE", Model,
         some |run| text(run.delivery.as_ref()?.late);
-    /// What the mechanics makes of late forces: hold, linear, rates (a model of the actuator); hold if not given
+    /// Late forces: hold (if not given), linear, rates (of a model)
     late_forces: ForceBridge, "RULE", Loop,
         some |run| text(run.delivery.as_ref()?.bridge);
-    /// What an interface model believes of the mechanics, which stays as it is: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
+    /// What it believes wrongly: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
     belief: Belief, "HOW", Model(Model),
         some |run| text(run.belief.as_ref()?);
-    /// The receiver of an interface model learns the factor by which its mass is wrong: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
+    /// Its factor of mass is learned: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
     mass_learning: MassLearning, "HOW", Model(Model),
         some |run| text(run.mass_learning.as_ref()?);
     /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step, noise:V (m/s)
-    trials: TrialSettings, "HOW", Scheme(Trials) => exchange.trials,
-        some |run| text(changed(run.trials)?);
+    trials: TrialSettings, "HOW", Scheme(Trials) => exchange, some;
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
         all |run| text(&run.solver.name);
@@ -217,13 +230,13 @@ run_options! {
     /// Macro step H, s
     macro_step_s: f64, "S", Run,
         all |run| number(run.macro_step);
-    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, model-defect and model-defect-blind (of schemes with an interface model)
+    /// What shortens macro steps below H: none, energy-residual, energy-residual-libcosim, model-defect, model-defect-blind
     step_control: StepControl, "HOW", Loop,
         all |run| text(run.step_control.map_or(StepControl::None, |rule| rule.control));
-    /// Error allowed per macro step where the step is controlled, a pure number
+    /// Error allowed per macro step that is controlled, a pure number
     step_tolerance: f64, "TOL", Loop,
         all |run| number(run.step_control?.tolerance);
-    /// Shortest macro step where the step is controlled, s; H/100 if not given
+    /// Shortest macro step that is controlled, s; H/100 if not given
     min_macro_step_s: f64, "S", Loop,
         all |run| number(run.step_control?.shortest);
     /// Communication phase φ in (0, 1]: the first macro step is φH long; 1 if not given
@@ -284,6 +297,6 @@ fn number(number: f64) -> FactValue {
 }
 
 /// What is not as usual.
-fn changed<T: Default + PartialEq>(value: T) -> Option<T> {
-    (value != T::default()).then_some(value)
+fn changed<T: Default + PartialEq>(value: &T) -> Option<&T> {
+    (*value != T::default()).then_some(value)
 }

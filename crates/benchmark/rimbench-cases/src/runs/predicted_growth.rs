@@ -150,7 +150,7 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) => Some(Recurrence::MeanReturned),
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End) => Some(Recurrence::EndReturned),
         (name, ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) if name.starts_with("rim-") => {
-            let half_kick = spec.model.as_ref().is_some_and(|model| model.motion == ModelMotion::HalfKick);
+            let half_kick = spec.model.as_ref().is_some_and(|model| model.model_motion == ModelMotion::HalfKick);
             Some(Recurrence::Model { mass_ratio: 1.0, half_kick })
         }
         _ => None,

@@ -272,7 +272,7 @@ fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
 /// Why the model of this mechanics does not go with the options of one, if it does not.
 fn unusable_options(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let options = spec.model.as_ref()?;
-    let piecewise = options.motion == ModelMotion::Piecewise;
+    let piecewise = options.model_motion == ModelMotion::Piecewise;
     // What nobody has asked for may mean nothing.
     let usual = spec.scheme.detection(None).ok().flatten();
     let chosen = options.detection.filter(|own| Some(*own) != usual).map(|own| format!("contact_detection = {own}"));
@@ -282,7 +282,7 @@ fn unusable_options(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let model = sides.mechanics.capabilities().empty_interface_model()?;
     if piecewise && model.acceleration_jumps.unknown {
         let why = "the mechanics' interface model does not say where its geometry has kinks";
-        return Some(format!("model_motion = {}: {why}", options.motion));
+        return Some(format!("model_motion = {}: {why}", options.model_motion));
     }
     let why =
         "the mechanics' interface model is a smooth one, which has its contacts within and lists none to choose from";

@@ -1,14 +1,13 @@
 //! What a request resolves to: everything that determines a run.
 
-use crate::cases::{Case, Parameters};
+use crate::cases::{Case, Parameters, coordinate_column};
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Bounds, CommunicationGrid, Delivery, Exchange, ForceBridge, ForceReturn, LateRule,
-    MassLearning, MechanicsIntegrator, MechanicsSteps, SecondOrder, Setup, Sides, StepRule, division,
+    ActuatorIntegrator, Bounds, CommunicationGrid, Exchange, ForceReturn, MechanicsIntegrator, MechanicsSteps,
+    SecondOrder, Setup, Sides, StepRule, division,
 };
-use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
+use rimbench_core::error::Result;
+use rimbench_core::schemes::{FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use rimbench_core::solver_entry::SolverEntry;
-use std::fmt;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::time::Duration;
@@ -102,6 +101,17 @@ impl RunSpec {
         RunSpec { settings, grid: self.grid }
     }
 
+    /// The same run, which records the coordinates as well that the drawing of its case reads. They have no part in what it is.
+    pub fn with_drawn_coordinates(&self) -> Self {
+        let drawing = (self.case.drawing)(&self.parameters);
+        let Some(more) = drawing.map(|drawing| drawing.coordinates()).filter(|more| !more.is_empty()) else {
+            return self.clone();
+        };
+        let mut case = (*self.case).clone();
+        case.drawing_columns.extend(more.into_iter().map(|index| coordinate_column(index).into()));
+        self.of_case(Arc::new(case))
+    }
+
     /// The same run of another case, which says nothing of communication points.
     pub(super) fn of_case(&self, case: Arc<Case>) -> Self {
         RunSpec { settings: RunSettings { case, ..self.settings.clone() }, grid: self.grid }
@@ -126,233 +136,6 @@ impl RunSettings {
         }
     }
 
-    /// Checks that the mechanics can take the longest step that is asked of it.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`], with what would be valid.
-    pub(super) fn check_mechanics_step(&self) -> Result<()> {
-        let (MechanicsSteps::AtMost(longest), possible) = (self.mechanics_steps, self.case.steps.mechanics) else {
-            return Ok(());
-        };
-        let own = |longest: f64| self.macro_step / division(self.macro_step, longest) as f64;
-        let Some(unit) = possible.multiple_of.filter(|_| !possible.allows(own(longest))) else { return Ok(()) };
-        let valid = (1..=MOST_MULTIPLES).map(|count| f64::from(count) * unit);
-        let valid = valid.take_while(|step| *step <= self.macro_step).filter(|step| possible.allows(own(*step)));
-        let nearest = valid.min_by(|a, b| (a - longest).abs().total_cmp(&(b - longest).abs()));
-        let expected = match nearest {
-            Some(step) => format!(
-                "{step} s: the mechanics takes multiples of {unit:e} s only, and the macro step is {} s",
-                self.macro_step
-            ),
-            None => format!("a macro step that is a multiple of {unit:e} s: the mechanics takes no others"),
-        };
-        Err(Error::invalid("mechanics-step", longest, expected))
-    }
-
-    /// Checks what can be checked without running. Both sides are built only for options that not all mechanics allow.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    pub(super) fn check_model(&self) -> Result<()> {
-        // A machine that cannot be built says so when it is built.
-        if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
-            && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
-            && self.scheme.incompatibility(system.sides.lend()).is_none()
-        {
-            self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
-        }
-        Ok(())
-    }
-
-    /// Checks everything that can be checked without either side, and returns the communication points.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    fn checked(&self) -> Result<CommunicationGrid> {
-        self.parameters.check_used()?;
-        let grid = self.grid()?;
-        let macro_steps = grid.macro_steps();
-        if macro_steps < self.scheme.samples {
-            return Err(Error::invalid(
-                "macro-step",
-                self.macro_step,
-                format!(
-                    "at most {} s, so that scheme {} gets the {} samples it goes through within {} s",
-                    self.duration / self.scheme.samples as f64,
-                    self.scheme.name,
-                    self.scheme.samples,
-                    self.duration
-                ),
-            ));
-        }
-        self.scheme.gain_value(self.gain)?;
-        if let Some(rule) = &self.step_control {
-            rule.check(self.macro_step)?;
-            if self.duration / rule.shortest > MOST_STEPS {
-                let expected = format!("at least {:e} s for this duration", self.duration / MOST_STEPS);
-                return Err(Error::invalid("min_macro_step_s", rule.shortest, expected));
-            }
-        }
-        if let Some(rule) = self.step_control.filter(|rule| rule.control.by_defect() && !self.scheme.has_model()) {
-            return Err(Error::Incompatible(format!(
-                "step_control = {}: scheme `{}` has no reduced interface model",
-                rule.control, self.scheme.name
-            )));
-        }
-        if let Some(delivery) = &self.delivery {
-            self.check_delivery(delivery, macro_steps)?;
-        }
-        self.scheme.check_sequence(self.sequence)?;
-        self.scheme.check_force_return(self.force_return)?;
-        self.force_return.check(self.sequence)?;
-        if self.force_return == ForceReturn::Pieces && self.mechanics_integrator != MechanicsIntegrator::EventSplit {
-            return Err(Error::Incompatible(format!(
-                "force return `pieces` gives every piece of a split step its own force, and mechanics_integrator = {} splits none: use \
-                 `event-split`, or force return `mean` or `profile`",
-                self.mechanics_integrator
-            )));
-        }
-        if let Some(model) = &self.model {
-            self.scheme.check_options(model)?;
-            self.scheme.detection(model.detection)?;
-            self.check_own_step(model)?;
-            if let Some(learning) = &self.mass_learning {
-                self.check_learning(learning, model)?;
-            }
-        }
-        Ok(grid)
-    }
-
-    /// Checks that a jump at a sample says by how much the mass is wrong.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`], naming what is wrong and what would be valid.
-    fn check_learning(&self, learning: &MassLearning, model: &ModelOptions) -> Result<()> {
-        let (averaged, late) = (matches!(self.force_return, ForceReturn::Mean | ForceReturn::Profile), &self.delivery);
-        let why = if !self.scheme.moves_model || self.scheme.splits {
-            format!(
-                "scheme `{}` moves no model of the whole mechanics by itself: use another rim-* scheme",
-                self.scheme.name
-            )
-        } else if model.motion != ModelMotion::Frozen {
-            format!("model_motion = {}: what a frozen model forecasts is learned from: use `frozen`", model.motion)
-        } else if !averaged {
-            format!(
-                "force return `{}` is not the impulse that the model received: use `mean` or `profile`",
-                self.force_return
-            )
-        } else if late.as_ref().is_some_and(|delivery| !delivery.down.is_in_time()) {
-            "forces are late, and what the mechanics received is not known: use delivery_up only".to_owned()
-        } else if late.as_ref().is_some_and(|delivery| delivery.late == LateRule::Raw) {
-            "late_samples = raw: an old sample is taken for the present, and its age for a wrong mass: use `catch-up`"
-                .to_owned()
-        } else {
-            return Ok(());
-        };
-        Err(Error::Incompatible(format!("mass_learning = {learning}: {why}")))
-    }
-
-    /// Checks that both sides step as contacts that act over the mechanics' own step assume.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`], naming what is wrong and what would be valid.
-    fn check_own_step(&self, model: &ModelOptions) -> Result<()> {
-        let refused = |option: &dyn fmt::Display, reason: &str| {
-            Err(Error::Incompatible(format!("contacts_act = {}: {option}: {reason}", model.contacts_act)))
-        };
-        if model.contacts_act == ContactsAct::MicroStep {
-            return Ok(());
-        }
-        if self.mechanics_integrator != MechanicsIntegrator::SemiImplicit {
-            let option = format!("mechanics_integrator = {}", self.mechanics_integrator);
-            let reason = "its contacts act within its own step, as those of micro steps do: use `semi-implicit`, or contacts_act `micro-step`";
-            return refused(&option, reason);
-        }
-        if self.actuator_integrator != ActuatorIntegrator::Euler {
-            let option = format!("actuator_integrator = {}", self.actuator_integrator);
-            let reason = "micro steps of the second order solve for force and contacts at once: use `euler`, or contacts_act `micro-step`";
-            return refused(&option, reason);
-        }
-        Ok(())
-    }
-
-    /// Checks that late samples go together with the rest of the run.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    fn check_delivery(&self, delivery: &Delivery, macro_steps: usize) -> Result<()> {
-        delivery.up.check("delivery_up", macro_steps)?;
-        delivery.down.check("delivery_down", macro_steps)?;
-        let (scheme, model) = (&self.scheme, self.model.as_ref());
-        let catches_up = model.filter(|_| delivery.late.catches_up() && !delivery.up.is_in_time());
-        let averaged = matches!(self.force_return, ForceReturn::Mean | ForceReturn::Profile);
-        let late_forces = !delivery.down.is_in_time();
-        let why = if !scheme.real_time() {
-            format!(
-                "scheme `{}` takes steps again, which has no late samples: use one that does not iterate",
-                scheme.name
-            )
-        } else if scheme.needs.contains(&Requirement::Trials) {
-            format!(
-                "scheme `{}` asks the mechanics as it stands, which late samples are not: use another scheme",
-                scheme.name
-            )
-        } else if scheme.needs.contains(&Requirement::TransmissionLines) {
-            format!("scheme `{}` exchanges waves, whose delay is that of its lines: use another scheme", scheme.name)
-        } else if let Some(StepRule { control, .. }) = self.step_control {
-            format!("step_control = {control}: samples are late by macro steps of one length: use `none`")
-        } else if scheme.has_model() && !averaged {
-            format!("force return `{}`: a late model needs `mean` or `profile`", self.force_return)
-        } else if late_forces && self.force_return == ForceReturn::Pieces {
-            "force return `pieces` is of the present: use `mean` or `profile`".to_owned()
-        } else if self.force_return == ForceReturn::Held && delivery.bridge != ForceBridge::Hold {
-            format!(
-                "late_forces = {}: with force return `held` the scheme goes on from late forces itself",
-                delivery.bridge
-            )
-        } else if self.audit && late_forces {
-            "the audit accounts for late samples of the mechanics only: use delivery_up".to_owned()
-        } else if catches_up.is_some_and(|model| matches!(model.motion, ModelMotion::HalfKick | ModelMotion::Piecewise))
-        {
-            format!(
-                "late_samples = {}: a model is run forward as it was, or along its rates: use model_motion `frozen` or `extrapolated`, or \
-                 late_samples `raw`",
-                delivery.late
-            )
-        } else if catches_up.is_some() && self.actuator_integrator != ActuatorIntegrator::Euler {
-            format!(
-                "late_samples = {}: a model is run forward in micro steps of the first order: use actuator_integrator `euler`, or \
-                 late_samples `raw`",
-                delivery.late
-            )
-        } else {
-            return Ok(());
-        };
-        Err(Error::Incompatible(format!("delivery: {why}")))
-    }
-
-    /// Checks the steps of the reference: one that would never end is found before it is begun.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] for a duration with too many points, or a step longer than their distance or shorter than any use.
-    pub fn check_reference(&self) -> Result<()> {
-        let (step, sampling) = (self.case.defaults.reference_step_s, self.case.defaults.reference_sampling_s);
-        if self.duration / sampling > MOST_STEPS {
-            let expected =
-                format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
-            return Err(Error::invalid("duration", self.duration, expected));
-        }
-        let least = self.duration / MOST_REFERENCE_STEPS;
-        if !(step >= least && step <= sampling) {
-            let expected = format!(
-                "a time from {least:e} s to {sampling:e} s, the distance of the points of the reference of case {}",
-                self.case.name
-            );
-            return Err(Error::invalid("reference_step_s", format!("{step:e}"), expected));
-        }
-        Ok(())
-    }
-
     /// Whether the model is exact: the co-simulation then takes the same steps as the monolithic stepper, for every H, and its error
     /// says nothing about coupling.
     ///
@@ -362,7 +145,7 @@ impl RunSettings {
     pub fn model_is_exact(&self) -> bool {
         self.case.constant_mechanics
             && self.scheme.has_mechanics_law
-            && self.model.as_ref().is_some_and(|model| model.motion == ModelMotion::Frozen)
+            && self.model.as_ref().is_some_and(|model| model.model_motion == ModelMotion::Frozen)
             && !self.has_slip_rows()
             && self.force_return == ForceReturn::Profile
             && self.in_one_form() == MechanicsSteps::AsActuator
@@ -379,7 +162,7 @@ impl RunSettings {
         self.audit
             || self.belief.is_some()
             || self.mass_learning.is_some()
-            || model.motion == ModelMotion::HalfKick
+            || model.model_motion == ModelMotion::HalfKick
             || self.actuator_integrator == ActuatorIntegrator::Midpoint
     }
 
@@ -402,40 +185,6 @@ impl RunSettings {
                 format!("actuator_integrator = {}: {why}", self.actuator_integrator)
             })
         })
-    }
-
-    /// Returns the communication points.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
-    fn grid(&self) -> Result<CommunicationGrid> {
-        let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0 && self.duration.is_finite());
-        if !nonsense && self.duration / self.macro_step > MOST_STEPS {
-            let least = self.duration / MOST_STEPS;
-            return Err(Error::invalid(
-                "macro-step",
-                self.macro_step,
-                format!("at least {least:e} s for this duration"),
-            ));
-        }
-        let grid = CommunicationGrid::new(self.macro_step, self.phase, self.duration)?;
-        if !(self.micro_step.is_finite() && self.micro_step > 0.0) {
-            return Err(Error::invalid("micro-step", self.micro_step, "a finite time above 0 s"));
-        }
-        if self.macro_step / self.micro_step > MOST_STEPS {
-            let least = self.macro_step / MOST_STEPS;
-            return Err(Error::invalid(
-                "micro-step",
-                self.micro_step,
-                format!("at least {least:e} s for this macro step"),
-            ));
-        }
-        if self.micro_step > self.macro_step {
-            let expected = format!("at most the macro step, {} s", self.macro_step);
-            return Err(Error::invalid("micro-step", self.micro_step, expected));
-        }
-        self.mechanics_steps.check(self.macro_step)?;
-        Ok(grid)
     }
 
     /// Power of H with which the defect of the scheme's model falls in a macro step of a smooth motion.
@@ -482,12 +231,3 @@ pub(super) fn use_integrators(
     }
     None
 }
-
-/// Of these many multiples of what a mechanics takes one is looked for that would do.
-const MOST_MULTIPLES: u32 = 10_000;
-
-/// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.
-const MOST_STEPS: f64 = 1e7;
-
-/// The same for the coarsest of the three references.
-const MOST_REFERENCE_STEPS: f64 = 1e8;

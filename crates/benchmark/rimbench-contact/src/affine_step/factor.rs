@@ -1,7 +1,7 @@
 //! The differences between dense, sparse and frictional contact problems on a critical region.
 
 use super::discretised_model::DiscretisedModel;
-use super::{AffineStep, ForceRegion, MicroState, NEGLIGIBLE, StepContactLaw};
+use super::{AffineStep, ForceRegion, ModelState, NEGLIGIBLE, StepContactLaw};
 
 /// `H_AA` of the active set, factorised, and the conditions of its region that depend on the kind of contact problem.
 pub trait ActiveSetFactor: Clone + Sized {
@@ -60,13 +60,13 @@ pub trait ActiveSetFactor: Clone + Sized {
 
     /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date where they no longer do.
     #[inline(always)]
-    fn skip(_: &mut AffineStep<Self>, _: &StepContactLaw, _lambda: &[f64], _: &mut MicroState<'_>) -> bool {
+    fn skip(_: &mut AffineStep<Self>, _: &StepContactLaw, _lambda: &[f64], _: &mut ModelState) -> bool {
         false
     }
 
     /// Bounds how many of the `remaining` micro steps can be skipped, after one that ended with `state.w_plus`.
     #[inline(always)]
-    fn bound_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _l: &[f64], _remaining: usize, _: &MicroState<'_>) {}
+    fn bound_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _l: &[f64], _remaining: usize, _: &ModelState) {}
 
     /// Brings velocities and gaps of contacts that were skipped up to date.
     #[inline(always)]

@@ -24,6 +24,7 @@
 //! Critical regions of a parametric complementarity problem: Bemporad, Morari, Dua, Pistikopoulos, *The explicit linear quadratic
 //! regulator for constrained systems* (2002). The decay of `r` is ours.
 
+mod by_contact;
 mod coulomb;
 mod dense;
 mod discretised_model;
@@ -33,6 +34,7 @@ mod law;
 mod sparse;
 #[cfg(test)]
 mod tests;
+mod two_rows;
 
 pub use coulomb::ModeFactor;
 pub use dense::DenseFactor;
@@ -44,7 +46,8 @@ pub use sparse::SparseSetFactor;
 
 use crate::known_size;
 use crate::linear_algebra::largest_entry;
-use discretised_model::add_multiple;
+use two_rows::{by_two, put_two, two, with_two};
+use wide::f64x2;
 
 /// A row whose pivot is below this part of its diagonal depends on the other active ones; as in the active-set solver.
 const DEPENDENT: f64 = 1e-11;
@@ -61,16 +64,28 @@ const CANCELLED: f64 = 1e-12;
 /// A tangent that misses its equations by more than this part is rejected, like the answer of a solver.
 const INEXACT: f64 = 1e-9;
 
-/// The state that a micro step changes.
-pub struct MicroState<'a> {
+/// The state that a micro step changes, contacts in the order of the set, with friction their tangential rows after them.
+#[derive(Clone)]
+pub struct ModelState {
     /// `w = [w_u; w_i]` at its start, m/s.
-    pub w: &'a mut [f64],
+    pub w: Box<[f64]>,
     /// `w⁺` at its end, m/s.
-    pub w_plus: &'a mut [f64],
+    pub w_plus: Box<[f64]>,
     /// Gaps, m.
-    pub gap: &'a mut [f64],
+    pub gap: Box<[f64]>,
     /// Contact impulses `P_u`, N s; those of inactive contacts are zero already.
-    pub impulses: &'a mut [f64],
+    pub impulses: Box<[f64]>,
+    /// Positions of the interface, m, which follow from its velocities.
+    pub position: Box<[f64]>,
+}
+
+impl ModelState {
+    /// Reserves `contacts` contacts with `rows` rows, and `interface` interface rows.
+    pub fn new(contacts: usize, rows: usize, interface: usize) -> Self {
+        let [w, gap, impulses, position] =
+            [rows + interface, contacts, rows, interface].map(|length| vec![0.0; length].into_boxed_slice());
+        ModelState { w_plus: w.clone(), w, gap, impulses, position }
+    }
 }
 
 /// The affine solution on one critical region: tangents of velocities and impulses with respect to `[1; σ; λ]`.
@@ -185,8 +200,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
     /// Takes a micro step without a look at the contacts, if that is known to stay in the region; of `w_plus` then only interface rows are
     /// those at its end.
     #[inline(always)]
-    pub fn skip(&mut self, law: &StepContactLaw, lambda: &[f64], mut state: MicroState<'_>) -> bool {
-        F::skip(self, law, lambda, &mut state)
+    pub fn skip(&mut self, law: &StepContactLaw, lambda: &[f64], state: &mut ModelState) -> bool {
+        F::skip(self, law, lambda, state)
     }
 
     /// Takes a micro step under the force `lambda` (N) inside the region, with `remaining` more to come; `w_plus`, gaps and impulses are then
@@ -198,33 +213,58 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         law: &StepContactLaw,
         lambda: &[f64],
         remaining: usize,
-        mut state: MicroState<'_>,
+        state: &mut ModelState,
     ) -> bool {
-        let stays = self.step_in_region(model, law, lambda, &mut state);
+        let stays = self.step_in_region(model, law, lambda, state);
         if stays {
-            F::bound_skips(self, law, lambda, remaining, &state);
+            F::bound_skips(self, law, lambda, remaining, state);
         }
         stays
     }
 
-    /// One text for all sizes. With one force and a few contacts the compiler knows the size, which halves the instructions.
+    /// One text for all sizes. With one force and a few contacts the compiler knows the size, which takes a third of the instructions.
     #[inline]
     fn step_in_region(
         &mut self,
         model: &DiscretisedModel,
         law: &StepContactLaw,
         lambda: &[f64],
-        state: &mut MicroState<'_>,
+        state: &mut ModelState,
     ) -> bool {
-        let (Ok(&force), true) = (<&[f64; 1]>::try_from(lambda), !F::MANY) else {
-            return self.step_of_size(self.rows, model, law, lambda, state);
+        let Ok(&force) = <&[f64; 1]>::try_from(lambda) else {
+            return self.step_of_any(model, law, lambda, state);
         };
+        if F::MANY {
+            return self.step_of_more(model, law, force, state);
+        }
         known_size!(
             self.rows,
-            N if N <= 4 || (F::ROWS == 2 && N <= 8) => self.step_of_few::<N>(model, law, force, state),
+            N if N <= 8 => self.step_of_few::<N>(model, law, force, state),
             0 => self.step_of_few::<0>(model, law, force, state),
-            n => self.step_of_size(n, model, law, &force, state),
+            _ => self.step_of_more(model, law, force, state),
         )
+    }
+
+    #[inline(never)]
+    fn step_of_more(
+        &mut self,
+        model: &DiscretisedModel,
+        law: &StepContactLaw,
+        force: [f64; 1],
+        state: &mut ModelState,
+    ) -> bool {
+        self.step_of_size(self.rows, model, law, &force, state)
+    }
+
+    #[inline(never)]
+    fn step_of_any(
+        &mut self,
+        model: &DiscretisedModel,
+        law: &StepContactLaw,
+        lambda: &[f64],
+        state: &mut ModelState,
+    ) -> bool {
+        self.step_of_size(self.rows, model, law, lambda, state)
     }
 
     #[inline(never)]
@@ -233,7 +273,7 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         model: &DiscretisedModel,
         law: &StepContactLaw,
         force: [f64; 1],
-        state: &mut MicroState<'_>,
+        state: &mut ModelState,
     ) -> bool {
         self.step_of_size(N, model, law, &force, state)
     }
@@ -245,16 +285,17 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         model: &DiscretisedModel,
         law: &StepContactLaw,
         lambda: &[f64],
-        state: &mut MicroState<'_>,
+        state: &mut ModelState,
     ) -> bool {
         let rows = n + lambda.len();
-        let MicroState { w, w_plus, gap, impulses } = state;
+        let ModelState { w, w_plus, gap, impulses, .. } = state;
         // Tangential rows have no gaps.
         let (w, w_plus, gap, impulses) = (&w[..rows], &mut w_plus[..rows], &mut gap[..n / F::ROWS], &mut impulses[..n]);
         self.sigma *= self.decay;
         let mut tolerance = self.tolerance(self.sigma, lambda);
         // A force that is not finite is left to the solver, which reports it.
-        if !tolerance.is_finite() || law.restitution > 0.0 && law.closes(w, gap, tolerance) {
+        let is_finite = tolerance < f64::INFINITY;
+        if !is_finite || law.restitution > 0.0 && law.closes(w, gap, tolerance) {
             return false;
         }
         if F::ROWS == 2 && self.admits_zero(model, law, w, lambda, gap) {
@@ -262,28 +303,43 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         }
         self.velocities_after(w, lambda, w_plus);
         if !F::is_in_region(self, law, w_plus, gap, tolerance) {
-            // Either r has another direction, or another contact closes.
-            if !self.update_r(model, law, w, gap, tolerance) {
+            let Some(updated) = self.step_with_other_r(model, law, lambda, [w, gap], w_plus, tolerance) else {
                 return false;
-            }
-            tolerance = self.tolerance(self.sigma, lambda);
-            self.velocities_after(w, lambda, w_plus);
-            if F::MANY {
-                // Where `r` was too small to be solved for.
-                self.active.iter().for_each(|&contact| w_plus[contact] = -law.gap_term(gap, contact));
-            }
-            if law.is_violated(w_plus, gap, self.accepted(tolerance)) {
-                return false;
-            }
+            };
+            tolerance = updated;
         }
         if !F::write_impulses(self, model, lambda, w_plus, impulses, tolerance) {
             return false;
         }
-        for (gap, w) in gap.iter_mut().zip(&*w_plus) {
-            *gap += law.gap_step * w;
-        }
+        by_two!(gap.len(), of => {
+            let next = two(gap, of) + f64x2::splat(law.gap_step) * two(w_plus, of);
+            put_two(gap, of, next);
+        });
         self.steps += 1;
         true
+    }
+
+    /// Takes the micro step where either r has another direction, or another contact closes; none then. Returns the tolerance.
+    #[cold]
+    fn step_with_other_r(
+        &mut self,
+        model: &DiscretisedModel,
+        law: &StepContactLaw,
+        lambda: &[f64],
+        [w, gap]: [&[f64]; 2],
+        w_plus: &mut [f64],
+        tolerance: f64,
+    ) -> Option<f64> {
+        if !self.update_r(model, law, w, gap, tolerance) {
+            return None;
+        }
+        let tolerance = self.tolerance(self.sigma, lambda);
+        self.velocities_after(w, lambda, w_plus);
+        if F::MANY {
+            // Where `r` was too small to be solved for.
+            self.active.iter().for_each(|&contact| w_plus[contact] = -law.gap_term(gap, contact));
+        }
+        (!law.is_violated(w_plus, gap, self.accepted(tolerance))).then_some(tolerance)
     }
 
     /// Tells whether zero impulses solve a problem with friction as well; a solver would prefer them.
@@ -330,13 +386,11 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         let rows = w.len();
         let (free, columns) = self.velocities[..rows * (lambda.len() + 2)].split_at(rows);
         let (of_r, forces) = columns.split_at(rows);
-        let sigma = self.sigma;
-        for (w_plus, ((w, free), of_r)) in w_plus.iter_mut().zip(w.iter().zip(free).zip(of_r)) {
-            *w_plus = w + free + sigma * of_r;
-        }
-        for (&force, column) in lambda.iter().zip(forces.chunks_exact(rows)) {
-            add_multiple(w_plus, force, column);
-        }
+        let sigma = f64x2::splat(self.sigma);
+        by_two!(rows, of => {
+            let start = two(w, of) + two(free, of) + sigma * two(of_r, of);
+            put_two(w_plus, of, with_two(start, lambda, forces, rows, of));
+        });
     }
 
     /// Returns the active rows with their impulses.
@@ -355,7 +409,6 @@ impl<F: ActiveSetFactor> AffineStep<F> {
     }
 
     /// Finds a new direction of `r` from the state, and its tangent unless it is zero; false if σ times the old one was right.
-    #[cold]
     fn update_r(
         &mut self,
         model: &DiscretisedModel,

@@ -2,8 +2,9 @@
 
 mod skip_bound;
 
+use super::by_contact::ByContact;
 use super::discretised_model::DiscretisedModel;
-use super::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw, add_multiple};
+use super::{ActiveSetFactor, AffineStep, ModelState, StepContactLaw};
 use crate::linear_algebra::SparseFactor;
 use skip_bound::SkipBound;
 
@@ -15,10 +16,7 @@ pub struct SparseSetFactor(pub(super) Box<ManyContacts>);
 pub(super) struct ManyContacts {
     factor: SparseFactor,
     column: Vec<f64>,
-    /// 1 for active contacts, 0 for others.
-    active: Vec<f64>,
-    /// Tangents of the impulses of all contacts, zero for inactive ones.
-    impulses: Vec<f64>,
+    by_contact: ByContact,
     bound: SkipBound,
 }
 
@@ -28,8 +26,7 @@ impl SparseSetFactor {
         SparseSetFactor(Box::new(ManyContacts {
             factor: factor.clone(),
             column: vec![0.0; contacts],
-            active: vec![0.0; contacts],
-            impulses: vec![0.0; contacts * (interface + 2)],
+            by_contact: ByContact::new(contacts, interface),
             bound: SkipBound::new(contacts),
         }))
     }
@@ -49,15 +46,15 @@ impl ActiveSetFactor for SparseSetFactor {
         (solved, impulses): Self::Active<'_>,
         rows: &mut Vec<usize>,
     ) -> bool {
-        let ManyContacts { factor, column, active, .. } = &mut *self.0;
+        let ManyContacts { factor, column, by_contact, .. } = &mut *self.0;
         column.fill(0.0);
-        active.fill(0.0);
+        by_contact.clear(model.contacts());
         // Without any impulse the solver has not formed an active set.
         if impulses.iter().any(|impulse| *impulse > 0.0) {
             // Active contacts that carry nothing at the moment stay.
             factor.copy_from(solved);
             rows.extend((0..model.contacts()).filter(|&contact| solved.contains(contact)));
-            rows.iter().for_each(|&contact| active[contact] = 1.0);
+            rows.iter().for_each(|&contact| by_contact.activate(contact));
         }
         true
     }
@@ -70,13 +67,9 @@ impl ActiveSetFactor for SparseSetFactor {
     }
 
     fn record_tangent(&mut self, at: usize, active: &[usize], impulses: &[f64]) {
-        let n = self.0.active.len();
-        let column = &mut self.0.impulses[at * n..(at + 1) * n];
-        column.fill(0.0);
-        active.iter().zip(impulses).for_each(|(&contact, impulse)| column[contact] = *impulse);
+        self.0.by_contact.record_tangent(at, active, impulses);
     }
 
-    /// Counts violations instead of leaving the pass at the first.
     fn is_in_region(
         step: &AffineStep<Self>,
         law: &StepContactLaw,
@@ -84,13 +77,7 @@ impl ActiveSetFactor for SparseSetFactor {
         gap: &[f64],
         tolerance: f64,
     ) -> bool {
-        let accepted = -step.accepted(tolerance);
-        let mut wrong = 0;
-        for ((w, gap), active) in w_plus.iter().zip(gap).zip(&step.factor.0.active) {
-            let slack = w + law.rates.velocity(*gap);
-            wrong += u64::from(slack < accepted) + u64::from((active * slack).abs() > tolerance);
-        }
-        wrong == 0
+        step.factor.0.by_contact.is_in_region(step, law, w_plus, gap, tolerance)
     }
 
     fn write_impulses(
@@ -101,27 +88,18 @@ impl ActiveSetFactor for SparseSetFactor {
         impulses: &mut [f64],
         _tolerance: f64,
     ) -> bool {
-        let n = impulses.len();
-        let (free, columns) = step.factor.0.impulses[..n * (lambda.len() + 2)].split_at(n);
-        let (of_r, forces) = columns.split_at(n);
-        for (impulse, (free, of_r)) in impulses.iter_mut().zip(free.iter().zip(of_r)) {
-            *impulse = free + step.sigma * of_r;
-        }
-        for (&force, column) in lambda.iter().zip(forces.chunks_exact(n)) {
-            add_multiple(impulses, force, column);
-        }
-        impulses.iter().map(|impulse| u64::from(*impulse < 0.0)).sum::<u64>() == 0
+        step.factor.0.by_contact.write_impulses(step.sigma, lambda, impulses)
     }
 
     #[inline(always)]
-    fn skip(step: &mut AffineStep<Self>, law: &StepContactLaw, lambda: &[f64], state: &mut MicroState<'_>) -> bool {
+    fn skip(step: &mut AffineStep<Self>, law: &StepContactLaw, lambda: &[f64], state: &mut ModelState) -> bool {
         if step.factor.0.bound.is_open() {
             if let &[force] = lambda
-                && step.skip_one(law, force, state.w, state.w_plus)
+                && step.skip_one(law, force, &state.w, &mut state.w_plus)
             {
                 return true;
             }
-            step.end_skips(law, state.w, state.gap);
+            step.end_skips(law, &mut state.w, &mut state.gap);
         }
         false
     }
@@ -132,10 +110,10 @@ impl ActiveSetFactor for SparseSetFactor {
         law: &StepContactLaw,
         lambda: &[f64],
         remaining: usize,
-        state: &MicroState<'_>,
+        state: &ModelState,
     ) {
         // The last micro step looks at all contacts, so that they are up to date at the communication point.
-        step.find_bound(law, lambda, remaining.saturating_sub(1), state.w_plus, state.gap);
+        step.find_bound(law, lambda, remaining.saturating_sub(1), &state.w_plus, &state.gap);
     }
 
     #[inline]

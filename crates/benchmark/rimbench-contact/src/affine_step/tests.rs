@@ -58,13 +58,13 @@ fn go(
     (discretised, law): (&DiscretisedModel, &StepContactLaw),
     force: f64,
     ahead: usize,
-    [w, w_plus, gap, impulses]: [&mut Vec<f64>; 4],
+    state: &mut ModelState,
 ) -> Option<bool> {
     let lambda = [force];
-    let skipped = step.skip(law, &lambda, MicroState { w, w_plus, gap, impulses });
-    let went = skipped || step.step(discretised, law, &lambda, ahead + 1, MicroState { w, w_plus, gap, impulses });
+    let skipped = step.skip(law, &lambda, state);
+    let went = skipped || step.step(discretised, law, &lambda, ahead + 1, state);
     if went {
-        std::mem::swap(w, w_plus);
+        std::mem::swap(&mut state.w, &mut state.w_plus);
     }
     went.then_some(skipped)
 }
@@ -76,15 +76,14 @@ fn a_drift_that_each_micro_step_takes_for_rounding_is_seen_once_gaps_have_added_
     let rounding = SparseSetFactor::NEGLIGIBLE * DELTA * PULL;
     for (drift, ahead) in [0.4, 0.01, -0.4].into_iter().flat_map(|part| [(part * rounding, 0), (part * rounding, 98)]) {
         let mut step = step.clone();
-        let (mut w, mut w_plus) = (vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS + 1]);
-        let (mut gap, mut impulses) = (vec![0.0; CONTACTS], vec![0.0; CONTACTS]);
-        w[7] = drift;
+        let mut state = ModelState::new(CONTACTS, CONTACTS, 1);
+        state.w[7] = drift;
         let mut farthest = 0.0_f64;
         for k in 0..20_000 {
-            let state = [&mut w, &mut w_plus, &mut gap, &mut impulses];
-            go(&mut step, (&discretised, &law), 0.0, ahead, state).expect("contacts stay");
+            go(&mut step, (&discretised, &law), 0.0, ahead, &mut state).expect("contacts stay");
             if k % 100 == 99 {
-                step.end_skips(&law, &mut w, &mut gap);
+                let ModelState { w, gap, .. } = &mut state;
+                step.end_skips(&law, w, gap);
                 farthest = farthest.max(gap[7].abs());
                 assert!(w[7].abs() <= 2.0 * rounding, "{drift:e}: {:e} m/s", w[7]);
             }
@@ -107,14 +106,16 @@ fn rounding_of_one_contact_is_not_corrected_back_and_forth() {
     let mut interface = None;
     for part in [0.0, 0.3, 0.55, 0.8, 0.95, 1.2, 3.0] {
         let mut step = step.clone();
-        let mut gap: Vec<f64> = (0..CONTACTS).map(|i| -1e-6 * (1.0 + libm::sin(i as f64))).collect();
-        let mut w: Vec<f64> = gap.iter().map(|gap| -law.rates.velocity(*gap)).chain([0.0]).collect();
-        (w[7], gap[7]) = (part * rounding, part * rounding * DELTA);
-        let (mut w_plus, mut impulses) = (w.clone(), vec![0.0; CONTACTS]);
-        for _ in 0..50 {
-            let state = [&mut w, &mut w_plus, &mut gap, &mut impulses];
-            go(&mut step, (&discretised, &law), 0.0, 0, state).expect("contacts stay");
+        let mut state = ModelState::new(CONTACTS, CONTACTS, 1);
+        for (i, (gap, w)) in state.gap.iter_mut().zip(&mut state.w).enumerate() {
+            *gap = -1e-6 * (1.0 + libm::sin(i as f64));
+            *w = -law.rates.velocity(*gap);
         }
+        (state.w[7], state.gap[7]) = (part * rounding, part * rounding * DELTA);
+        for _ in 0..50 {
+            go(&mut step, (&discretised, &law), 0.0, 0, &mut state).expect("contacts stay");
+        }
+        let ModelState { w, gap, .. } = state;
         let off = (w[CONTACTS] - *interface.get_or_insert(w[CONTACTS])).abs();
         assert!(off <= 10.0 * rounding, "{part}: the interface is off by {off:e} m/s");
         assert!(w[7].abs() <= 2.0 * rounding && gap[7].abs() <= 1e3 * rounding * DELTA, "{part}: {:e} m/s", w[7]);
@@ -135,13 +136,8 @@ fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_en
         let (pitch, size) = (rng.random_range(0.0..0.2), rng.random_range(0.0..25.0));
         let phase = rng.random_range(0.0..6.0);
         let force = |k: usize| size * libm::sin(phase + pitch * k as f64);
-        let [mut of_all, mut of_few] = [(); 2].map(|()| {
-            (
-                start.clone(),
-                [vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS], vec![0.0; CONTACTS]],
-            )
-        });
-        for [w, _, gap, _] in [&mut of_all.1, &mut of_few.1] {
+        let [mut of_all, mut of_few] = [(); 2].map(|()| (start.clone(), ModelState::new(CONTACTS, CONTACTS, 1)));
+        for ModelState { w, gap, .. } in [&mut of_all.1, &mut of_few.1] {
             let mut rng = rand_pcg::Pcg64::seed_from_u64(turn);
             // Penetrations that are pushed out, and open contacts of which some are on their way in.
             for (i, (w, gap)) in w.iter_mut().zip(gap).enumerate() {
@@ -155,23 +151,20 @@ fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_en
             }
         }
         for k in 0..100 {
-            let [all, few] =
-                [(&mut of_all, 0), (&mut of_few, 98_usize.saturating_sub(k))].map(|((step, state), ahead)| {
-                    let [w, w_plus, gap, impulses] = state;
-                    go(step, (&discretised, &law), force(k), ahead, [w, w_plus, gap, impulses])
-                });
+            let [all, few] = [(&mut of_all, 0), (&mut of_few, 98_usize.saturating_sub(k))]
+                .map(|((step, state), ahead)| go(step, (&discretised, &law), force(k), ahead, state));
             assert_eq!(all.is_some(), few.is_some(), "{turn}: micro step {k}");
             ahead_of_all += usize::from(few == Some(true));
-            assert_eq!(of_all.1[0][CONTACTS].to_bits(), of_few.1[0][CONTACTS].to_bits(), "the interface");
+            assert_eq!(of_all.1.w[CONTACTS].to_bits(), of_few.1.w[CONTACTS].to_bits(), "the interface");
             if all.is_none() {
                 ended += 1;
                 break;
             }
         }
-        let (step, [w, _, gap, _]) = &mut of_few;
+        let (step, ModelState { w, gap, .. }) = &mut of_few;
         step.end_skips(&law, w, gap);
         for i in 0..CONTACTS {
-            let [all, few] = [&of_all.1, &of_few.1].map(|state| (state[0][i], state[2][i]));
+            let [all, few] = [&of_all.1, &of_few.1].map(|state| (state.w[i], state.gap[i]));
             let off = (all.0 - few.0).abs().max((all.1 - few.1).abs() / DELTA);
             assert!(off < 1e-12, "{turn}: contact {i}: {few:?} instead of {all:?}");
         }

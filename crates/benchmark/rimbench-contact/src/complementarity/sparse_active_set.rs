@@ -48,20 +48,23 @@ pub struct SparseActiveSet {
     factor: SparseFactor,
     /// Changes since the factor was computed; `None` if it is not that of the last matrix.
     age: Option<u32>,
+    /// The contacts that push.
     set: Vec<usize>,
-    /// The set of the first problem of a series, and of the last one of the series before; of two sets for one problem, the one that it
-    /// is not looked for from; where the next problem stands in its series.
-    first: Vec<usize>,
-    later: Vec<usize>,
-    other: Vec<usize>,
+    /// The set of the first problem of a series.
+    first_set: Vec<usize>,
+    /// The set of the last problem of the series before.
+    last_set: Vec<usize>,
+    /// Of two sets for one problem, the one that it is not looked for from.
+    alternative: Vec<usize>,
+    /// Where the next problem stands in its series.
     next: Series,
     /// Contacts that may enter.
     violated: Vec<u32>,
-    /// `b + H P`, by contacts; the direction of a drive, by positions in the factor, and marks, by contacts.
+    /// `b + H P`, by contacts, m/s.
     w: Vec<f64>,
+    /// The direction of a drive, by positions in the factor; or marks, by contacts.
     y: Vec<f64>,
-    /// The last answer.
-    last: Vec<f64>,
+    last_answer: Vec<f64>,
     guess: ProximalGuess,
     /// Whether it has been asked for the present problem.
     guessed: bool,
@@ -89,14 +92,14 @@ impl SparseActiveSet {
             factor: SparseFactor::new(pattern),
             age: None,
             set: Vec::with_capacity(n),
-            first: Vec::with_capacity(n),
-            later: Vec::with_capacity(n),
-            other: Vec::with_capacity(n),
+            first_set: Vec::with_capacity(n),
+            last_set: Vec::with_capacity(n),
+            alternative: Vec::with_capacity(n),
             next: Series::Goes,
             violated: Vec::with_capacity(n),
             w: vec![0.0; n],
             y: vec![0.0; n],
-            last: vec![0.0; n],
+            last_answer: vec![0.0; n],
             problems: 0,
         }
     }
@@ -130,12 +133,12 @@ impl SparseActiveSet {
         match self.next {
             Series::Starts => {}
             Series::GoesOn => {
-                self.first.clone_from(&self.set);
-                self.later.clone_from(&self.set);
+                self.first_set.clone_from(&self.set);
+                self.last_set.clone_from(&self.set);
             }
             Series::Goes => {
-                std::mem::swap(&mut self.set, &mut self.later);
-                self.set.clone_from(&self.first);
+                std::mem::swap(&mut self.set, &mut self.last_set);
+                self.set.clone_from(&self.first_set);
             }
         }
         self.next = Series::Starts;
@@ -149,26 +152,26 @@ impl SparseActiveSet {
             Series::Starts => self.next = Series::GoesOn,
             Series::GoesOn => {
                 self.next = Series::Goes;
-                self.first.clone_from(&self.set);
+                self.first_set.clone_from(&self.set);
             }
         }
-        if self.later.is_empty() || self.is_later() {
+        if self.last_set.is_empty() || self.is_last_set() {
             return false;
         }
-        self.other.clone_from(&self.later);
+        self.alternative.clone_from(&self.last_set);
         if self.next == Series::Goes {
-            std::mem::swap(&mut self.set, &mut self.other);
+            std::mem::swap(&mut self.set, &mut self.alternative);
             self.age = None;
         }
         true
     }
 
     /// Whether the set at hand is the last one of the series before.
-    fn is_later(&mut self) -> bool {
-        let Self { set, later, y, .. } = self;
+    fn is_last_set(&mut self) -> bool {
+        let Self { set, last_set, y, .. } = self;
         y.fill(0.0);
         set.iter().for_each(|&contact| y[contact] = 1.0);
-        set.len() == later.len() && later.iter().all(|&contact| y[contact] == 1.0)
+        set.len() == last_set.len() && last_set.iter().all(|&contact| y[contact] == 1.0)
     }
 
     /// Takes the other set if many contacts are wrong with the one at hand, and fewer with that; says whether none is, so that `P` is the
@@ -178,11 +181,11 @@ impl SparseActiveSet {
         if wrong <= FEW_WRONG {
             return wrong == 0;
         }
-        std::mem::swap(&mut self.set, &mut self.other);
+        std::mem::swap(&mut self.set, &mut self.alternative);
         self.age = None;
         let with_other = self.count_wrong(h, b, p, stats);
         if with_other >= wrong {
-            std::mem::swap(&mut self.set, &mut self.other);
+            std::mem::swap(&mut self.set, &mut self.alternative);
             self.age = None;
         }
         with_other == 0
@@ -219,7 +222,7 @@ impl SparseActiveSet {
         let residual = self.residual(problem, p);
         stats.residual = if found { residual } else { f64::INFINITY };
         if stats.residual <= tolerance {
-            self.last.copy_from_slice(p);
+            self.last_answer.copy_from_slice(p);
         }
     }
 
@@ -392,8 +395,8 @@ impl SparseActiveSet {
     /// Goes over to the contacts that push as far as a guess can tell, without those that depend on others.
     fn start_from_proximal(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &mut [f64], stats: &mut SolveStats) {
         self.guessed = true;
-        let Self { guess, factor, last, .. } = self;
-        stats.factorisations += guess.find(h, b, |i| factor.contains(i), last, p);
+        let Self { guess, factor, last_answer, .. } = self;
+        stats.factorisations += guess.find(h, b, |i| factor.contains(i), last_answer, p);
         self.set.clear();
         self.set.extend((0..b.len()).filter(|&i| p[i] > 0.0));
         self.violated.clear();
@@ -584,166 +587,4 @@ impl ProposeImpulses for SparseActiveSet {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::complementarity::{ActiveSet, ComplementaritySolver, Lcp};
-    use rand::{RngExt, SeedableRng};
-
-    /// Rows of a heap: each contact involves two bodies of two coordinates, and there are more contacts than coordinates.
-    #[test]
-    fn the_answer_is_that_of_the_dense_active_set_through_changes_of_problem_and_matrix() {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(20);
-        for (bodies, n, most) in [(3, 9, 205), (8, 30, 800), (20, 70, 2000)] {
-            let pairs: Vec<[usize; 2]> = (0..n).map(|i| [i % bodies, (i + 1 + i / bodies) % bodies]).collect();
-            let meet = |i: usize, j: usize| pairs[i].iter().any(|body| pairs[j].contains(body));
-            let neighbours: Vec<Vec<usize>> = (0..n).map(|i| (0..n).filter(|&j| meet(i, j)).collect()).collect();
-            let pattern = SymmetricPattern::new(&neighbours);
-            let mut sparse = SparseSolver::new(&pattern, 1e-9);
-            let mut dense = ActiveSet::new(n);
-            let (mut b, mut pivots) = (vec![0.0; n], 0);
-            for turn in 0..120 {
-                // The matrix stays for some turns, as within a macro step.
-                let mut shape = rand_pcg::Pcg64::seed_from_u64(turn / 6);
-                let rows: Vec<Vec<f64>> = pairs
-                    .iter()
-                    .map(|pair| {
-                        let mut row = vec![0.0; 2 * bodies];
-                        for body in pair {
-                            row[2 * body] = shape.random_range(-1.0..1.0);
-                            // One direction opens all contacts: no problem is without a solution.
-                            row[2 * body + 1] = shape.random_range(0.3..1.0);
-                        }
-                        row
-                    })
-                    .collect();
-                let h: Vec<f64> = (0..n * n)
-                    .map(|at| rows[at / n].iter().zip(&rows[at % n]).map(|(a, b)| a * b).sum::<f64>())
-                    .collect();
-                let entries: Vec<f64> = (0..n)
-                    .flat_map(|i| pattern.columns(i).iter().map(move |&j| i * n + j as usize))
-                    .map(|at| h[at])
-                    .collect();
-                for b in &mut b {
-                    *b = 0.7 * *b + rng.random_range(-1.0..0.9);
-                }
-                match turn % 12 {
-                    0 => sparse.solver.forget_matrix(),
-                    6 => sparse.solver.start_series(),
-                    _ => {}
-                }
-                let rows = SymmetricRows { pattern: &pattern, entries: &entries };
-                let (mut p, mut p_dense) = (vec![0.0; n], vec![0.0; n]);
-                let stats = sparse.solve(SparseLcp::by_pattern(rows, &b), &mut p).unwrap();
-                dense.attempt(Lcp::new(&h, &b), &mut p_dense).unwrap();
-                let lcp = Lcp::new(&h, &b);
-                let residual = lcp.natural_residual(&p);
-                assert!(residual < 1e-9 && (residual - stats.residual).abs() < 1e-12, "{n} {turn}: {residual:e}");
-                // w is unique where P is not.
-                for i in 0..n {
-                    let w = |p: &[f64]| b[i] + (0..n).map(|k| h[i * n + k] * p[k]).sum::<f64>();
-                    approx::assert_abs_diff_eq!(w(&p), w(&p_dense), epsilon = 1e-6);
-                }
-                pivots += stats.pivots;
-            }
-            // An answer that a wrong pivot has led astray is found nevertheless, with more of them: 198, 777 and 1967 are needed.
-            assert!(pivots > 120 && pivots < most, "{n} contacts: {pivots} pivots");
-            assert_eq!((sparse.counters().solves, sparse.counters().failures), (120, 0));
-        }
-    }
-
-    /// Contacts of which each is coupled to the one before and the one after it: 2 on the diagonal, and what stands beside it.
-    fn chain(n: usize, beside: f64) -> (SymmetricPattern, Vec<f64>) {
-        let neighbours: Vec<Vec<usize>> =
-            (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
-        let pattern = SymmetricPattern::new(&neighbours);
-        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i == j as usize { 2.0 } else { beside });
-        let entries = (0..n).flat_map(row).collect();
-        (pattern, entries)
-    }
-
-    /// A blow that ends with a series leaves the first set of the next one out of date, and one that begins the last set.
-    #[test]
-    fn a_problem_is_looked_for_from_that_of_two_sets_with_fewer_wrong_contacts() {
-        let n = 60;
-        let (pattern, entries) = chain(n, -0.5);
-        let h = SymmetricRows { pattern: &pattern, entries: &entries };
-        let pushing = |members: usize| (0..n).map(|i| if i < members { -1.0 } else { 1.0 }).collect::<Vec<f64>>();
-        let (few, many) = (pushing(10), pushing(40));
-        let mut solver = SparseSolver::new(&pattern, 1e-9);
-        let mut p = vec![0.0; n];
-        let mut pivots_of = |series: [&[f64]; 3]| {
-            solver.solver.start_series();
-            series.map(|b| {
-                let stats = solver.solve(SparseLcp::by_pattern(h, b), &mut p).unwrap();
-                assert!(stats.residual < 1e-12);
-                assert_eq!(p.iter().filter(|p| **p > 0.0).count(), b.iter().filter(|b| **b < 0.0).count());
-                stats.pivots
-            })
-        };
-        // The first problem of all is another matter.
-        let open = pushing(0);
-        assert_eq!(pivots_of([&open, &open, &open]), [0, 0, 0]);
-        let [first, _, later] = pivots_of([&few, &many, &many]);
-        assert!(first > 0 && later == 0);
-        // As the last series went.
-        assert_eq!(pivots_of([&few, &many, &many]), [0, 0, 0]);
-        // As it ended, and as it began.
-        assert_eq!(pivots_of([&many, &many, &many]), [0, 0, 0]);
-        assert!(pivots_of([&few, &few, &few])[1..] == [0, 0]);
-    }
-
-    /// Each contact goes too far only once the one before it pushes, so that one of thirty is listed at first.
-    #[test]
-    fn the_first_problem_is_not_solved_contact_by_contact() {
-        let n = 30;
-        let (pattern, entries) = chain(n, -1.0);
-        let h = SymmetricRows { pattern: &pattern, entries: &entries };
-        let mut hit = vec![0.0; n];
-        hit[0] = -1.0;
-        let mut solver = SparseSolver::new(&pattern, 1e-9);
-        let mut p = vec![0.0; n];
-        let stats = solver.solve(SparseLcp::by_pattern(h, &hit), &mut p).unwrap();
-        assert!(stats.pivots == 0 && stats.factorisations > 0 && p.iter().all(|p| *p > 0.0), "{stats:?}");
-        // Nothing pushes for a while. That only one contact is hit is known from then on.
-        solver.solve(SparseLcp::by_pattern(h, &vec![1.0; n]), &mut p).unwrap();
-        solver.solver.forget_matrix();
-        solver.solver.set.clear();
-        let stats = solver.solve(SparseLcp::by_pattern(h, &hit), &mut p).unwrap();
-        assert_eq!(stats.pivots as usize, n);
-        assert!(stats.residual < 1e-12 && p.iter().all(|p| *p > 0.0));
-    }
-
-    /// What a member carries is gone by the time that the one that enters comes to rest: it must not be driven back for the rounding of it.
-    #[test]
-    fn a_tie_takes_no_pivot_more_than_it_has_to() {
-        let mut neighbours = vec![vec![0, 1, 2]; 3];
-        neighbours.extend((3..8).map(|i| vec![i]));
-        let pattern = SymmetricPattern::new(&neighbours);
-        let met = [
-            [1.7488674317652249, 0.5918372306659805, -0.8744337158826124],
-            [0.5918372306659805, 2.8219738766355715, -0.29591861533299024],
-            [-0.8744337158826124, -0.29591861533299024, 1.089576195072927],
-        ];
-        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i < 3 { met[i][j as usize] } else { 1.0 });
-        let entries: Vec<f64> = (0..8).flat_map(row).collect();
-        let h = SymmetricRows { pattern: &pattern, entries: &entries };
-        let with = |b: [f64; 3]| [&b[..], &[1.0; 5]].concat();
-        let mut solver = SparseSolver::new(&pattern, 1e-9);
-        let mut p = vec![0.0; 8];
-        solver.solve(SparseLcp::by_pattern(h, &with([-0.7161562335647664, 5.0, -0.5])), &mut p).unwrap();
-        let tie = with([-0.7161562335647664, -3.414746619497626, 0.3580781167823832]);
-        let stats = solver.solve(SparseLcp::by_pattern(h, &tie), &mut p).unwrap();
-        assert!(stats.pivots == 2 && stats.residual < 1e-15, "{stats:?}");
-    }
-
-    #[test]
-    fn a_force_that_is_not_finite_is_an_error() {
-        let pattern = SymmetricPattern::new(&[vec![]]);
-        let rows = SymmetricRows { pattern: &pattern, entries: &[2.0] };
-        let mut solver = SparseSolver::new(&pattern, 1e-9);
-        assert_eq!(solver.solve(SparseLcp::by_pattern(rows, &[f64::NAN]), &mut [0.0]), Err(Unsolved::NonFinite));
-        let mut p = [0.0];
-        solver.solve(SparseLcp::by_pattern(rows, &[-4.0]), &mut p).unwrap();
-        assert_eq!(p, [2.0]);
-    }
-}
+mod tests;

@@ -29,6 +29,9 @@ pub trait ContactMechanics {
     /// Names the contacts of the interface model, whose gaps are `gap_<contact>_m`.
     fn contact_names(&self) -> &[Name];
 
+    /// Returns its coordinates q, in the units of the model.
+    fn coordinates(&self) -> &[f64];
+
     /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model; none after steps of the second order.
     fn contact_impulses(&self) -> Option<&[f64]>;
 

@@ -39,7 +39,10 @@ impl OutputHistory {
     #[inline]
     pub fn push(&mut self, output: &[f64]) {
         let at = self.count * self.width;
-        self.outputs[at..at + self.width].copy_from_slice(output);
+        match *output {
+            [output] if self.width == 1 => self.outputs[at] = output,
+            _ => self.outputs[at..at + self.width].copy_from_slice(output),
+        }
         self.count += 1;
     }
 

@@ -72,8 +72,13 @@ impl Trajectory {
             (&[start, middle], &[force], &[position, velocity]) => {
                 self.data.extend_from_slice(&[start, middle, force, position, velocity]);
             }
-            _ => self.data.extend(times.iter().chain(outputs).chain(inputs)),
+            (times, outputs, inputs) => self.push_many_parts([times, outputs, inputs]),
         }
+    }
+
+    #[inline(never)]
+    fn push_many_parts(&mut self, parts: [&[f64]; 3]) {
+        self.data.extend(parts.into_iter().flatten());
     }
 
     /// Appends a zero row and hands it out to be filled.

@@ -347,6 +347,10 @@ impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
         &self.contacts
     }
 
+    fn coordinates(&self) -> &[f64] {
+        self.position()
+    }
+
     fn contact_impulses(&self) -> Option<&[f64]> {
         self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
     }

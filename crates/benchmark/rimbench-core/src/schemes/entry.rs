@@ -128,8 +128,8 @@ impl SchemeEntry {
         check_coupling(ports)?;
         let detection = self.detection(options.detection)?;
         if let Some(model) = &mut exchange.interface_model {
-            model.acceleration_jumps.requested = options.motion == ModelMotion::Piecewise;
-            if options.motion != ModelMotion::HalfKick {
+            model.acceleration_jumps.requested = options.model_motion == ModelMotion::Piecewise;
+            if options.model_motion != ModelMotion::HalfKick {
                 model.state_bias = Vec::new();
             }
         }
@@ -154,11 +154,11 @@ impl SchemeEntry {
     /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, for rows of contacts that are bilateral,
     /// or not in it, and for contacts that are to act over the mechanics' step in a model without any, or one that moves.
     pub fn check_options(&self, options: &ModelOptions) -> Result<()> {
-        if options.motion != ModelMotion::Frozen && !self.moves_model {
+        if options.model_motion != ModelMotion::Frozen && !self.moves_model {
             return Err(Error::Incompatible(format!(
                 "model_motion = {} does not go with scheme {}, which looks at the model at communication points only: use model_motion \
                  `frozen`, or a scheme that moves a model within the macro step",
-                options.motion, self.name
+                options.model_motion, self.name
             )));
         }
         if options.friction_rows != FrictionRows::Cone && !self.slides {
@@ -174,10 +174,10 @@ impl SchemeEntry {
                     "scheme `{}` has no contacts that act within a macro step: use rim-nonsmooth or rim-nonsmooth-gap",
                     self.name
                 )
-            } else if options.motion != ModelMotion::Frozen {
+            } else if options.model_motion != ModelMotion::Frozen {
                 format!(
                     "model_motion = {}: the mechanics' answer over its own step is that of the model as it was sent: use model_motion `frozen`",
-                    options.motion
+                    options.model_motion
                 )
             } else {
                 return Ok(());

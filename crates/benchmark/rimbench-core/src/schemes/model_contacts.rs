@@ -17,37 +17,10 @@ use crate::cosim::MicroStep;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::affine_step::{AffineStep, ForceRegion, MicroState, StepContactLaw};
+pub(super) use rimbench_contact::affine_step::ModelState;
+use rimbench_contact::affine_step::{AffineStep, ForceRegion, StepContactLaw};
 use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
-
-/// State of the model between communication points, contacts in the order of the set, with friction their tangential rows after them.
-#[derive(Clone)]
-pub(super) struct ModelState {
-    /// `w = [w_u; w_i]` at the start of the micro step, m/s.
-    pub(super) w: Vec<f64>,
-    /// `w⁺`, at its end, m/s; at the start of a macro step what is received.
-    pub(super) w_plus: Vec<f64>,
-    pub(super) gap: Vec<f64>,
-    /// `P_u` of the last micro step.
-    pub(super) impulses: Vec<f64>,
-    /// The interface position `s`.
-    pub(super) position: Vec<f64>,
-}
-
-impl ModelState {
-    /// Reserves `contacts` contacts with `rows` rows, and `interface` interface rows.
-    pub(super) fn new(contacts: usize, rows: usize, interface: usize) -> Self {
-        let w = vec![0.0; rows + interface];
-        let (gap, impulses, position) = (vec![0.0; contacts], vec![0.0; rows], vec![0.0; interface]);
-        ModelState { w_plus: w.clone(), w, gap, impulses, position }
-    }
-
-    #[inline(always)]
-    fn micro(&mut self) -> MicroState<'_> {
-        MicroState { w: &mut self.w, w_plus: &mut self.w_plus, gap: &mut self.gap, impulses: &mut self.impulses }
-    }
-}
 
 /// Eq. 4 and the contact law, which are constant over micro steps.
 #[derive(Clone, Copy)]
@@ -113,23 +86,28 @@ impl<S: ContactSolver> Complementarity<S> {
         at: MicroStep,
     ) -> bool {
         let Some(affine) = &mut self.affine else { return false };
-        if affine.skip(law, lambda, state.micro()) {
+        if affine.skip(law, lambda, state) {
             return true;
         }
-        if !affine.is_known() {
-            // Impulses of another model tell nothing.
-            if self.matrix_changed {
-                return false;
-            }
-            let active = self.solver.active(&state.impulses[..discretised.contacts()]);
-            affine.linearise(discretised, law, active, self.violation_left);
+        if !affine.is_known() && !self.linearise(discretised, law, state) {
+            return false;
         }
+        let Some(affine) = &mut self.affine else { return false };
         let remaining = at.count.saturating_sub(at.index + 1);
-        if affine.is_known() && affine.step(discretised, law, lambda, remaining, state.micro()) {
+        if affine.is_known() && affine.step(discretised, law, lambda, remaining, state) {
             return true;
         }
         affine.leave_region(law, &mut state.w, &mut state.gap);
         false
+    }
+
+    /// Looks for the critical region of the problem that was solved last; false where there was none of this model.
+    #[cold]
+    fn linearise(&mut self, discretised: &DiscretisedModel, law: &StepContactLaw, state: &ModelState) -> bool {
+        let Some(affine) = self.affine.as_mut().filter(|_| !self.matrix_changed) else { return false };
+        let active = self.solver.active(&state.impulses[..discretised.contacts()]);
+        affine.linearise(discretised, law, active, self.violation_left);
+        true
     }
 
     /// Finds the forces around those of the last step that keep its active set, see [`AffineStep::find_force_region`].

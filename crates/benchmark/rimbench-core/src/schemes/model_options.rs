@@ -84,7 +84,7 @@ pub struct ModelOptions {
     /// Treatment of dependent contacts where they become bilateral.
     pub redundancy: Redundancy,
     /// Frozen model, or one that moves.
-    pub motion: ModelMotion,
+    pub model_motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
     pub detection: Option<ContactDetection>,
     /// The part of the others in the model of one of several actuators.
@@ -101,7 +101,7 @@ impl ModelOptions {
     /// Tells whether there is one among them that not all mechanics go together with.
     pub fn depends_on_mechanics(&self) -> bool {
         self.redundancy != Redundancy::Drop
-            || self.motion == ModelMotion::HalfKick
+            || self.model_motion == ModelMotion::HalfKick
             || self.friction_rows == FrictionRows::SlipDirection
     }
 
@@ -111,10 +111,10 @@ impl ModelOptions {
     /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known, for a
     /// pseudo-inverse of more contacts than it has room for, and for one row of friction where there are not two, or rows that turn.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
-        if self.motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
+        if self.model_motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
             return Err(Error::Incompatible(format!(
                 "model_motion = {}: the mechanics does not say which part of its free acceleration depends on the state; use `frozen`",
-                self.motion
+                self.model_motion
             )));
         }
         if self.redundancy == Redundancy::PseudoInverse && model.contacts() > PSEUDO_INVERSE_LIMIT {
@@ -129,7 +129,7 @@ impl ModelOptions {
             let why = match (model.has_friction(), model.is_in_space()) {
                 (false, _) => "the contacts have no friction",
                 (true, false) => "contacts in the plane have one tangential row anyway",
-                (true, true) if self.motion == ModelMotion::Frozen => return self.check_friction(),
+                (true, true) if self.model_motion == ModelMotion::Frozen => return self.check_friction(),
                 (true, true) => "rows turn from one communication point to the next; use model_motion `frozen`",
             };
             return Err(Error::Incompatible(format!("friction_rows = {}: {why}", self.friction_rows)));
@@ -146,9 +146,9 @@ impl ModelOptions {
             let reason = "of dependent rows that stick or slide the equations drop out; use redundancy `drop`";
             return refused(format!("redundancy = {}", self.redundancy), reason);
         }
-        if self.motion == ModelMotion::HalfKick {
+        if self.model_motion == ModelMotion::HalfKick {
             let reason = "a kick along a surface that may stick or slide is not defined; use model_motion `frozen`";
-            return refused(format!("model_motion = {}", self.motion), reason);
+            return refused(format!("model_motion = {}", self.model_motion), reason);
         }
         if !self.solver.with_friction {
             let reason = "contacts with friction are solved over their states; use solver `active-set`";

@@ -98,6 +98,11 @@ impl MovingModel {
     /// Brings the model to a micro step: to its middle, or with the share of it that lies behind a kink; says whether it has moved.
     #[inline]
     pub(super) fn move_to(&mut self, at: MicroStep) -> bool {
+        !matches!(self.motion, ModelMotion::Frozen | ModelMotion::HalfKick) && self.moves_to(at)
+    }
+
+    #[inline(never)]
+    fn moves_to(&mut self, at: MicroStep) -> bool {
         match self.motion {
             ModelMotion::Frozen | ModelMotion::HalfKick => false,
             ModelMotion::Extrapolated => {

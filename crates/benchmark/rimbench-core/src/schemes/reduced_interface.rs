@@ -198,6 +198,13 @@ impl CouplingScheme for ReducedInterface {
         }
         self.step(own, at)?;
         let (n, n_i) = (self.discretised.contacts(), own.len());
+        if let ([u_position, u_velocity], [position]) = (&mut *u, &mut *self.state.position) {
+            // As below, of one row.
+            let w = self.state.w_plus[n];
+            *position += at.length * w;
+            (*u_position, *u_velocity) = (*position, w);
+            return Ok(());
+        }
         let (u_position, u_velocity) = u.split_at_mut(n_i);
         for (i, w) in self.state.w_plus[n..n + n_i].iter().enumerate() {
             // s⁺ = s + δ w_i⁺

@@ -64,6 +64,8 @@ pub struct Advice {
     pub advised: Option<Choice>,
     /// The cheapest of another scheme.
     pub runner_up: Option<Choice>,
+    /// The cheapest of the cells tried that has at most half the error of the advised one: what more accuracy costs.
+    pub finer: Option<Choice>,
     /// Runs made.
     pub runs_made: usize,
     /// Cells of which nothing is known, having taken too long.
@@ -137,8 +139,9 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
         None => "the interface carries no force to speak of, and errors are relative to its peak".to_owned(),
         Some(uncertainty) if uncertainty < question.error => {
             let phases = phase_ensemble(question.phases);
-            let (seen, best, nearest) = (vec![[1.0, 1.0, 1.0, 0.0]; forms.len()], Vec::new(), None);
-            return Search { question, reference, phases, forms, seen, best, nearest, advice }.run();
+            let seen = vec![[1.0, 1.0, 1.0, 0.0]; forms.len()];
+            let (best, met, nearest) = (Vec::new(), Vec::new(), None);
+            return Search { question, reference, phases, forms, seen, best, met, nearest, advice }.run();
         }
         Some(uncertainty) => format!("the reference itself is uncertain by {uncertainty:.1e} of its peak"),
     };
@@ -165,6 +168,8 @@ struct Search<'a> {
     seen: Vec<[f64; 4]>,
     /// The cheapest choice of each scheme, by cost; of equals the first in the catalogue.
     best: Vec<Choice>,
+    /// All that meet the error.
+    met: Vec<Choice>,
     /// The least error that was missed, infinite where there is none, and how.
     nearest: Option<(f64, String)>,
     advice: Advice,
@@ -189,6 +194,10 @@ impl Search<'_> {
         self.advice.notes = self.notes();
         let mut best = self.best.into_iter();
         (self.advice.advised, self.advice.runner_up) = (best.next(), best.next());
+        let error = |choice: &Choice| choice.worst_error.unwrap_or(0.0);
+        let most = self.advice.advised.as_ref().map_or(0.0, |advised| 0.5 * error(advised));
+        let finer = self.met.into_iter().filter(|choice| most > 0.0 && error(choice) <= most);
+        self.advice.finer = finer.min_by(|a, b| a.cost.total_cmp(&b.cost).then(a.place.cmp(&b.place)));
         Ok(self.advice)
     }
 
@@ -281,6 +290,7 @@ impl Search<'_> {
             self.seen[form] = std::array::from_fn(|kind| cell.work[kind] / least[kind]);
         }
         let Some(fault) = &cell.fault else {
+            self.met.push(cell.clone());
             if self.best.iter().all(|other| other.scheme != cell.scheme || cell.cost < other.cost) {
                 self.best.retain(|other| other.scheme != cell.scheme);
                 self.best.push(cell);

@@ -75,6 +75,10 @@ impl<'a> Scene<'a> {
         }
         let of = (known.drawing)(&parameters);
         let of = of.ok_or_else(|| Error::file(table.path(), format!("{name} is not drawn with these")))?;
+        if !of.coordinates().is_empty() {
+            let text = format!("{name} is drawn by the places of single bodies, which no trace has: the page has them");
+            return Err(Error::file(table.path(), text));
+        }
         Ok(Scene { folder, of, reference: read_table(&trace_path(folder, "reference")?)? })
     }
 

@@ -914,7 +914,7 @@ fn case_picture(catalogue: &Catalogue, case: &Case) -> String {
     let macro_step_s = case.defaults.macro_step_s;
     let request =
         RunRequest { duration_s: Some(macro_step_s), ..RunRequest::of(case.name.to_string(), "zero-order-hold") };
-    let spec = request.resolve(catalogue).unwrap();
+    let spec = request.resolve(catalogue).unwrap().with_drawn_coordinates();
     let run = simulate(&spec, Bounds::default(), None, StopFlag::never()).unwrap().trajectory;
     let value =
         |column: &str| run.columns().iter().position(|name| name == column).map_or(f64::NAN, |at| run.data()[at]);

@@ -1,5 +1,7 @@
 //! Numbers and tables of pages, filled from files.
 
+use crate::root;
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::Result;
 use rimbench_figures::{TableList, fill_page, has_markers};
 use rimbench_results::kept::{PooledSets, keep};
@@ -149,6 +151,25 @@ fn rows_of_other_files_are_chosen_folded_and_held_against_each_other() {
         let error = value(keys, "").unwrap_err().to_string();
         assert!(error.contains(said), "{keys}: {error}");
     }
+}
+
+/// What a table calls its lines is for readers: no name that is typed, and no label of an experiment.
+#[test]
+fn no_shipped_table_calls_a_line_by_an_identifier() {
+    let list: toml::Table =
+        toml::from_str(&std::fs::read_to_string(root().join("paper/tables.toml")).unwrap()).unwrap();
+    let (catalogue, mut names) = (Catalogue::standard(), 0);
+    for (id, table) in list["table"].as_table().unwrap() {
+        let kinds = table.as_table().unwrap().values().filter_map(|kind| kind.get("names")?.as_table());
+        for (of, name) in kinds.flatten() {
+            let name = name.as_str().unwrap();
+            let typed =
+                catalogue.schemes().iter().find(|known| known.name.contains('-') && name.contains(&*known.name));
+            assert!(typed.is_none() && !name.contains('/'), "{id}: {of} is called {name}");
+            names += 1;
+        }
+    }
+    assert!(names > 100, "only {names} names are seen");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::HydraulicCylinder;
 use rimbench_core::cosim::{EnergyAccount, LineForces, MacroStep, TransmissionLines};
+use wide::f64x2;
 
 /// Into which chamber the piston presses as it moves out.
 const DISPLACED: [f64; 2] = [1.0, -1.0];
@@ -139,12 +140,13 @@ fn mean_over(count: usize, index: usize, parts: usize, piece: impl Fn(usize) -> 
 impl TransmissionLines for HydraulicCylinder {
     fn lay(&mut self, micro_steps: usize, smoothing: f64) {
         // As if pressures and flows had been what they are for long.
+        let flows = self.valve_flows(self.p, self.spool.at(self.time));
         let line = |i: usize| {
-            let [inflow, outflow] = self.chamber_flows(i, self.p[i], self.spool.at(self.time));
+            let (p, [inflow, outflow]) = (self.pressures()[i], flows.map(|flows| flows.to_array()[i]));
             Line {
                 impedance: f64::NAN,
-                piston: End::new(micro_steps, self.p[i], 0.0),
-                valve: End::new(micro_steps, self.p[i], inflow - outflow),
+                piston: End::new(micro_steps, p, 0.0),
+                valve: End::new(micro_steps, p, inflow - outflow),
             }
         };
         self.lines = Some(Box::new(Lines {
@@ -167,7 +169,7 @@ impl TransmissionLines for HydraulicCylinder {
         let started = lines.count > 0;
         if started {
             lines.correct_pistons(area, step.start, motion);
-            self.p = lines.lines.each_ref().map(|line| line.piston.pressure[lines.count - 1]);
+            self.p = f64x2::new(lines.lines.each_ref().map(|line| line.piston.pressure[lines.count - 1]));
         } else {
             for (line, displaced) in lines.lines.iter_mut().zip(DISPLACED) {
                 line.piston.flow.fill(displaced * area * motion[1]);
@@ -176,7 +178,7 @@ impl TransmissionLines for HydraulicCylinder {
         }
         let chambers = self.chambers(motion[0]);
         let travel = step.length / (1.0 - lines.smoothing);
-        let impedances = [0, 1].map(|i| self.stiffness(self.p[i], chambers[i]) * travel);
+        let impedances = (self.oil.stiffness(self.p, self.volumes(chambers)) * f64x2::splat(travel)).to_array();
         if !started {
             for (line, impedance) in lines.lines.iter_mut().zip(impedances) {
                 line.impedance = impedance;
@@ -201,23 +203,28 @@ impl TransmissionLines for HydraulicCylinder {
         for j in 0..micro_steps {
             forces.push(&[area * (second.piston.arriving[j] - first.piston.arriving[j])]);
         }
-        self.p = [0, 1].map(|i| {
+        self.p = f64x2::new([0, 1].map(|i| {
             let line = &lines.lines[i];
             line.piston.arriving[0] + line.impedance * DISPLACED[i] * area * motion[1]
-        });
+        }));
         self.lines = Some(lines);
     }
 }
 
 impl HydraulicCylinder {
     /// Pressures at the piston for a velocity, Pa; none where the chambers are no lines.
-    #[inline]
     pub(super) fn line_pressures(&self, velocity: f64) -> Option<[f64; 2]> {
         let lines = self.lines.as_ref()?;
         let arrivals = lines.arrivals()?;
         Some(
             [0, 1].map(|i| arrivals[i] + lines.lines[i].impedance * DISPLACED[i] * self.size.piston_area_m2 * velocity),
         )
+    }
+
+    /// `F` for a velocity, N.
+    #[inline(never)]
+    pub(super) fn force_of_lines(&self, velocity: f64) -> f64 {
+        self.size.force(self.line_pressures(velocity).unwrap_or(self.pressures()), velocity)
     }
 
     /// One micro step of the lines; false where the chambers are none.
@@ -233,11 +240,11 @@ impl HydraulicCylinder {
             let arriving = line.valve.arriving[j];
             let pressure = self.valve_pressure(i, arriving, line.impedance, spool, line.valve.pressure[j]);
             valve_pressures[i] = pressure;
-            let [inflow, outflow] = self.chamber_flows(i, pressure, spool);
+            let [inflow, outflow] = self.valve_flows(f64x2::splat(pressure), spool).map(|flows| flows.to_array()[i]);
             line.valve.set(j, pressure, inflow - outflow);
             line.piston.set(j, pressures[i], DISPLACED[i] * displacement);
             change += h * (pressures[i] * line.piston.flow[j] + pressure * line.valve.flow[j]);
-            let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
+            let [supply, tank] = [self.oil.supply, self.oil.tank].map(|each| each.to_array()[0]);
             lines.account.pump += h * supply * inflow;
             lines.account.valve += h * ((supply - pressure) * inflow + (pressure - tank) * outflow);
             lines.account.tank += h * tank * outflow;
@@ -255,21 +262,23 @@ impl HydraulicCylinder {
         lines.account.integration += stored - change;
         lines.energy += stored;
         lines.done += 1;
-        self.p = pressures;
+        let mut of_piston = pressures;
         let beyond = valve_pressures.iter().find(|p| !self.is_valid(**p));
         if let Some(&beyond) = beyond {
             // The end of the line at the valve has no name of its own among the observables: the chamber is out of its range.
             let chamber = usize::from(beyond != valve_pressures[0]);
-            self.p[chamber] = beyond;
+            of_piston[chamber] = beyond;
         }
+        self.p = f64x2::new(of_piston);
         self.lines = Some(lines);
         true
     }
 
     /// Solves `p = c + Z q(p)` at the valve of a chamber by Newton's method inside a bracket; q falls with p, so the root is one.
     fn valve_pressure(&self, chamber: usize, arriving: f64, impedance: f64, spool: f64, guess: f64) -> f64 {
-        let (supply, tank) = (self.oil.supply_pressure_pa, self.oil.tank_pressure_pa);
-        let [k_in, k_out] = self.openings(chamber, spool);
+        let [supply, tank] = [self.oil.supply, self.oil.tank].map(|each| each.to_array()[0]);
+        let openings = self.openings(spool);
+        let (k_in, k_out) = (openings[chamber], openings[1 - chamber]);
         // Above the pump's pressure nothing flows in, below the tank's nothing out.
         let (mut low, mut high) = (arriving.min(tank), arriving.max(supply));
         let mut p = guess.clamp(low, high);

@@ -107,14 +107,14 @@ impl AffineStep<SparseSetFactor> {
         let accepted = self.accepted(tolerance);
         let n = self.rows;
         let many = &mut *self.factor.0;
-        let (bound, active) = (&mut many.bound, &many.active);
+        let (bound, active) = (&mut many.bound, &many.by_contact.active);
         // A force that is not finite is within no range.
         let within = (force - bound.force).abs() <= bound.range;
         if bound.taken >= bound.steps || !within {
             return false;
         }
         let ([free, of_r, of_force], [p, p_of_r, p_of_force]) =
-            (columns(&self.velocities, n + 1), columns(&many.impulses, n));
+            (columns(&self.velocities, n + 1), columns(&many.by_contact.impulses, n));
         let velocity = |w: f64, row: usize| w + free[row] + sigma * of_r[row] + force * of_force[row];
         for contact in &mut bound.unsafe_contacts {
             let row = contact.row as usize;
@@ -196,11 +196,11 @@ impl AffineStep<SparseSetFactor> {
             to_come *= decay;
         }
         let ([free, of_r, of_force], [p, p_of_r, p_of_force]) =
-            (columns(&self.velocities, n + 1), columns(&many.impulses, n));
+            (columns(&self.velocities, n + 1), columns(&many.by_contact.impulses, n));
         bound.unsafe_contacts.clear();
         for i in 0..n {
             let (w, gap) = (w[i], gap[i]);
-            let safe = if many.active[i] == 0.0 {
+            let safe = if many.by_contact.active[i] == 0.0 {
                 let least = free[i] + force * of_force[i] - range * of_force[i].abs() + (first * of_r[i]).min(0.0);
                 let w = w + count * least.min(0.0);
                 let gap = gap + count * law.gap_step * w.min(0.0);

@@ -73,11 +73,19 @@ impl CoupledPair<'_> {
     /// both            x⁺  = the subsystem's own step with the scheme's input
     /// ```
     pub(crate) fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
-        if self.state.rates.is_some() { self.actuate::<2>(step) } else { self.actuate::<1>(step) }
+        let ports = (self.state.own.actuator.len(), self.state.u.actuator.len());
+        match (self.state.rates.is_some(), ports) {
+            // One row, as it mostly is.
+            (false, (1, 2)) => self.actuate::<1>(step, (1, 2)),
+            (false, _) => self.actuate::<1>(step, ports),
+            (true, _) => self.actuate::<2>(step, ports),
+        }
     }
 
-    /// [`advance_actuator`](Self::advance_actuator) by a rule of this order, known to the compiler: both are as fast as if written apart.
-    fn actuate<const ORDER: u32>(&mut self, step: MacroStep) -> Result<(), Failure> {
+    /// [`advance_actuator`](Self::advance_actuator) by a rule of this order, and with so many outputs and inputs, where the compiler knows
+    /// them: all are as fast as if written apart.
+    #[inline(always)]
+    fn actuate<const ORDER: u32>(&mut self, step: MacroStep, ports: (usize, usize)) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
         let averaged =
             matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces)
@@ -88,7 +96,7 @@ impl CoupledPair<'_> {
         let covered = (step, self.setup.own_mechanics_steps(step));
         let mut trials =
             trials.as_mut().map(|room| TrialSteps::new(&*self.sides.mechanics, covered, room, self.setup.trials));
-        let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
+        let (own, u) = (&mut own.actuator[..ports.0], &mut u.actuator[..ports.1]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         history.clear();
         for j in 0..count {

@@ -71,7 +71,7 @@ pub(super) fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
 fn is_affine(contacts: Contacts, empty: &ReducedInterfaceModel, options: &ModelOptions) -> bool {
     // A solver chosen by name solves every problem; with stiction the coefficient of friction changes between micro steps.
     !contacts.are_bilateral()
-        && options.motion != ModelMotion::Extrapolated
+        && options.model_motion != ModelMotion::Extrapolated
         && options.solver.goes_by_active_sets()
         && empty.spring.is_none()
         && empty.stiction.is_none()
@@ -105,7 +105,7 @@ fn model_contacts(
         let step = affine.then(|| AffineStep::new(first, n_i, ModeFactor::new(n_u)));
         ModelContacts::Coulomb(Box::new(Complementarity::new(*solver, step, empty)))
     } else {
-        let step = affine.then(|| AffineStep::new(n_u, n_i, DenseFactor::new(n_u)));
+        let step = affine.then(|| AffineStep::new(n_u, n_i, DenseFactor::new(n_u, n_i)));
         let solver = Signorini(options.solver.checked(n_u));
         ModelContacts::Signorini(Box::new(Complementarity::new(solver, step, empty)))
     };
@@ -156,7 +156,7 @@ impl ReducedInterface {
         Ok(ReducedInterface {
             own: acts.then(|| Box::new(OwnStep::new(&discretised, (n_u, first, n_i)))),
             set: ContactSet::new(contacts, detection, n_u, active),
-            model: MovingModel::new(empty, options.motion),
+            model: MovingModel::new(empty, options.model_motion),
             discretised,
             condensation: Condensation::of(empty),
             redundancy: options.redundancy,
