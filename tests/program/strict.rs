@@ -379,6 +379,11 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         (claim_with("metric", "relative_to = \"rim-nonsmooth\"\nmetric"), "relative to itself"),
         (claim_with("metric", "witnesses = \"all\"\nmetric"), "witnesses chooses runs by how they end"),
         (claim_with("metric", "witnesses = \"some\"\nmetric"), "unknown variant `some`"),
+        (claim_with("\"failed\"", "\"fails\""), "`metric = \"fails\"`: unknown metric of a claim `fails`"),
+        (
+            claim_with("metric", "at_equal = \"exchange\"\nmetric"),
+            "`at_equal = \"exchange\"`: unknown counter `exchange`",
+        ),
         (EXPERIMENT.replace("<= 0", ">= nan"), "is no comparison"),
         (EXPERIMENT.replace("<= 0", "<= inf"), "the number finite"),
     ] {
