@@ -1,16 +1,18 @@
 //! `rimbench perf`: has the program become slower?
 
 use super::number::counted;
-use super::print;
 use super::screen::Table;
+use super::{Format, print, print_json};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::error::Error;
 use rimbench::perf::{
-    BENCHMARKS, Benchmark, History, benchmark_by_name, compare, compare_revisions, fence_of, find_valgrind, record,
+    BENCHMARKS, Benchmark, ChangedFunction, Comparison, Finding, History, Verdict, benchmark_by_name, compare,
+    compare_revisions, fence_of, find_valgrind, record,
 };
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -102,6 +104,9 @@ struct Compare {
     /// A git revision to build and record; given twice, first the base
     #[arg(long, value_name = "REV")]
     rev: Vec<String>,
+    /// How to print; JSON has every quantity that was compared
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
     #[command(flatten)]
     measuring: Measuring,
 }
@@ -124,7 +129,31 @@ impl Compare {
             }
             _ => return Err(Error::invalid("--rev", self.rev.join(" "), "two revisions: --rev BASE --rev NEW").into()),
         };
-        print(&comparison.to_string())?;
+        match self.format {
+            Format::Table => print(&comparison.to_string())?,
+            Format::Json => print_json(&facts(&comparison))?,
+        }
         Ok(if comparison.regressions().is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
+}
+
+fn facts(comparison: &Comparison) -> Value {
+    let finding = |Finding { benchmark, quantity, counts: [base, new], verdict }: &Finding| {
+        let verdict = match verdict {
+            Verdict::Same => "same",
+            Verdict::Improved => "improved",
+            Verdict::Regressed => "regressed",
+            Verdict::Traded => "traded",
+        };
+        json!({ "benchmark": benchmark, "quantity": quantity, "base": base, "new": new, "verdict": verdict })
+    };
+    let function = |(benchmark, ChangedFunction { name, counts: [base, new] }): &(String, ChangedFunction)| json!({ "benchmark": benchmark, "function": name, "base": base, "new": new });
+    json!({
+        "base": comparison.records[0],
+        "new": comparison.records[1],
+        "findings": comparison.findings.iter().map(finding).collect::<Vec<_>>(),
+        "functions": comparison.functions.iter().map(function).collect::<Vec<_>>(),
+        "notes": comparison.notes,
+        "regressions": comparison.regressions(),
+    })
 }

@@ -32,6 +32,28 @@ fn a_missing_valgrind_is_a_note_and_a_regression_has_exit_code_one_and_is_named(
     assert_has(&compare("slower01", "previous", 0), &["improved", "No regression."]);
 }
 
+#[test]
+fn a_comparison_in_json_has_every_quantity_and_the_exit_code_of_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = folder.path().join("history.csv");
+    record(&history);
+    let row = History::read(&history).unwrap().rows.remove(0);
+    let pivots = row.counters[5];
+    let mut slower = Row { record: "slower01".to_owned(), ..row };
+    slower.counters[5] += 1;
+    History::append(&history, &[slower]).unwrap();
+    let output =
+        perf(&["compare", "previous", "latest", "--format", "json", "--history"]).arg(&history).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let compared: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(compared["regressions"], serde_json::json!(["kernel/friction-warm: lcp_pivots"]));
+    let findings = compared["findings"].as_array().unwrap();
+    assert_eq!(findings.len(), 8);
+    let finding = findings.iter().find(|finding| finding["quantity"] == "lcp_pivots").unwrap();
+    assert_eq!(finding["verdict"], "regressed");
+    assert_eq!((&finding["base"], &finding["new"]), (&pivots.into(), &(pivots + 1).into()));
+}
+
 /// What stands in a file for another program is not run here: at least it must call what is there.
 #[test]
 fn the_action_calls_a_command_that_exists() {
