@@ -13,7 +13,7 @@ parameters! {
     /// What can be set.
     struct LightOnHeavy from "ours" {
         coupling_stiffness_n_m: f64 = 100.0, NotNegative,
-            "coupling stiffness" study 30.0..300.0;
+            "coupling stiffness".study(30.0..300.0);
     }
 }
 

@@ -46,7 +46,7 @@ pub use rimbench_dev as perf;
 pub use rimbench_figures as figures;
 pub use rimbench_fmi as fmi;
 pub use rimbench_harness as harness;
-pub use rimbench_results::{atomic_file, checksums, claims, input, kept, results_table, trace};
+pub use rimbench_results::{atomic_file, checksums, claims, input, kept, results_table, run_table, selection, trace};
 pub use rimbench_statistics as statistics;
 
 /// What this program was built from.

@@ -109,12 +109,12 @@ impl Reproduce {
         let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.counts()).collect();
         let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
         let said = format!(
-            "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
+            "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s.",
             counted.len(),
             started.elapsed().as_secs_f64(),
-            page.display()
         );
         print(&paragraph(&said, 0))?;
+        print(&format!("Report: {}", page.display()))?;
         Ok(if remade.differing.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }

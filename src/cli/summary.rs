@@ -4,8 +4,9 @@ use super::number::{percent, quantity, with_digits};
 use super::screen::{Table, paragraph};
 use rimbench::error::Result;
 use rimbench::harness::Experiment;
-use rimbench::results_table::read_table;
-use rimbench::statistics::Runs;
+use rimbench::run_table::RunTable;
+use rimbench::runs::Finding;
+use rimbench::selection::Runs;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -24,38 +25,38 @@ const MOST_ROWS: usize = 60;
 /// # Errors
 /// [`Error::File`](rimbench::error::Error::File) for a file or column that is not there.
 pub(super) fn summary(folder: &Path) -> Result<String> {
-    let file = read_table(&folder.join("runs.csv"))?;
-    let metrics = MEDIANS.iter().map(|(name, ..)| file.column(name)).collect::<Result<Vec<usize>>>()?;
-    let groups = Runs::of(&file)?.by_columns(["case", "set", "label", "macro_step_s"])?;
+    let table = RunTable::read_from(folder)?;
+    let metrics = MEDIANS.iter().map(|(name, ..)| Finding::named(name)).collect::<Result<Vec<Finding>>>()?;
+    let groups = Runs::of(&table).by_key(|run| (run.problem(), &*run.label, run.macro_step_s.to_bits()));
     let mut header = vec!["scheme row", "H", "done"];
     header.extend(MEDIANS.map(|(_, heading, _)| heading));
     let mut text = paragraph("Medians of completed runs: rms errors of force and position, energy residual", 0);
     let shown = &groups[..groups.len().min(MOST_ROWS)];
-    for of_case in shown.chunk_by(|a, b| a.0[..2] == b.0[..2]) {
-        let mut table = Table::new(&header);
-        for ([.., label, macro_step], runs) in of_case {
+    for of_case in shown.chunk_by(|a, b| a.0.0 == b.0.0) {
+        let mut shown = Table::new(&header);
+        for ((_, label, macro_step), runs) in of_case {
             let completed = runs.completed();
             let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
             let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
-            failed.for_each(|&row| *failures.entry(runs.run(row).outcome.name()).or_default() += 1);
+            failed.for_each(|&row| *failures.entry(runs.run(row).found.outcome.name()).or_default() += 1);
             let failures: String = failures.iter().map(|(name, count)| format!(", {count} {name}")).collect();
-            let step = macro_step.parse().map_or_else(|_| (*macro_step).to_owned(), |step| with_digits(step, "s", 6));
+            let step = with_digits(f64::from_bits(*macro_step), "s", 6);
             let done = format!("{}/{}{failures}", completed.rows().len(), runs.rows().len());
             let mut row = vec![(*label).to_owned(), step, done];
             row.extend(metrics.iter().zip(MEDIANS).map(|(&metric, (.., unit))| {
-                match completed.pool(|row| file.number(row, metric)).median() {
+                match completed.pool(|row| runs.value(row, metric)).median() {
                     None => "–".to_owned(),
                     Some(value) if unit == "-" => percent(value),
                     Some(value) => quantity(value, unit),
                 }
             }));
-            table.add_row(row);
+            shown.add_row(row);
         }
-        let [case, set, ..] = of_case[0].0;
-        text += &format!("\n\n{}\n{table}", format!("{case} {set}").trim_end());
+        let ([case, set], ..) = of_case[0].0;
+        text += &format!("\n\n{}\n{shown}", format!("{case} {set}").trim_end());
     }
     if groups.len() > MOST_ROWS {
-        text += &format!("\n… and {} more in {}", groups.len() - MOST_ROWS, file.path().display());
+        text += &format!("\n… and {} more in {}", groups.len() - MOST_ROWS, table.path().display());
     }
     Ok(text)
 }
@@ -65,8 +66,8 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
 /// # Errors
 /// Those of [`summary`].
 pub(super) fn count_not_completed(folder: &Path) -> Result<usize> {
-    let runs = read_table(&folder.join("runs.csv"))?;
-    Ok(runs.len() - Runs::of(&runs)?.tally().completed)
+    let table = RunTable::read_from(folder)?;
+    Ok(table.len() - Runs::of(&table).tally().completed)
 }
 
 /// Says how many runs did not complete, of all that are stored; none if all did.
@@ -74,11 +75,11 @@ pub(super) fn count_not_completed(folder: &Path) -> Result<usize> {
 /// # Errors
 /// Those of [`summary`].
 pub(super) fn not_completed(experiment: &Experiment, folder: &Path) -> Result<Option<String>> {
-    let runs = read_table(&folder.join("runs.csv"))?;
-    let tally = Runs::of(&runs)?.tally();
+    let table = RunTable::read_from(folder)?;
+    let tally = Runs::of(&table).tally();
     let silent = tally.no_answer + tally.skipped;
     let said = if silent > 0 { format!(", {silent} of them without an answer") } else { String::new() };
-    let (count, all) = (runs.len() - tally.completed, runs.len());
+    let (count, all) = (table.len() - tally.completed, table.len());
     Ok((tally.failed + silent > 0)
         .then(|| format!("Of all {all} runs of {}, {count} did not complete{said}.", experiment.name())))
 }

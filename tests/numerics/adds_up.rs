@@ -1,8 +1,9 @@
 //! What sides say of their own motion: of ours it is so, and of what is off by a sign, a unit or a size it is found out and named.
 
 use crate::support::*;
-use rimbench::cases::{Doubts, Tried, doubts_of};
+use rimbench::cases::{CoupledSystem, Doubts, Tried, doubts_of, model_against_outputs};
 use rimbench_core::cosim::subsystem_methods;
+use std::sync::Arc;
 
 /// What is said wrongly of a side, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +21,8 @@ struct Lie {
     /// Positions and velocities move in steps of its own, in so many of those that are asked for.
     own_steps: usize,
     copies: bool,
+    /// Whether its interface model is held against its outputs whenever it is asked for.
+    compared: bool,
 }
 
 struct Liar {
@@ -31,8 +34,16 @@ struct Liar {
     waited: f64,
 }
 
-const HONEST: Lie =
-    Lie { outputs: None, inputs: None, model: None, rates: None, late: false, own_steps: 1, copies: true };
+const HONEST: Lie = Lie {
+    outputs: None,
+    inputs: None,
+    model: None,
+    rates: None,
+    late: false,
+    own_steps: 1,
+    copies: true,
+    compared: false,
+};
 
 impl Liar {
     fn of(side: Box<dyn Subsystem>, lie: Lie) -> Box<dyn Subsystem> {
@@ -97,7 +108,19 @@ impl Capabilities for Liar {
             model.h.iter_mut().for_each(|h| *h *= of_h);
             model.a.iter_mut().for_each(|a| *a *= of_a);
         }
+        if self.lie.compared {
+            model_against_outputs(model, &self.told(&vec![0.0; self.ports.inputs.len()])?)
+                .map_err(Failure::reported)?;
+        }
         Ok(filled)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        self.side.capabilities().observables()
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        self.side.capabilities().observe(h, row);
     }
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
@@ -149,6 +172,31 @@ fn what_our_own_sides_say_adds_up_whatever_they_offer_and_however_they_step() {
         }
     }
     assert!(wrong.is_empty(), "{} are called wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// A model puts right what the joints of its mechanics have drifted, by the square of a step.
+#[test]
+fn no_interface_model_of_ours_is_called_wrong_during_a_run_however_long_its_steps() {
+    let mut asked = 0;
+    for case in cases() {
+        for times in [1.0, 4.0] {
+            let mut held = Case::clone(case);
+            let build = case.build.clone();
+            held.build = Arc::new(move |parameters, solver| {
+                let system = build(parameters, solver)?;
+                let PerSide { mechanics, actuator } = system.sides;
+                let mechanics = Liar::of(mechanics, Lie { compared: true, ..HONEST });
+                Ok(CoupledSystem { sides: PerSide { mechanics, actuator }, ..system })
+            });
+            let spec = usual_spec(&case.name, "rim-nonsmooth-gap", times * case.defaults.macro_step_s);
+            let spec = spec.with(|settings| settings.case = Arc::new(held)).unwrap();
+            let outcome = run(&spec).report.outcome;
+            let fault = outcome.reason().contains("a fault of this side");
+            assert!(!fault, "{} at {times} H: {outcome:?}", case.name);
+            asked += usize::from(outcome == Outcome::Completed);
+        }
+    }
+    assert!(asked > 40, "{asked} runs complete");
 }
 
 /// Machines without a contact that is closed at the start; the last has two rows.

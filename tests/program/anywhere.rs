@@ -97,7 +97,7 @@ fn a_list_of_figures_of_ones_own_is_drawn_and_a_picture_that_is_out_of_date_is_a
     let folder = tempfile::tempdir().unwrap();
     let results = folder.path().join("results/mine/sweep");
     std::fs::create_dir_all(results.join("figures")).unwrap();
-    let runs = "run_id,case,set,label,macro_step_s,phase,outcome,error\n1,box,,rim-smooth,0.001,1.0,completed,0.1\n\
+    let runs = "run_id,case,set,label,macro_step_s,phase,outcome,penetration_m\n1,box,,rim-smooth,0.001,1.0,completed,0.1\n\
                 2,box,,rim-smooth,0.002,1.0,completed,0.2\n";
     std::fs::write(results.join("runs.csv"), runs).unwrap();
     rimbench::checksums::write(&results, ["runs.csv".to_owned()]).unwrap();
@@ -108,10 +108,14 @@ fn a_list_of_figures_of_ones_own_is_drawn_and_a_picture_that_is_out_of_date_is_a
         std::fs::write(folder.path().join("my.toml"), text).unwrap();
         called(folder.path(), &["report", "--figures", "--file", "my.toml"])
     };
-    list("error").assert().success();
+    list("penetration_m").assert().success();
     assert!(results.join("figures/errors.svg").is_file());
-    let text = said(&mut list("no_such_metric"), 1);
-    assert_has(&text, &["errors cannot be drawn: ", "no_such_metric", "errors.svg is older"]);
+    let text = said(&mut list("energy_growth"), 1);
+    assert_has(&text, &["errors cannot be drawn: ", "energy_growth", "errors.svg is older"]);
+    assert_has(
+        &said(&mut list("no_such_metric"), 2),
+        &["my.toml", "panels 1: metric: unknown column `no_such_metric`"],
+    );
 }
 
 /// In the project's folder the files there are what counts, as they may have been edited.

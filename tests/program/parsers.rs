@@ -16,6 +16,7 @@ use rimbench::fmi::import::{Programs, read_case};
 use rimbench::harness::{Experiment, Ranking, Store};
 use rimbench::perf::History;
 use rimbench::results_table::read_table;
+use rimbench::run_table::RunTable;
 use rimbench::runs::RunRequest;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -195,7 +196,7 @@ fn what_is_mangled_was_valid() {
     let (_folder, path) = file_with("history.csv", seeds("history")[0]);
     assert!(!History::read(&path).unwrap().rows.is_empty());
     let (_folder, path) = file_with("runs.csv", seeds("table")[0]);
-    assert!(!read_table(&path).unwrap().is_empty());
+    assert!(!read_table(&path).unwrap().is_empty() && !RunTable::read(&path).unwrap().is_empty());
     let (folder, _) = file_with("SHA256SUMS", seeds("checksums")[0]);
     assert!(checksums::read(folder.path()).unwrap().is_some_and(|sums| sums.len() == 2));
 }
@@ -280,6 +281,7 @@ proptest! {
     #[test]
     fn any_table_history_and_list_of_checksums_is_one_or_an_error(changes in changes(), which in 0..2_usize) {
         let (_table, path) = file_with("runs.csv", &mangled(seeds("table")[which], &changes));
+        says(RunTable::read(&path));
         if let Some(table) = says(read_table(&path)) {
             for name in ["run_id", "outcome", "nothing"] {
                 let _ = table.column(name).map(|column| (0..table.len()).map(|row| table.number(row, column)).sum::<f64>());

@@ -147,7 +147,7 @@ fn hostile(folder: &Path, experiment: &str) -> String {
     write(
         "runs.csv",
         "run_id,label,case,set,scheme,macro_step_s,outcome,reason\n\
-         a,<img src=x onerror=alert(6)>,wedge-box,,<script>alert(7)</script>,1e-3,<b>lost</b>,</script><script>alert(8)</script>\n",
+         a,<img src=x onerror=alert(6)>,wedge-box,<b>lost</b>,<script>alert(7)</script>,1e-3,completed,</script><script>alert(8)</script>\n",
     );
     let page = page(&folder.join("results"));
     for markup in ["<script>alert", "<img", "href=\"javascript", "<b>"] {

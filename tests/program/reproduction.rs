@@ -52,8 +52,9 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
         assert_eq!(row["verdict"] == "not-measured", row["measured"].is_empty(), "{}", row["id"]);
         assert!(row["measured"].is_empty() || row["runs"] != "0", "claim {} rests on no run", row["id"]);
     }
+    assert!(printed.contains(" claims reproduce. "), "{printed}");
     let last = printed.lines().last().unwrap();
-    assert!(last.contains(" claims reproduce") && last.contains("report.html"), "{last}");
+    assert!(last.starts_with("Report: ") && last.ends_with("report.html"), "{last}");
 }
 
 #[test]
@@ -100,7 +101,9 @@ fn a_second_reproduction_makes_only_what_this_very_program_has_not_stored() {
     let tables = |more: &[&str]| {
         let mut command = rimbench();
         let command = command.current_dir(root()).args(["reproduce", "--quick", "--out"]).arg(place.path()).args(more);
-        let last = printed(command).lines().last().unwrap().split(" in ").next().unwrap().to_owned();
+        let said = printed(command);
+        let last = said.lines().find(|line| line.contains(" claims reproduce. ")).unwrap();
+        let last = last.split(" in ").next().unwrap().to_owned();
         let tables: Vec<PathBuf> = files(&records).into_iter().filter(|file| file.extension().is_some()).collect();
         (tables, last)
     };

@@ -8,7 +8,7 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::{self, CHECKSUMS};
 use rimbench_results::kept::{Digest, check_summary};
-use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_results::run_table::{Run, RunTable};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -33,14 +33,14 @@ pub(super) fn checked_runs(
     catalogue: &Catalogue,
     folder: &Path,
     trust: Trust,
-) -> Result<ResultsTable> {
+) -> Result<RunTable> {
     let rows = folder.join("runs.csv");
     if !rows.exists() {
         let (file, usual) = (experiment.path().display(), experiment.results_folder("results".as_ref()));
         let out = if folder == usual { String::new() } else { format!(" --out {}", folder.display()) };
         return Err(Error::file(rows, format!("is not there: `rimbench run {file}{out}` makes it")));
     }
-    let runs = read_table(&rows)?;
+    let runs = RunTable::read(&rows)?;
     let (mut planned, mut quick) = (experiment.plan(catalogue, false)?, false);
     if let Err(incomplete) = check_rows(experiment, &planned, &runs) {
         if !experiment.has_quick_plan() {
@@ -80,15 +80,16 @@ fn twins(planned: &[PlannedRun]) -> HashSet<&str> {
 }
 
 /// Holds the rows against the plan, whatever their order.
-fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTable) -> Result<()> {
+fn check_rows(experiment: &Experiment, planned: &[PlannedRun], table: &RunTable) -> Result<()> {
     let header = plan_header(planned);
-    let columns: Vec<usize> = header.iter().map(|name| runs.column(name)).collect::<Result<_>>()?;
+    // Behind id and label.
+    let settings: Vec<usize> = header[2..].iter().map(|name| table.setting(name)).collect::<Result<_>>()?;
     // By id, and label where one run has several; another label is told as such.
     let several: HashSet<&str> = twins(planned);
     let key = |id, label| (id, if several.contains(id) { label } else { "" });
-    let mut rows: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
-    for row in 0..runs.len() {
-        rows.entry(key(runs.text(row, columns[0]), runs.text(row, columns[1]))).or_default().push(row);
+    let mut rows: HashMap<(&str, &str), Vec<&Run>> = HashMap::new();
+    for run in table.runs() {
+        rows.entry(key(&*run.id, &*run.label)).or_default().push(run);
     }
     let (mut found, mut different) = (0, 0);
     let mut twice = 0;
@@ -97,7 +98,8 @@ fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTab
         found += 1;
         twice += own.len() - 1;
         let cells = plan_cells(run, &header);
-        let same = |row: &usize| columns.iter().zip(&cells).all(|(&column, cell)| runs.text(*row, column) == cell);
+        let is_set = |own: &Run| settings.iter().zip(&cells[2..]).all(|(&place, cell)| *own.settings[place] == **cell);
+        let same = |own: &&Run| *own.label == *run.label && is_set(own);
         different += usize::from(!own.iter().all(same));
     }
     let unplanned: usize = rows.values().map(Vec::len).sum();
@@ -118,5 +120,5 @@ fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTab
         planned.len(),
         counts.collect::<Vec<_>>().join(", ")
     );
-    Err(Error::file(runs.path(), message))
+    Err(Error::file(table.path(), message))
 }

@@ -6,10 +6,11 @@ use super::execution::run_job;
 use super::experiment::Experiment;
 use super::job::Job;
 use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::Result;
-use rimbench_results::results_table::read_table;
-use rimbench_statistics::Runs;
+use rimbench_results::run_table::RunTable;
+use rimbench_results::selection::Runs;
 use std::fmt;
 use std::path::Path;
 
@@ -61,20 +62,21 @@ pub fn compare(
 
 impl Comparison {
     fn read(runs: &Path) -> Result<Self> {
-        let table = read_table(runs)?;
-        let metric = table.column(METRIC)?;
-        let row = |(names, runs): ([&str; 3], Runs<'_>)| {
-            let ([case, set, label], completed) = (names.map(str::to_owned), runs.completed());
+        let (table, metric) = (RunTable::read(runs)?, Finding::named(METRIC)?);
+        table.check(metric)?;
+        let row = |(([case, set], label), runs): (([&str; 2], &str), Runs<'_>)| {
+            let ([case, set, label], completed) = ([case, set, label].map(str::to_owned), runs.completed());
             ComparisonRow {
                 case,
                 set,
                 label,
                 runs: runs.rows().len(),
                 completed: completed.rows().len(),
-                force_error: completed.pool(|row| table.number(row, metric)).median(),
+                force_error: completed.pool(|row| runs.value(row, metric)).median(),
             }
         };
-        Ok(Comparison { rows: Runs::of(&table)?.by_columns(["case", "set", "label"])?.into_iter().map(row).collect() })
+        let groups = Runs::of(&table).by_key(|run| (run.problem(), &*run.label));
+        Ok(Comparison { rows: groups.into_iter().map(row).collect() })
     }
 }
 

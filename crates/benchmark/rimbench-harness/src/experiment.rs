@@ -8,7 +8,7 @@ mod planned_run;
 mod scheme_row;
 
 pub use claim::Claim;
-pub(crate) use claim::{COMPLETED, FAILED, FAILED_AT, Statistic, Witnesses};
+pub(crate) use claim::{Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
 pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;

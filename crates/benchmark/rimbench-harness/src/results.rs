@@ -57,7 +57,7 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
 fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'static str> {
     let mut names = names_of(|each| Findings::nothing(&Outcome::Completed).columns(each));
     names.retain(|name| match only_of(name) {
-        Some(Only::Claimed) => experiment.claims().iter().any(|claim| claim.metric == *name),
+        Some(Only::Claimed) => experiment.claims().iter().any(|claim| claim.metric.name() == *name),
         _ => has(planned, name),
     });
     names

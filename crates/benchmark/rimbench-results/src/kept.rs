@@ -9,12 +9,14 @@
 
 use super::atomic_file::write_atomically;
 use super::checksums::sha256_of_file;
-use super::results_table::{ResultsTable, read_table};
+use super::results_table::read_table;
+use super::run_table::{Run, RunTable};
+use super::selection::Runs;
 use crate::input::read_text;
 use crate::text_place::said_at;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
-use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -94,53 +96,35 @@ pub struct Digest {
 }
 
 /// Makes the rows of the summary from those of `runs.csv`, in their order.
-///
-/// # Errors
-/// [`Error::File`] for a column that is not there.
-pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<SummaryRow>> {
+pub fn summarise(table: &RunTable, pooled: &PooledSets) -> Vec<SummaryRow> {
     let is_kept = |name: &&str| pooled.is_empty() || *name == POOLED_METRIC;
-    let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok().filter(|_| is_kept(&name)));
-    let judge = table.column(JUDGE).ok();
+    let finding = |name: &str| Finding::named(name).ok();
+    let (metrics, judge) = (SUMMARY_METRICS.map(|name| finding(name).filter(|_| is_kept(&name))), finding(JUDGE));
     let row = |(keys, runs): ([String; SUMMARY_KEYS.len()], Runs<'_>)| {
         let (completed, tally) = (runs.completed(), runs.tally());
         // Of settings without a reference there is nothing to tell.
         let no_answer = tally.no_answer + if pooled.is_empty() { tally.skipped } else { 0 };
-        let pool =
-            |column: Option<usize>| completed.pool(|row| column.map_or(f64::NAN, |column| table.number(row, column)));
-        let worst = || {
-            metrics
-                .iter()
-                .find_map(|column| *column)
-                .map_or(f64::NAN, |column| pool(Some(column)).range().map_or(f64::NAN, |[_, most]| most))
-        };
+        let value = |row, metric: Option<Finding>| metric.map_or(f64::NAN, |metric| runs.value(row, metric));
+        let pool = |metric| completed.pool(|row| value(row, metric));
+        let worst = || pool(metrics.iter().find_map(|metric| *metric)).range().map_or(f64::NAN, |[_, most]| most);
         SummaryRow {
             keys,
             runs: tally.completed + tally.failed + no_answer,
             completed: tally.completed,
             failed: tally.failed,
             no_answer,
-            usable: judge.map_or(0, |column| {
-                completed.rows().iter().filter(|row| table.number(**row, column) <= USABLE).count()
-            }),
-            quartiles: metrics.map(|column| pool(column).quartiles()),
+            usable: completed.rows().iter().filter(|&&row| value(row, judge) <= USABLE).count(),
+            quartiles: metrics.map(|metric| pool(metric).quartiles()),
             worst: (!pooled.is_empty()).then(worst),
         }
     };
-    let runs = Runs::of(table)?;
-    let mut groups: Vec<([String; SUMMARY_KEYS.len()], Vec<usize>)> = Vec::new();
-    let mut places = BTreeMap::new();
-    for (keys, group) in runs.by_columns(SUMMARY_KEYS)? {
-        let mut keys = keys.map(str::to_owned);
-        if let Some(set) = pooled.get(&(keys[0].clone(), keys[1].clone())) {
-            keys[1].clone_from(set);
-        }
-        let place = *places.entry(keys.clone()).or_insert(groups.len());
-        if place == groups.len() {
-            groups.push((keys, Vec::new()));
-        }
-        groups[place].1.extend(group.rows());
-    }
-    Ok(groups.into_iter().map(|(keys, rows)| row((keys, runs.with_rows(rows)))).collect())
+    let written = |number: f64| if number.is_nan() { String::new() } else { format!("{number:?}") };
+    let keys = |run: &Run| {
+        let problem: (String, String) = run.problem().map(str::to_owned).into();
+        let set = pooled.get(&problem).unwrap_or(&problem.1).clone();
+        [problem.0, set, String::from(&*run.label), written(run.macro_step_s), written(run.step_tolerance)]
+    };
+    Runs::of(table).by_key(keys).into_iter().map(row).collect()
 }
 
 /// Writes `summary.csv` and `digest.toml` beside `runs.csv`, the rows of what was planned, by its checksum; drawn settings are pooled.
@@ -149,7 +133,7 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
 /// [`Error::File`] naming the file.
 pub fn keep(folder: &Path, pooled: &PooledSets, plan_sha256: &str) -> Result<()> {
     let path = folder.join("runs.csv");
-    let runs = read_table(&path)?;
+    let runs = RunTable::read(&path)?;
     let text = summary_csv(&runs, pooled)?;
     let summary = folder.join(SUMMARY);
     write_atomically(&summary, |file| file.write_all(&text))?;
@@ -166,7 +150,7 @@ pub fn keep(folder: &Path, pooled: &PooledSets, plan_sha256: &str) -> Result<()>
 ///
 /// # Errors
 /// [`Error::File`] if it is another, or not there.
-pub fn check_summary(folder: &Path, runs: &ResultsTable, pooled: &PooledSets) -> Result<()> {
+pub fn check_summary(folder: &Path, runs: &RunTable, pooled: &PooledSets) -> Result<()> {
     let path = folder.join(SUMMARY);
     let written = std::fs::read(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
     let same = written == summary_csv(runs, pooled)?;
@@ -174,8 +158,8 @@ pub fn check_summary(folder: &Path, runs: &ResultsTable, pooled: &PooledSets) ->
 }
 
 /// The text of `summary.csv`.
-fn summary_csv(runs: &ResultsTable, pooled: &PooledSets) -> Result<Vec<u8>> {
-    let rows = summarise(runs, pooled)?;
+fn summary_csv(runs: &RunTable, pooled: &PooledSets) -> Result<Vec<u8>> {
+    let rows = summarise(runs, pooled);
     let mut table = csv::Writer::from_writer(Vec::new());
     let lines = rows.iter().map(|row| {
         let counts = [row.runs, row.completed, row.failed, row.no_answer, row.usable].map(|count| count.to_string());

@@ -6,5 +6,7 @@ pub mod claims;
 pub mod input;
 pub mod kept;
 pub mod results_table;
+pub mod run_table;
+pub mod selection;
 pub mod text_place;
 pub mod trace;

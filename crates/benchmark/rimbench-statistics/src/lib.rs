@@ -1,5 +1,4 @@
-//! The statistics of rimbench: the table of runs with what is pooled of it, quantiles, straight lines, intervals, performance
-//! profiles, the bootstrap.
+//! The statistics of rimbench: pools, quantiles, straight lines, intervals, performance profiles, the bootstrap.
 //!
 //! Nothing is read, written or timed here.
 
@@ -12,9 +11,7 @@ mod one_threshold;
 mod performance_profile;
 mod pool;
 mod rank_correlation;
-mod runs;
 mod share_better;
-mod table;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::{Costed, ratios_at_equal_cost};
@@ -24,9 +21,7 @@ pub use one_threshold::share_told_by_threshold;
 pub use performance_profile::{performance_profile, performance_ratios};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
-pub use runs::{ALL, Floor, Pooled, Run, Runs, has_words};
 pub use share_better::{PairedRun, Share};
-pub use table::ResultsTable;
 
 /// Returns quantile `p` in [0, 1] of a sample, with linear interpolation between the order statistics (Hyndman and Fan, type
 /// 7); NaN for an empty one.

@@ -1,7 +1,6 @@
-//! What is computed of a table of runs: selection, pools, medians, intervals, orders, profiles.
+//! What is computed of numbers: pools, medians, intervals, orders, profiles.
 
 use rimbench_statistics::*;
-use std::path::Path;
 
 #[test]
 fn quantiles_interpolate_between_order_statistics() {
@@ -244,95 +243,4 @@ fn settings_are_compared_by_medians_a_failure_is_infinite_and_ties_are_told_apar
     assert_eq!(share, Share { better: 2, worse: 1, ties: 3 });
     assert_eq!(share.share(), Some(2.0 / 3.0));
     assert_eq!(Share::of([], 0.0).share(), None);
-}
-
-fn table(text: &str) -> ResultsTable {
-    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
-    let mut lines = text.lines();
-    ResultsTable::of(Path::new("runs.csv"), cells(lines.next().unwrap()), lines.map(cells).collect())
-}
-
-const RUNS: &str = "label,case,set,macro_step_s,phase,outcome,error,model_exact,u,relative\n\
-                    x,a,,0.001,0.5,completed,1,false,0.1,0.01\nx,a,,0.001,1.0,diverged,1e9,false,0.1,9\n\
-                    x,a,m=2,0.002,0.5,completed,3,false,,\ny,b,,0.001,0.5,skipped,,true,0.1,\n\
-                    y,b,,0.002,0.5,completed,5,false,0.1,0.1";
-
-#[test]
-fn runs_are_selected_by_label_case_and_set() {
-    let table = table(RUNS);
-    let runs = Runs::of(&table).unwrap();
-    assert_eq!(runs.labels(&[]), ["x", "y"]);
-    assert_eq!(runs.of_label("x").completed().rows(), [0, 2]);
-    assert_eq!(runs.of_problem(Some("a"), Some("")).rows(), [0, 1]);
-    assert_eq!(runs.of_problem(Some("a"), Some(ALL)).rows(), [0, 1, 2]);
-    assert_eq!(runs.of_problem(None, None).problems().len(), 3);
-    assert_eq!(runs.of_problem(None, Some("m=")).rows(), [0_usize; 0]);
-    assert_eq!(runs.without_exact().unwrap().rows(), [0, 1, 2]);
-}
-
-#[test]
-fn a_set_is_named_or_where_none_has_the_name_by_words_of_it() {
-    let table = table(
-        "label,case,set,macro_step_s,outcome\nx,a,e=0.0 m=1,1,completed\nx,a,e=0.0 m=2,1,completed\n\
-         x,a,e=0.3 m=1,1,completed\nx,b,e=0.0,1,completed\nx,b,e=0.0 m=1,1,completed",
-    );
-    let runs = Runs::of(&table).unwrap();
-    let rows = |case: &str, set: &str| runs.of_problem(Some(case), Some(set)).rows().to_vec();
-    assert_eq!(rows("a", "e=0.0"), [0, 1]);
-    assert_eq!(rows("a", "m=1 e=0.0"), [0]);
-    assert_eq!(rows("b", "e=0.0"), [3]);
-    assert_eq!((rows("a", ""), rows("a", "e=0")), (vec![], vec![]));
-}
-
-#[test]
-fn what_did_not_complete_is_lost_and_in_no_pool() {
-    let table = table(RUNS);
-    let runs = Runs::of(&table).unwrap();
-    let error = |row: usize| table.number(row, 6);
-    let points = runs.over(|row| runs.macro_step_ms(row), error);
-    assert_eq!((points[0].x, points[0].tally.failed_share(), points[0].pool.median()), (1.0, 0.5, Some(1.0)));
-    assert_eq!((points[1].x, points[1].tally.failed_share(), points[1].pool.range()), (2.0, 0.0, Some([3.0, 5.0])));
-    assert_eq!(runs.of_label("y").share_completed(), Some(1.0));
-    assert_eq!(runs.with_rows(vec![3]).share_completed(), None);
-    let groups = runs.by_columns(["case", "macro_step_s"]).unwrap();
-    assert_eq!(groups.iter().map(|(key, runs)| (key[0], runs.rows().len())).collect::<Vec<_>>().len(), 4);
-    assert_eq!((groups[0].0, groups[0].1.rows()), (["a", "0.001"], &[0, 1][..]));
-}
-
-#[test]
-fn what_gave_no_answer_is_no_failure_and_in_no_share() {
-    let table = table(
-        "label,case,set,macro_step_s,outcome\nx,a,,1,completed\nx,a,,1,timeout\nx,a,,1,panicked\nx,a,,1,diverged\n\
-         x,a,,1,skipped\ny,a,,1,timeout",
-    );
-    let runs = Runs::of(&table).unwrap();
-    let tally = runs.of_label("x").tally();
-    assert_eq!([tally.completed, tally.failed, tally.no_answer, tally.skipped], [1, 1, 2, 1]);
-    assert_eq!((tally.failed_share(), tally.silent_share()), (0.5, 0.5));
-    let only = runs.of_label("y");
-    assert_eq!((only.share_completed(), only.tally().failed_share(), only.tally().silent_share()), (None, 0.0, 1.0));
-}
-
-#[test]
-fn cases_are_drawn_or_phases_of_one_case() {
-    let table = table(RUNS);
-    let runs = Runs::of(&table).unwrap();
-    assert_eq!(runs.witnesses(&|problem| problem.concat()), [vec![0, 1], vec![2], vec![3, 4]]);
-    assert_eq!(runs.of_problem(Some("a"), Some("")).witnesses(&|problem| problem.concat()), [vec![0], vec![1]]);
-}
-
-#[test]
-fn an_error_has_the_floor_of_its_reference_in_its_own_unit() {
-    let table = table(RUNS);
-    let runs = Runs::of(&table).unwrap();
-    let own = Floor { uncertainty: "u", in_unit: None };
-    assert_eq!(runs.floor(0, "error", own).unwrap(), 0.1);
-    assert!(runs.floor(2, "error", own).unwrap().is_nan());
-    assert!(runs.floor(0, "error", Floor { uncertainty: "v", ..own }).unwrap().is_nan());
-    let has_order = |row: usize, floor: Option<Floor>| runs.has_order(row, "error", floor).unwrap();
-    // Without an uncertainty of its own, and where nothing is known of the reference.
-    assert!(!has_order(0, None) && has_order(0, Some(Floor { uncertainty: "v", ..own })));
-    let relative = Floor { in_unit: Some("error"), ..own };
-    approx::assert_relative_eq!(runs.floor(0, "relative", relative).unwrap(), 1e-3, max_relative = 1e-14);
-    assert!(runs.floor(0, "nothing", own).is_err());
 }

@@ -81,6 +81,7 @@ pub struct Grid {
     cell: String,
     /// A column whose sum the sum of the cell's is a share of, over all rows that a cell has.
     of: Option<String>,
+    #[serde(default)]
     lines: Axis,
     across: Axis,
     #[serde(default)]
@@ -139,15 +140,20 @@ struct Column {
     heading: Option<String>,
 }
 
-/// What lines or columns of a grid are: values of a column, in its unit; all there are, where none is named.
+/// What lines or columns of a grid are: values of a column, in its unit; all there are, where none is named; labels, where no column is.
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 struct Axis {
     column: String,
-    #[serde(default)]
     unit: Unit,
-    #[serde(default, deserialize_with = "valid::texts")]
+    #[serde(deserialize_with = "valid::texts")]
     values: Vec<String>,
+}
+
+impl Default for Axis {
+    fn default() -> Self {
+        Axis { column: "label".to_owned(), unit: Unit::default(), values: Vec::new() }
+    }
 }
 
 /// What becomes of several rows.
@@ -156,7 +162,6 @@ struct Axis {
 enum Fold {
     Sum,
     Max,
-    Min,
     /// How many have something in the column.
     Count,
 }
@@ -184,7 +189,6 @@ struct Bounds {
     #[serde(default, deserialize_with = "valid::texts")]
     among: Vec<String>,
     below: Option<f64>,
-    above: Option<f64>,
 }
 
 /// A unit that numbers are shown in; none is that of the file.
@@ -461,11 +465,10 @@ impl Condition {
         let number = file.number(row, column);
         match self {
             Condition::Is(wanted) => is(file, row, column, wanted),
-            Condition::Within(Bounds { not, among, below, above }) => {
+            Condition::Within(Bounds { not, among, below }) => {
                 (among.is_empty() || among.iter().any(|one| is(file, row, column, one)))
                     && !not.iter().any(|other| is(file, row, column, other))
                     && below.is_none_or(|below| number < below)
-                    && above.is_none_or(|above| number > above)
             }
         }
     }
@@ -542,7 +545,6 @@ fn shown(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize],
         None => text.parse().ok(),
         Some(Fold::Sum) => Some(numbers.sum()),
         Some(Fold::Max) => Some(numbers.fold(f64::NAN, f64::max)),
-        Some(Fold::Min) => Some(numbers.fold(f64::NAN, f64::min)),
         Some(Fold::Count) => Some(rows.iter().filter(has).count() as f64),
     };
     match value {

@@ -23,8 +23,8 @@ parameters! {
         length_m: f64 = 2.0, Positive, "length L";
         width_m: f64 = 0.04, Positive, "width of the section";
         thickness_m: f64 = 0.008, Positive, "thickness of the section";
-        youngs_modulus_pa: f64 = 210e9, Positive, "Young's modulus E" from "steel";
-        density_kg_m3: f64 = 7800.0, Positive, "density ρ" from "steel";
+        youngs_modulus_pa: f64 = 210e9, Positive, "Young's modulus E".from("steel");
+        density_kg_m3: f64 = 7800.0, Positive, "density ρ".from("steel");
         damping_ratio: f64 = 0.01, NotNegative, "damping ratio ζ of all modes";
         actuator_position_m: f64 = 1.2, NotNegative, "where the actuator holds the beam, from the left end";
         stop_1_position_m: f64 = 2.0, NotNegative, "where stop 1 is, from the left end";

@@ -15,13 +15,13 @@ use std::sync::Arc;
 parameters! {
     /// The law of all contacts. A case declares those of it that may be set; the others keep these defaults.
     pub struct Contacts from "ours" {
-        stabilisation: f64 = 0.2, Fraction, "fraction γ of a penetration removed per mechanics step" study 0.05..0.5;
-        restitution: f64 = 0.0, Fraction, "restitution e of the mechanics' contacts" study 0.0..0.8 from "plastic";
+        stabilisation: f64 = 0.2, Fraction, "fraction γ of a penetration removed per mechanics step".study(0.05..0.5);
+        restitution: f64 = 0.0, Fraction, "restitution e of the mechanics' contacts".study(0.0..0.8).from("plastic");
         contact_compliance_m_n: f64 = 0.0, NotNegative, "compliance 1/k of each contact; 0: rigid";
         contact_damping_n_s_m: f64 = 0.0, NotNegative, "damping c of each contact, where it is compliant";
-        friction: f64 = 0.0, NotNegative, "coefficient of friction μ of all contacts; 0: none" study 0.1..0.6;
+        friction: f64 = 0.0, NotNegative, "coefficient of friction μ of all contacts; 0: none".study(0.1..0.6);
         static_friction: f64 = 0.0, NotNegative, "coefficient of friction μ_s of a contact that sticks; 0: that of contacts that slide";
-        tangential_restitution: f64 = 0.0, Fraction, "restitution along the surface, at most that along the normal" study 0.0..0.5;
+        tangential_restitution: f64 = 0.0, Fraction, "restitution along the surface, at most that along the normal".study(0.0..0.5);
     }
 }
 

@@ -12,9 +12,9 @@ parameters! {
     struct Link from "LIM cosim-benchmarks" {
         link_1_length_m: f64 = 1.0, Positive, "length L of the link";
         rope_length_m: f64 = 0.5, Positive, "length of the rope";
-        rod_mass_kg: f64 = 200.0, Positive, "mass m of the link, a uniform rod" study 100.0..400.0;
-        joint_mass_kg: f64 = 250.0, NotNegative, "point mass m_p at the end of the link" study 100.0..400.0;
-        load_mass_kg: f64 = 100.0, Positive, "mass m_h of the load" study 20.0..200.0;
+        rod_mass_kg: f64 = 200.0, Positive, "mass m of the link, a uniform rod".study(100.0..400.0);
+        joint_mass_kg: f64 = 250.0, NotNegative, "point mass m_p at the end of the link".study(100.0..400.0);
+        load_mass_kg: f64 = 100.0, Positive, "mass m_h of the load".study(20.0..200.0);
         pin_x_m: f64 = 0.8660254037844386, Positive, "x of the actuator's fixed end B; its y is 0";
         theta_1_start_rad: f64 = 0.5235987755982989, Finite, "angle of the link at the start";
     }
@@ -43,7 +43,7 @@ parameters! {
         link: Link;
         ground_height_m: f64 = -0.03, Finite, "height of the ground; the load starts at 0";
         jack: Jack;
-        spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)" study 0.005..0.05;
+        spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)".study(0.005..0.05);
         lower_start_s: f64 = 0.2, NotNegative, "start of lowering";
         lower_end_s: f64 = 1.6, NotNegative, "end of lowering";
         lift_start_s: f64 = 2.0, NotNegative, "start of lifting";
@@ -57,7 +57,7 @@ parameters! {
     struct Drag from "ours" {
         link: Link;
         jack: Jack;
-        spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)" study 0.005..0.05;
+        spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)".study(0.005..0.05);
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
         oil: Oil;
         rest: Rest;
@@ -73,7 +73,7 @@ parameters! {
         columns: u32 = 3, 1..=61, "discs in the lowest layer, the load among them; an odd number";
         layers: u32 = 3, 1..=60, "layers";
         disc_radius_m: f64 = 0.03, Positive, "radius R of the discs and the load";
-        disc_mass_kg: f64 = 4.0, Positive, "mass of each disc" study 1.0..10.0;
+        disc_mass_kg: f64 = 4.0, Positive, "mass of each disc".study(1.0..10.0);
         wall_gap_m: f64 = 3e-3, NotNegative, "distance of either wall from the lowest layer at the start";
         rope_slack_m: f64 = 5e-3, NotNegative, "length of the rope that hangs loose at the start";
         list_reach_radii: f64 = 0.8, Positive, "gap up to which contacts are listed, in radii; at most 0.8";
@@ -81,7 +81,7 @@ parameters! {
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
         link: Link with |set| set.default("load_mass_kg", 20.0).source("load_mass_kg", "ours");
         jack: Jack;
-        spool_change: f64 = 0.04, Fraction, "spool away from equilibrium while lifting" study 0.01..0.1;
+        spool_change: f64 = 0.04, Fraction, "spool away from equilibrium while lifting".study(0.01..0.1);
         lift_start_s: f64 = 0.2, NotNegative, "start of lifting";
         oil: Oil;
         rest: Rest;

@@ -163,9 +163,9 @@ macro_rules! choices {
 ///     pub struct Beam from "ours" {
 ///         support: Support [Clamped, Pinned], "how it is held";          // the first is the default
 ///         modes: u32 = 4, 1..=20, "number of modes";                      // default, valid values
-///         length_m: f64 = 2.0, Positive, "length" study 1.0..3.0;         // and a sensible range for studies
-///         density_kg_m3: f64 = 7800.0, Positive, "density" from "steel";  // a source of its own
-///         tilt_rad: f64 = 0.0, Finite, "slope" when support = "clamped";  // of use with that choice, or `> number`, only
+///         length_m: f64 = 2.0, Positive, "length".study(1.0..3.0);        // then what a `Parameter` can be told
+///         density_kg_m3: f64 = 7800.0, Positive, "density".from("steel");
+///         tilt_rad: f64 = 0.0, Finite, "slope".when(&[["support", "clamped"]]);
 ///         /// Two parameters of a set that cases share, with a default of this case.
 ///         contacts: Contacts with |set| set.only(&["stabilisation", "restitution"]).default("restitution", 0.5);
 ///     }
@@ -183,9 +183,8 @@ macro_rules! parameters {
             $(
                 $(#[$group:meta])*
                 $field:ident: $kind:ident
-                $(= $default:expr, $valid:expr, $about:literal $(study $least:literal .. $most:literal)?
-                    $(when $($with:ident = $needed:literal),+)? $(from $own:literal)?)?
-                $([$($choice:ident),+], $meaning:literal $(from $origin:literal)?)?
+                $(= $default:expr, $valid:expr, $about:literal $(.$more:ident($($argument:expr),*))*)?
+                $([$($choice:ident),+], $meaning:literal $(.$other:ident($($given:expr),*))*)?
                 $(with $shared:expr)?
                 ;
             )*
@@ -206,8 +205,8 @@ macro_rules! parameters {
             fn declared() -> Vec<$crate::cases::Parameter> {
                 let mut list = Vec::new();
                 $($crate::parameter_field!(declare list $source $field $kind
-                    $(number [$default] [$valid] [$about] [$($least, $most)?] [$($($with $needed)+)?] [$($own)?])?
-                    $(choice [$($choice)+] [$meaning] [$($origin)?])?
+                    $(number [$default] [$valid] [$about] [$(.$more($($argument),*))*])?
+                    $(choice [$($choice)+] [$meaning] [$(.$other($($given),*))*])?
                     $(shared [$shared])?
                 );)*
                 list
@@ -227,23 +226,17 @@ macro_rules! parameters {
 #[macro_export]
 macro_rules! parameter_field {
     (declare $list:ident $source:literal $field:ident $kind:ident
-        number [$default:expr] [$valid:expr] [$about:literal] [$($least:literal, $most:literal)?]
-        [$($with:ident $needed:literal)*] [$($own:literal)?]) => {{
+        number [$default:expr] [$valid:expr] [$about:literal] [$($more:tt)*]) => {{
         #[allow(unused_imports)]
         use $crate::cases::Range::*;
-        let sources = [$($own,)? $source];
-        let parameter = $crate::cases::Parameter::of::<$kind>(stringify!($field), $default, $valid, $about, sources[0]);
-        $list.push($crate::cases::Parameter {
-            study: [$([$least, $most])?].first().copied(),
-            only_with: &[$([stringify!($with), $needed]),*],
-            ..parameter
-        });
+        let parameter = $crate::cases::Parameter::of::<$kind>(stringify!($field), $default, $valid, $about, $source);
+        $list.push(parameter $($more)*);
     }};
     (declare $list:ident $source:literal $field:ident $kind:ident
-        choice [$first:ident $($choice:ident)*] [$about:literal] [$($own:literal)?]) => {{
-        let (sources, valid) = ([$($own,)? $source], &[$kind::$first, $($kind::$choice),*]);
-        $list.push($crate::cases::Parameter::of::<$kind>(stringify!($field), $kind::$first, valid, $about, sources[0]));
-    }};
+        choice [$first:ident $($choice:ident)*] [$about:literal] [$($more:tt)*]) => {
+        $crate::parameter_field!(declare $list $source $field $kind
+            number [$kind::$first] [&[$kind::$first, $($kind::$choice),*]] [$about] [$($more)*])
+    };
     (declare $list:ident $source:literal $field:ident $kind:ident $(shared [$shared:expr])?) => {{
         #[allow(unused_imports)]
         use $crate::cases::{Range::*, SharedSet};
@@ -256,7 +249,7 @@ macro_rules! parameter_field {
         $parameters.setting(stringify!($field)).unwrap_or($default)
     };
     (read $parameters:ident $field:ident $kind:ident <$first:ident> $(<$choice:ident>)*) => {
-        $parameters.setting(stringify!($field)).unwrap_or($kind::$first)
+        $crate::parameter_field!(read $parameters $field $kind [$kind::$first])
     };
     (read $parameters:ident $field:ident $kind:ident) => {
         <$kind as $crate::cases::ParameterSet>::read($parameters)

@@ -28,7 +28,7 @@ parameters! {
     /// The discs.
     struct Disc from "ours" {
         disc_radius_m: f64 = 0.1, Positive, "radius R of the discs";
-        disc_mass_kg: f64 = 20.0, Positive, "mass of each disc" study 5.0..50.0;
+        disc_mass_kg: f64 = 20.0, Positive, "mass of each disc".study(5.0..50.0);
     }
 }
 parameters! {
@@ -44,7 +44,7 @@ parameters! {
     /// What presses on discs has oil and weight, and they touch.
     struct Rest from "ours" {
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution"]).about("restitution", "restitution e of all contacts")
             .source("restitution", "ours");
@@ -54,11 +54,11 @@ parameters! {
     /// Discs before a loader's blade.
     struct Loader from "ours" {
         disc: Disc;
-        blade_mass_kg: f64 = 100.0, Positive, "mass of the blade with its piston" study 50.0..200.0;
+        blade_mass_kg: f64 = 100.0, Positive, "mass of the blade with its piston".study(50.0..200.0);
         blade_velocity_m_s: f64 = 0.0, Finite, "velocity of the blade at the start";
         actuator: Actuator;
         start_pressure_pa: f64 = 3.85e6, Positive, "pressure in both chambers at the start";
-        spool_push: f64 = 0.3, Fraction, "spool command while pushing; below 0.5 extends" study 0.1..0.45;
+        spool_push: f64 = 0.3, Fraction, "spool command while pushing; below 0.5 extends".study(0.1..0.45);
         push_start_s: f64 = 0.1, NotNegative, "start of pushing";
         spool_ramp_s: f64 = 0.05, Positive, "time in which the spool moves";
         rest: Rest;
@@ -88,9 +88,9 @@ parameters! {
     struct Packed from "ours" {
         columns: u32 = 4, 2..=60, "discs m in the lowest layer and each second one above";
         layers: u32 = 5, 1..=80, "layers";
-        packing_angle_rad: f64 = 0.9, Positive, "angle α of contacts above the horizontal, π/6 to π/3" study 0.7..1.0;
+        packing_angle_rad: f64 = 0.9, Positive, "angle α of contacts above the horizontal, π/6 to π/3".study(0.7..1.0);
         disc: Disc;
-        wall_mass_kg: f64 = 100.0, Positive, "mass of the wall on the cylinder, with its piston" study 50.0..200.0;
+        wall_mass_kg: f64 = 100.0, Positive, "mass of the wall on the cylinder, with its piston".study(50.0..200.0);
         actuator: Actuator;
         spool_change: f64 = 0.1, Fraction, "spool away from equilibrium while letting out (+) and pushing (−)";
         release_start_s: f64 = 0.1, NotNegative, "start of letting out";

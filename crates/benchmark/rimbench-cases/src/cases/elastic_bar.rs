@@ -7,7 +7,7 @@ use super::prelude::*;
 parameters! {
     /// A bar and what it hangs on.
     struct Bar from "impacting-bar benchmark" {
-        elements: u32 = 20, 1..=500, "number of elements N" from "ours";
+        elements: u32 = 20, 1..=500, "number of elements N".from("ours");
         length_m: f64 = 1.0, Positive, "length L";
         section_m2: f64 = 3.14e-4, Positive, "cross-section S";
         youngs_modulus_pa: f64 = 210e9, Positive, "Young's modulus E";

@@ -25,7 +25,7 @@ parameters! {
             .default("carriage_mass_kg", 0.5).within("carriage_mass_kg", Positive)
             .about("carriage_mass_kg", "mass m_a of the carriage").default("base_stiffness_n_m", 8e4)
             .within("base_stiffness_n_m", Positive).default("base_damping_n_s_m", 200.0);
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         /// The contact law.
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution"]).default("restitution", 0.0).source("restitution", "ours");

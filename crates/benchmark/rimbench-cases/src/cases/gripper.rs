@@ -34,7 +34,7 @@ parameters! {
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spools move";
         /// Their fluid.
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         /// The contact law.
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution"]).default("restitution", 0.0)

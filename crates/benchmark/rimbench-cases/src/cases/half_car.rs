@@ -21,7 +21,7 @@ parameters! {
         wavelength_m: f64 = 0.8, Positive, "washboard, wavelength";
         road_start_m: f64 = 1.0, Finite, "start of the washboard ahead of the front wheel at the start";
         start_height_m: f64 = 0.0, Finite, "height of both wheels above the smooth road at the start";
-        gravity_m_s2: f64 = 9.81, Positive, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, Positive, "gravity".from("standard");
         /// The contact law.
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution"]).default("restitution", 0.0)

@@ -7,8 +7,8 @@ parameters! {
     /// A mass and the hardware that it touches.
     struct Hardware from "rpiRobotics/Hybrid-Simulation" {
         mass_kg: f64 = 500.0, Positive, "mass m, which is simulated";
-        play_m: f64 = 0.05, NotNegative, "distance of a contact on either side; 0: one contact, which also pulls" from "ours";
-        start_velocity_m_s: f64 = 0.1, Finite, "velocity of the mass at the start, in the middle" from "ours";
+        play_m: f64 = 0.05, NotNegative, "distance of a contact on either side; 0: one contact, which also pulls".from("ours");
+        start_velocity_m_s: f64 = 0.1, Finite, "velocity of the mass at the start, in the middle".from("ours");
         contact: Carriage with |set| set
             .only(&["spring_stiffness_n_m", "spring_damping_n_s_m", "base_amplitude_m", "base_frequency_hz"])
             .from("rpiRobotics/Hybrid-Simulation").within("spring_stiffness_n_m", Positive)

@@ -32,8 +32,7 @@ parameters! {
     struct Lift from "LIM cosim-benchmarks" {
         manoeuvre: Manoeuvre [M1, M2], "steps (m1) or sine (m2) of the spool";
         coupling: Coupling [ForceDisplacement, PressureDisplacement], "what the cylinder puts out: its force or its pressures";
-        stale_feedthrough: bool = false, [false, true], "make the force with the velocity given for the step before"
-            when coupling = "force-displacement", published_driver = "false";
+        stale_feedthrough: bool = false, [false, true], "make the force with the velocity given for the step before".when(&[["coupling", "force-displacement"], ["published_driver", "false"]]);
         published_driver: bool = false, [false, true], "all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late";
         link_1_length_m: f64 = 1.0, Positive, "length L of link 1";
         link_2_length_m: f64 = 0.5, Positive, "length L_h of link 2";
@@ -49,7 +48,7 @@ parameters! {
             .source("viscous_friction_n_s_m", "Naya et al. 2011").default("valve_area_m2", 5e-4)
             .source("valve_area_m2", "Naya et al. 2011");
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "LIM cosim-benchmarks";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("LIM cosim-benchmarks");
     }
 }
 

@@ -19,7 +19,7 @@ parameters! {
     /// A ramp of the spool, and the pressure before it.
     pub(super) struct Ramp from "as in the wedge box" {
         spool_start: f64 = 0.5, Fraction, "spool command at the start";
-        spool_final: f64 = 0.2, Fraction, "spool command after its ramp; below 0.5 extends" study 0.0..0.4;
+        spool_final: f64 = 0.2, Fraction, "spool command after its ramp; below 0.5 extends".study(0.0..0.4);
         spool_ramp_start_s: f64 = 0.1, NotNegative, "start of the spool's ramp";
         spool_ramp_end_s: f64 = 0.2, NotNegative, "end of the spool's ramp";
         start_pressure_pa: f64 = 3.85e6, Positive, "pressure in both chambers at the start";

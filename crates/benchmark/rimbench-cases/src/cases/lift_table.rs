@@ -10,14 +10,14 @@ parameters! {
     struct Lift from "ours" {
         cylinders: u32 = 3, 1..=6, "number N of cylinders under the box, evenly spaced, each with a row of the interface";
         outer_cylinder_m: f64 = 0.3, Positive, "distance of the outermost cylinders from the middle; of no use with one cylinder";
-        box_mass_kg: f64 = 200.0, Positive, "mass of the box" study 100.0..400.0;
+        box_mass_kg: f64 = 200.0, Positive, "mass of the box".study(100.0..400.0);
         box_width_m: f64 = 1.0, Positive, "width of the box";
         box_height_m: f64 = 0.6, Positive, "height of the box";
         stop_m: f64 = 0.4, Positive, "distance of each stop from the middle";
         start_height_m: f64 = 0.02, NotNegative, "height of the box above the stops at the start";
         actuator_length_m: f64 = 0.8, Positive, "length of all cylinders at the start";
         cylinder: Cylinder with |set| set.default("cylinder_length_m", 1.0).source("cylinder_length_m", "ours");
-        spool_lower: f64 = 0.1, Finite, "change of the spools from rest that lowers" study 0.05..0.15;
+        spool_lower: f64 = 0.1, Finite, "change of the spools from rest that lowers".study(0.05..0.15);
         spool_uneven: f64 = 0.02, Finite, "what the spools left of the middle change more, and those right of it less";
         spool_lift: f64 = 0.1, Finite, "change of the spools that lifts; half of it left of the middle";
         lower_start_s: f64 = 0.1, NotNegative, "start of lowering";
@@ -25,7 +25,7 @@ parameters! {
         lift_start_s: f64 = 1.0, NotNegative, "start of lifting";
         spool_ramp_s: f64 = 0.02, Positive, "time in which the spools move";
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution"]).default("restitution", 0.0)
             .about("restitution", "restitution e of the stops").source("restitution", "ours");

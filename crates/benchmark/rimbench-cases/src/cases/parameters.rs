@@ -47,6 +47,24 @@ impl Parameter {
         Parameter { name, unit, default, range, about, source, study: None, only_with: &[] }
     }
 
+    /// Gives it a sensible range for studies.
+    #[must_use]
+    pub fn study(self, range: std::ops::Range<f64>) -> Self {
+        Parameter { study: Some([range.start, range.end]), ..self }
+    }
+
+    /// Says of which values of others, `[name, value]`, it has a use.
+    #[must_use]
+    pub fn when(self, only_with: &'static [[&'static str; 2]]) -> Self {
+        Parameter { only_with, ..self }
+    }
+
+    /// Gives it a source of its own.
+    #[must_use]
+    pub fn from(self, source: &'static str) -> Self {
+        Parameter { source: source.into(), ..self }
+    }
+
     /// Declares a numeric parameter.
     pub fn number(
         name: impl Into<Name>,

@@ -13,7 +13,7 @@ parameters! {
         attachment_x_m: f64 = -0.2, Finite, "actuator's end on the block, block frame, x";
         attachment_y_m: f64 = 0.1, Finite, "actuator's end on the block, block frame, y";
         ground_pin_x_m: f64 = -2.0, Finite, "actuator's fixed end, x; its height is the attachment's";
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
     }
 }
 

@@ -23,11 +23,11 @@ parameters! {
         rod_inertia_kg_m2: f64 = 5.9e-4, Positive, "inertia J₂ of the rod about its middle";
         slider_inertia_kg_m2: f64 = 2.7e-6, Positive, "inertia J₃ of the slider";
         speed_rad_s: f64 = 150.0, NotNegative, "speed of crank and motor at the start, and of the motor";
-        rotor_mass_kg: f64 = 1.0, Positive, "mass m_a of the rotor at the crank's radius" from "ours";
-        shaft_stiffness_n_m: f64 = 1e5, NotNegative, "stiffness k of the shaft; 0 without damping: no motor" from "ours";
-        shaft_damping_n_s_m: f64 = 20.0, NotNegative, "damping c of the shaft" from "ours";
-        motor_damping_n_s_m: f64 = 50.0, NotNegative, "force c_b of the motor per speed lost" from "ours";
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        rotor_mass_kg: f64 = 1.0, Positive, "mass m_a of the rotor at the crank's radius".from("ours");
+        shaft_stiffness_n_m: f64 = 1e5, NotNegative, "stiffness k of the shaft; 0 without damping: no motor".from("ours");
+        shaft_damping_n_s_m: f64 = 20.0, NotNegative, "damping c of the shaft".from("ours");
+        motor_damping_n_s_m: f64 = 50.0, NotNegative, "force c_b of the motor per speed lost".from("ours");
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         /// The contact law.
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution", "friction", "tangential_restitution"])

@@ -10,10 +10,10 @@ use std::sync::{Mutex, PoisonError};
 parameters! {
     /// A ball on the floor.
     struct Ball from "textbook" {
-        ball_mass_kg: f64 = 1.0, Positive, "mass of the ball" from "ours";
+        ball_mass_kg: f64 = 1.0, Positive, "mass of the ball".from("ours");
         start_height_m: f64 = 1.0, Finite, "height of the ball at the start";
         start_velocity_m_s: f64 = 0.0, Finite, "velocity of the ball at the start, upwards";
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         carriage: Carriage with |set| set
             .default("spring_stiffness_n_m", 2.0).default("carriage_mass_kg", 0.1)
             .default("base_stiffness_n_m", 5.0).default("base_position_m", 1.0).default("carriage_position_m", 1.0);

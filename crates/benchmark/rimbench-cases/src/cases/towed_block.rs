@@ -19,7 +19,7 @@ parameters! {
         block_mass_kg: f64 = 1.0, Positive, "mass m of the block";
         spring_stiffness_n_m: f64 = 100.0, Positive, "stiffness k of the spring, relaxed at the start";
         towing_speed_m_s: f64 = 0.1, Positive, "speed V of the spring's other end";
-        gravity_m_s2: f64 = 9.81, Positive, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, Positive, "gravity".from("standard");
         contacts: Contacts with |set| set
             .only(&["stabilisation", "friction", "static_friction"]).default("friction", 0.4)
             .within("friction", Positive).about("friction", "coefficient of friction μ_k of contacts that slide")

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 parameters! {
     /// A box on feet.
     struct Body from "ours" {
-        body_mass_kg: f64 = 300.0, Positive, "mass of the box" study 150.0..600.0;
+        body_mass_kg: f64 = 300.0, Positive, "mass of the box".study(150.0..600.0);
         body_size_x_m: f64 = 1.0, Positive, "size of the box along x (its inertia is that of a cuboid)";
         body_size_y_m: f64 = 1.0, Positive, "size of the box along y";
         body_size_z_m: f64 = 0.5, Positive, "height of the box";
@@ -28,12 +28,12 @@ parameters! {
         cylinder: Cylinder;
         ramp: Ramp with |set| set.only(&["start_pressure_pa"]);
         spool_centre: f64 = 0.5, Positive, "spool commands κ₀ in the middle of their swing";
-        spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spools' swing" study 0.15..0.4;
-        spool_1_frequency_hz: f64 = 1.5, Positive, "frequency of the first spool, a sine" study 0.6..2.4;
-        spool_2_frequency_hz: f64 = 1.1, Positive, "frequency of the second spool, a cosine" study 0.6..2.4;
+        spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spools' swing".study(0.15..0.4);
+        spool_1_frequency_hz: f64 = 1.5, Positive, "frequency of the first spool, a sine".study(0.6..2.4);
+        spool_2_frequency_hz: f64 = 1.1, Positive, "frequency of the second spool, a cosine".study(0.6..2.4);
         spool_ramp_s: f64 = 0.2, Positive, "time in which the swing grows to its amplitude";
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
     }
 }
 parameters! {
@@ -43,7 +43,7 @@ parameters! {
         foot_1_angle_deg: f64 = 90.0, Finite, "direction of the first foot, from x towards y";
         foot_2_angle_deg: f64 = 210.0, Finite, "direction of the second foot";
         foot_3_angle_deg: f64 = 330.0, Finite, "direction of the third foot";
-        spin_rad_s: f64 = 0.0, Finite, "yaw rate at the start" study 0.0..8.0;
+        spin_rad_s: f64 = 0.0, Finite, "yaw rate at the start".study(0.0..8.0);
         push: Push;
         contacts: Contacts with |set| set
             .only(&["stabilisation", "friction"]).default("friction", 0.3).within("friction", Positive);

@@ -149,7 +149,7 @@ parameters! {
         integrator: Integrator [Exact, SemiImplicitEuler, Trapezoidal, ExactSampled],
             "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
         masses: Masses;
-        damping_n_s_m: f64 = 0.01, NotNegative, "c₁ = c_c = c₂ of variant 1" when variant = "1";
+        damping_n_s_m: f64 = 0.01, NotNegative, "c₁ = c_c = c₂ of variant 1".when(&[["variant", "1"]]);
         start: Start with |set| set.default("v1_0_m_s", 100.0).default("v2_0_m_s", -100.0);
     }
 }
@@ -170,16 +170,16 @@ parameters! {
 parameters! {
     /// The quarter truck of the Open Simulation Platform.
     struct QuarterCar from "OSP quarter car" {
-        damper: Damper [Linear, Nonlinear], "law of the damper in the suspension" from "Sadjina et al. 2017";
+        damper: Damper [Linear, Nonlinear], "law of the damper in the suspension".from("Sadjina et al. 2017");
         coupling: CouplingKind [ForceDisplacement, DisplacementDisplacement, ForceForce, PublishedUnits],
-            "what the sides exchange" from "ours";
+            "what the sides exchange".from("ours");
         integrator: Integrator [Exact, SemiImplicitEuler, Trapezoidal, ExactSampled],
-            "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held" from "ours";
+            "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held".from("ours");
         chassis_mass_kg: f64 = 400.0, Positive, "mass m₁ of the chassis";
         wheel_mass_kg: f64 = 40.0, Positive, "mass m₂ of the wheel";
         suspension_stiffness_n_m: f64 = 15000.0, NotNegative, "stiffness k_c of the suspension";
         suspension_damping_n_s_m: f64 = 1000.0, NotNegative, "coefficient d of the damper";
-        damper_shape: f64 = 1.0, NotNegative, "n of the nonlinear damper's exponent 2/(1+2n)" when damper = "nonlinear" from "ours";
+        damper_shape: f64 = 1.0, NotNegative, "n of the nonlinear damper's exponent 2/(1+2n)".when(&[["damper", "nonlinear"]]).from("ours");
         tyre_stiffness_n_m: f64 = 150000.0, NotNegative, "stiffness k₂ of the tyre";
         road_step_m: f64 = 0.1, Finite, "height of the step in the road";
         x1_0_m: f64 = 0.0, Finite, "position of the chassis at the start";

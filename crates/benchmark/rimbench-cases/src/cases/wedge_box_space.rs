@@ -7,30 +7,30 @@ use nalgebra::Vector3;
 parameters! {
     /// The box on its wedges with its ball, and what pushes it.
     struct Machine from "as in the wedge box" {
-        box_mass_kg: f64 = 200.0, Positive, "mass of the box" study 100.0..400.0;
+        box_mass_kg: f64 = 200.0, Positive, "mass of the box".study(100.0..400.0);
         box_size_x_m: f64 = 1.0, Positive, "size of the box along x (its inertia is that of a cuboid)";
-        box_size_y_m: f64 = 0.8, Positive, "size of the box along y" from "ours";
+        box_size_y_m: f64 = 0.8, Positive, "size of the box along y".from("ours");
         box_size_z_m: f64 = 0.6, Positive, "height of the box";
         wedge_x_m: f64 = 0.4, Positive, "tips of the front wedges in the box frame, x (the rear ones are mirrored)";
-        wedge_y_m: f64 = 0.3, Positive, "tips of the left wedges in the box frame, y (the right ones are mirrored)" from "ours";
+        wedge_y_m: f64 = 0.3, Positive, "tips of the left wedges in the box frame, y (the right ones are mirrored)".from("ours");
         wedge_z_m: f64 = -0.4, Finite, "wedge tips in the box frame, z";
-        short_wedge_m: f64 = 4e-3, NotNegative, "by how much the rear left wedge is shorter" from "ours";
-        ball_mass_kg: f64 = 50.0, Positive, "mass of the ball" study 20.0..100.0;
+        short_wedge_m: f64 = 4e-3, NotNegative, "by how much the rear left wedge is shorter".from("ours");
+        ball_mass_kg: f64 = 50.0, Positive, "mass of the ball".study(20.0..100.0);
         ball_radius_m: f64 = 0.2, Positive, "radius of the ball, which is solid";
         ball_pin_x_m: f64 = -0.8, Finite, "joint of the ball in the box frame, x";
-        ball_pin_y_m: f64 = 0.15, Finite, "joint of the ball in the box frame, y" from "ours";
+        ball_pin_y_m: f64 = 0.15, Finite, "joint of the ball in the box frame, y".from("ours");
         ball_pin_z_m: f64 = -0.19, Finite, "joint of the ball in the box frame, z";
         ledge_height_m: f64 = 0.06, NotNegative, "height of the ledge above the floor";
-        ledge_lead_m: f64 = 0.05, NotNegative, "distance of the ledge's corner ahead of the ball's centre at the start" from "ours";
-        ramp_slope: f64 = 0.25, NotNegative, "fall over run of the ramp" study 0.15..0.3 from "ours";
+        ledge_lead_m: f64 = 0.05, NotNegative, "distance of the ledge's corner ahead of the ball's centre at the start".from("ours");
+        ramp_slope: f64 = 0.25, NotNegative, "fall over run of the ramp".study(0.15..0.3).from("ours");
         attachment_x_m: f64 = -0.5, Finite, "actuator's end on the box, box frame, x";
-        attachment_y_m: f64 = -0.1, Finite, "actuator's end on the box, box frame, y" study -0.3..0.3 from "ours";
+        attachment_y_m: f64 = -0.1, Finite, "actuator's end on the box, box frame, y".study(-0.3..0.3).from("ours");
         attachment_z_m: f64 = 0.3, Finite, "actuator's end on the box, box frame, z";
         ground_pin_x_m: f64 = -3.0, Finite, "actuator's fixed end, x; the rest is the attachment's at the start";
         cylinder: Cylinder;
         ramp: Ramp;
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         contacts: Contacts with |set| set
             .only(&["stabilisation", "friction", "contact_compliance_m_n", "contact_damping_n_s_m"])
             .default("friction", 0.3).within("friction", Positive).source("friction", "ours");

@@ -8,10 +8,10 @@ use super::prelude::*;
 parameters! {
     /// The box with its two wedges and its disc, the ledge, and where the actuator is held.
     struct Body from "ours" {
-        box_mass_kg: f64 = 200.0, Positive, "mass of the box" study 100.0..400.0;
+        box_mass_kg: f64 = 200.0, Positive, "mass of the box".study(100.0..400.0);
         box_width_m: f64 = 1.0, Positive, "width of the box (its inertia is that of a rectangle)";
         box_height_m: f64 = 0.6, Positive, "height of the box";
-        disc_mass_kg: f64 = 50.0, Positive, "mass of the disc" study 20.0..100.0;
+        disc_mass_kg: f64 = 50.0, Positive, "mass of the disc".study(20.0..100.0);
         disc_radius_m: f64 = 0.2, Positive, "radius of the disc";
         disc_pin_x_m: f64 = -0.8, Finite, "joint of the disc in the box frame, x";
         disc_pin_y_m: f64 = -0.19, Finite, "joint of the disc in the box frame, y";
@@ -19,7 +19,7 @@ parameters! {
         wedge_tip_y_m: f64 = -0.4, Finite, "wedge tips in the box frame, y";
         ledge_height_m: f64 = 0.06, NotNegative, "height of the ledge above the floor";
         ledge_lead_m: f64 = 0.1, NotNegative, "distance of the ledge's corner ahead of the disc's centre at the start";
-        ramp_slope: f64 = 0.15, NotNegative, "fall over run of the ramp" study 0.08..0.3;
+        ramp_slope: f64 = 0.15, NotNegative, "fall over run of the ramp".study(0.08..0.3);
         attachment_x_m: f64 = -0.5, Finite, "actuator's end on the box, box frame, x";
         attachment_y_m: f64 = 0.3, Finite, "actuator's end on the box, box frame, y";
         ground_pin_x_m: f64 = -3.0, Finite, "actuator's fixed end, x; its height is the attachment's at the start";
@@ -29,7 +29,7 @@ parameters! {
     /// What the box of the paper meets.
     struct Surroundings from "ours" {
         oil: Oil;
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution", "contact_compliance_m_n", "contact_damping_n_s_m"])
             .source("restitution", "plastic, as in the paper");
@@ -59,8 +59,8 @@ parameters! {
         rough: Contacts with |set| set
             .only(&["friction", "tangential_restitution"]).default("friction", 0.3).within("friction", Positive);
         spool_centre: f64 = 0.5, Positive, "spool command κ₀ at first, and in the middle of its swing";
-        spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spool's swing" study 0.1..0.45;
-        spool_frequency_hz: f64 = 1.5, Positive, "frequency f of the spool's swing" study 0.5..3.0;
+        spool_amplitude: f64 = 0.3, Fraction, "amplitude A of the spool's swing".study(0.1..0.45);
+        spool_frequency_hz: f64 = 1.5, Positive, "frequency f of the spool's swing".study(0.5..3.0);
         spool_swings: u32 = 4, 1..=100, "number of whole swings, after which the spool rests in the middle";
         spool_swing_start_s: f64 = 0.1, NotNegative, "when the spool starts to swing, towards extension";
     }
@@ -300,7 +300,7 @@ pub(super) fn reversal() -> Case {
 parameters! {
     /// What pushes a box on more wedges or discs than that of the paper.
     struct Pushed from "as in the wedge box" {
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         cylinder: Cylinder;
         ramp: Ramp;
         oil: Oil;
@@ -321,9 +321,9 @@ parameters! {
             .source("disc_pin_x_m", "ours").about("disc_pin_y_m", "joints of the discs in the box frame, y")
             .about("ramp_slope", "fall over run of both ramps");
         left_ledge_height_m: f64 = 0.06, NotNegative, "height of the left disc's ledge above the floor";
-        right_ledge_height_m: f64 = 0.06, NotNegative, "height of the right disc's ledge above the floor" from "ours";
+        right_ledge_height_m: f64 = 0.06, NotNegative, "height of the right disc's ledge above the floor".from("ours");
         left_ledge_lead_m: f64 = 0.1, NotNegative, "distance of the left ledge's corner ahead of its disc";
-        right_ledge_lead_m: f64 = 0.2, NotNegative, "distance of the right ledge's corner ahead of its disc" from "ours";
+        right_ledge_lead_m: f64 = 0.2, NotNegative, "distance of the right ledge's corner ahead of its disc".from("ours");
         pushed: Pushed;
     }
 }

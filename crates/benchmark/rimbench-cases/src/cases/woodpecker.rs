@@ -21,11 +21,11 @@ parameters! {
         beak_height_m: f64 = 2e-2, Positive, "h_S of the beak above the bird's centre of mass";
         beak_length_m: f64 = 2.01e-2, Positive, "l_S of the beak before the bird's centre of mass";
         spring_stiffness_nm_rad: f64 = 5.6e-3, Positive, "torsional stiffness c of the spring";
-        spring_lever_m: f64 = 1e-2, Positive, "lever r that length and force of the spring are measured on" from "ours";
+        spring_lever_m: f64 = 1e-2, Positive, "lever r that length and force of the spring are measured on".from("ours");
         bird_angle_rad: f64 = -0.2788, Finite, "angle φ_S of the bird at the start";
         sleeve_velocity_m_s: f64 = -0.3411, Finite, "velocity of the sleeve at the start";
         bird_rate_rad_s: f64 = -7.4583, Finite, "angular velocity of the bird at the start";
-        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity".from("standard");
         contacts: Contacts with |set| set
             .only(&["stabilisation", "restitution", "friction"]).default("restitution", 0.5)
             .about("restitution", "restitution e of the beak along the normal; the sleeve's edges are plastic")

@@ -7,31 +7,31 @@ use super::evidence::{Evidence, metrics};
 use super::sums::{InterfaceRow, OfInterface};
 
 metrics! {
-    FORCE_ERROR_RMS: "force_error_rms_n" in "N" above super::FORCE_FLOOR,
+    FORCE_ERROR_RMS: "force_error_rms_n" in "N" above super::Floor::Force,
     "Root mean square over communication points of the actuator's own force minus the reference's"
     => |evidence| worst(evidence, |_, sums| sums.force.rms());
 
-    FORCE_ERROR_L1: "force_error_l1_n" in "N" above super::FORCE_FLOOR,
+    FORCE_ERROR_L1: "force_error_l1_n" in "N" above super::Floor::Force,
     "Mean over communication points of the magnitude of the actuator's own force minus the reference's: of an impact that \
      comes late by Δt it counts Δt, where the rms counts its root"
     => |evidence| worst(evidence, |_, sums| sums.force.mean());
 
-    FORCE_ERROR_MAX: "force_error_max_n" in "N" above super::FORCE_FLOOR,
+    FORCE_ERROR_MAX: "force_error_max_n" in "N" above super::Floor::Force,
     "Largest difference of the actuator's own force from the reference's at a communication point"
     => |evidence| worst(evidence, |_, sums| sums.force.largest);
 
-    FORCE_ERROR_OF_PEAK: "force_error_rms_of_peak" in "-" above super::SHARE_FLOOR,
+    FORCE_ERROR_OF_PEAK: "force_error_rms_of_peak" in "-" above super::Floor::ShareOfPeak,
     "Rms force error as a fraction of the reference's largest force magnitude; empty where there is no force to speak of"
     => |evidence| worst(evidence, |row, sums| Some(sums.force.rms()? / row.reference_force_peak?));
 
-    FORCE_ERROR_OF_EVENT: "force_error_rms_of_event_peak" in "-" above super::SHARE_FLOOR,
+    FORCE_ERROR_OF_EVENT: "force_error_rms_of_event_peak" in "-" above super::Floor::ShareOfPeak,
     "Rms force error as a fraction of the reference's largest force magnitude within 0.1 s of a contact that closes; where none does, \
      or without force to speak of there, of its largest"
     => |evidence| {
         worst(evidence, |row, sums| Some(sums.force.rms()? / row.reference_touch_down_peak.or(row.reference_force_peak)?))
     };
 
-    FORCE_ERROR_AFTER: "force_error_after_1s_of_peak" in "-" of Claimed above super::SHARE_FLOOR,
+    FORCE_ERROR_AFTER: "force_error_after_1s_of_peak" in "-" of Claimed above super::Floor::ShareOfPeak,
     "Rms force error from 1 s on as a fraction of the reference's largest force magnitude"
     => |evidence| worst(evidence, |row, sums| Some(sums.settled.rms()? / row.reference_force_peak?));
 
@@ -63,16 +63,16 @@ metrics! {
     "Root mean square of the interface velocity minus the reference's"
     => |evidence| worst(evidence, |_, sums| sums.velocity.rms());
 
-    POSITION_ERROR_RMS: "position_error_rms_m" in "m" above super::POSITION_FLOOR,
+    POSITION_ERROR_RMS: "position_error_rms_m" in "m" above super::Floor::Position,
     "Root mean square of the interface position minus the reference's"
     => |evidence| worst(evidence, |_, sums| sums.position.rms());
 
-    POSITION_ERROR_ALIGNED: "position_error_aligned_rms_m" in "m" of Claimed above super::POSITION_FLOOR,
+    POSITION_ERROR_ALIGNED: "position_error_aligned_rms_m" in "m" of Claimed above super::Floor::Position,
     "The same with the run's position read half a step of the mechanics back, s − ½ h w, where the mechanics steps semi-implicitly: \
      there the positions of that rule are those of the communication point, if the force is that of the step"
     => |evidence| worst(evidence, |_, sums| sums.aligned.rms());
 
-    POSITION_ERROR_END: "position_error_end_m" in "m" (signed) above super::POSITION_FLOOR,
+    POSITION_ERROR_END: "position_error_end_m" in "m" (signed) above super::Floor::Position,
     "Interface position minus the reference's at the last communication point reached"
     => |evidence| worst(evidence, |_, sums| sums.position.last);
 }

@@ -4,7 +4,6 @@ use super::contact_phase::ContactInterval;
 use super::friction_phase::FrictionPhase;
 use super::sums::Sums;
 use rimbench_core::cosim::Report;
-use rimbench_statistics::Floor;
 
 /// What is known of a run and its reference.
 pub struct Evidence<'a> {
@@ -47,6 +46,17 @@ pub struct Metric {
     pub about: &'static str,
     /// Computes it; `None` where it does not apply.
     pub compute: fn(&Evidence<'_>) -> Option<f64>,
+}
+
+/// What an error must exceed to say more than that it is small: the rms uncertainty of the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Floor {
+    /// That of the force.
+    Force,
+    /// That of the force as a share of the peak.
+    ShareOfPeak,
+    /// That of the position.
+    Position,
 }
 
 /// The runs that a metric says something of, where these are not all. Tables without such runs lack it, but for friction.

@@ -20,11 +20,11 @@ metrics! {
 }
 
 metrics! {
-    FORCE_ERROR_INSIDE: "force_error_inside_rms_n" in "N" above super::FORCE_FLOOR,
+    FORCE_ERROR_INSIDE: "force_error_inside_rms_n" in "N" above super::Floor::Force,
     "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's"
     => |evidence| worst(evidence, |_, sums| sums.inside[0].rms());
 
-    POSITION_ERROR_INSIDE: "position_error_inside_rms_m" in "m" above super::POSITION_FLOOR,
+    POSITION_ERROR_INSIDE: "position_error_inside_rms_m" in "m" above super::Floor::Position,
     "Root mean square over micro steps of the interface position that the actuator was given minus the reference's"
     => |evidence| worst(evidence, |_, sums| sums.inside[1].rms());
 }

@@ -26,19 +26,11 @@ pub use contact::STAYS_DOWN_M;
 pub use contact_event::ContactEvent;
 pub use contact_phase::{ContactInterval, ContactIntervals, contact_intervals};
 pub(crate) use event::touch_downs;
-pub use evidence::{Evidence, Metric, Only};
+pub use evidence::{Evidence, Floor, Metric, Only};
 pub(crate) use friction_phase::is_state;
 pub use friction_phase::{FrictionPhase, FrictionPhases, friction_phases};
 pub(crate) use impulse::impulse_column;
-use rimbench_statistics::Floor;
 pub use sums::{Columns, InterfaceRow, Sums};
-
-/// The rms uncertainty of the reference's force: no error of force below it is known.
-const FORCE_FLOOR: Floor = Floor { uncertainty: "reference_force_uncertainty_n", in_unit: None };
-/// The uncertainty of the force as a share of the peak.
-const SHARE_FLOOR: Floor = Floor { in_unit: Some(accuracy::FORCE_ERROR_RMS.name), ..FORCE_FLOOR };
-/// The rms uncertainty of the reference's position.
-const POSITION_FLOOR: Floor = Floor { uncertainty: "reference_position_uncertainty_m", in_unit: None };
 
 /// Every metric, in the order of the columns in data.
 pub const METRICS: &[Metric] = &[
@@ -116,26 +108,6 @@ pub const METRICS: &[Metric] = &[
     interface::AS_PREDICTED,
     interface::UNFORESEEN,
 ];
-
-/// Finds what a metric, by name, must exceed to say more than that it is small.
-pub fn floor_of(name: &str) -> Option<Floor> {
-    METRICS.iter().find(|metric| metric.name == name)?.floor
-}
-
-/// Tells whether a metric, by name, may be below 0.
-pub fn is_signed(name: &str) -> bool {
-    METRICS.iter().any(|metric| metric.name == name && metric.signed)
-}
-
-/// Tells whether a metric, by name, says how a run ends.
-pub fn is_of_ends(name: &str) -> bool {
-    METRICS.iter().any(|metric| metric.name == name && metric.ends)
-}
-
-/// Finds the value of a metric, by name, of a run without error: 0 of what is no metric.
-pub fn ideal_of(name: &str) -> f64 {
-    METRICS.iter().find(|metric| metric.name == name).map_or(0.0, |metric| metric.ideal)
-}
 
 impl Metric {
     /// Tells whether a run may complete with a value that is not finite: of an interface that is locked, and of an account that was asked for

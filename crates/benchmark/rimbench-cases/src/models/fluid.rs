@@ -10,7 +10,7 @@ parameters! {
         fluid_density_kg_m3: f64 = 850.0, Positive, "fluid density ρ";
         supply_pressure_pa: f64 = 7.6e6, Positive, "pump pressure p_P";
         tank_pressure_pa: f64 = 1e5, NotNegative, "tank pressure p_T";
-        compressibility_a_1_pa: f64 = 6.53e-10, Positive, "fluid compressibility a" study 4e-10..1.5e-9;
+        compressibility_a_1_pa: f64 = 6.53e-10, Positive, "fluid compressibility a".study(4e-10..1.5e-9);
         compressibility_b_1_pa2: f64 = -1.19e-18, Finite, "fluid compressibility b";
     }
 }

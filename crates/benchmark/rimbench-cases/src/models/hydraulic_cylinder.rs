@@ -130,10 +130,10 @@ pub struct HydraulicCylinder {
 parameters! {
     /// A cylinder and its valve, by default those of the wedge box.
     pub struct Cylinder from "as in the wedge box" {
-        piston_area_m2: f64 = 0.0065, Positive, "piston area A" from "Naya et al. 2011";
+        piston_area_m2: f64 = 0.0065, Positive, "piston area A".from("Naya et al. 2011");
         cylinder_length_m: f64 = 2.0, Positive, "length l of both chambers together";
-        viscous_friction_n_s_m: f64 = 1e4, NotNegative, "viscous friction c of the cylinder" study 3e3..3e4;
-        valve_area_m2: f64 = 5e-5, Positive, "valve area a_v" study 2e-5..1e-4;
+        viscous_friction_n_s_m: f64 = 1e4, NotNegative, "viscous friction c of the cylinder".study(3e3..3e4);
+        valve_area_m2: f64 = 5e-5, Positive, "valve area a_v".study(2e-5..1e-4);
     }
 }
 

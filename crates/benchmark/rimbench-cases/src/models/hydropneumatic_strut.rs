@@ -14,7 +14,7 @@ parameters! {
     pub struct Strut from "ours" {
         piston_area_m2: f64 = 1e-3, Positive, "piston area A of a strut";
         gas_volume_m3: f64 = 2e-4, Positive, "gas volume V₀ of a strut at the start";
-        gas_exponent: f64 = 1.4, Positive, "polytropic exponent of the gas, above 1" from "adiabatic, two-atomic gas";
+        gas_exponent: f64 = 1.4, Positive, "polytropic exponent of the gas, above 1".from("adiabatic, two-atomic gas");
         strut_damping_n_s_m: f64 = 1500.0, NotNegative, "damping c of a strut's orifice";
     }
 }

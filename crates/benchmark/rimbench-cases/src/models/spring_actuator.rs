@@ -16,14 +16,14 @@ parameters! {
         spring_stiffness_n_m: f64 = 0.0, NotNegative, "stiffness k between carriage and interface; 0 with no damping uncouples the two sides";
         spring_damping_n_s_m: f64 = 0.0, NotNegative, "damping c between carriage and interface";
         carriage_mass_kg: f64 = 0.0, NotNegative, "mass m_a of the carriage; 0 fixes it to the base";
-        base_stiffness_n_m: f64 = 0.0, NotNegative, "stiffness k_b between base and carriage" when carriage_mass_kg = "> 0";
-        base_damping_n_s_m: f64 = 0.0, NotNegative, "damping c_b between base and carriage" when carriage_mass_kg = "> 0";
+        base_stiffness_n_m: f64 = 0.0, NotNegative, "stiffness k_b between base and carriage".when(&[["carriage_mass_kg", "> 0"]]);
+        base_damping_n_s_m: f64 = 0.0, NotNegative, "damping c_b between base and carriage".when(&[["carriage_mass_kg", "> 0"]]);
         base_position_m: f64 = 0.0, Finite, "middle x₀ of the motion of the base";
         base_amplitude_m: f64 = 0.0, NotNegative, "amplitude A of the motion of the base";
         base_frequency_hz: f64 = 0.0, NotNegative, "frequency ω/2π of the motion of the base";
         base_phase_rad: f64 = 0.0, Finite, "phase φ of the motion of the base";
-        carriage_position_m: f64 = 0.0, Finite, "position of the carriage at the start" when carriage_mass_kg = "> 0";
-        carriage_velocity_m_s: f64 = 0.0, Finite, "velocity of the carriage at the start" when carriage_mass_kg = "> 0";
+        carriage_position_m: f64 = 0.0, Finite, "position of the carriage at the start".when(&[["carriage_mass_kg", "> 0"]]);
+        carriage_velocity_m_s: f64 = 0.0, Finite, "velocity of the carriage at the start".when(&[["carriage_mass_kg", "> 0"]]);
     }
 }
 

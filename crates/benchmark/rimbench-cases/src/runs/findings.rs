@@ -123,9 +123,7 @@ impl Findings {
         each("ended_at_s", &mut self.ended_at_s);
         each("model_exact", &mut self.model_exact);
         METRICS.iter().zip(&mut self.metrics).for_each(|(metric, value)| each(metric.name, value));
-        let [force, position] = &mut self.reference_uncertainty;
-        each("reference_force_uncertainty_n", force);
-        each("reference_position_uncertainty_m", position);
+        UNCERTAINTIES.into_iter().zip(&mut self.reference_uncertainty).for_each(|(name, value)| each(name, value));
         counter_columns(&mut self.work, each);
     }
 
@@ -145,29 +143,34 @@ impl Findings {
     }
 }
 
-/// Names of the counters.
-pub fn counter_names() -> Vec<&'static str> {
-    names_of(|each| counter_columns(&mut Work::default(), each))
+/// Columns of the uncertainty of the reference's force and position.
+pub(super) const UNCERTAINTIES: [&str; 2] = ["reference_force_uncertainty_n", "reference_position_uncertainty_m"];
+
+fn counter_columns(work: &mut Work, each: Columns<'_>) {
+    counters(work).into_iter().for_each(|(name, count)| each(name, count));
 }
 
-fn counter_columns(Work { cosim, sides, scheme }: &mut Work, each: Columns<'_>) {
+/// The counters with their names.
+pub(super) fn counters(Work { cosim, sides, scheme }: &mut Work) -> [(&'static str, &mut u64); 16] {
     let (mechanics, actuator) = (&mut sides.mechanics, &mut sides.actuator);
-    each("macro_steps", &mut cosim.macro_steps);
-    each("repeated_macro_steps", &mut cosim.repeated_macro_steps);
-    each("exchanges", &mut cosim.exchanges);
-    each("catch_up_steps", &mut cosim.catch_up_steps);
-    each("mechanics_micro_steps", &mut mechanics.micro_steps);
-    each("actuator_micro_steps", &mut actuator.micro_steps);
-    each("eliminations", &mut mechanics.eliminations);
-    each("mechanics_lcp_solves", &mut mechanics.solver.solves);
-    each("mechanics_lcp_pivots", &mut mechanics.solver.pivots);
-    each("mechanics_lcp_factorisations", &mut mechanics.solver.factorisations);
-    each("mechanics_lcp_fallbacks", &mut mechanics.solver.fallbacks);
-    each("scheme_lcp_solves", &mut scheme.solves);
-    each("scheme_lcp_pivots", &mut scheme.pivots);
-    each("scheme_lcp_factorisations", &mut scheme.factorisations);
-    each("scheme_lcp_fallbacks", &mut scheme.fallbacks);
-    each("scheme_parametric_steps", &mut scheme.parametric);
+    [
+        ("macro_steps", &mut cosim.macro_steps),
+        ("repeated_macro_steps", &mut cosim.repeated_macro_steps),
+        ("exchanges", &mut cosim.exchanges),
+        ("catch_up_steps", &mut cosim.catch_up_steps),
+        ("mechanics_micro_steps", &mut mechanics.micro_steps),
+        ("actuator_micro_steps", &mut actuator.micro_steps),
+        ("eliminations", &mut mechanics.eliminations),
+        ("mechanics_lcp_solves", &mut mechanics.solver.solves),
+        ("mechanics_lcp_pivots", &mut mechanics.solver.pivots),
+        ("mechanics_lcp_factorisations", &mut mechanics.solver.factorisations),
+        ("mechanics_lcp_fallbacks", &mut mechanics.solver.fallbacks),
+        ("scheme_lcp_solves", &mut scheme.solves),
+        ("scheme_lcp_pivots", &mut scheme.pivots),
+        ("scheme_lcp_factorisations", &mut scheme.factorisations),
+        ("scheme_lcp_fallbacks", &mut scheme.fallbacks),
+        ("scheme_parametric_steps", &mut scheme.parametric),
+    ]
 }
 
 impl Costs {
@@ -292,7 +295,7 @@ mod tests {
         Findings::nothing(&Outcome::Completed)
             .columns(&mut |name, cell| refused.extend((!cell.read("")).then_some(name)));
         let mut wanted = vec!["outcome", "ended_at_s", "model_exact"];
-        wanted.extend(counter_names());
+        wanted.extend(counters(&mut Work::default()).map(|(name, _)| name));
         assert_eq!(refused, wanted);
     }
 }

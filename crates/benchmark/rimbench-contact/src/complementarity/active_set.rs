@@ -64,6 +64,9 @@ pub struct ActiveSet {
     /// Updates of the factor since it was computed; `None` if there is none to reuse.
     age: Option<u32>,
     p_a: Buffer<f64, 8>,
+    /// `L⁻¹ (−b_A)`, and how many of its entries are known for this `b`.
+    forward: Buffer<f64, 8>,
+    forward_known: usize,
     y: Buffer<f64, 8>,
     w: Buffer<f64, 8>,
 }
@@ -84,6 +87,8 @@ impl ActiveSet {
             rows_read: false,
             age: None,
             p_a: Buffer::new(capacity),
+            forward: Buffer::new(capacity),
+            forward_known: 0,
             y: Buffer::new(capacity),
             w: Buffer::new(capacity),
         }
@@ -109,6 +114,7 @@ impl ActiveSet {
         self.factored.grow(n * n);
         self.rows.reserve(n);
         self.p_a.grow(n);
+        self.forward.grow(n);
         self.y.grow(n);
         self.w.grow(n);
         self.factor.clear(n);

@@ -91,11 +91,23 @@ impl Factor {
     /// Replaces `x` by `M_AA⁻¹ x`.
     #[inline]
     pub fn solve(&self, x: &mut [f64]) {
-        let l = &self.l[..];
-        for k in 1..self.len {
+        self.solve_forward(x, 0);
+        self.solve_backward(x);
+    }
+
+    /// Replaces `x` by `L⁻¹ x`, whose first entries, so many, are there already.
+    #[inline]
+    pub fn solve_forward(&self, x: &mut [f64], known: usize) {
+        for k in known.max(1)..self.len {
             let start = k * self.stride;
-            x[k] -= dot(&l[start..start + k], &x[..k]);
+            x[k] -= dot(&self.l[start..start + k], &x[..k]);
         }
+    }
+
+    /// Replaces `x` by `L⁻ᵀ D⁻¹ x`.
+    #[inline]
+    pub fn solve_backward(&self, x: &mut [f64]) {
+        let l = &self.l[..];
         if self.len < 8 {
             // Entry by entry: vector loads of what was just stored entry by entry would wait for the stores.
             for k in (0..self.len).rev() {

@@ -159,6 +159,10 @@ impl Elimination {
             (6, 2, 5) if self.mass_factor.is_none() => {
                 self.reduce_in_blocks::<6>([1, 2, 5], true, eq3, v, [h, stabilisation], model)
             }
+            // Two bodies in space with a joint, six contacts with friction.
+            (12, 3, 19) if self.mass_factor.is_none() => {
+                self.reduce_in_blocks::<3>([4, 3, 19], true, eq3, v, [h, stabilisation], model)
+            }
             (3, ..) => self.reduce_in_blocks::<3>([1, b, rows], false, eq3, v, [h, stabilisation], model),
             (6, ..) => self.reduce_in_blocks::<6>([1, b, rows], false, eq3, v, [h, stabilisation], model),
             (n, ..) if n % 3 == 0 => {
@@ -276,6 +280,12 @@ impl Elimination {
         let (model_h, model_w, model_a) = (&mut model.h[..rows * rows], &mut model.w[..rows], &mut model.a[..rows]);
         let (coupling, supports) = (&mut self.coupling[..n_b * rows], &mut self.supports[..rows]);
         let g_rows = &mut self.g_rows.as_chunks_mut::<L>().0[..rows * k];
+        // Copies of single blocks stay in registers: no entry that is written could be one of theirs.
+        let single = k == 1;
+        let ([mut of_start, mut of_free, mut of_mass, mut of_a], mut of_g) = ([[[0.0; L]]; 4], [[0.0; L]]);
+        let start = if single { kept(&mut of_start, start) } else { start };
+        let free = if single { kept(&mut of_free, free) } else { free };
+        let inverse_mass = if single { kept(&mut of_mass, inverse_mass) } else { inverse_mass };
         for row in 0..rows {
             let (source, index) = if row < n_u {
                 (&eq3.unilateral, row)
@@ -285,13 +295,14 @@ impl Elimination {
                 (&eq3.tangential, row - n_u)
             };
             let a = row_of(blocks::<L>(&source.jacobian), index, k);
+            let a = if single { kept(&mut of_a, a) } else { a };
             let support = support(a);
             let a_x = &a[support.clone()];
             model_w[row] = dot(a_x, &start[support.clone()]);
             model_a[row] = dot(a_x, &free[support.clone()]) + source.convective[index];
 
             let (finished, rest) = g_rows.split_at_mut(row * k);
-            let g = &mut rest[..k];
+            let g = if single { &mut of_g[..] } else { &mut rest[..k] };
             multiply_by_inverse_mass(inverse_mass, mass_factor, a, g);
             for b in 0..n_b {
                 let y = row_of(y, b, k);
@@ -308,6 +319,9 @@ impl Elimination {
                 model_h[column * rows + row] = entry;
             }
             model_h[row * rows + row] = dot(a_x, &g[support.clone()]);
+            if single {
+                rest[0] = of_g[0];
+            }
             supports[row] = support;
         }
         Ok(())
@@ -383,6 +397,13 @@ fn eliminate_bilateral<const L: usize>(
 #[inline(always)]
 fn blocks<const L: usize>(entries: &[f64]) -> &[[f64; L]] {
     entries.as_chunks().0
+}
+
+/// A copy of a single block.
+#[inline(always)]
+fn kept<'a, const L: usize>(copy: &'a mut [[f64; L]; 1], of: &[[f64; L]]) -> &'a [[f64; L]] {
+    copy[0] = of[0];
+    copy
 }
 
 /// One row of a matrix with `k` blocks per row.

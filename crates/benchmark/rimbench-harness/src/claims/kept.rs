@@ -6,7 +6,7 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
-use rimbench_statistics::ALL;
+use rimbench_results::selection::ALL;
 use std::path::{Path, PathBuf};
 
 /// The group whose claims stand together.
@@ -125,7 +125,7 @@ impl Claim {
     /// What the summary says of it, with the number of runs that failed: where it is about the median of the completed runs of one row, or
     /// about a ratio of two.
     fn said_by(&self, summary: &[SummaryRow]) -> Option<(f64, usize)> {
-        let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric)?;
+        let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric.name())?;
         // Of pooled settings the summary has no single problem.
         let is_pooled = summary.iter().any(|row| row.worst.is_some());
         // It holds medians with their sign.

@@ -1,14 +1,16 @@
 //! What was measured of a claim.
 
 use super::witnesses::OfFailed;
-use crate::experiment::{COMPLETED, Claim, FAILED, FAILED_AT, Statistic};
-use rimbench_cases::metrics::floor_of;
+use crate::experiment::{Claim, Statistic};
+use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
 use rimbench_results::claims::CheckedClaim;
+use rimbench_results::run_table::RunTable;
+use rimbench_results::selection::{ALL, Runs};
 use rimbench_statistics::{
-    ALL, Costed, PairedRun, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians,
-    ratios_at_equal_cost, share_interval, share_told_by_threshold,
+    Costed, PairedRun, Pool, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost, share_interval,
+    share_told_by_threshold,
 };
 use std::collections::BTreeMap;
 
@@ -16,10 +18,10 @@ use std::collections::BTreeMap;
 pub(super) fn check(
     claim: &Claim,
     experiment: &str,
-    table: &ResultsTable,
+    table: &RunTable,
     draw_of: &dyn Fn([&str; 2]) -> String,
 ) -> Result<CheckedClaim> {
-    let runs = Runs::of(table)?;
+    let runs = Runs::of(table);
     let problem = runs.of_problem(claim.case.as_deref(), claim.set.as_deref());
     let about = problem.select(|row| claim.is_about(runs.macro_step(row)));
     let labels = [Some(&claim.scheme), claim.relative_to.as_ref()];
@@ -87,7 +89,7 @@ pub(super) fn check(
         variant_of: claim.variant_of.clone(),
         runs: asked.rows().len(),
         failed: failed.rows().len(),
-        run_ids: asked.iter().map(|run| run.id.to_owned()).collect(),
+        run_ids: asked.iter().map(|run| run.id.to_string()).collect(),
     })
 }
 
@@ -108,31 +110,29 @@ struct Values<'a> {
 impl<'a> Values<'a> {
     fn of(claim: &'a Claim, runs: &'a Runs<'a>) -> Result<Self> {
         let table = runs.table();
-        // How runs end is no metric.
-        let metric = if claim.is_about_ends() { None } else { Some(table.column(&claim.metric)?) };
-        let cost = claim.at_equal.as_ref().map(|counter| table.column(counter)).transpose()?;
+        let (metric, cost) = (claim.metric, claim.at_equal);
+        [Some(metric).filter(|metric| !Finding::ENDS.contains(metric)), cost]
+            .into_iter()
+            .flatten()
+            .try_for_each(|finding| table.check(finding))?;
         let known = matches!(claim.statistic, Statistic::Order | Statistic::ShareBetter);
-        let floor = floor_of(&claim.metric).filter(|_| known);
+        let all = table.len();
         let mut values = Values {
             claim,
             runs,
-            value: vec![f64::NAN; table.len()],
-            tolerance: vec![0.0; table.len()],
-            cost: vec![0.0; table.len()],
-            floor: vec![f64::NAN; table.len()],
+            value: vec![f64::NAN; all],
+            tolerance: vec![0.0; all],
+            cost: vec![0.0; all],
+            floor: vec![f64::NAN; all],
         };
         for &row in runs.rows() {
-            let number = metric.map_or(runs.run(row).outcome_at_s, |metric| table.number(row, metric));
+            let (run, number) = (runs.run(row), runs.value(row, metric));
             let number = if claim.is_by_magnitude() { number.abs() } else { number };
-            let has_order = claim.statistic == Statistic::Order && runs.has_order(row, &claim.metric, floor)?;
-            let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
+            let has_order = claim.statistic == Statistic::Order && run.found.has_order(metric);
             let failed = runs.class(row) == OutcomeClass::Failed;
             let of_failed = failed.then(|| values.of_failed(row));
-            values.value[row] = match claim.metric.as_str() {
+            values.value[row] = match number {
                 _ if runs.class(row) == OutcomeClass::NoAnswer => f64::NAN,
-                COMPLETED => f64::from(!failed),
-                FAILED => f64::from(failed),
-                FAILED_AT if !failed => f64::NAN,
                 _ if claim.within.is_some() => {
                     f64::from(!failed && claim.within.is_some_and(|most| number.abs() <= most))
                 }
@@ -142,10 +142,9 @@ impl<'a> Values<'a> {
                 _ if claim.statistic == Statistic::Order && !has_order => f64::NAN,
                 _ => claim.above.filter(|_| !number.is_nan()).map_or(number, |above| f64::from(number > above)),
             };
-            let tolerance = runs.run(row).step_tolerance;
-            values.tolerance[row] = if tolerance.is_finite() { tolerance } else { 0.0 };
-            values.floor[row] = floor.unwrap_or(f64::NAN);
-            values.cost[row] = cost.map_or(0.0, |column| table.number(row, column));
+            values.tolerance[row] = if run.step_tolerance.is_finite() { run.step_tolerance } else { 0.0 };
+            values.floor[row] = run.found.floor(metric).filter(|_| known).unwrap_or(f64::NAN);
+            values.cost[row] = cost.map_or(0.0, |counter| runs.value(row, counter));
         }
         Ok(values)
     }
@@ -235,7 +234,7 @@ impl Claim {
             _ => (format!("{:?} of", self.statistic).to_lowercase(), "relative to"),
         };
         let relative = self.relative_to.as_ref().map(|other| format!(" {than} {other}")).unwrap_or_default();
-        let equal = self.at_equal.as_ref().map(|counter| format!(" at equal {counter}")).unwrap_or_default();
+        let equal = self.at_equal.map(|counter| format!(" at equal {}", counter.name())).unwrap_or_default();
         let step = self.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
         let problem = [("case", &self.case), ("set", &self.set)].map(|(key, value)| match value.as_deref() {
             None => String::new(),
@@ -243,7 +242,8 @@ impl Claim {
             Some(value) => format!(", {key} {value}"),
         });
         let above = self.above.map(|above| format!(" > {above}")).unwrap_or_default();
-        let metric = if self.is_by_magnitude() { format!("|{}|", self.metric) } else { self.metric.clone() };
+        let name = self.metric.name();
+        let metric = if self.is_by_magnitude() { format!("|{name}|") } else { name.to_owned() };
         let within = self.within.map(|within| format!(" ≤ {within}, completed,")).unwrap_or_default();
         let [scheme, problem, whom] = [&*self.scheme, &problem.concat(), self.witnesses_in_words()];
         let apart = self.apart.map(|apart| format!(", {} % apart", 100.0 * apart)).unwrap_or_default();
@@ -252,10 +252,10 @@ impl Claim {
 
     /// Why a run can be left out.
     fn why_left_out(&self) -> &'static str {
-        match self.metric.as_str() {
-            COMPLETED | FAILED => "skipped, timed out or failed by a defect",
+        match self.metric {
+            Finding::Completed | Finding::Failed => "skipped, timed out or failed by a defect",
             _ if self.within.is_some() => "skipped, timed out or failed by a defect",
-            FAILED_AT => "not failed",
+            Finding::FailedAt => "not failed",
             _ if self.statistic == Statistic::Order => "without a value, or within the reference's uncertainty",
             _ => "without a value",
         }
@@ -283,7 +283,7 @@ impl Statistic {
 mod tests {
     use super::*;
     use crate::experiment::Verdict;
-    use rimbench_results::results_table::read_table;
+    use std::path::Path;
 
     #[test]
     fn statistics_over_phases_and_steps() {
@@ -296,15 +296,12 @@ mod tests {
     }
 
     /// A table of rows, each with its end, below a header.
-    fn table(header: &str, rows: &str) -> ResultsTable {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("runs.csv");
-        std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
-        read_table(&path).unwrap()
+    fn table(header: &str, rows: &str) -> RunTable {
+        RunTable::parse(Path::new("runs.csv"), &format!("{header}\n{rows}")).unwrap()
     }
 
     /// A claim with these keys beside those that all have, checked against a table.
-    fn check_in(table: &ResultsTable, keys: &str) -> CheckedClaim {
+    fn check_in(table: &RunTable, keys: &str) -> CheckedClaim {
         let all = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nfinding = \"reproduced\"";
         let expect = if keys.contains("expect") { "" } else { "expect = \">= 0\"" };
         check(&toml::from_str(&format!("{all}\n{expect}\n{keys}")).unwrap(), "e", table, &|problem| problem.concat())
@@ -315,7 +312,7 @@ mod tests {
     fn checked(keys: &str, rows: &[&str]) -> CheckedClaim {
         let row = |(id, row): (usize, &&str)| format!("{id},x,{row},\n");
         let rows: String = rows.iter().enumerate().map(row).collect();
-        check_in(&table("run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s", &rows), keys)
+        check_in(&table("run_id,label,case,set,macro_step_s,outcome,velocity_error_rms_m_s,outcome_at_s", &rows), keys)
     }
 
     #[test]
@@ -367,7 +364,8 @@ mod tests {
 
     #[test]
     fn at_equal_counts_each_case_has_one_ratio_whatever_the_macro_steps_and_tolerances() {
-        let header = "run_id,label,case,set,macro_step_s,step_tolerance,outcome,error,outcome_at_s,exchanges";
+        let header =
+            "run_id,label,case,set,macro_step_s,step_tolerance,outcome,velocity_error_rms_m_s,outcome_at_s,exchanges";
         let mut rows = String::new();
         for (case, factor) in [("a", 0.5), ("b", 2.0), ("c", 3.0)] {
             for count in [100.0, 400.0_f64] {
@@ -380,13 +378,12 @@ mod tests {
             }
             rows += &format!("r,x,{case},,0.005,0.001,diverged,1e9,,350\n");
         }
-        let keys =
-            "relative_to = \"y\"\nat_equal = \"exchanges\"\ncase = \"all\"\nmetric = \"error\"\nexpect = \"<= 1\"";
+        let keys = "relative_to = \"y\"\nat_equal = \"exchanges\"\ncase = \"all\"\nmetric = \"velocity_error_rms_m_s\"\nexpect = \"<= 1\"";
         let checked = check_in(&table(header, &rows), keys);
         approx::assert_relative_eq!(checked.measured.unwrap(), 2.0, max_relative = 1e-12);
         assert_eq!(
             checked.quantity,
-            "median of error of x relative to y at equal exchanges, all cases \
+            "median of velocity_error_rms_m_s of x relative to y at equal exchanges, all cases \
              (3 of 9 of x failed, which is worse than every number)"
         );
     }
@@ -452,7 +449,10 @@ mod tests {
             "b,,0.004,diverged,",
         ];
         let told = |statistic: &str| {
-            let claim = checked(&format!("case = \"all\"\nmetric = \"error\"\nstatistic = \"{statistic}\""), &rows);
+            let claim = checked(
+                &format!("case = \"all\"\nmetric = \"velocity_error_rms_m_s\"\nstatistic = \"{statistic}\""),
+                &rows,
+            );
             (claim.measured, claim.runs)
         };
         assert_eq!(told("one-threshold"), (Some(0.75), 4));
@@ -469,27 +469,31 @@ mod tests {
             "box,,0.001,completed,",
             "box,,0.001,skipped,",
         ];
-        let claim = checked("metric = \"error\"\nwithin = 0.1\nstatistic = \"mean\"", &rows);
+        let claim = checked("metric = \"velocity_error_rms_m_s\"\nwithin = 0.1\nstatistic = \"mean\"", &rows);
         assert_eq!((claim.measured, claim.runs), (Some(0.4), 5));
-        assert!(claim.quantity.starts_with("mean of error ≤ 0.1, completed, of x"), "{}", claim.quantity);
+        assert!(
+            claim.quantity.starts_with("mean of velocity_error_rms_m_s ≤ 0.1, completed, of x"),
+            "{}",
+            claim.quantity
+        );
     }
 
     #[test]
     fn a_claim_selects_its_case_and_its_set() {
         let rows = ["box,,0.001,completed,1.0", "box,m=2,0.001,completed,3.0", "ball,,0.001,completed,8.0"];
-        let measured = |keys: &str| checked(&format!("metric = \"error\"\n{keys}"), &rows).measured;
+        let measured = |keys: &str| checked(&format!("metric = \"velocity_error_rms_m_s\"\n{keys}"), &rows).measured;
         assert_eq!(measured("case = \"box\"\nset = \"m=2\""), Some(3.0));
         assert_eq!(measured("case = \"box\"\nset = \"\""), Some(1.0));
         assert_eq!(measured("case = \"ball\""), Some(8.0));
         assert_eq!(measured("case = \"box\"\nset = \"all\""), Some(2.0));
         assert_eq!(measured("case = \"all\"\nset = \"all\""), Some(3.0));
-        let claim = checked("metric = \"error\"\ncase = \"all\"\nset = \"m=2\"", &rows);
+        let claim = checked("metric = \"velocity_error_rms_m_s\"\ncase = \"all\"\nset = \"m=2\"", &rows);
         assert!(claim.quantity.ends_with(", all cases, set m=2"), "{}", claim.quantity);
     }
 
     #[test]
     fn a_median_has_an_interval_over_cases_and_is_told_without_those_in_which_the_model_is_exact() {
-        let header = "run_id,label,case,set,macro_step_s,phase,outcome,error,outcome_at_s,model_exact";
+        let header = "run_id,label,case,set,macro_step_s,phase,outcome,velocity_error_rms_m_s,outcome_at_s,model_exact";
         let mut rows = String::new();
         for (case, error) in [("a", 1.0), ("b", 2.0), ("c", 3.0), ("d", 50.0)] {
             for phase in [0.5, 1.0] {
@@ -500,7 +504,8 @@ mod tests {
             }
         }
         let runs = table(header, &rows);
-        let checked = |keys: &str| check_in(&runs, &format!("metric = \"error\"\ncase = \"all\"\n{keys}"));
+        let checked =
+            |keys: &str| check_in(&runs, &format!("metric = \"velocity_error_rms_m_s\"\ncase = \"all\"\n{keys}"));
         let median = checked("");
         assert_eq!((median.measured, median.without_exact), (Some(2.5), Some(2.0)));
         // Of four cases all may be the first or the last.
@@ -515,7 +520,7 @@ mod tests {
     /// Whatever is asked: a run that took too long has no value, and one that could not be solved has not held.
     #[test]
     fn an_outcome_counts_by_its_class_in_every_quantity() {
-        let header = "run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s\n";
+        let header = "run_id,label,case,set,macro_step_s,outcome,velocity_error_rms_m_s,outcome_at_s\n";
         let rows = [
             "0,x,box,,0.001,timeout,9.0,0.1\n",
             "1,x,box,,0.001,panicked,8.0,\n",
@@ -523,12 +528,12 @@ mod tests {
         ];
         let all = table(header.trim_end(), &rows.concat());
         let of = |metric: &str| check_in(&all, &format!("metric = \"{metric}\"\nstatistic = \"max\""));
-        let alive = of("error");
+        let alive = of("velocity_error_rms_m_s");
         assert_eq!((alive.measured, alive.failed, alive.verdict), (None, 1, Verdict::NotReproduced));
-        assert_eq!(of("error\"\nwitnesses = \"all").run_ids, ["2"]);
+        assert_eq!(of("velocity_error_rms_m_s\"\nwitnesses = \"all").run_ids, ["2"]);
         assert_eq!(["failed", "completed", "failed_at_s"].map(|name| of(name).measured), [1.0, 0.0, 0.2].map(Some));
         let silent = table(header.trim_end(), &rows[..2].concat());
-        assert_eq!(check_in(&silent, "metric = \"error\"").verdict, Verdict::NotMeasured);
+        assert_eq!(check_in(&silent, "metric = \"velocity_error_rms_m_s\"").verdict, Verdict::NotMeasured);
     }
 
     /// A hold that breaks down misses no touch-down.
@@ -540,7 +545,7 @@ mod tests {
             "box,,0.001,diverged,0.0",
             "box,,0.001,timeout,9.0",
         ];
-        let of = |keys: &str| checked(&format!("metric = \"error\"\n{keys}"), &rows);
+        let of = |keys: &str| checked(&format!("metric = \"velocity_error_rms_m_s\"\n{keys}"), &rows);
         for (statistic, measured) in [("median", 0.2), ("min", 0.1), ("max", 0.3), ("mean", 0.2)] {
             let good = of(&format!("statistic = \"{statistic}\"\nexpect = \"<= 1\""));
             assert_eq!((good.verdict, good.failed), (Verdict::NotReproduced, 1), "{statistic}");
@@ -564,18 +569,21 @@ mod tests {
     #[test]
     fn a_time_out_is_no_failure() {
         let rows = ["box,,0.001,completed,0.1", "box,,0.001,timeout,9.0", "box,,0.001,panicked,9.0"];
-        let claim = checked("metric = \"error\"\nstatistic = \"max\"\nexpect = \"<= 1\"", &rows);
+        let claim = checked("metric = \"velocity_error_rms_m_s\"\nstatistic = \"max\"\nexpect = \"<= 1\"", &rows);
         assert_eq!((claim.verdict, claim.measured, claim.failed), (Verdict::Reproduced, Some(0.1), 0));
         assert!(claim.quantity.ends_with("(2 of 3 runs left out: without a value)"), "{}", claim.quantity);
     }
 
     #[test]
     fn of_a_ratio_the_row_that_is_said_to_be_good_must_have_lived() {
-        let header = "run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s";
+        let header = "run_id,label,case,set,macro_step_s,outcome,velocity_error_rms_m_s,outcome_at_s";
         let of = |own: &str, other: &str, keys: &str| {
             let rows = [("x", "completed,1.0"), ("x", own), ("y", "completed,4.0"), ("y", other)];
             let rows = rows.map(|(label, row)| format!("r,{label},box,,0.001,{row},\n")).concat();
-            check_in(&table(header, &rows), &format!("metric = \"error\"\nrelative_to = \"y\"\n{keys}"))
+            check_in(
+                &table(header, &rows),
+                &format!("metric = \"velocity_error_rms_m_s\"\nrelative_to = \"y\"\n{keys}"),
+            )
         };
         let [lived, died] = ["completed,2.0", "diverged,1e9"];
         let [better, worse] = ["expect = \"<= 0.5\"", "expect = \">= 0.2\""];

@@ -18,7 +18,7 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::Result;
 use rimbench_results::checksums::CHECKSUMS;
 use rimbench_results::kept::DIGEST;
-use rimbench_statistics::ResultsTable;
+use rimbench_results::run_table::RunTable;
 use std::path::Path;
 
 /// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
@@ -63,7 +63,7 @@ pub struct VerifiedClaims {
     pub from_rows: bool,
 }
 
-fn measured_in(experiment: &Experiment, runs: &ResultsTable) -> Result<Vec<CheckedClaim>> {
+fn measured_in(experiment: &Experiment, runs: &RunTable) -> Result<Vec<CheckedClaim>> {
     let draw_of = |problem: [&str; 2]| experiment.draw_of(problem);
     experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), runs, &draw_of)).collect()
 }

@@ -12,7 +12,6 @@
 //! ```
 
 use crate::experiment::{Claim, Statistic, Verdict, Witnesses};
-use rimbench_cases::metrics::ideal_of;
 
 /// What a run that failed says of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +43,7 @@ impl Claim {
 
     /// Whether it speaks well of a row: a run of it without error would meet the bound.
     fn praises(&self, is_other: bool) -> bool {
-        let ideal = match ideal_of(&self.metric) {
+        let ideal = match self.metric.ideal() {
             _ if self.statistic == Statistic::Order => f64::INFINITY,
             ideal => self.above.map_or(ideal, |above| f64::from(ideal > above)),
         };

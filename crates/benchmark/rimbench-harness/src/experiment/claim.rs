@@ -1,9 +1,9 @@
 //! What a claim says.
 
-use rimbench_cases::metrics::{METRICS, is_of_ends, is_signed};
-use rimbench_core::cosim::OutcomeKind;
+use rimbench_cases::runs::Finding;
 use rimbench_results::claims::{Claimant, Verdict};
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use std::fmt;
 
 /// Relative slack when a macro step of a claim is looked up among those of the runs.
@@ -29,11 +29,13 @@ pub struct Claim {
     /// Label of another scheme row; the measured value is then the ratio of the two.
     pub(crate) relative_to: Option<String>,
     /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
-    pub(crate) at_equal: Option<String>,
+    #[serde(default, deserialize_with = "counter")]
+    pub(crate) at_equal: Option<Finding>,
     /// The macro step it is about; all of them if absent.
     pub(crate) macro_step_s: Option<f64>,
-    /// A metric by name, of which what may be below 0 is compared by its magnitude; or `completed` or `failed` (1 or 0, of every run that gave an answer), or `failed_at_s`.
-    pub(crate) metric: String,
+    /// A metric by name, of which what may be below 0 is compared by its magnitude; or how runs end.
+    #[serde(deserialize_with = "subject")]
+    pub(crate) metric: Finding,
     /// Counts runs: the value is 1 where the metric is above this, else 0.
     pub(crate) above: Option<f64>,
     /// Counts usable runs: the value is 1 where a run completed and the magnitude of the metric is at most this, else 0.
@@ -130,36 +132,41 @@ impl fmt::Display for Expectation {
     }
 }
 
-/// Quantities of a claim besides the metrics: whether a run completed, whether it failed, and when it did.
-pub(crate) const COMPLETED: &str = OutcomeKind::Completed.name();
-pub(crate) const FAILED: &str = "failed";
-pub(crate) const FAILED_AT: &str = "failed_at_s";
+/// Reads what a claim is about: a metric, or how runs end.
+fn subject<'de, D: Deserializer<'de>>(from: D) -> Result<Finding, D::Error> {
+    let all = Finding::metrics().chain(Finding::ENDS);
+    Finding::among("metric of a claim", &String::deserialize(from)?, all).map_err(D::Error::custom)
+}
 
-/// Names of what a claim may be about: the metrics, and how runs ended.
-pub(crate) fn claim_metrics() -> impl Iterator<Item = &'static str> {
-    METRICS.iter().map(|metric| metric.name).chain([COMPLETED, FAILED, FAILED_AT])
+/// Reads a counter.
+fn counter<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Finding>, D::Error> {
+    let found = Finding::among("counter", &String::deserialize(from)?, Finding::counters());
+    found.map(Some).map_err(D::Error::custom)
 }
 
 impl Claim {
     /// Whether values that may be below 0 count by their magnitude: wherever they are held against others.
     pub(crate) fn is_by_magnitude(&self) -> bool {
         let compares = matches!(self.statistic, Statistic::Order | Statistic::ShareBetter);
-        is_signed(&self.metric) && (compares || self.relative_to.is_some())
+        self.metric.metric().is_some_and(|metric| metric.signed) && (compares || self.relative_to.is_some())
     }
 
     /// Whether it is about how runs end.
     pub(crate) fn is_about_ends(&self) -> bool {
-        [COMPLETED, FAILED, FAILED_AT].contains(&self.metric.as_str())
+        Finding::ENDS.contains(&self.metric)
     }
 
     /// Whether it counts runs by how they end, so that one that failed says as much as one that completed.
     pub(crate) fn counts_ends(&self) -> bool {
-        self.is_about_ends() || self.within.is_some() || self.statistic.is_threshold() || is_of_ends(&self.metric)
+        self.is_about_ends()
+            || self.within.is_some()
+            || self.statistic.is_threshold()
+            || self.metric.metric().is_some_and(|metric| metric.ends)
     }
 
     /// Whether it is about zeros and ones, so that a mean is a share.
     pub(crate) fn is_a_share(&self) -> bool {
-        self.within.is_some() || self.above.is_some() || [COMPLETED, FAILED].contains(&self.metric.as_str())
+        self.within.is_some() || self.above.is_some() || matches!(self.metric, Finding::Completed | Finding::Failed)
     }
 
     /// Whether it is about runs at a macro step (s).

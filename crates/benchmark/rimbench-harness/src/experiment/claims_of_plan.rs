@@ -1,11 +1,9 @@
 //! Whether claims are about runs of the plan.
 
-use super::claim::{Claim, Statistic, claim_metrics};
+use super::claim::{Claim, Statistic};
 use super::planned_run::PlannedRun;
-use rimbench_cases::metrics::METRICS;
-use rimbench_cases::runs::counter_names;
 use rimbench_core::error::{Error, Result};
-use rimbench_statistics::{ALL, has_words};
+use rimbench_results::selection::{ALL, has_words};
 use std::collections::BTreeSet;
 
 /// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
@@ -31,9 +29,6 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         claim.check_threshold()?;
         claim.check_witnesses()?;
         claim.check_variant(claims)?;
-        if !claim_metrics().any(|name| name == claim.metric) {
-            return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
-        }
         for label in std::iter::once(&claim.scheme).chain(&claim.relative_to) {
             let of_label = || planned.iter().filter(|run| run.label == *label);
             if of_label().next().is_none() {
@@ -72,18 +67,14 @@ const LONGEST_ID: usize = 100;
 impl Claim {
     /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
     fn check_equal_cost(&self) -> Result<()> {
-        let Some(counter) = &self.at_equal else { return Ok(()) };
-        let counters = counter_names();
-        if !counters.contains(&counter.as_str()) {
-            let error = Error::unknown("counter", counter, counters);
-            return Err(Error::Incompatible(format!("claim `{}`: at_equal: {error}", self.id)));
-        }
+        let Some(counter) = self.at_equal else { return Ok(()) };
         if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {
             return Ok(());
         }
         Err(Error::Incompatible(format!(
-            "claim `{}`: at_equal = \"{counter}\" needs relative_to, no macro_step_s, and a statistic other than order",
-            self.id
+            "claim `{}`: at_equal = \"{}\" needs relative_to, no macro_step_s, and a statistic other than order",
+            self.id,
+            counter.name()
         )))
     }
 
@@ -93,7 +84,7 @@ impl Claim {
         if !(self.is_about_ends() && is_error) {
             return Ok(());
         }
-        let Claim { id, metric, .. } = self;
+        let (id, metric) = (&self.id, self.metric.name());
         Err(Error::Incompatible(format!(
             "claim `{id}`: {metric} is no error, of which less is better: use statistic mean, median, min or max, without at_equal"
         )))
@@ -134,14 +125,15 @@ impl Claim {
         }
         Err(Error::Incompatible(format!(
             "claim `{}`: witnesses chooses runs by how they end, which {}, within and thresholds count: leave it out",
-            self.id, self.metric
+            self.id,
+            self.metric.name()
         )))
     }
 
     /// Checks that usable runs are counted by a metric, within a bound that can be met.
     fn check_within(&self) -> Result<()> {
         let Some(within) = self.within else { return Ok(()) };
-        let is_count = METRICS.iter().any(|metric| metric.name == self.metric)
+        let is_count = self.metric.metric().is_some()
             && self.above.is_none()
             && self.at_equal.is_none()
             && self.statistic == Statistic::Mean;

@@ -182,7 +182,7 @@ impl Experiment {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
-        let predict_growth = self.claims.iter().any(|claim| only_of(&claim.metric) == Some(Only::Claimed));
+        let predict_growth = self.claims.iter().any(|claim| only_of(claim.metric.name()) == Some(Only::Claimed));
         let (mut runs, mut named, mut next) = (Vec::new(), Vec::new(), 0);
         for entry in &self.cases {
             let case = entry.find(catalogue).map_err(|error| entry.place(&error))?;

@@ -1,4 +1,5 @@
-//! Files that are kept, and how files are written and read.
+//! Files that are kept, how files are written and read, and rows of runs.
 
 mod files;
 mod kept;
+mod runs;

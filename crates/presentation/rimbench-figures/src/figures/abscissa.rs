@@ -4,7 +4,8 @@ use super::cost::Cost;
 use super::valid;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
-use rimbench_statistics::{Run, Runs};
+use rimbench_results::run_table::Run;
+use rimbench_results::selection::Runs;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -17,7 +18,7 @@ pub struct Across {
     pub parameter: Option<String>,
     /// A column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance.
     #[serde(default)]
-    pub cost: Option<String>,
+    pub cost: Option<Cost>,
     /// Heading of the horizontal axis.
     #[serde(default)]
     label: Option<String>,
@@ -53,7 +54,7 @@ impl Across {
     pub(super) fn read(&self, folder: &Path, runs: &Runs<'_>) -> Result<Abscissa> {
         match (&self.parameter, &self.cost) {
             (Some(name), _) => parameter_values(name, runs, folder).map(Abscissa::Parameter),
-            (None, Some(cost)) => Cost::read(folder, runs)?.of_runs(cost, runs.table()).map(Abscissa::Cost),
+            (None, Some(cost)) => cost.of_runs(folder, runs.table()).map(Abscissa::Cost),
             (None, None) => Ok(Abscissa::MacroStep),
         }
     }
@@ -65,8 +66,9 @@ impl Across {
 
     /// The heading of the axis; `unit` is that of the macro step.
     pub(super) fn heading(&self, unit: &str) -> String {
-        let named = self.label.as_ref().or(self.parameter.as_ref()).or(self.cost.as_ref());
-        named.map_or_else(|| format!("macro step H ({unit})"), String::clone)
+        let named = self.label.clone().or_else(|| self.parameter.clone());
+        let named = named.or_else(|| self.cost.as_ref().map(Cost::name));
+        named.unwrap_or_else(|| format!("macro step H ({unit})"))
     }
 
     /// Labels with their rows; with the margin across, what differs in the margin only is one series.
@@ -90,7 +92,7 @@ impl Across {
 fn parameter_values(parameter: &str, runs: &Runs<'_>, folder: &Path) -> Result<Vec<f64>> {
     let option = if parameter == MARGIN { "contact_detection:margin" } else { parameter };
     if let Some((column, part)) = option.split_once(':') {
-        let (column, runs) = (runs.table().column(column)?, runs.table());
+        let place = runs.table().setting(column)?;
         // What is not said of a run: no margin, the true mass, no delay.
         let absent = match part {
             "margin" => f64::NAN,
@@ -98,8 +100,8 @@ fn parameter_values(parameter: &str, runs: &Runs<'_>, folder: &Path) -> Result<V
             _ => 0.0,
         };
         let number = |text: &str| text.strip_prefix(part)?.strip_prefix(':')?.parse().ok();
-        let value = |run: usize| runs.text(run, column).split(',').find_map(number).unwrap_or(absent);
-        return Ok((0..runs.len()).map(value).collect());
+        let value = |run: &Run| run.settings[place].split(',').find_map(number).unwrap_or(absent);
+        return Ok(runs.iter().map(value).collect());
     }
     let path = folder.join("parameters.csv");
     let parameters = read_table(&path)?;
@@ -109,8 +111,8 @@ fn parameter_values(parameter: &str, runs: &Runs<'_>, folder: &Path) -> Result<V
     }
     let (case, set) = (parameters.column("case")?, parameters.column("set")?);
     let value = parameters.column("value")?;
-    let value_of = |run: &Run<'_>| {
-        let same = |row: &&usize| [case, set].map(|column| parameters.text(**row, column)) == run.problem;
+    let value_of = |run: &Run| {
+        let same = |row: &&usize| [case, set].map(|column| parameters.text(**row, column)) == run.problem();
         rows.iter().find(same).map_or(f64::NAN, |&row| parameters.number(row, value))
     };
     Ok(runs.iter().map(value_of).collect())

@@ -1,53 +1,69 @@
-//! The cost of runs: columns of `cost.csv` joined to the rows of `runs.csv` by run id, and exact counters.
+//! The cost of runs: a column of `cost.csv` joined to the runs by their ids, or exact counters.
 
+use rimbench_cases::runs::{Costs, Finding, names_of};
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::{Run, Runs};
+use rimbench_results::results_table::read_table;
+use rimbench_results::run_table::{Run, RunTable};
+use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// `cost.csv` in the order of `runs.csv`.
-pub struct Cost {
-    table: ResultsTable,
-    /// Row of cost of each run.
-    rows: Vec<usize>,
+/// What a figure takes for the cost of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub enum Cost {
+    /// A column of `cost.csv`.
+    Measured(String),
+    /// The sum of counters, joined by `+` in the file.
+    Counted(Vec<Finding>),
+}
+
+impl TryFrom<String> for Cost {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let measured = names_of(|each| Costs::default().columns(each));
+        if measured.contains(&text.as_str()) {
+            return Ok(Cost::Measured(text));
+        }
+        let valid = || measured.iter().copied().chain(Finding::counters().map(Finding::name));
+        let counter = |name: &str| {
+            let found = Finding::counters().find(|counter| counter.name() == name.trim());
+            found.ok_or_else(|| Error::unknown("cost", name.trim(), valid()).to_string())
+        };
+        text.split('+').map(counter).collect::<Result<_, _>>().map(Cost::Counted)
+    }
 }
 
 impl Cost {
-    /// Reads `cost.csv` of an experiment's folder.
-    ///
-    /// # Errors
-    /// [`Error::File`] if it is not there or lacks a run.
-    pub fn read(folder: &Path, runs: &Runs<'_>) -> Result<Self> {
-        let path = folder.join("cost.csv");
-        let table = read_table(&path)?;
-        let own = table.column("run_id")?;
-        let of_id: HashMap<&str, usize> = (0..table.len()).map(|row| (table.text(row, own), row)).collect();
-        let lacks = |id: &str| Error::file(&path, format!("has no row for run {id}"));
-        let row_of = |run: &Run<'_>| of_id.get(run.id).copied().ok_or_else(|| lacks(run.id));
-        let rows = runs.iter().map(row_of).collect::<Result<_>>()?;
-        Ok(Cost { table, rows })
-    }
-
-    /// A column of `cost.csv`, one value per run.
-    ///
-    /// # Errors
-    /// [`Error::File`] naming the file and its columns.
-    pub fn column(&self, name: &str) -> Result<Vec<f64>> {
-        let column = self.table.column(name)?;
-        Ok(self.rows.iter().map(|&row| self.table.number(row, column)).collect())
-    }
-
-    /// A column of `cost.csv`, or the sum of counters of `runs.csv` joined by `+`; one value per run.
-    ///
-    /// # Errors
-    /// [`Error::File`] naming the file and its columns.
-    pub fn of_runs(&self, cost: &str, runs: &ResultsTable) -> Result<Vec<f64>> {
-        if let Ok(column) = self.column(cost) {
-            return Ok(column);
+    /// What it is called in the file.
+    pub fn name(&self) -> String {
+        match self {
+            Cost::Measured(name) => name.clone(),
+            Cost::Counted(counters) => counters.iter().map(|counter| counter.name()).collect::<Vec<_>>().join(" + "),
         }
-        let counters = cost.split('+').map(|name| runs.column(name.trim())).collect::<Result<Vec<usize>>>()?;
-        let total = |row: usize| counters.iter().map(|&counter| runs.number(row, counter)).sum();
-        Ok((0..runs.len()).map(total).collect())
+    }
+
+    /// One value per run of a table, with `cost.csv` beside it in an experiment's folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a file, a column or a run that is not there.
+    pub fn of_runs(&self, folder: &Path, table: &RunTable) -> Result<Vec<f64>> {
+        match self {
+            Cost::Measured(name) => {
+                let path = folder.join("cost.csv");
+                let costs = read_table(&path)?;
+                let (own, column) = (costs.column("run_id")?, costs.column(name)?);
+                let of_id: HashMap<&str, usize> = (0..costs.len()).map(|row| (costs.text(row, own), row)).collect();
+                let lacks = |run: &Run| Error::file(&path, format!("has no row for run {}", run.id));
+                let cost = |run: &Run| of_id.get(&*run.id).map(|&row| costs.number(row, column));
+                table.runs().iter().map(|run| cost(run).ok_or_else(|| lacks(run))).collect()
+            }
+            Cost::Counted(counters) => {
+                counters.iter().try_for_each(|counter| table.check(*counter))?;
+                let total = |run: &Run| counters.iter().map(|counter| run.found.value(*counter)).sum();
+                Ok(table.runs().iter().map(total).collect())
+            }
+        }
     }
 }

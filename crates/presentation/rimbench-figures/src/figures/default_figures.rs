@@ -1,11 +1,12 @@
 //! Figures of an experiment that no list names: where it is stable, and how large its errors are.
 
 use super::FigureEntry;
-use super::statistics::read_runs;
 use super::valid::LONGEST_NAME;
 use crate::figure::MOST_LINES;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
-use rimbench_statistics::Runs;
+use rimbench_results::run_table::RunTable;
+use rimbench_results::selection::Runs;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -29,8 +30,8 @@ const METRICS: [(&str, &str); 3] = [
 /// # Errors
 /// [`Error::File`](rimbench_core::error::Error::File) for results without the columns of runs.
 pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
-    let table = read_runs(folder)?;
-    let runs = Runs::of(&table)?;
+    let table = RunTable::read_from(folder)?;
+    let runs = Runs::of(&table);
     let problems: Vec<(String, String)> =
         runs.problems().into_iter().map(|[case, set]| (case.to_owned(), set.to_owned())).collect();
     let all = runs.labels(&[]);
@@ -55,8 +56,8 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
         })
     };
     let metric = METRICS.iter().find(|(metric, _)| {
-        let column = table.column(metric).ok();
-        column.is_some_and(|column| (0..table.len()).any(|row| table.number(row, column).is_finite()))
+        let metric = Finding::named(metric);
+        metric.is_ok_and(|metric| runs.iter().any(|run| run.found.value(metric).is_finite()))
     });
     // Where the runs can be lost, or where there is nothing else to see.
     let (across, title, caption) = match problems.len() {

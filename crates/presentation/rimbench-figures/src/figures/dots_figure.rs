@@ -7,9 +7,9 @@ use crate::chart::{Absent, Axis};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
 use crate::style::Styles;
-use rimbench_cases::metrics::ideal_of;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
-use rimbench_statistics::Runs;
+use rimbench_results::selection::Runs;
 use serde::Deserialize;
 use std::cmp::Ordering;
 
@@ -49,8 +49,9 @@ pub struct DotsPanel {
     /// Heading.
     #[serde(default)]
     title: String,
-    /// A column of runs.csv, or `fraction_stable`.
-    metric: String,
+    /// A number of a run, a column of runs.csv, or `fraction_stable`.
+    #[serde(deserialize_with = "valid::metric")]
+    metric: Finding,
     /// Heading of the vertical axis; the metric where it is not given.
     #[serde(default)]
     label: String,
@@ -78,12 +79,12 @@ impl FigureOptions for DotsFigure {
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
     fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let table = source.runs()?;
-        let all = Runs::of(table)?;
+        let all = Runs::of(table);
         let labels = all.labels(&self.labels);
         let mut parts = Vec::new();
         for spec in &self.panels {
             let runs = spec.only.one_of(&all)?;
-            parts.push(if spec.without_exact { runs.without_exact()? } else { runs });
+            parts.push(if spec.without_exact { runs.without_exact() } else { runs });
         }
         let steps = parts.iter().map(|runs| self.steps(runs)).collect::<Result<Vec<Vec<f64>>>>()?;
         // A case of microseconds beside cases of milliseconds: the signs then are the smallest step, the next, and so on.
@@ -94,7 +95,7 @@ impl FigureOptions for DotsFigure {
             let of_label = |label: &&str| -> Result<Vec<Dot>> {
                 let rows = runs.of_label(label);
                 let step_of = |row: usize| runs.macro_step_ms(row);
-                let points = over_phases(&rows, step_of, &spec.metric, f64::abs, self.bars)?;
+                let points = over_phases(&rows, step_of, spec.metric, f64::abs, self.bars)?;
                 let dot = |index: usize| {
                     let Some(&step) = steps.get(index) else { return nothing(Absent::NotRun) };
                     let tally = rows.select(|row| step_of(row) == step).tally();
@@ -105,7 +106,7 @@ impl FigureOptions for DotsFigure {
             };
             dots.push(labels.iter().map(of_label).collect::<Result<_>>()?);
         }
-        let ideals: Vec<f64> = self.panels.iter().map(|panel| ideal_of(&panel.metric)).collect();
+        let ideals: Vec<f64> = self.panels.iter().map(|panel| panel.metric.ideal()).collect();
         let order = ranked(&dots, &ideals, labels.len());
         let (unit, factor) = unit_of(&parts[0]);
         let sign = |index: usize| match alike {
@@ -120,15 +121,14 @@ impl FigureOptions for DotsFigure {
             },
         };
         let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
-        let marks = |spec: &DotsPanel, runs: &Runs<'_>| -> Result<Vec<Vec<f64>>> {
-            let column = table.column(&spec.metric)?;
+        let marks = |spec: &DotsPanel, runs: &Runs<'_>| -> Vec<Vec<f64>> {
             let of_row = |&row: &usize| {
                 let own = runs.of_label(labels[row]);
-                own.completed().rows().iter().map(|&row| table.number(row, column)).collect()
+                own.completed().rows().iter().map(|&row| runs.value(row, spec.metric)).collect()
             };
-            Ok(if self.runs { order.iter().map(of_row).collect() } else { Vec::new() })
+            if self.runs { order.iter().map(of_row).collect() } else { Vec::new() }
         };
-        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| -> Result<RowsPanel> {
+        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| {
             let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
             let least =
                 dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
@@ -136,10 +136,10 @@ impl FigureOptions for DotsFigure {
             let content = Content::Dots(Dots {
                 axis: Axis::log10(&spec.label).within(spec.range),
                 dots,
-                marks: marks(spec, runs)?,
-                floor: floor(runs, &spec.metric).filter(|floor| *floor > lowest),
+                marks: marks(spec, runs),
+                floor: floor(runs, spec.metric).filter(|floor| *floor > lowest),
             });
-            Ok(RowsPanel { title: spec.title.clone(), content })
+            RowsPanel { title: spec.title.clone(), content }
         };
         let drawing = RowsPlot {
             width: self.width,
@@ -147,7 +147,7 @@ impl FigureOptions for DotsFigure {
             quantity,
             signs: (0..most).map(sign).collect(),
             rows: order.iter().map(|&index| row(&all, labels[index], styles)).collect(),
-            panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect::<Result<_>>()?,
+            panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect(),
         }
         .draw_if_it_fits()?;
         Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))
@@ -155,7 +155,7 @@ impl FigureOptions for DotsFigure {
 
     fn finish(&mut self) -> Result<(), String> {
         let without = self.panels.iter_mut().filter(|panel| panel.label.is_empty());
-        without.for_each(|panel| panel.label.clone_from(&panel.metric));
+        without.for_each(|panel| panel.label = panel.metric.name().to_owned());
         Ok(())
     }
 }

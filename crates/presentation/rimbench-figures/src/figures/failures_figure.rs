@@ -9,7 +9,7 @@ use crate::drawing::{Color, Drawing};
 use crate::rows::{Cell, Column, Content, Grid, Row, RowsPanel, RowsPlot};
 use crate::style::Styles;
 use rimbench_core::error::Result;
-use rimbench_statistics::Runs;
+use rimbench_results::selection::Runs;
 use serde::Deserialize;
 use std::collections::BTreeSet;
 
@@ -36,8 +36,7 @@ impl FigureOptions for FailuresFigure {
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
     fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
-        let table = source.runs()?;
-        let all = Runs::of(table)?;
+        let all = Runs::of(source.runs()?);
         let labels = all.labels(&self.labels);
         let cases: BTreeSet<&str> = all.problems().iter().map(|[case, _]| *case).collect();
         let steps: Vec<f64> = all.by(|row| all.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();

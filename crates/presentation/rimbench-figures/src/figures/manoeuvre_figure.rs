@@ -12,7 +12,7 @@ use crate::ticks::signed;
 use rimbench_cases::cases::{Drawing as CaseDrawing, standard_cases};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::Runs;
+use rimbench_results::selection::Runs;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -101,7 +101,7 @@ impl FigureOptions for ManoeuvreFigure {
     fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let folder = &*source.folder;
         let scene = Scene::read(folder)?;
-        let runs = Runs::of(source.runs()?)?;
+        let runs = Runs::of(source.runs()?);
         let reference = scene.motion(&scene.reference, 1.0)?;
         let columns = self.instants_s.len() as f64;
         let cell = ((self.width - 2.0 * MARGIN - BETWEEN * (columns - 1.0)) / columns).floor();
@@ -118,7 +118,7 @@ impl FigureOptions for ManoeuvreFigure {
         }
         for (index, label) in self.schemes.iter().enumerate() {
             let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
-            let end = lost_run(&runs, label).map_or("ended", |row| runs.run(row).outcome.name());
+            let end = lost_run(&runs, label).map_or("ended", |row| runs.run(row).found.outcome.name());
             let (motion, force) = (scene.motion(&trace, self.enlarged)?, trace.column(FORCE)?);
             let top = MARGIN + HEADER + index as f64 * row_height;
             let name = Text::new(styles.shown_name(label), (MARGIN, top + 0.5 * ROW_LABEL), 10.6).bold();

@@ -28,12 +28,11 @@ use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::checksums::{self, CHECKSUMS};
 use rimbench_results::input::read_text;
 use rimbench_results::kept::DIGEST;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::run_table::RunTable;
+use rimbench_results::selection::Runs;
 use rimbench_results::text_place::{line_of, said_at};
-use rimbench_statistics::Runs;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use statistics::read_runs;
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::ops::Deref;
@@ -109,7 +108,7 @@ impl Deref for FigureEntry {
 struct Source {
     /// The experiment's folder.
     folder: PathBuf,
-    runs: OnceCell<ResultsTable>,
+    runs: OnceCell<RunTable>,
 }
 
 impl Source {
@@ -119,10 +118,10 @@ impl Source {
     }
 
     /// The table of runs, which is read once.
-    fn runs(&self) -> Result<&ResultsTable> {
+    fn runs(&self) -> Result<&RunTable> {
         match self.runs.get() {
             Some(table) => Ok(table),
-            None => read_runs(&self.folder).map(|table| self.runs.get_or_init(|| table)),
+            None => RunTable::read_from(&self.folder).map(|table| self.runs.get_or_init(|| table)),
         }
     }
 }
@@ -463,7 +462,7 @@ impl FigureEntry {
             return Ok(());
         }
         let table = source.runs()?;
-        let known = Runs::of(table)?.labels(&[]);
+        let known = Runs::of(table).labels(&[]);
         let unknown = self.labels.iter().find(|label| !known.contains(&label.as_str()));
         unknown.map_or(Ok(()), |label| {
             Err(Error::file(table.path(), Error::unknown("label", label, known.iter().copied())))

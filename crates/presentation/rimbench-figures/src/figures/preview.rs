@@ -7,8 +7,10 @@ use crate::drawing::{Anchor, Color, Drawing, Text};
 use crate::style::Styles;
 use rimbench_cases::cases::Drawing as CaseDrawing;
 use rimbench_cases::metrics::STAYS_DOWN_M;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
+use rimbench_results::run_table::RunTable;
 use std::path::Path;
 
 /// By how much the preview enlarges what a run does otherwise than the reference.
@@ -46,10 +48,10 @@ pub fn preview(folder: &Path, of: &CaseDrawing, styles: &Styles) -> Result<Drawi
 
 /// Says by how far a contact opens that is closed in the reference; nothing where the run has no such height.
 fn verdict(folder: &Path, label: &str) -> Result<String> {
-    let runs = read_table(&folder.join("runs.csv"))?;
-    let rows = runs.rows_where(runs.column("label")?, label);
-    let height = runs.column("lift_off_height_m")?;
-    let opened_m = rows.first().map_or(f64::NAN, |&row| runs.number(row, height));
+    let (table, height) = (RunTable::read_from(folder)?, Finding::named("lift_off_height_m")?);
+    table.check(height)?;
+    let run = table.runs().iter().find(|run| *run.label == *label);
+    let opened_m = run.map_or(f64::NAN, |run| run.found.value(height));
     Ok(match opened_m {
         _ if !opened_m.is_finite() => String::new(),
         _ if opened_m <= STAYS_DOWN_M => "stays down".to_owned(),

@@ -1,18 +1,19 @@
 //! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the best.
 
 use super::cost::Cost;
-use super::statistics::read_runs;
 use super::valid;
 use super::{FigureOptions, Source};
 use crate::chart::{Axis, Loss};
 use crate::drawing::Drawing;
 use crate::rows::{Content, Dot, Dots, Row, RowsPanel, RowsPlot, Sign};
 use crate::style::Styles;
+use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
-use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::{Run, Runs, performance_profile, performance_ratios};
+use rimbench_results::run_table::{Run, RunTable};
+use rimbench_results::selection::Runs;
+use rimbench_statistics::{performance_profile, performance_ratios};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -55,10 +56,10 @@ pub struct ProfilePanel {
     without_exact: bool,
     /// Cost of the cheapest run that is good enough: as above.
     #[serde(default)]
-    cost: Option<String>,
+    cost: Option<Cost>,
     /// What must be small enough, a column of runs.csv.
-    #[serde(default)]
-    metric: Option<String>,
+    #[serde(default, deserialize_with = "valid::finding")]
+    metric: Option<Finding>,
     /// How small.
     #[serde(default, deserialize_with = "valid::positive")]
     tolerance: Option<f64>,
@@ -93,9 +94,9 @@ impl FigureOptions for ProfileFigure {
         let mut folders = vec![folder.to_owned()];
         folders.extend(self.also.iter().map(|name| results.join(name)));
         folders[1..].iter().try_for_each(|folder| checksums::verify(folder))?;
-        let others = folders[1..].iter().map(|folder| read_runs(folder)).collect::<Result<Vec<ResultsTable>>>()?;
+        let others = folders[1..].iter().map(|folder| RunTable::read_from(folder)).collect::<Result<Vec<_>>>()?;
         let tables = std::iter::once(source.runs()?).chain(&others);
-        let sources = tables.map(Runs::of).collect::<Result<Vec<Runs<'_>>>>()?;
+        let sources: Vec<Runs<'_>> = tables.map(Runs::of).collect();
         let in_all = |label: &&str| sources.iter().all(|runs| !runs.of_label(label).rows().is_empty());
         let labels: Vec<&str> = sources[0].labels(&self.labels).into_iter().filter(in_all).collect();
         if labels.is_empty() {
@@ -169,20 +170,19 @@ fn shares(corners: &[(f64, f64)], at: &[f64]) -> Vec<f64> {
 impl ProfilePanel {
     /// Adds the problems of one experiment.
     fn collect(&self, folder: &Path, all: &Runs<'_>, labels: &[&str], into: &mut Costs) -> Result<()> {
-        let runs = if self.without_exact { all.without_exact()? } else { all.clone() };
+        let runs = if self.without_exact { all.without_exact() } else { all.clone() };
         let table = all.table();
         let problem = |row: usize| {
-            let Run { problem: [case, set], duration_s, phase, .. } = all.run(row);
+            let run @ Run { duration_s, phase, .. } = all.run(row);
+            let [case, set] = run.problem();
             [case, set, &*duration_s.to_string(), phase].map(str::to_owned)
         };
-        let cost = match &self.cost {
-            Some(cost) => Some(Cost::read(folder, all)?.of_runs(cost, table)?),
-            None => None,
-        };
-        let metric = self.metric.as_deref().map(|name| table.column(name)).transpose()?;
+        let cost = self.cost.as_ref().map(|cost| cost.of_runs(folder, table)).transpose()?;
+        self.metric.map_or(Ok(()), |metric| table.check(metric))?;
         let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
-        let good =
-            |row: usize| runs.is_completed(row) && metric.is_none_or(|column| table.number(row, column) <= tolerance);
+        let good = |row: usize| {
+            runs.is_completed(row) && self.metric.is_none_or(|metric| runs.value(row, metric) <= tolerance)
+        };
         for label in labels {
             let mut of_problem: BTreeMap<Problem, Vec<usize>> = BTreeMap::new();
             runs.of_label(label).rows().iter().for_each(|&row| of_problem.entry(problem(row)).or_default().push(row));

@@ -1,6 +1,6 @@
 //! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest usable step on top.
 
-use super::statistics::{Bars, Only, over_phases, read_runs, rounded, row, unit_of};
+use super::statistics::{Bars, Only, over_phases, rounded, row, unit_of};
 use super::valid;
 use super::{FigureOptions, Source};
 use crate::chart::Absent;
@@ -8,10 +8,11 @@ use crate::drawing::Drawing;
 use crate::rows::{Cell, Column, Content, Grid, RowsPanel, RowsPlot};
 use crate::style::Styles;
 use rimbench_cases::metrics::USABLE;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::Result;
 use rimbench_results::checksums;
-use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::Runs;
+use rimbench_results::run_table::RunTable;
+use rimbench_results::selection::Runs;
 use serde::Deserialize;
 
 /// What says whether a stable run is right, and up to where. Results that lack it are not judged.
@@ -71,14 +72,14 @@ impl FigureOptions for StabilityFigure {
     fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let folder = &*source.folder;
         let results = folder.ancestors().nth(2).unwrap_or(folder);
-        let read = |panel: &StabilityPanel| -> Result<Option<ResultsTable>> {
+        let read = |panel: &StabilityPanel| -> Result<Option<RunTable>> {
             let Some(folder) = panel.of.as_ref().map(|name| results.join(name)) else { return Ok(None) };
             checksums::verify(&folder)?;
-            read_runs(&folder).map(Some)
+            RunTable::read_from(&folder).map(Some)
         };
         let tables = self.panels.iter().map(read).collect::<Result<Vec<_>>>()?;
         let own = source.runs()?;
-        let all = tables.iter().map(|table| Runs::of(table.as_ref().unwrap_or(own))).collect::<Result<Vec<_>>>()?;
+        let all: Vec<Runs<'_>> = tables.iter().map(|table| Runs::of(table.as_ref().unwrap_or(own))).collect();
         let labels = all[0].labels(&self.labels);
         let mut panels = Vec::new();
         let mut reach = vec![0.0; labels.len()];
@@ -108,14 +109,15 @@ impl StabilityFigure {
     /// What became of the runs of one label at one macro step.
     fn cell(&self, runs: &Runs<'_>, step: f64) -> Result<Cell> {
         let here = runs.select(|row| runs.macro_step_ms(row) == step);
+        let judge = Finding::named(JUDGE)?;
         let tally = here.tally();
         Ok(match tally.failed_share() {
             _ if tally.run() == 0 => Cell::Absent(Absent::of(tally.skipped)),
             share if share > 0.0 => Cell::Lost(share),
             // Of some phases nothing is known.
             _ if tally.no_answer > 0 => Cell::Silent,
-            _ if here.table().column(JUDGE).is_err() => Cell::Right,
-            _ => match over_phases(&here, |_| step, JUDGE, f64::abs, Bars::Range)?.first() {
+            _ if !here.table().has(judge) => Cell::Right,
+            _ => match over_phases(&here, |_| step, judge, f64::abs, Bars::Range)?.first() {
                 Some(error) if error.median > USABLE => Cell::Wrong,
                 _ => Cell::Right,
             },

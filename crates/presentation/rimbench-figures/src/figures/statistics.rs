@@ -4,16 +4,11 @@ use crate::chart::Loss;
 use crate::line_style::LineStyle;
 use crate::rows::Row;
 use crate::style::Styles;
-use rimbench_cases::metrics::floor_of;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::{ALL, Runs};
+use rimbench_results::selection::{ALL, Runs};
 use serde::Deserialize;
 use std::collections::BTreeSet;
-use std::path::Path;
-
-/// Name that stands for the share of phases that completed, where a figure asks for a metric.
-pub const FRACTION_STABLE: &str = "fraction_stable";
 
 /// One case of an experiment with several, for a figure or a panel of it.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -51,11 +46,6 @@ pub enum Bars {
     Range,
     /// How far the median can be trusted: its 95 % interval by the bootstrap.
     Bootstrap,
-}
-
-/// Reads `runs.csv` of an experiment's folder.
-pub fn read_runs(folder: &Path) -> Result<ResultsTable> {
-    read_table(&folder.join("runs.csv"))
 }
 
 impl Only {
@@ -115,10 +105,12 @@ pub fn refuse_several(runs: &Runs<'_>, what: &str, value: impl Fn(usize) -> Stri
 }
 
 /// Up to where values of a metric of one problem say nothing, because the reference itself is no better known.
-pub fn floor(runs: &Runs<'_>, metric: &str) -> Option<f64> {
-    let floor = floor_of(metric).filter(|_| runs.problems().len() == 1)?;
-    let floors = runs.rows().iter().filter_map(|&row| runs.floor(row, metric, floor).ok());
-    floors.into_iter().find(|value| value.is_finite() && *value > 0.0)
+pub fn floor(runs: &Runs<'_>, metric: Finding) -> Option<f64> {
+    let of_one = runs.problems().len() == 1;
+    runs.iter()
+        .filter(|_| of_one)
+        .filter_map(|run| run.found.floor(metric))
+        .find(|value| value.is_finite() && *value > 0.0)
 }
 
 /// How a label is drawn: in the colour of its scheme, whatever it begins with.
@@ -128,7 +120,7 @@ pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> LineStyle {
 
 /// The scheme of a label, where the results tell it.
 fn scheme<'t>(runs: &Runs<'t>, label: &str) -> Option<&'t str> {
-    runs.iter().find(|run| run.label == label).map(|run| run.scheme).filter(|scheme| !scheme.is_empty())
+    runs.iter().find(|run| *run.label == *label).map(|run| &*run.scheme).filter(|scheme| !scheme.is_empty())
 }
 
 /// What a figure calls a label: its scheme and its variants in words. What a label begins with stands for its scheme where no label that
@@ -168,10 +160,15 @@ pub fn rounded(step: f64) -> f64 {
 
 /// The share of the runs with one abscissa, by ascending abscissa, that are usable: they completed with a metric of at most `within` in
 /// magnitude. Those without an answer are left out.
-pub fn share_usable(runs: &Runs<'_>, x: impl Fn(usize) -> f64, metric: &str, within: f64) -> Result<Vec<OverPhases>> {
-    let column = runs.table().column(metric)?;
+pub fn share_usable(
+    runs: &Runs<'_>,
+    x: impl Fn(usize) -> f64,
+    metric: Finding,
+    within: f64,
+) -> Result<Vec<OverPhases>> {
+    runs.table().check(metric)?;
     let point = |(x, runs): (f64, Runs<'_>)| {
-        let is_usable = |row: &&usize| runs.table().number(**row, column).abs() <= within;
+        let is_usable = |row: &&usize| runs.value(**row, metric).abs() <= within;
         let usable = runs.completed().rows().iter().filter(is_usable).count() as f64;
         let tally = runs.tally();
         let tried = tally.completed + tally.failed;
@@ -181,25 +178,25 @@ pub fn share_usable(runs: &Runs<'_>, x: impl Fn(usize) -> f64, metric: &str, wit
     Ok(runs.by(x).into_iter().filter_map(point).collect())
 }
 
-/// A metric as it is shown, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars`
+/// A metric as it is shown, or the share that completed, over the runs with one abscissa, by ascending abscissa, with least and most as `bars`
 /// says. Runs that did not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
 pub fn over_phases(
     runs: &Runs<'_>,
     x: impl Fn(usize) -> f64,
-    metric: &str,
+    metric: Finding,
     shown: fn(f64) -> f64,
     bars: Bars,
 ) -> Result<Vec<OverPhases>> {
-    if metric == FRACTION_STABLE {
+    if metric == Finding::Completed {
         let point = |(x, runs): (f64, Runs<'_>)| {
             let share = runs.share_completed()?;
             Some(OverPhases { x, median: share, least: share, most: share, lost: Loss::default() })
         };
         return Ok(runs.by(x).into_iter().filter_map(point).collect());
     }
-    let column = runs.table().column(metric)?;
+    runs.table().check(metric)?;
     let value = |row: usize| {
-        let value = shown(runs.table().number(row, column));
+        let value = shown(runs.value(row, metric));
         if value.is_finite() { value } else { f64::NAN }
     };
     let points = runs.over(x, value).into_iter().map(|point| {

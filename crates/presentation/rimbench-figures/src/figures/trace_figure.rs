@@ -1,15 +1,16 @@
 //! Columns of traces over time, one panel per column or zoom.
 
-use super::statistics::read_runs;
 use super::valid;
 use super::{FigureOptions, Source};
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use crate::ticks::signed;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::Runs;
+use rimbench_results::run_table::RunTable;
+use rimbench_results::selection::Runs;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -153,13 +154,13 @@ pub(super) fn lost_run(runs: &Runs<'_>, label: &str) -> Option<usize> {
 
 /// What the legend says of a run that did not come to its end, and when it broke off.
 fn ending(folder: &Path, label: &str) -> Result<String> {
-    let table = read_runs(folder)?;
-    let runs = Runs::of(&table)?;
+    let table = RunTable::read_from(folder)?;
+    let runs = Runs::of(&table);
     let Some(row) = lost_run(&runs, label).filter(|_| label != "reference") else { return Ok(String::new()) };
     // Where the state left its bounds, which a run may outlive.
-    let ends = [runs.run(row).outcome_at_s, runs.run(row).ended_at_s];
+    let ends = [Finding::OutcomeAt, Finding::EndedAt].map(|end| runs.value(row, end));
     let when = ends.into_iter().find(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
-    Ok(format!(": {}{when}", runs.run(row).outcome.name()))
+    Ok(format!(": {}{when}", runs.run(row).found.outcome.name()))
 }
 
 /// The trace of the run of a scheme row, or of the reference.
@@ -168,8 +169,8 @@ fn ending(folder: &Path, label: &str) -> Result<String> {
 /// [`Error::File`] if there is none, or if there are several: which of them is meant nobody can say.
 pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     let (traces, path) = (folder.join("traces"), folder.join("runs.csv"));
-    let table = read_runs(folder)?;
-    let runs = Runs::of(&table)?;
+    let table = RunTable::read_from(folder)?;
+    let runs = Runs::of(&table);
     let several = |count: usize, what: &str| {
         Error::file(&path, format!("has {count} {what}; a figure of traces needs an experiment with one"))
     };
@@ -181,7 +182,7 @@ pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     }
     let trace = match *runs.of_label(label).rows() {
         [] => return Err(Error::file(&path, format!("has no run labelled `{label}`"))),
-        [row] => runs.run(row).trace,
+        [row] => &*runs.run(row).trace,
         ref rows => return Err(several(rows.len(), &format!("runs labelled `{label}`"))),
     };
     if trace.is_empty() {

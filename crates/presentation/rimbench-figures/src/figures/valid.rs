@@ -1,5 +1,6 @@
 //! What keys of `figures.toml` take beyond their type, and where in a figure a fault is.
 
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, shortened};
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer};
@@ -114,7 +115,7 @@ takes! {
     digits: usize = "a whole number from 1 to 8",
         |value| value.as_integer().filter(|count| (1..=8).contains(count)).map(|count| count as usize);
     /// A text, or a number as text, of a condition.
-    condition: String = "a text, a number, or { not = […], below = …, above = … }", text_of;
+    condition: String = "a text, a number, or { not = […], among = […], below = … }", text_of;
     /// Texts or numbers as texts.
     texts: Vec<String> = "a list of texts or numbers", |value| value.as_array()?.iter().map(text_of).collect();
     /// A number above zero.
@@ -148,6 +149,27 @@ takes! {
         let one = |value: &Value| value.as_str().filter(|text| is_experiment(text)).map(str::to_owned);
         value.as_array()?.iter().map(one).collect()
     };
+}
+
+/// The name of the share of the runs that completed.
+const FRACTION_STABLE: &str = "fraction_stable";
+
+/// Reads what a figure shows of runs: a number of each, or the share that completed.
+pub fn metric<'de, D: Deserializer<'de>>(from: D) -> Result<Finding, D::Error> {
+    match &*String::deserialize(from)? {
+        FRACTION_STABLE => Ok(Finding::Completed),
+        name => Finding::named(name).map_err(D::Error::custom),
+    }
+}
+
+/// Names what a figure shows as its file does.
+pub fn metric_name(metric: Finding) -> String {
+    if metric == Finding::Completed { FRACTION_STABLE } else { metric.name() }.to_owned()
+}
+
+/// Reads the name of a number of a run.
+pub fn finding<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Finding>, D::Error> {
+    Finding::named(&String::deserialize(from)?).map(Some).map_err(D::Error::custom)
 }
 
 /// Reads panels: at least one.

@@ -2,8 +2,7 @@
 
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
-    Bars, FRACTION_STABLE, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_usable, style,
-    unit_of,
+    Bars, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_usable, style, unit_of,
 };
 use super::valid::{self, refuse};
 use super::{FigureOptions, Source};
@@ -12,9 +11,10 @@ use crate::drawing::{Color, Drawing};
 use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
-use rimbench_cases::metrics::floor_of;
+use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
-use rimbench_statistics::{Runs, order_of_medians};
+use rimbench_results::selection::Runs;
+use rimbench_statistics::order_of_medians;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::convert::identity;
@@ -82,8 +82,9 @@ pub struct XyPanel {
     /// What is across.
     #[serde(default)]
     x: Across,
-    /// A column of runs.csv, or `fraction_stable`.
-    metric: String,
+    /// A number of a run, a column of runs.csv, or `fraction_stable`.
+    #[serde(deserialize_with = "valid::metric")]
+    metric: Finding,
     /// Heading of the vertical axis; the metric where it is not given.
     #[serde(default)]
     label: String,
@@ -124,8 +125,8 @@ pub struct XyPanel {
     #[serde(default, deserialize_with = "valid::positive")]
     within: Option<f64>,
     /// Column with the uncertainty of the reference; the region below it is shaded.
-    #[serde(default)]
-    floor: Option<String>,
+    #[serde(default, deserialize_with = "valid::finding")]
+    floor: Option<Finding>,
     /// Slope triangle: order and first corner (H in ms, value).
     #[serde(default, deserialize_with = "valid::slope")]
     slope: Option<(f64, [f64; 2])>,
@@ -164,7 +165,7 @@ impl FigureOptions for XyFigure {
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
     fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let table = source.runs()?;
-        let all = Runs::of(table)?;
+        let all = Runs::of(table);
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
@@ -202,12 +203,13 @@ impl FigureOptions for XyFigure {
                 let style = if is_baseline { Styles::baseline(style) } else { style };
                 panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, style);
             }
-            let floor = match &spec.floor {
+            let floor = match spec.floor {
                 Some(floor) => {
-                    runs.rows().first().map(|&row| Ok(table.number(row, table.column(floor)?))).transpose()?
+                    table.check(floor)?;
+                    runs.rows().first().map(|&row| runs.value(row, floor))
                 }
                 None if spec.within.is_some() || !spec.x.is_macro_step() => None,
-                None => floor(&runs, &spec.metric),
+                None => floor(&runs, spec.metric),
             };
             // Down there a distance from the reference says nothing.
             if let Some(y) = floor.filter(|floor| spec.symlog.is_none() && *floor > spec.lowest(&panel)) {
@@ -225,7 +227,7 @@ impl FigureOptions for XyFigure {
     fn finish(&mut self) -> Result<(), String> {
         for panel in &mut self.panels {
             if panel.label.is_empty() {
-                panel.label.clone_from(&panel.metric);
+                panel.label = valid::metric_name(panel.metric);
             }
             let shown = || panel.labels.iter().chain(panel.lines.iter().flat_map(|line| &line.labels));
             let other = |label: &&String| shown().all(|known| known != *label);
@@ -247,6 +249,9 @@ impl FigureOptions for XyFigure {
             if panel.x.cost.is_some() {
                 let of_values = [("symlog", panel.symlog.is_some()), ("within", panel.within.is_some())];
                 refuse(&of_values, "does not go with a cost across")?;
+            }
+            if panel.metric == Finding::Completed {
+                refuse(&[("within", panel.within.is_some())], "needs a metric that is no share")?;
             }
             if !has_parameter {
                 let of_parameters = [
@@ -277,7 +282,7 @@ impl XyPanel {
         match (self.symlog, self.within) {
             (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
             (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.05),
-            _ if self.metric == FRACTION_STABLE => Axis::linear(&self.label).range(-0.05, 1.05),
+            _ if self.metric == Finding::Completed => Axis::linear(&self.label).range(-0.05, 1.05),
             _ => Axis::log10(&self.label).within(self.range),
         }
     }
@@ -295,7 +300,7 @@ impl XyPanel {
             let has_order = is_alone && self.symlog.is_none() && self.within.is_none();
             // Two points are a line whatever they are.
             let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
-            let order = if has_order { self.order(&runs.of_label(label))? } else { None };
+            let order = if has_order { self.order(&runs.of_label(label)) } else { None };
             let lost = self.fitted(&points).any(|point| point.lost.failed > 0.0);
             let shown = self.named(all, self.without_variant(label), styles);
             let entry = match order {
@@ -373,7 +378,7 @@ impl XyPanel {
             });
             for (step, controlled, completed) in by_tolerance {
                 let finite = |row: usize| if work[row].is_finite() { work[row] } else { f64::NAN };
-                let error = over_phases(&completed, |_| step, &self.metric, f64::abs, Bars::Range)?;
+                let error = over_phases(&completed, |_| step, self.metric, f64::abs, Bars::Range)?;
                 if let Some((x, error)) = completed.pool(finite).median().zip(error.first()) {
                     let step = rounded(step * factor);
                     curve.points.push(OverPhases { x, least: error.median, most: error.median, ..*error });
@@ -396,8 +401,8 @@ impl XyPanel {
     /// The medians of runs over what is across, or the shares of them that are usable.
     fn medians(&self, runs: &Runs<'_>, across: impl Fn(usize) -> f64) -> Result<Vec<OverPhases>> {
         match self.within {
-            Some(within) => share_usable(runs, across, &self.metric, within),
-            None => over_phases(runs, across, &self.metric, identity, Bars::Range),
+            Some(within) => share_usable(runs, across, self.metric, within),
+            None => over_phases(runs, across, self.metric, identity, Bars::Range),
         }
     }
 
@@ -419,17 +424,15 @@ impl XyPanel {
     }
 
     /// The order of the runs of a label, without those whose error the reference cannot tell from zero, as a claim has it.
-    fn order(&self, runs: &Runs<'_>) -> Result<Option<f64>> {
-        let column = runs.table().column(&self.metric)?;
-        let floor = floor_of(&self.metric);
+    fn order(&self, runs: &Runs<'_>) -> Option<f64> {
         let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
         let mut pairs = Vec::new();
         for &row in runs.completed().rows() {
-            let (step, error) = (runs.macro_step_ms(row), runs.table().number(row, column));
-            let has_order = runs.has_order(row, &self.metric, floor)?;
+            let (step, error) = (runs.macro_step_ms(row), runs.value(row, self.metric));
+            let has_order = runs.run(row).found.has_order(self.metric);
             pairs.extend((has_order && (low..=high).contains(&step)).then_some((step, error)));
         }
-        Ok(order_of_medians(pairs))
+        order_of_medians(pairs)
     }
 
     /// The points over which the order is fitted.
@@ -484,6 +487,7 @@ fn with_range(mut panel: Panel, curve: Curve<'_>, style: LineStyle) -> Panel {
 mod tests {
     use super::*;
     use crate::chart::Loss;
+    use rimbench_results::run_table::RunTable;
     use std::path::Path;
 
     /// Medians of an rms force error over the macro steps, N over ms.
@@ -494,8 +498,12 @@ mod tests {
         steps.iter().zip(medians).map(point).collect()
     }
 
+    fn table(header: &str, rows: &[String]) -> RunTable {
+        RunTable::parse(Path::new("runs.csv"), &format!("{header}\n{}", rows.join("\n"))).unwrap()
+    }
+
     fn panel(more: &str) -> XyPanel {
-        toml::from_str(&format!("title = \"\"\nmetric = \"error\"\nlabel = \"\"\n{more}")).unwrap()
+        toml::from_str(&format!("title = \"\"\nmetric = \"velocity_error_rms_m_s\"\nlabel = \"\"\n{more}")).unwrap()
     }
 
     #[test]
@@ -519,7 +527,6 @@ mod tests {
 
     #[test]
     fn an_order_is_that_of_completed_runs_whose_error_the_reference_can_tell_from_zero() {
-        let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
         let header = "case,set,label,macro_step_s,outcome,force_error_rms_n,reference_force_uncertainty_n";
         // Second order above an uncertainty of 1 N; a run that failed is no point.
         let rows = [
@@ -528,26 +535,23 @@ mod tests {
             "0.004,completed,16.0,1.0",
             "0.008,diverged,9e9,1.0",
         ];
-        let rows = rows.map(|row| cells(&format!("box,,x,{row}"))).to_vec();
-        let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), cells(header), rows);
+        let table = table(header, &rows.map(|row| format!("box,,x,{row}")));
         let panel = |metric: &str, more: &str| -> XyPanel {
             toml::from_str(&format!("title = \"\"\nmetric = \"{metric}\"\nlabel = \"\"\n{more}")).unwrap()
         };
-        let order = |panel: XyPanel| panel.order(&Runs::of(&table).unwrap()).unwrap();
+        let order = |panel: XyPanel| panel.order(&Runs::of(&table));
         assert!((order(panel("force_error_rms_n", "")).unwrap() - 2.0).abs() < 1e-12);
         assert_eq!(order(panel("force_error_rms_n", "orders_over_ms = [1.0, 2.0]")), None);
-        assert!(panel("nothing", "").order(&Runs::of(&table).unwrap()).is_err());
+        assert_eq!(order(panel("position_error_rms_m", "")), None);
     }
 
     #[test]
     fn a_usable_run_completes_within_the_bound_and_a_skipped_one_is_none() {
-        let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
         let rows = ["completed,0.05", "completed,-0.1", "completed,0.2", "diverged,0.01", "completed,", "skipped,"];
-        let rows = rows.map(|row| cells(&format!("box,,x,0.005,{row}"))).to_vec();
-        let header = cells("case,set,label,macro_step_s,outcome,error");
-        let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), header, rows);
-        let panel: XyPanel = toml::from_str("metric = \"error\"\nwithin = 0.1\n").unwrap();
-        let points = panel.points(&Runs::of(&table).unwrap(), "x").unwrap();
+        let header = "case,set,label,macro_step_s,outcome,velocity_error_rms_m_s";
+        let table = table(header, &rows.map(|row| format!("box,,x,0.005,{row}")));
+        let panel: XyPanel = toml::from_str("metric = \"velocity_error_rms_m_s\"\nwithin = 0.1\n").unwrap();
+        let points = panel.points(&Runs::of(&table), "x").unwrap();
         assert_eq!(points.iter().map(|point| (point.x, point.median)).collect::<Vec<_>>(), [(5.0, 0.4)]);
     }
 
@@ -564,13 +568,12 @@ mod tests {
 
     #[test]
     fn a_line_of_several_rows_is_theirs_whatever_the_order_of_the_table() {
-        let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
-        let header = "case,set,label,macro_step_s,outcome,error";
-        let rows = ["box,,a/1,0.001,completed,1.0", "box,,b/1,0.001,completed,2.0"].map(cells).to_vec();
-        let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), cells(header), rows);
+        let header = "case,set,label,macro_step_s,outcome,velocity_error_rms_m_s";
+        let rows = ["box,,a/1,0.001,completed,1.0", "box,,b/1,0.001,completed,2.0"].map(str::to_owned);
+        let table = table(header, &rows);
         let lines = "[[lines]]\nlabels = [\"c/1\"]\nlabel = \"third\"\n[[lines]]\nlabels = [\"b/1\"]\nlabel = \"second\"\n\
                      [[lines]]\nlabels = [\"a/1\"]\nlabel = \"first\"\n";
-        let runs = Runs::of(&table).unwrap();
+        let runs = Runs::of(&table);
         let curves = panel(lines).over_parameter(&runs, &[5.0, 5.0], &Styles::standard()).unwrap();
         let found: Vec<_> = curves.iter().map(|curve| (&*curve.entry, curve.points[0].median)).collect();
         assert_eq!(found, [("second", 2.0), ("first", 1.0)]);

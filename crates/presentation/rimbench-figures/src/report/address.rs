@@ -3,18 +3,19 @@
 use rimbench_cases::cases::offered_steps_ms;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunRequest;
-use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::Runs;
+use rimbench_results::run_table::{Run, RunTable};
+use rimbench_results::selection::Runs;
 
 /// Finds the address at which the page's simulator shows runs of the first two of these labels that it can show, at the middle of their
 /// macro steps; all labels if none are given. What it shows there are these runs to the bit: their identifiers are the same.
-pub fn address(catalogue: &Catalogue, runs: &ResultsTable, labels: &[String]) -> Option<String> {
-    let all = Runs::of(runs).ok()?;
+pub fn address(catalogue: &Catalogue, table: &RunTable, labels: &[String]) -> Option<String> {
+    let all = Runs::of(table);
     let shown = |label: &str, beside: Option<&Shown>| {
         let mut rows = all.of_label(label).rows().to_vec();
         rows.sort_by(|&one, &other| all.macro_step(one).total_cmp(&all.macro_step(other)));
         let later = rows.split_off(rows.len() / 2);
-        let shown = later.into_iter().chain(rows.into_iter().rev()).filter_map(|row| Shown::of(catalogue, runs, row));
+        let shown =
+            later.into_iter().chain(rows.into_iter().rev()).filter_map(|row| Shown::of(catalogue, table, all.run(row)));
         shown.into_iter().find(|own| beside.is_none_or(|beside| own.place == beside.place))
     };
     let named = if labels.is_empty() { all.labels(&[]) } else { labels.iter().map(String::as_str).collect() };
@@ -39,23 +40,23 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(catalogue: &Catalogue, runs: &ResultsTable, row: usize) -> Option<Self> {
-        let text = |name: &str| runs.column(name).ok().map(|column| runs.text(row, column)).unwrap_or_default();
-        let case = catalogue.case(text("case")).ok()?;
+    fn of(catalogue: &Catalogue, table: &RunTable, run: &Run) -> Option<Self> {
+        let text = |name: &str| table.setting(name).map_or("", |place| &*run.settings[place]);
+        let case = catalogue.case(run.problem()[0]).ok()?;
         (case.drawing)(&case.default_parameters())?;
-        let step_s: f64 = text("macro_step_s").parse().ok()?;
+        let step_s = run.macro_step_s;
         let offered = offered_steps_ms(case.defaults.macro_step_s);
         let step_ms = offered.into_iter().find(|ms| (1e-3 * ms - step_s).abs() <= 1e-12 * step_s)?;
-        let phase = text("phase").parse::<f64>().ok().filter(|phase| *phase != 1.0);
+        let phase = run.phase.parse::<f64>().ok().filter(|phase| *phase != 1.0);
         let age = match text("delivery_up") {
             "" => None,
             late => Some(late.strip_prefix("delay:")?.parse().ok()?),
         };
         let same = |contacts: &str, late: &str| {
-            let mut request = RunRequest::of(case.name.to_string(), text("scheme"));
+            let mut request = RunRequest::of(case.name.to_string(), &*run.scheme);
             let options = [
                 ("macro_step_s", text("macro_step_s")),
-                ("phase", text("phase")),
+                ("phase", &*run.phase),
                 ("contact_detection", contacts),
                 ("delivery_up", text("delivery_up")),
                 ("late_samples", late),
@@ -64,7 +65,7 @@ impl Shown {
                 request.put(key, value).ok()?;
             }
             let id = request.resolve(catalogue).ok()?.id().to_string();
-            (id == text("run_id")).then(|| [text("scheme"), contacts, late].map(str::to_owned))
+            (id == *run.id).then(|| [&*run.scheme, contacts, late].map(str::to_owned))
         };
         let (contacts, late) = (text("contact_detection"), text("late_samples"));
         let side =

@@ -3,9 +3,10 @@
 use super::store::Study;
 use crate::vector::escaped;
 use rimbench_cases::metrics::USABLE;
+use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
-use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::{Pool, Runs};
+use rimbench_results::run_table::RunTable;
+use rimbench_statistics::Pool;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -107,18 +108,22 @@ pub(super) fn section(studies: &[Study]) -> String {
 /// Options that are no part of what a scheme is tried at.
 const TRIED: [&str; 6] = ["macro_step_s", "phase", "step_control", "step_tolerance", "min_macro_step_s", "set"];
 
-fn collect(table: &ResultsTable, all: &mut BTreeMap<Pair, BTreeMap<Vec<String>, Tried>>) {
-    let places = ["scheme", "outcome", "force_error_rms_of_peak"].map(|name| table.column(name));
-    let ([Ok(scheme), Ok(outcome), Ok(error)], Ok(runs)) = (places, Runs::of(table)) else { return };
-    let options: Vec<usize> = (scheme + 1..outcome).filter(|column| !table.is_named(*column, &TRIED)).collect();
-    for (row, run) in runs.iter().enumerate().filter(|(_, run)| run.label == run.scheme && run.outcome.was_run()) {
-        let [case, set] = run.problem;
+fn collect(table: &RunTable, all: &mut BTreeMap<Pair, BTreeMap<Vec<String>, Tried>>) {
+    let Some(error) = Finding::named("force_error_rms_of_peak").ok().filter(|error| table.has(*error)) else { return };
+    let options = table.settings().enumerate().skip_while(|(_, name)| *name != "scheme").skip(1);
+    let options: Vec<usize> = options.filter(|(_, name)| !TRIED.contains(name)).map(|(place, _)| place).collect();
+    let as_it_is = table.runs().iter().filter(|run| run.label == run.scheme && run.found.outcome.was_run());
+    for run in as_it_is {
+        let [case, set] = run.problem();
         let problem = if set.is_empty() { case.to_owned() } else { format!("{case}, {set}") };
-        let choice: Vec<String> = options.iter().map(|&column| table.text(row, column).to_owned()).collect();
-        let value = if runs.is_completed(row) { Ok(table.number(row, error)) } else { Err(runs.class(row)) };
-        let tried = all.entry((problem, run.scheme.to_owned())).or_default().entry(choice).or_default();
+        let choice: Vec<String> = options.iter().map(|&place| run.settings[place].to_string()).collect();
+        let value = match run.found.outcome.class() {
+            OutcomeClass::Completed => Ok(run.found.value(error)),
+            class => Err(class),
+        };
+        let tried = all.entry((problem, run.scheme.to_string())).or_default().entry(choice).or_default();
         // Steps are above zero, so that their bits are in order.
-        tried.entry(run.macro_step_s.to_bits()).or_default().insert(run.id.to_owned(), value);
+        tried.entry(run.macro_step_s.to_bits()).or_default().insert(run.id.to_string(), value);
     }
 }
 

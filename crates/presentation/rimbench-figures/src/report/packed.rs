@@ -8,10 +8,11 @@ use crate::drawing::{Datum, PanelData, SeriesData};
 use crate::seven_bits::seven_bits;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::{Run, Runs};
+use rimbench_results::results_table::read_table;
+use rimbench_results::run_table::{Run, RunTable};
 use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 
@@ -55,7 +56,7 @@ impl Detail {
 
 /// The object, compressed, as letters, with the figures of the studies if they are packed; none if it is longer than `most`.
 pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usize) -> Result<Option<String>> {
-    let count: usize = report.studies.iter().filter_map(|study| study.runs.as_ref()).map(ResultsTable::len).sum();
+    let count: usize = report.studies.iter().filter_map(|study| study.runs.as_ref()).map(|table| table.len()).sum();
     if detail == Detail::Runs && count * LETTERS > most {
         return Ok(None);
     }
@@ -107,59 +108,56 @@ fn number(value: f64, digits: usize) -> Value {
 fn parts_of(study: &Study, detail: Detail) -> Value {
     let mut parts = json!({ "name": study.name, "anchor": study.anchor() });
     let runs = study.runs.as_ref().filter(|_| detail == Detail::Runs);
-    // A study without these has no runs, and a remark that says so.
-    let runs = runs.and_then(|table| Some((table, Runs::of(table).ok()?, table.column("outcome").ok()?)));
-    if let Some((table, runs, outcome)) = runs {
-        parts["count"] = table.len().into();
+    if let Some(table) = runs {
+        let runs = table.runs();
+        parts["count"] = runs.len().into();
         parts["ids"] = runs.iter().map(|run| format!("{} ", run.id)).collect::<String>().into();
-        parts["settings"] = settings(table, outcome);
-        parts["metrics"] = metrics(table, outcome);
-        parts["claims"] = claims(study, &runs);
-        parts["traces"] = traces(study, &runs);
+        parts["settings"] = settings(table);
+        parts["metrics"] = metrics(table);
+        parts["claims"] = claims(study, runs);
+        parts["traces"] = traces(study, runs);
     }
     parts
 }
 
 /// In the order of the table, of each setting the values that there are, and which of them each run has.
-fn settings(runs: &ResultsTable, outcome: usize) -> Value {
-    let names = runs.names().iter().enumerate().take(outcome + 1).skip(1).map(|(column, name)| (name.as_str(), column));
-    let reasons = runs.column("reason").ok();
-    let setting = |(name, column): (&str, usize)| {
+fn settings(table: &RunTable) -> Value {
+    let of = |name: &str, text: &dyn for<'r> Fn(&'r Run) -> &'r str| {
         let mut known: Vec<&str> = Vec::new();
         let mut index_of: HashMap<&str, usize> = HashMap::new();
-        let index = |row: usize| {
-            let cell = runs.text(row, column);
+        let index = |run| {
+            let cell = text(run);
             *index_of.entry(cell).or_insert_with(|| {
                 known.push(cell);
                 known.len() - 1
             })
         };
-        let indices: Vec<usize> = (0..runs.len()).map(index).collect();
+        let indices: Vec<usize> = table.runs().iter().map(index).collect();
         json!([name, if known.len() > 1 { json!([known, indices]) } else { json!([known]) }])
     };
-    names.chain(reasons.map(|column| ("reason", column))).map(setting).collect()
+    let planned = table.settings().enumerate().map(|(place, name)| of(name, &move |run| &run.settings[place]));
+    let ends = [of("outcome", &|run| run.found.outcome.name()), of("reason", &|run| &run.found.reason)];
+    [of("label", &|run| &run.label)].into_iter().chain(planned).chain(ends).collect()
 }
 
-fn metrics(runs: &ResultsTable, outcome: usize) -> Value {
-    let names = runs.names().iter().map(String::as_str).enumerate().skip(outcome);
-    let wanted = |(column, name): &(usize, &str)| {
-        let is_number = || (0..runs.len()).any(|row| !runs.number(row, *column).is_nan());
-        (CHECKED.contains(name) || MAIN.contains(name)) && is_number()
-    };
-    let values = |(column, name): (usize, &str)| {
-        let exact = CHECKED.contains(&name);
-        let cell = |row: usize| match runs.number(row, column) {
+fn metrics(table: &RunTable) -> Value {
+    let value = |run: &Run, finding| run.found.value(finding);
+    let is_number = |finding| table.has(finding) && table.runs().iter().any(|run| !value(run, finding).is_nan());
+    let wanted = |own: &Finding| (CHECKED.contains(&own.name()) || MAIN.contains(&own.name())) && is_number(*own);
+    let values = |finding: Finding| {
+        let exact = CHECKED.contains(&finding.name());
+        let cell = |run| match value(run, finding) {
             value if exact && value.is_finite() => value.into(),
             value => number(value, DIGITS),
         };
-        json!([name, (0..runs.len()).map(cell).collect::<Vec<_>>()])
+        json!([finding.name(), table.runs().iter().map(cell).collect::<Vec<_>>()])
     };
-    names.filter(wanted).map(values).collect()
+    Finding::all().filter(wanted).map(values).collect()
 }
 
 /// Each claim with its runs: first and last of each stretch.
-fn claims(study: &Study, runs: &Runs<'_>) -> Value {
-    let rows: HashMap<&str, usize> = runs.iter().enumerate().map(|(row, run)| (run.id, row)).collect();
+fn claims(study: &Study, runs: &[Run]) -> Value {
+    let rows: HashMap<&str, usize> = runs.iter().enumerate().map(|(row, run)| (&*run.id, row)).collect();
     let of_claims = study.claims.iter().map(|claim| {
         let mut rows: Vec<usize> = claim.run_ids.iter().filter_map(|id| rows.get(id.as_str()).copied()).collect();
         rows.sort_unstable();
@@ -172,9 +170,9 @@ fn claims(study: &Study, runs: &Runs<'_>) -> Value {
 /// Columns of a trace that are packed where it has them; of another, the first few.
 const SHOWN: [&str; 4] = ["actuator_force_n", "effective_mass_kg", "actuator_length_m", "actuator_velocity_m_s"];
 
-fn traces(study: &Study, runs: &Runs<'_>) -> Value {
-    let of_row = |(row, run): (usize, &Run<'_>)| {
-        let name = Some(run.trace).filter(|name| !name.is_empty())?;
+fn traces(study: &Study, runs: &[Run]) -> Value {
+    let of_row = |(row, run): (usize, &Run)| {
+        let name = Some(&*run.trace).filter(|name| !name.is_empty())?;
         let trace = read_table(&study.folder.join("traces").join(name)).ok()?;
         let time = trace.column("time_s").ok()?;
         let mut columns: Vec<usize> = SHOWN.iter().filter_map(|name| trace.column(name).ok()).collect();

@@ -330,10 +330,10 @@ pub(super) fn missing(report: &Report<'_>, left_out: &[String]) -> String {
             own.push(format!("{} of {planned} planned runs are there", runs.len()));
         }
         let failed = study.outcomes().iter().all(|(outcome, _)| *outcome != OutcomeKind::Completed.name());
-        if failed && study.runs.as_ref().is_some_and(|runs| !runs.is_empty()) {
+        if failed && study.runs.as_ref().is_some_and(|table| !table.is_empty()) {
             own.push("no run completed, so there are no errors to show".to_owned());
         }
-        if study.runs.as_ref().is_some_and(ResultsTable::is_empty) {
+        if study.runs.as_ref().is_some_and(|table| table.is_empty()) {
             own.push("it holds no run".to_owned());
         }
         for (id, _, made) in &study.figures {

@@ -7,7 +7,7 @@ use rimbench_results::checksums::CHECKSUMS;
 use rimbench_results::claims::CheckedClaim;
 use rimbench_results::kept::{DIGEST, Digest, SUMMARY};
 use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_statistics::Runs;
+use rimbench_results::run_table::RunTable;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,7 @@ pub struct Study {
     /// Its question, from the copy of the experiment file.
     pub question: String,
     /// Its runs, if they can be read.
-    pub runs: Option<ResultsTable>,
+    pub runs: Option<RunTable>,
     /// Where rows are not kept: how many there were, and their medians.
     pub kept: Option<(usize, ResultsTable)>,
     /// How many runs are planned, if that is known.
@@ -125,7 +125,7 @@ impl Study {
         let summary = || Some((Digest::read(folder).ok()?.rows, read_table(&folder.join(SUMMARY)).ok()?));
         // Rows that were there and are gone are missed, not made again.
         let kept = if path.exists() || folder.join(CHECKSUMS).exists() { None } else { summary() };
-        let runs = match read_table(&path) {
+        let runs = match RunTable::read(&path) {
             Ok(runs) => Some(runs),
             Err(_) if kept.is_some() => None,
             Err(error) => {
@@ -133,11 +133,6 @@ impl Study {
                 None
             }
         };
-        let runs = runs.filter(|runs| {
-            let lacking = NEEDED.iter().find_map(|name| runs.column(name).err());
-            remarks.extend(lacking.as_ref().map(|error| format!("its runs cannot be shown: {}", said(folder, error))));
-            lacking.is_none()
-        });
         Study {
             name,
             folder: folder.to_owned(),
@@ -176,7 +171,7 @@ impl Study {
     /// Number of runs, whether or not their rows are there.
     pub(super) fn count(&self) -> usize {
         let kept = self.kept.as_ref().map(|(count, _)| *count);
-        self.runs.as_ref().map(ResultsTable::len).or(kept).unwrap_or_default()
+        self.runs.as_ref().map(|table| table.len()).or(kept).unwrap_or_default()
     }
 
     /// An anchor in the page.
@@ -187,9 +182,8 @@ impl Study {
     /// How many runs ended in each way, in the order of the file.
     pub fn outcomes(&self) -> Vec<(&'static str, usize)> {
         let mut counts: Vec<(&'static str, usize)> = Vec::new();
-        let Some(Ok(runs)) = self.runs.as_ref().map(Runs::of) else { return counts };
-        for run in runs.iter() {
-            let name = run.outcome.name();
+        for run in self.runs.iter().flat_map(RunTable::runs) {
+            let name = run.found.outcome.name();
             match counts.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, count)) => *count += 1,
                 None => counts.push((name, 1)),
@@ -223,9 +217,6 @@ fn said(folder: &Path, error: &Error) -> String {
     }
     said
 }
-
-/// Without these columns rows are no runs.
-const NEEDED: [&str; 6] = ["run_id", "label", "case", "scheme", "macro_step_s", "outcome"];
 
 /// The question in an experiment file.
 fn question(folder: &Path) -> String {

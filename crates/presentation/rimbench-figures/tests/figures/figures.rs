@@ -54,7 +54,7 @@ fn made_up_results(folder: &Path) {
     let folder = folder.join("study/made-up");
     std::fs::create_dir_all(&folder).unwrap();
     let mut runs = String::from(
-        "run_id,case,set,label,macro_step_s,phase,outcome,force_error_rms_n,residual_j,reference_force_uncertainty_n,\
+        "run_id,case,set,label,macro_step_s,phase,outcome,force_error_rms_n,interface_residual_j,reference_force_uncertainty_n,\
          actuator_micro_steps,mechanics_micro_steps\n",
     );
     let mut cost = String::from("run_id,wall_s\n");
@@ -265,9 +265,10 @@ fn what_fails_and_what_was_not_run_differ_in_a_table_of_failures() {
 #[test]
 fn an_unknown_column_or_parameter_is_named() {
     let place = MadeUp::new();
+    // A number of runs that these have not, and a parameter of no case.
     let wrong = only(&["work", "margin"]);
-    let wrong = wrong.replace("actuator_micro_steps +", "pivots +").replace("\"margin_m\"", "\"mass_kg\"");
-    assert_has(&place.reason(&wrong, "work"), &["pivots"]);
+    let wrong = wrong.replace("actuator_micro_steps +", "exchanges +").replace("\"margin_m\"", "\"mass_kg\"");
+    assert_has(&place.reason(&wrong, "work"), &["runs.csv", "unknown column `exchanges`", "mechanics_micro_steps"]);
     assert_has(&place.reason(&wrong, "margin"), &["mass_kg"]);
     let figures = FigureList::parse(Path::new("my.toml"), &wrong).unwrap();
     assert!(figures.make_all(&place.path("nowhere"), None, &Styles::standard()).is_err());
@@ -342,6 +343,8 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("x = { cost = \"exchanges\", parameter = \"mass\" }", "not both"),
         ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` does not go with a cost across"),
         ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
+        ("x = { cost = \"exchanges + pivots\" }", "panels 1: x: cost: unknown cost `pivots`; valid: wall_s, "),
+        ("floor = \"reference_force\"", "panels 1: floor: unknown column `reference_force`"),
         ("x = { parametre = \"mass\" }", "unknown field `parametre`, expected one of `parameter`"),
     ] {
         for message in [format!("{LEAST_XY}{LEAST_PANEL}{key}\n"), format!("{LEAST_XY}{key}\n{LEAST_PANEL}")]
@@ -357,6 +360,8 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
     assert_has(&message, &["2 things are wrong", "in line 1 (`mine`): width = 0", "in line 8 (`mine`): height = 0"]);
     let message = refused(&format!("{LEAST_XY}[[figure.panels]]\n"));
     assert_has(&message, &[missing]);
+    let message = refused(&format!("{LEAST_XY}{}", LEAST_PANEL.replace("force_error_rms_n", "force_error")));
+    assert_has(&message, &["panels 1: metric: unknown column `force_error`", "force_error_rms_n"]);
     let message = refused(&format!("{LEAST_XY}{LEAST_PANEL}{LEAST_XY}{LEAST_PANEL}"));
     assert!(message.contains("[[figure]] in line 7 (`mine`): another figure has this id"), "{message}");
     let message = refused("[[figure]]\n");
@@ -625,7 +630,8 @@ fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
     for wanted in ["gap tracking, profile", "H = 1 ms", "H = 5 ms", "failed, %", "50"] {
         assert!(dots.contains_key(wanted), "{wanted}: {dots:?}");
     }
-    let panel = "[[figure.panels]]\nmetric = \"residual_j\"\nonly = { set = \"all\" }\nsymlog = [1e-4, 1.0]\n";
+    let panel =
+        "[[figure.panels]]\nmetric = \"interface_residual_j\"\nonly = { set = \"all\" }\nsymlog = [1e-4, 1.0]\n";
     let signed = drawn(&format!("{LEAST_XY}{panel}"));
     assert!(["−10⁰", "0", "10⁰"].iter().all(|tick| signed.contains_key(*tick)), "{signed:?}");
     // Durations are part of a problem.

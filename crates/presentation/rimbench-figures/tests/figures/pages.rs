@@ -25,7 +25,6 @@ fn results() -> tempfile::TempDir {
 const LIST: &str = r#"
 [table."study/x/by-step".grid]
 cell = "force_error_rms_n_median"
-lines = { column = "label" }
 across = { column = "macro_step_s", unit = "ms", values = [5, 10] }
 digits = 3
 
@@ -42,7 +41,7 @@ names = { one = "first" }
 
 [table."work/two".list]
 file = "work.csv"
-only = { from = { above = 1 }, solver = { not = ["one"] } }
+only = { worst = { below = 0.3 }, solver = { not = ["one"] } }
 columns = [{ column = "solver" }, { column = "worst" }]
 
 [value."study/x/error"]
@@ -147,7 +146,7 @@ fn rows_of_other_files_are_chosen_folded_and_held_against_each_other() {
         ("column = \"pivots\"\nonly.solver = \"one\"", "2 rows are of `work/v`"),
         ("column = \"pivots\"\nonly.solver = \"on\"", "`one`"),
         ("column = \"pivot\"\nonly.worst = 0.5", "pivots"),
-        ("column = \"pivots\"\nonly.pivots.above = 9", "no row meets `only` (pivots)"),
+        ("column = \"pivots\"\nonly.pivots.below = 1", "no row meets `only` (pivots)"),
     ] {
         let error = value(keys, "").unwrap_err().to_string();
         assert!(error.contains(said), "{keys}: {error}");
@@ -197,25 +196,20 @@ fn what_cannot_be_filled_is_named_with_its_line() {
 #[test]
 fn what_is_wrong_in_a_list_is_named_with_line_key_and_what_is_valid() {
     for (from, to, line, said) in [
-        ("digits = 3", "digits = 9", 6, "by-step: digits = 9 is not valid; valid: a whole number from 1 to 8"),
-        ("digits = 3", "digit = 3", 6, "unknown field `digit`"),
-        ("\"ms\"", "\"ft\"", 5, "across: unit: unknown unit `ft`"),
-        ("fold = \"sum\"", "fold = \"mean\"", 14, "`sum`, `max`, `min`"),
-        (".claims]", ".claim]", 8, "unknown variant `claim`, expected one of `grid`, `list`, `claims`"),
-        (
-            "above = 1",
-            "over = 1",
-            21,
-            "only: from: unknown field `over`, expected one of `not`, `among`, `below`, `above`",
-        ),
+        ("digits = 3", "digits = 9", 5, "by-step: digits = 9 is not valid; valid: a whole number from 1 to 8"),
+        ("digits = 3", "digit = 3", 5, "unknown field `digit`"),
+        ("\"ms\"", "\"ft\"", 4, "across: unit: unknown unit `ft`"),
+        ("fold = \"sum\"", "fold = \"mean\"", 13, "`sum`, `max`, `count`"),
+        (".claims]", ".claim]", 7, "unknown variant `claim`, expected one of `grid`, `list`, `claims`"),
+        ("below = 0.3", "over = 0.3", 20, "only: worst: unknown field `over`, expected one of `not`, `among`, `below`"),
         (
             "label = \"a\"",
             "label = true",
-            26,
+            25,
             "only: label = true is not valid; valid: a text, a number, or { not = […]",
         ),
-        ("\"work/two\"", "\"two\"", 19, "folder/name"),
-        ("column = \"id\"\n", "", 28, "missing field `column`"),
+        ("\"work/two\"", "\"two\"", 18, "folder/name"),
+        ("column = \"id\"\n", "", 27, "missing field `column`"),
     ] {
         let error = TableList::parse("t.toml".as_ref(), &LIST.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(error.contains(&format!("t.toml: line {line}, ")) && error.contains(said), "{to}: {error}");

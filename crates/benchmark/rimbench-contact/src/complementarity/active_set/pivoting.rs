@@ -17,6 +17,7 @@ impl ActiveSet {
         self.is_active[self.set[position]] = false;
         self.set.copy_within(position + 1..self.len, position);
         self.p_a.copy_within(position + 1..self.len, position);
+        self.forward_known = self.forward_known.min(position);
         self.len -= 1;
         self.age = self.age.map(|age| age + 1);
     }
@@ -26,11 +27,16 @@ impl ActiveSet {
     fn make_feasible(&mut self, lcp: Lcp<'_>) -> u32 {
         let mut dropped = 0;
         loop {
-            let p_a = &mut self.p_a[..self.len];
-            for (p, &i) in p_a.iter_mut().zip(&self.set[..]) {
-                *p = -lcp.b[i];
+            // Of the forward substitution those entries stay whose rows of the factor do.
+            let (known, forward) = (self.forward_known, &mut self.forward[..self.len]);
+            for (forward, &i) in forward.iter_mut().zip(&self.set[..]).skip(known) {
+                *forward = -lcp.b[i];
             }
-            self.factor.solve(p_a);
+            self.factor.solve_forward(forward, known);
+            self.forward_known = self.len;
+            let p_a = &mut self.p_a[..self.len];
+            p_a.copy_from_slice(forward);
+            self.factor.solve_backward(p_a);
             let (mut worst, mut position) = (0.0, None);
             for (k, &p) in p_a.iter().enumerate() {
                 if p < 0.0 {
@@ -71,14 +77,14 @@ impl ActiveSet {
                 continue;
             }
             let row = &lcp.h()[j * n..(j + 1) * n];
+            if !best.is_none_or(|b| self.w[j].powi(2) * lcp.h()[b * n + b] > self.w[b].powi(2) * row[j]) {
+                continue;
+            }
             let summed: f64 = self.active_set().iter().zip(&self.p_a[..]).map(|(&a, p)| row[a].abs() * p).sum();
             if self.w[j] >= -negligible - 16.0 * f64::EPSILON * summed {
                 continue;
             }
-            let better = best.is_none_or(|b| self.w[j].powi(2) * lcp.h()[b * n + b] > self.w[b].powi(2) * row[j]);
-            if better {
-                best = Some(j);
-            }
+            best = Some(j);
             if bland {
                 break;
             }
@@ -140,6 +146,7 @@ impl ActiveSet {
         mut stats: SolveStats,
     ) -> Result<SolveStats, Unsolved> {
         let n = self.n;
+        self.forward_known = 0;
         let b_max = lcp.b.iter().fold(0.0_f64, |max, b| max.max(b.abs()));
         let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));
         loop {

@@ -43,8 +43,13 @@ impl EnergyBalance {
         }
         // Most contacts are open: no impulse, no work.
         let work = |rows: &Rows, impulses: &[f64]| -> f64 {
-            let acting = impulses.iter().enumerate().filter(|(_, impulse)| **impulse != 0.0);
-            acting.map(|(index, impulse)| rows.velocity(index, v_mean) * impulse).sum()
+            let mut sum = -0.0;
+            for (index, &impulse) in impulses.iter().enumerate() {
+                if impulse != 0.0 {
+                    sum += rows.velocity(index, v_mean) * impulse;
+                }
+            }
+            sum
         };
         let (normal, rest) = impulses.split_at(eq3.unilateral.len());
         let (tangential, p_i) = rest.split_at(eq3.tangential.len());

@@ -1,15 +1,14 @@
-//! The table of runs: which of them, pooled how.
+//! Runs of a table: which of them, pooled how.
 //!
 //! ```text
-//! select (label, case and set, macro step, outcome) → group (abscissa, columns) → pool → median, quartiles, range, order, interval
+//! select (label, case and set, macro step, outcome) → group (abscissa, key) → pool → median, quartiles, range, order, interval
 //! ```
 
-use crate::pool::{Pool, by_abscissa};
-use crate::table::ResultsTable;
-use rimbench_core::cosim::{OutcomeClass, OutcomeKind};
-use rimbench_core::error::{Error, Result};
+use crate::run_table::{Run, RunTable};
+use rimbench_cases::runs::Finding;
+use rimbench_core::cosim::OutcomeClass;
+use rimbench_statistics::{Pool, by_abscissa};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 /// The word that selects all cases, or all sets of parameters.
 pub const ALL: &str = "all";
@@ -17,82 +16,8 @@ pub const ALL: &str = "all";
 /// Some runs of a table. Rows keep the numbers that they have in the table.
 #[derive(Debug, Clone)]
 pub struct Runs<'t> {
-    table: &'t ResultsTable,
+    table: &'t RunTable,
     rows: Vec<usize>,
-    /// Of every row of the table.
-    runs: Arc<[Run<'t>]>,
-}
-
-/// What a row of `runs.csv` says of its run. Metrics, counters and options are asked for by name, because whoever asks names them; what
-/// the table does not say is empty, or NaN.
-#[derive(Debug, Clone, Copy)]
-pub struct Run<'t> {
-    /// Hash of what determines it.
-    pub id: &'t str,
-    /// Label of the scheme row.
-    pub label: &'t str,
-    /// Case and set of parameters.
-    pub problem: [&'t str; 2],
-    /// The scheme.
-    pub scheme: &'t str,
-    /// Macro step, s.
-    pub macro_step_s: f64,
-    /// Communication phase, as it is written.
-    pub phase: &'t str,
-    /// Error allowed per macro step where the step is controlled.
-    pub step_tolerance: f64,
-    /// Simulated time asked for, s.
-    pub duration_s: f64,
-    /// How it ended.
-    pub outcome: OutcomeKind,
-    /// When it left the path of a completed run, s.
-    pub outcome_at_s: f64,
-    /// Time of the last communication point reached, s.
-    pub ended_at_s: f64,
-    /// Whether its model was the mechanics itself.
-    pub model_exact: bool,
-    /// File of its trace, if one was written.
-    pub trace: &'t str,
-}
-
-impl<'t> Run<'t> {
-    /// Reads all rows of a table.
-    fn read(table: &'t ResultsTable) -> Result<Arc<[Self]>> {
-        let [case, set, label, step, outcome] = ["case", "set", "label", "macro_step_s", "outcome"];
-        [case, set, label, step, outcome].iter().try_for_each(|name| table.column(name).map(drop))?;
-        let text = |name| {
-            let column = table.column(name).ok();
-            move |row: usize| column.map_or("", |column| table.text(row, column))
-        };
-        let number = |name| {
-            let column = table.column(name).ok();
-            move |row: usize| column.map_or(f64::NAN, |column| table.number(row, column))
-        };
-        let [id, label, case, set, scheme] = ["run_id", label, case, set, "scheme"].map(text);
-        let [phase, outcome, model_exact, trace] = ["phase", outcome, "model_exact", "trace"].map(text);
-        let [step, tolerance, duration] = [step, "step_tolerance", "duration_s"].map(number);
-        let [outcome_at, ended_at] = ["outcome_at_s", "ended_at_s"].map(number);
-        let run = |row: usize| {
-            Ok(Run {
-                id: id(row),
-                label: label(row),
-                problem: [case(row), set(row)],
-                scheme: scheme(row),
-                macro_step_s: step(row),
-                phase: phase(row),
-                step_tolerance: tolerance(row),
-                duration_s: duration(row),
-                outcome: outcome(row)
-                    .parse()
-                    .map_err(|error| Error::file(table.path(), format!("row {}: {error}", row + 1)))?,
-                outcome_at_s: outcome_at(row),
-                ended_at_s: ended_at(row),
-                model_exact: model_exact(row) == "true",
-                trace: trace(row),
-            })
-        };
-        (0..table.len()).map(run).collect()
-    }
 }
 
 /// What runs at one abscissa come to.
@@ -143,26 +68,14 @@ impl Tally {
     }
 }
 
-/// What an error must exceed to say more than that it is small: the uncertainty of the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Floor {
-    /// The column with the uncertainty.
-    pub uncertainty: &'static str,
-    /// The column of the same error in the unit of the uncertainty, where it has another.
-    pub in_unit: Option<&'static str>,
-}
-
 impl<'t> Runs<'t> {
     /// Takes all runs of a table.
-    ///
-    /// # Errors
-    /// [`Error::File`] for a column that is not there, or a word that is no outcome.
-    pub fn of(table: &'t ResultsTable) -> Result<Self> {
-        Ok(Runs { table, rows: (0..table.len()).collect(), runs: Run::read(table)? })
+    pub fn of(table: &'t RunTable) -> Self {
+        Runs { table, rows: (0..table.len()).collect() }
     }
 
     /// Returns the table.
-    pub fn table(&self) -> &'t ResultsTable {
+    pub fn table(&self) -> &'t RunTable {
         self.table
     }
 
@@ -173,7 +86,7 @@ impl<'t> Runs<'t> {
 
     /// Takes other rows of the same table, in the order asked for.
     pub fn with_rows(&self, rows: Vec<usize>) -> Self {
-        Runs { rows, runs: Arc::clone(&self.runs), ..*self }
+        Runs { table: self.table, rows }
     }
 
     /// Selects rows.
@@ -201,18 +114,14 @@ impl<'t> Runs<'t> {
     }
 
     /// Selects the runs of cases with parameters on which no run's model is the mechanics itself.
-    ///
-    /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for results that do not say.
-    pub fn without_exact(&self) -> Result<Self> {
-        self.table.column("model_exact")?;
+    pub fn without_exact(&self) -> Self {
         let exact = self.exact_problems();
-        Ok(self.select(|row| !exact.contains(&self.problem(row))))
+        self.select(|row| !exact.contains(&self.problem(row)))
     }
 
     /// Returns the cases with parameters on which the model of some run is the mechanics itself.
     pub fn exact_problems(&self) -> BTreeSet<[&'t str; 2]> {
-        let rows = self.rows.iter().filter(|&&row| self.runs[row].model_exact);
+        let rows = self.rows.iter().filter(|&&row| self.run(row).found.model_exact);
         rows.map(|&row| self.problem(row)).collect()
     }
 
@@ -234,28 +143,33 @@ impl<'t> Runs<'t> {
     }
 
     /// Returns a run.
-    pub fn run(&self, row: usize) -> &Run<'t> {
-        &self.runs[row]
+    pub fn run(&self, row: usize) -> &'t Run {
+        &self.table.runs()[row]
+    }
+
+    /// Returns what was found of a run; NaN where it does not apply.
+    pub fn value(&self, row: usize, finding: Finding) -> f64 {
+        self.run(row).found.value(finding)
     }
 
     /// Returns the selected runs.
-    pub fn iter(&self) -> impl Iterator<Item = &Run<'t>> {
-        self.rows.iter().map(|&row| &self.runs[row])
+    pub fn iter(&self) -> impl Iterator<Item = &'t Run> {
+        self.rows.iter().map(|&row| self.run(row))
     }
 
     /// Returns the label of a run.
     pub fn label(&self, row: usize) -> &'t str {
-        self.runs[row].label
+        &self.run(row).label
     }
 
     /// Returns case and set of a run.
     pub fn problem(&self, row: usize) -> [&'t str; 2] {
-        self.runs[row].problem
+        self.run(row).problem()
     }
 
     /// Says what a run counts as.
     pub fn class(&self, row: usize) -> OutcomeClass {
-        self.runs[row].outcome.class()
+        self.run(row).found.outcome.class()
     }
 
     /// Tells whether a run reached its end within bounds.
@@ -265,7 +179,7 @@ impl<'t> Runs<'t> {
 
     /// Tells whether a run was left out for a reason.
     pub fn is_skipped(&self, row: usize) -> bool {
-        !self.runs[row].outcome.was_run()
+        !self.run(row).found.outcome.was_run()
     }
 
     /// Counts the runs by what they say.
@@ -284,7 +198,7 @@ impl<'t> Runs<'t> {
 
     /// Returns the macro step of a run, s.
     pub fn macro_step(&self, row: usize) -> f64 {
-        self.runs[row].macro_step_s
+        self.run(row).macro_step_s
     }
 
     /// Returns the macro step of a run, ms, without the round-off of the factor.
@@ -303,26 +217,19 @@ impl<'t> Runs<'t> {
         groups.into_iter().map(|(x, rows)| (x, self.with_rows(rows))).collect()
     }
 
-    /// Groups runs with equal texts in some columns, in the order of the table.
-    ///
-    /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    pub fn by_columns<const N: usize>(&self, names: [&str; N]) -> Result<Vec<([&'t str; N], Self)>> {
-        let mut columns = [0; N];
-        for (column, name) in columns.iter_mut().zip(names) {
-            *column = self.table.column(name)?;
-        }
-        let mut groups: Vec<([&str; N], Vec<usize>)> = Vec::new();
+    /// Groups runs with equal keys, in the order of the table.
+    pub fn by_key<K: Ord + Clone>(&self, key: impl Fn(&'t Run) -> K) -> Vec<(K, Self)> {
+        let mut groups: Vec<(K, Self)> = Vec::new();
         let mut known = BTreeMap::new();
         for &row in &self.rows {
-            let key = columns.map(|column| self.table.text(row, column));
-            let index = *known.entry(key).or_insert(groups.len());
+            let key = key(self.run(row));
+            let index = *known.entry(key.clone()).or_insert(groups.len());
             if index == groups.len() {
-                groups.push((key, Vec::new()));
+                groups.push((key, self.with_rows(Vec::new())));
             }
-            groups[index].1.push(row);
+            groups[index].1.rows.push(row);
         }
-        Ok(groups.into_iter().map(|(key, rows)| (key, self.with_rows(rows))).collect())
+        groups
     }
 
     /// Groups runs by what may be drawn independently: cases with what was drawn of their parameters, or phases where there is one case.
@@ -330,7 +237,7 @@ impl<'t> Runs<'t> {
         let by_phase = self.problems().len() == 1;
         let mut witnesses: BTreeMap<_, Vec<usize>> = BTreeMap::new();
         for &row in &self.rows {
-            let phase = if by_phase { self.runs[row].phase } else { "" };
+            let phase = if by_phase { &*self.run(row).phase } else { "" };
             witnesses.entry((draw_of(self.problem(row)), phase)).or_default().push(row);
         }
         witnesses.into_values().collect()
@@ -347,28 +254,6 @@ impl<'t> Runs<'t> {
     pub fn over(&self, x: impl Fn(usize) -> f64, value: impl Fn(usize) -> f64) -> Vec<Pooled> {
         let pooled = |(x, runs): (f64, Self)| Pooled { x, pool: runs.completed().pool(&value), tally: runs.tally() };
         self.by(x).into_iter().map(pooled).collect()
-    }
-
-    /// Returns what an error of a run must exceed to be known; NaN where nothing is known of the reference.
-    ///
-    /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for a metric that is not there.
-    pub fn floor(&self, row: usize, metric: &str, floor: Floor) -> Result<f64> {
-        let error = self.table.number(row, self.table.column(metric)?);
-        let number = |name: &str| self.table.column(name).map_or(f64::NAN, |column| self.table.number(row, column));
-        let uncertainty = number(floor.uncertainty);
-        Ok(floor.in_unit.map_or(uncertainty, |same| uncertainty * error / number(same)))
-    }
-
-    /// Tells whether an order of convergence may be fitted to an error of a run: it is finite and above what the reference is uncertain by,
-    /// which is rounding at least. Of a metric whose errors have no such uncertainty none may.
-    ///
-    /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for a metric that is not there.
-    pub fn has_order(&self, row: usize, metric: &str, floor: Option<Floor>) -> Result<bool> {
-        let Some(floor) = floor else { return Ok(false) };
-        let (error, floor) = (self.table.number(row, self.table.column(metric)?), self.floor(row, metric, floor)?);
-        Ok(error.is_finite() && (floor.is_nan() || error > floor))
     }
 }
 
