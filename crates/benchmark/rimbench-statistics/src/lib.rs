@@ -18,7 +18,7 @@ pub use equal_cost::{Costed, ratios_at_equal_cost};
 pub use intervals::{share_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
 pub use one_threshold::share_told_by_threshold;
-pub use performance_profile::{data_profile, performance_profile, performance_ratios};
+pub use performance_profile::{performance_profile, performance_ratios};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
 pub use share_better::{PairedRun, Share};

@@ -1,4 +1,4 @@
-//! Performance and data profiles: how often a solver is within a factor of the best, or within a budget, failures included.
+//! Performance profiles: how often a solver is within a factor of the best, failures included.
 
 /// Returns the ratio of each cost to the best on the same problem; +∞ for a failure.
 ///
@@ -38,27 +38,6 @@ pub fn performance_profile(ratios: &[f64]) -> Vec<(f64, f64)> {
         corners.push((group[0], share(count, ratios)));
     }
     corners
-}
-
-/// Lists the corners (κ, d) of the data profile of one solver: the share of the problems that it solves within the budget κ.
-///
-/// ```text
-/// d_s(κ) = |{p : t_ps ≤ κ}| / |{p}|          t_ps: cost in units that make problems comparable; +∞ or NaN for a failure
-/// ```
-/// Unlike a performance profile it does not change when another solver joins. It starts at the least cost, with nothing below.
-/// # Source
-/// Moré, Wild: Benchmarking derivative-free optimization algorithms, SIAM J. Optim. 20 (2009); theirs counts gradients.
-pub fn data_profile(costs: &[f64]) -> Vec<(f64, f64)> {
-    let mut spent: Vec<f64> = costs.iter().copied().filter(|cost| cost.is_finite()).collect();
-    spent.sort_by(f64::total_cmp);
-    let mut count = 0;
-    let groups = spent.chunk_by(|a, b| a == b);
-    groups
-        .map(|group| {
-            count += group.len();
-            (group[0], share(count, costs))
-        })
-        .collect()
 }
 
 fn share(count: usize, ratios: &[f64]) -> f64 {

@@ -62,11 +62,7 @@ fn the_profile_of_two_solvers_on_four_problems_is_the_one_counted_by_hand() {
 }
 
 #[test]
-fn a_data_profile_is_counted_by_hand_and_knows_no_rival() {
-    assert_eq!(data_profile(&[4.0, FAILED, 1.0, 4.0, f64::NAN]), [(1.0, 0.2), (4.0, 0.6)]);
-    assert_eq!(data_profile(&[FAILED]), []);
-    assert_eq!(data_profile(&[]), []);
-    // Nothing to compare is no profile above zero.
+fn nothing_to_compare_is_no_profile_above_zero() {
     assert_eq!(performance_ratios(&[]), Vec::<Vec<f64>>::new());
     assert_eq!(performance_profile(&performance_ratios(&[vec![FAILED]])[0]), [(1.0, 0.0)]);
     assert_eq!(performance_ratios(&[vec![0.0], vec![0.0]]), [[1.0], [1.0]]);

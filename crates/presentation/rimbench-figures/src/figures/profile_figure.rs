@@ -13,7 +13,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
 use rimbench_results::run_table::{Run, RunTable};
 use rimbench_results::selection::Runs;
-use rimbench_statistics::{data_profile, performance_profile, performance_ratios};
+use rimbench_statistics::{performance_profile, performance_ratios};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -34,7 +34,7 @@ pub struct ProfileFigure {
     /// Scheme rows shown.
     #[serde(default)]
     labels: Vec<String>,
-    /// Ratios, or budgets, at which the share is shown: a row per scheme, ranked.
+    /// Ratios at which the share is shown: a row per scheme, ranked.
     #[serde(deserialize_with = "valid::some_numbers")]
     at: Vec<f64>,
     /// Panels, from the left.
@@ -51,9 +51,6 @@ pub struct ProfilePanel {
     /// Heading of the horizontal axis.
     #[serde(default = "ratio")]
     label: String,
-    /// A data profile instead of a performance profile: the share solved within a cost per simulated second.
-    #[serde(default)]
-    budget: bool,
     /// Leave out cases in which the model of some run is the mechanics itself (`model_exact`).
     #[serde(default)]
     without_exact: bool,
@@ -112,11 +109,9 @@ impl FigureOptions for ProfileFigure {
                 spec.collect(folder, runs, &labels, &mut costs)?;
             }
             let rows: Vec<Vec<f64>> = labels.iter().map(|label| costs.row(label)).collect();
-            let profiles: Vec<Vec<(f64, f64)>> = match spec.budget {
-                true => rows.iter().map(|costs| data_profile(costs)).collect(),
-                false => performance_ratios(&rows).iter().map(|ratios| performance_profile(ratios)).collect(),
-            };
-            ranked.push((spec, profiles.iter().map(|profile| shares(profile, &self.at)).collect::<Vec<_>>()));
+            let profiles = performance_ratios(&rows);
+            let profiles = profiles.iter().map(|ratios| shares(&performance_profile(ratios), &self.at));
+            ranked.push((spec, profiles.collect::<Vec<_>>()));
         }
         self.rows(&labels, ranked, styles).draw_if_it_fits()
     }
@@ -139,14 +134,9 @@ impl ProfileFigure {
             }),
         };
         let first = self.panels.first().map_or("", |spec| spec.label.as_str());
-        let within = |value: &f64| {
-            if self.panels.iter().any(|spec| spec.budget) {
-                format!("within {value} {first}")
-            } else if *value == 1.0 {
-                "is the best (τ = 1)".to_owned()
-            } else {
-                format!("within τ = {value}")
-            }
+        let within = |value: &f64| match *value {
+            1.0 => "is the best (τ = 1)".to_owned(),
+            value => format!("within τ = {value}"),
         };
         RowsPlot {
             width: self.width,
@@ -170,7 +160,7 @@ impl ProfileFigure {
     }
 }
 
-/// The heights of a profile at some ratios or budgets.
+/// The heights of a profile at some ratios.
 fn shares(corners: &[(f64, f64)], at: &[f64]) -> Vec<f64> {
     let share =
         |at: f64| corners.iter().take_while(|(x, _)| *x <= at * (1.0 + 1e-9)).last().map_or(0.0, |(_, share)| *share);
@@ -188,8 +178,6 @@ impl ProfilePanel {
             [case, set, &*duration_s.to_string(), phase].map(str::to_owned)
         };
         let cost = self.cost.as_ref().map(|cost| cost.of_runs(folder, table)).transpose()?;
-        // A budget is per simulated second: problems last from milliseconds to ten seconds.
-        let per = |row: usize| if self.budget { all.run(row).duration_s } else { 1.0 };
         self.metric.map_or(Ok(()), |metric| table.check(metric))?;
         let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
         let good = |row: usize| {
@@ -202,7 +190,7 @@ impl ProfilePanel {
                 rows.sort_by(|a, b| runs.macro_step_ms(*a).total_cmp(&runs.macro_step_ms(*b)));
                 let best = match &cost {
                     Some(cost) => {
-                        let costs = rows.iter().filter(|&&row| good(row)).map(|&row| cost[row] / per(row));
+                        let costs = rows.iter().filter(|&&row| good(row)).map(|&row| cost[row]);
                         costs.fold(f64::INFINITY, f64::min)
                     }
                     // The inverse, so that less is better.
