@@ -1,7 +1,7 @@
 //! `rimbench limit`: the largest stable macro step.
 
 use super::json::Object;
-use super::number::{percent, with_digits};
+use super::number::{counted, percent, with_digits};
 use super::progress::{Heartbeat, plain_time};
 use super::run_options::{RunOptions, seconds};
 use super::screen::{Mood, Table, headline, row};
@@ -166,7 +166,12 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     let (least, most) = (tried.clone().fold(f64::INFINITY, f64::min), tried.fold(0.0, f64::max));
     let phases = if phases == 1 { "one phase".to_owned() } else { format!("{phases} phases each") };
     let more = if all { "" } else { " · --all for each" };
-    let tried = format!("{} macro steps from {} to {}, {phases}{more}", found.points.len(), step(least), step(most));
+    let tried = format!(
+        "{} from {} to {}, {phases}{more}",
+        counted(found.points.len(), "macro step"),
+        step(least),
+        step(most)
+    );
     lines.push(row("tried", &tried));
     if all {
         let mut table = Table::new(&["H", "stable", "first failure"]);

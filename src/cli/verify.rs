@@ -8,6 +8,7 @@ use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::harness::{CheckedClaim, Verdict, verify_results};
 use rimbench::kept::DIGEST;
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -29,7 +30,10 @@ pub struct Verify {
 }
 
 impl Verify {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+    pub(super) fn run(mut self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+        // A file that is given twice has its claims once.
+        let mut seen = HashSet::new();
+        self.files.retain(|file| seen.insert(file.clone()));
         let (mut claims, mut faults) = (Vec::new(), Vec::new());
         // Without rows what is kept of them can be held against itself.
         let mut kept = 0;

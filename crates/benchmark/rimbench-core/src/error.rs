@@ -52,6 +52,9 @@ pub enum Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Error::UnknownName { kind, found, valid } if valid.is_empty() => {
+                write!(f, "unknown {kind} `{found}`: there is none here")
+            }
             Error::UnknownName { kind, found, valid } => {
                 let named = valid.iter().map(|name| if name.is_empty() { "\"\"" } else { name }).collect::<Vec<_>>();
                 write!(f, "unknown {kind} `{found}`{}; valid: {}", did_you_mean(found, valid), named.join(", "))
