@@ -239,7 +239,7 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         }
         known_size!(
             self.rows,
-            N if N <= 8 => self.step_of_few::<N>(model, law, force, state),
+            N if N <= 4 || (F::ROWS == 2 && N <= 8) => self.step_of_few::<N>(model, law, force, state),
             0 => self.step_of_few::<0>(model, law, force, state),
             _ => self.step_of_more(model, law, force, state),
         )
