@@ -63,8 +63,8 @@ fn target_cpu() -> String {
     cpus.next_back().unwrap_or("generic").to_owned()
 }
 
-/// Profile, and what environment and flags change of it: instructions compare only between builds that are alike. Settings of the profile in
-/// `Cargo.toml` belong to the revision.
+/// Profile, and what environment and flags change of it: instructions compare only between builds that are alike.
+/// Settings of the profile in `Cargo.toml` belong to the revision.
 fn settings() -> String {
     const CHANGES: [&str; 7] = [
         "CARGO_INCREMENTAL",

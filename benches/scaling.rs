@@ -1,26 +1,30 @@
-//! Cost of a macro step against the number of contacts and bodies: building the interface model, using it, and the mechanics' own
-//! step, each by itself.
+//! Cost of a macro step against the number of contacts and bodies: building the interface model, using it, and the
+//! mechanics' own step, each by itself.
 //!
 //! Families, in the state that costs most, all supports or discs in contact:
 //!
 //! - `n-wedge-box` after its manoeuvre: two bodies on 2 to 64 coplanar wedges (rank 2 of H_uu), the disc in the air;
-//! - `wedge-box-space` after its manoeuvre: four wedges and a ball in space, with friction, three of six contacts closed;
+//! - `wedge-box-space` after its manoeuvre: four wedges and a ball in space, with friction, three of six contacts
+//!   closed;
 //! - `disc-row` pushed against the wall: n + 1 bodies, 2n + 1 contacts, all of them needed;
 //! - `disc-pile` against the wall: a heap whose contacts are redundant;
 //! - `packed-box` with its wall let out: n discs in layers, 2n of the contacts closed, all of them needed;
 //! - `falling-chain` on its scale: 2n − 1 contacts, of which n are closed, and 3n joints where beads have four pieces.
 //!
-//! With n velocities, n_b joint rows and n_u contacts the elimination is `n_u² n` products at most (less by what is zero), the
-//! model's copy and packing `n_u²`, a micro step of the model `2 n_u²` with a warm active set plus what its right-hand side changes
-//! in it. Exponents are slopes of least squares in logarithms, over the systems with 64 contacts or more.
+//! With n velocities, n_b joint rows and n_u contacts the elimination is `n_u² n` products at most (less by what is
+//! zero), the model's copy and packing `n_u²`, a micro step of the model `2 n_u²` with a warm active set plus what its
+//! right-hand side changes in it. Exponents are slopes of least squares in logarithms, over the systems with 64
+//! contacts or more.
 //!
-//! Settled, that is the state at the end, again and again; in motion, every macro step on the way there is made once more from its start,
-//! with the set of the one before, so that all changes of the set are in it (each macro step the shortest of three passes).
+//! Settled, that is the state at the end, again and again; in motion, every macro step on the way there is made once
+//! more from its start, with the set of the one before, so that all changes of the set are in it (each macro step the
+//! shortest of three passes).
 //!
-//! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
-//! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
-//! done, on the small systems. `--case NAME` leaves the other families out, `--bodies N` the systems with more
-//! (the largest heap takes half an hour), but not out of what `--csv` prints; `--joints` compares eliminations only.
+//! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the
+//! mechanics itself reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall.
+//! Without `--bench` only that is done, on the small systems. `--case NAME` leaves the other families out, `--bodies N`
+//! the systems with more (the largest heap takes half an hour), but not out of what `--csv` prints; `--joints` compares
+//! eliminations only.
 
 use rimbench::cases::{Chain, ParameterSet};
 use rimbench::catalogue::Catalogue;
@@ -270,7 +274,8 @@ impl Stopped {
         [spent.pivots, spent.factorisations, spent.fallbacks].map(|count| count as f64 / MICRO_STEPS as f64)
     }
 
-    /// Times, s: building the model, taking it, using it for a macro step, the mechanics' step; of each what `usual` makes of many.
+    /// Times, s: building the model, taking it, using it for a macro step, the mechanics' step; of each what `usual`
+    /// makes of many.
     fn measure(&mut self, usual: fn(Vec<f64>) -> f64) -> Times {
         // The reduction is kept for the step it was made for; a step of another length asks for a new one.
         let mut model = self.model.clone();
@@ -352,8 +357,8 @@ fn repeated(usual: fn(Vec<f64>) -> f64, mut once: impl FnMut() -> f64) -> f64 {
 /// Largest system of [`print_csv`].
 const LARGEST_COMPARED: usize = 5100;
 
-/// Prints systems, answers and times as CSV, for a comparison with others (`benches/peers`): settled, the shortest of many; moving, the
-/// median over the macro steps, each the shortest of its passes.
+/// Prints systems, answers and times as CSV, for a comparison with others (`benches/peers`): settled, the shortest of
+/// many; moving, the median over the macro steps, each the shortest of its passes.
 fn print_csv(only: Option<&str>) {
     println!("case,parameters,state,contacts,closed,push_n,contact_force_n,build_us,take_us,use_us,step_us");
     // The other engines have neither packings nor chains.
@@ -385,7 +390,8 @@ fn print_csv(only: Option<&str>) {
     }
 }
 
-/// A chain of so many beads of so many pieces, at rest over a platform: Eq. 3 with all entries of its rows, or those that they know.
+/// A chain of so many beads of so many pieces, at rest over a platform: Eq. 3 with all entries of its rows, or those
+/// that they know.
 fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
     let chain = Chain { links, bead_pieces: pieces, ..Chain::defaults() };
     let mut model = LineMasses::new(chain.above_platform()).unwrap();

@@ -2,14 +2,15 @@
 //!
 //! 1. The problems with known answers, from nothing (*cold*) and from their own answer (*warm*), beside Lemke's method,
 //!    Gauss–Seidel (the solver from outside, `examples/custom_solver.rs`) and Clarabel.
-//! 2. Against size: a *row* (each contact shares a body with its neighbours: regular) and a *board* (one rigid body on n points:
-//!    rank 2, redundant), pushed by a slowly turning force. Demanded: faster than Lemke at every n, and boards no slower than rows.
-//! 3. In space, with friction: feet that slide in directions that turn, beside Gauss–Seidel, ADMM and Clarabel; and micro steps of whole
-//!    runs of machines in space, beside those of planar ones.
+//! 2. Against size: a *row* (each contact shares a body with its neighbours: regular) and a *board* (one rigid body on
+//!    n points: rank 2, redundant), pushed by a slowly turning force. Demanded: faster than Lemke at every n, and
+//!    boards no slower than rows.
+//! 3. In space, with friction: feet that slide in directions that turn, beside Gauss–Seidel, ADMM and Clarabel; and
+//!    micro steps of whole runs of machines in space, beside those of planar ones.
 //!
-//! Flops of a warm solve with n contacts, a of them active, matrix as before: impulses a², velocities 2 n a, check 2 n² + 4 n.
-//! For n = 4, a = 2 that is 4 + 16 + 48 ≈ 70, or about 9 ns at two operations per cycle and 4 GHz. Up to four members are
-//! factorised anew, another 7 for two.
+//! Flops of a warm solve with n contacts, a of them active, matrix as before: impulses a², velocities 2 n a, check 2
+//! n² + 4 n. For n = 4, a = 2 that is 4 + 16 + 48 ≈ 70, or about 9 ns at two operations per cycle and 4 GHz. Up to four
+//! members are factorised anew, another 7 for two.
 //!
 //! Every answer is checked before anything is timed.
 
@@ -81,8 +82,9 @@ fn compare(c: &mut Criterion, title: &str, problems: &Problems, solvers: &[Solve
     group.finish();
 }
 
-/// Feet of one body in space, three rows each, which slide in directions that turn: Newton with its fallbacks, the methods that stand behind
-/// it, and Clarabel on the associated law, which is another problem. All start from the answer of the problem before but Clarabel.
+/// Feet of one body in space, three rows each, which slide in directions that turn: Newton with its fallbacks, the
+/// methods that stand behind it, and Clarabel on the associated law, which is another problem. All start from the
+/// answer of the problem before but Clarabel.
 fn cones(c: &mut Criterion) {
     for feet in [3_usize, 4, 6, 16] {
         let size = 3 * feet;
@@ -129,7 +131,8 @@ fn cones(c: &mut Criterion) {
     }
 }
 
-/// Runs of gap tracking at H = 10 ms, per micro step of 50 µs; steps of the mechanics and the making of models are in it.
+/// Runs of gap tracking at H = 10 ms, per micro step of 50 µs; steps of the mechanics and the making of models are in
+/// it.
 fn micro_steps(c: &mut Criterion) {
     let catalogue = Catalogue::standard();
     let mut group = c.benchmark_group("micro steps");

@@ -1,9 +1,10 @@
-//! The suite of `rimbench perf` under criterion, and the reference run of the wedge box by a plain compiled implementation.
+//! The suite of `rimbench perf` under criterion, and the reference run of the wedge box by a plain compiled
+//! implementation.
 //!
-//! Each benchmark is checked once against the answer it must give. The plain implementation comes in two sizes. With the *same*
-//! effort it compares all active sets and records what we record; it is demanded to take 8 times as long as
-//! `wedge-box/zero-order-hold`. With the *least* it takes the first active set that fits and records three numbers. That its
-//! forces are ours is a test of its own.
+//! Each benchmark is checked once against the answer it must give. The plain implementation comes in two sizes. With
+//! the *same* effort it compares all active sets and records what we record; it is demanded to take 8 times as long as
+//! `wedge-box/zero-order-hold`. With the *least* it takes the first active set that fits and records three numbers.
+//! That its forces are ours is a test of its own.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rimbench::perf::BENCHMARKS;

@@ -1,12 +1,14 @@
-//! A solver of contact problems from outside, on the problems with known answers: `cargo run --release --example custom_solver`.
-//! `cargo bench -p rimbench-benches --bench solvers` times it beside the default, Lemke's method and Clarabel.
+//! A solver of contact problems from outside, on the problems with known answers:
+//! `cargo run --release --example custom_solver`. `cargo bench -p rimbench-benches --bench solvers` times it beside the
+//! default, Lemke's method and Clarabel.
 
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, Unsolved};
 use rimbench::known_problems::known_problems;
 use rimbench::solver_entry::SolverEntry;
 use std::sync::Arc;
 
-/// Projected Gauss–Seidel from the last impulses: `P_i ← max(0, P_i − (H P + b)_i / H_ii)`, to a residual of 1e-10 or 10 000 sweeps.
+/// Projected Gauss–Seidel from the last impulses: `P_i ← max(0, P_i − (H P + b)_i / H_ii)`, to a residual of 1e-10 or
+/// 10 000 sweeps.
 #[derive(Clone)]
 struct ProjectedGaussSeidel {
     last: Vec<f64>,

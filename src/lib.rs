@@ -2,13 +2,13 @@
 //!
 //! A *co-simulation* splits a system into subsystems, each with its own solver. They exchange coupling variables at
 //! communication points `t_k`, a macro step `H` apart, and never go back. Between communication points each side must
-//! guess what the other is doing; where contacts open and close meanwhile, the guess can be badly wrong. This library runs
-//! any coupling scheme over any case through one macro loop, and measures stability, energy drift, accuracy and cost
-//! against fine-step references.
+//! guess what the other is doing; where contacts open and close meanwhile, the guess can be badly wrong. This library
+//! runs any coupling scheme over any case through one macro loop, and measures stability, energy drift, accuracy and
+//! cost against fine-step references.
 //!
 //! # Rooms
-//! This package is the program, with what it carries ([`shipped`]); its rooms live in packages of their own, shown here together.
-//! Each uses only those below it, and the compiler sees to that.
+//! This package is the program, with what it carries ([`shipped`]); its rooms live in packages of their own, shown here
+//! together. Each uses only those below it, and the compiler sees to that.
 //!
 //! | package | rooms | what they hold |
 //! |---|---|---|
@@ -32,8 +32,8 @@
 //! | `g`, `w_u`, `P_u` | m, m/s, N·s | gaps, contact velocities, contact impulses |
 //! | `M`, `A_x`, `H_xy` | kg, –, 1/kg | mass matrix, Jacobians, the interface model; see [`interface_model`] |
 //!
-//! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
-//! paper" throughout; what is marked *ours* is this project's own choice.
+//! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is
+//! "the paper" throughout; what is marked *ours* is this project's own choice.
 
 pub mod shipped;
 

@@ -1,5 +1,5 @@
-//! What the program carries with it, so that it works from any folder: the experiments, the list of figures, and the source
-//! of the report, as they were when it was built.
+//! What the program carries with it, so that it works from any folder: the experiments, the list of figures, and the
+//! source of the report, as they were when it was built.
 
 /// Experiment files, each as its path in the source (`experiments/<group>/<name>.toml`) and its text, by path.
 pub const EXPERIMENTS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/experiments.rs"));

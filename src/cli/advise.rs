@@ -25,7 +25,8 @@ pub struct Advise {
     /// Rms force error allowed at every phase, of the peak force of the reference: 1% or 0.01
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     error: String,
-    /// Costs of an exchange, a mechanics step, a micro step and a model solve [default: 9,13,1,1.5; sides from outside as measured]
+    /// Costs of an exchange, a mechanics step, a micro step and a model solve [default: 9,13,1,1.5; sides from outside
+    /// as measured]
     #[arg(long, value_name = "E,M,U,L", value_delimiter = ',', allow_negative_numbers = true)]
     costs: Option<Vec<f64>>,
     /// Only schemes that never take a step again, at what work costs in this program
@@ -34,7 +35,8 @@ pub struct Advise {
     /// Only schemes that need no interface model of the mechanics
     #[arg(long)]
     no_model: bool,
-    /// No force goes back to the mechanics within its own macro step, no derivative of it is known, no step is taken again
+    /// No force goes back to the mechanics within its own macro step, no derivative of it is known, no step is taken
+    /// again
     #[arg(long)]
     no_feedback: bool,
     /// Smallest macro step that is tried, s [default: 1e-4, or a hundredth of the largest if that is less]

@@ -1,4 +1,5 @@
-//! `rimbench reproduce --everything`: all results that the project keeps something of, made anew and held against what it kept.
+//! `rimbench reproduce --everything`: all results that the project keeps something of, made anew and held against what
+//! it kept.
 
 use super::interruption::Interruption;
 use super::progress::Progress;
@@ -30,8 +31,8 @@ const RANKING: &str = "experiments/ranking.toml";
 /// The group whose claims and page stand together.
 const PAPER: &str = "paper";
 
-/// Makes all experiments, or those named `only` as `<group>/<name>`, resuming what is stored, and what is made of them; exit code 1
-/// if something kept comes out otherwise.
+/// Makes all experiments, or those named `only` as `<group>/<name>`, resuming what is stored, and what is made of them;
+/// exit code 1 if something kept comes out otherwise.
 pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
     let started = Instant::now();
     let project = Project::find();
@@ -152,8 +153,9 @@ pub(super) struct Remade {
 }
 
 impl Kept {
-    /// Looks at what is kept below a folder of results: of each experiment digest, medians, claims, figures, and rows where they are; of a
-    /// `whole` group its claims and its page; the ranking with `everything`; tables, and pages with numbers in them.
+    /// Looks at what is kept below a folder of results: of each experiment digest, medians, claims, figures, and rows
+    /// where they are; of a `whole` group its claims and its page; the ranking with `everything`; tables, and pages
+    /// with numbers in them.
     pub(super) fn look(
         out: &Path,
         experiments: &[Experiment],

@@ -1,4 +1,5 @@
-//! `rimbench report --figures`: all figures again, from stored results; also of experiments that no list of figures names.
+//! `rimbench report --figures`: all figures again, from stored results; also of experiments that no list of figures
+//! names.
 
 use super::number::counted;
 use super::print;
@@ -10,8 +11,9 @@ use rimbench::figures::style::Styles;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Draws the figures of all results, of a group or of a study in `folder`. Exit code 1 if a figure could not be drawn although its
-/// experiment has results, as an older picture may be left of it, or if there are no results of what was asked for by name.
+/// Draws the figures of all results, of a group or of a study in `folder`. Exit code 1 if a figure could not be drawn
+/// although its experiment has results, as an older picture may be left of it, or if there are no results of what was
+/// asked for by name.
 pub(super) fn draw_figures(
     catalogue: &Catalogue,
     folder: &Path,

@@ -1,5 +1,6 @@
-//! Ctrl-C: once, and no run is begun any more; twice, and those under way end; and if that takes too long, the program does. SIGTERM,
-//! by which `timeout` and schedulers end a program and kill it soon after, is as good as the second Ctrl-C.
+//! Ctrl-C: once, and no run is begun any more; twice, and those under way end; and if that takes too long, the program
+//! does. SIGTERM, by which `timeout` and schedulers end a program and kill it soon after, is as good as the second
+//! Ctrl-C.
 
 use super::INTERRUPTED;
 use anyhow::Context;
@@ -9,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// What a run needs to see the flag and to end. It looks in every step of its own; what else there may be gets no longer.
+/// What a run needs to see the flag and to end. It looks in every step of its own; what else there may be gets no
+/// longer.
 const GRACE: Duration = Duration::from_millis(900);
 
 /// What has been asked for by Ctrl-C or SIGTERM.

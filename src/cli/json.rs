@@ -1,13 +1,14 @@
 //! How the program writes JSON.
 //!
-//! JSON knows no infinities and nothing that is not a number. Here a key whose value is a number is a number or `null`, never a
-//! text: where the value is infinite or not a number it is `null`, and the object has one more key, `not_finite`, that says so:
+//! JSON knows no infinities and nothing that is not a number. Here a key whose value is a number is a number or `null`,
+//! never a text: where the value is infinite or not a number it is `null`, and the object has one more key,
+//! `not_finite`, that says so:
 //!
 //! ```text
 //! {"audit_worst_j": 0.25, "effective_mass_ratio": null, "not_finite": {"effective_mass_ratio": "inf"}}
 //! ```
-//! The texts are `inf`, `-inf` and `nan`. A `null` that `not_finite` does not name means that there is no value: the quantity
-//! does not apply. An object in which all is finite has no `not_finite`.
+//! The texts are `inf`, `-inf` and `nan`. A `null` that `not_finite` does not name means that there is no value: the
+//! quantity does not apply. An object in which all is finite has no `not_finite`.
 
 use rimbench::runs::{Fact, FactValue};
 use serde_json::{Map, Value};

@@ -166,12 +166,8 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     let (least, most) = (tried.clone().fold(f64::INFINITY, f64::min), tried.fold(0.0, f64::max));
     let phases = if phases == 1 { "one phase".to_owned() } else { format!("{phases} phases each") };
     let more = if all { "" } else { " · --all for each" };
-    let tried = format!(
-        "{} from {} to {}, {phases}{more}",
-        counted(found.points.len(), "macro step"),
-        step(least),
-        step(most)
-    );
+    let tried =
+        format!("{} from {} to {}, {phases}{more}", counted(found.points.len(), "macro step"), step(least), step(most));
     lines.push(row("tried", &tried));
     if all {
         let mut table = Table::new(&["H", "stable", "first failure"]);
@@ -193,7 +189,8 @@ fn unbounded(screen: &str) -> String {
     format!("{verdict}\n{rest}\n{}", row("bounds", why))
 }
 
-/// Says of a linear case where its spectral radius tells otherwise than runs, in which what grows slowly stays within bounds.
+/// Says of a linear case where its spectral radius tells otherwise than runs, in which what grows slowly stays within
+/// bounds.
 fn print_radius(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
     // What has no map of one macro step has no radius.
     let Ok(radius) = spectral_stability_limit(LimitSearch { progress: &|_| (), ..search }) else { return Ok(()) };

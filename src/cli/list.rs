@@ -135,8 +135,8 @@ impl List {
     }
 }
 
-/// Name and purpose, a line each where both fit. Of a longer purpose what stands before its first semicolon, colon or bracket, if that
-/// is half a line at least; further lines rather than half a sentence.
+/// Name and purpose, a line each where both fit. Of a longer purpose what stands before its first semicolon, colon or
+/// bracket, if that is half a line at least; further lines rather than half a sentence.
 fn short(entries: &[Entry]) -> String {
     let text = |entry: &Entry, at: usize| entry.get(at).map_or(String::new(), |(_, value)| value.clone());
     let longest = entries.iter().map(|entry| text(entry, 0).chars().count()).max().unwrap_or(0);

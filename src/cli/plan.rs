@@ -70,7 +70,8 @@ fn show_parts(experiment: &Experiment, catalogue: &Catalogue, size: usize) -> an
     ))
 }
 
-/// The plan for programs: each run with its id, its place (shards take every n-th from a place on), and what determines it.
+/// The plan for programs: each run with its id, its place (shards take every n-th from a place on), and what determines
+/// it.
 fn json(experiment: &Experiment, planned: &[PlannedRun]) -> Value {
     let run = |(place, run): (usize, &PlannedRun)| {
         let mut object = Object::default();

@@ -1,4 +1,5 @@
-//! What a command says while it works: a bar on a terminal, a plain line now and then elsewhere, all on the standard error.
+//! What a command says while it works: a bar on a terminal, a plain line now and then elsewhere, all on the standard
+//! error.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rimbench::cosim::OutcomeClass;

@@ -1,5 +1,5 @@
-//! The experiments, figures and texts that commands go by: those of the project's folder where the command is called from there,
-//! else those that the program carries. The folder that the program was built in is nowhere looked at.
+//! The experiments, figures and texts that commands go by: those of the project's folder where the command is called
+//! from there, else those that the program carries. The folder that the program was built in is nowhere looked at.
 
 use rimbench::error::{Error, Result};
 use rimbench::figures::{FigureList, TableList};
@@ -41,7 +41,8 @@ impl Project {
         Ok(experiments)
     }
 
-    /// The experiment of a file; if there is none of that name, the one that the program carries as `experiments/<group>/<name>.toml`.
+    /// The experiment of a file; if there is none of that name, the one that the program carries as
+    /// `experiments/<group>/<name>.toml`.
     ///
     /// # Errors
     /// Those of [`Experiment::read`].

@@ -71,7 +71,8 @@ impl ReportCommand {
     }
 }
 
-/// Writes the page of a folder of results into it; returns where, how large it is, and what it does not show, in sentences.
+/// Writes the page of a folder of results into it; returns where, how large it is, and what it does not show, in
+/// sentences.
 ///
 /// # Errors
 /// A folder that is not there, holds no results or cannot be written.

@@ -1,5 +1,5 @@
-//! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing, or from rows that this very program has
-//! stored.
+//! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing, or from rows that
+//! this very program has stored.
 
 use super::everything::{Kept, everything, write_both};
 use super::progress::Progress;
@@ -37,7 +37,8 @@ pub struct Reproduce {
     /// Make runs again that this very program has stored in the folder
     #[arg(long, conflicts_with = "everything")]
     fresh: bool,
-    /// All experiments, figures, tables and pages instead of the paper's, resuming what is stored, held against what is kept
+    /// All experiments, figures, tables and pages instead of the paper's, resuming what is stored, held against what is
+    /// kept
     #[arg(long, conflicts_with = "quick")]
     everything: bool,
     /// With --everything: only this experiment, for example study/friction; may be given several times

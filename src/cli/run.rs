@@ -36,14 +36,15 @@ pub struct Run {
     /// Number of the first shard: some job arrays count from 0
     #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", value_parser = clap::value_parser!(u8).range(0..=1))]
     first_shard: u8,
-    /// Only the runs at these places of the plan, from 0: the task of a job array, after which --collect writes the result files
+    /// Only the runs at these places of the plan, from 0: the task of a job array, after which --collect writes the
+    /// result files
     #[arg(long, value_name = "FIRST-LAST", conflicts_with_all = ["shard", "fresh"])]
     places: Option<String>,
     /// Forget what is stored and start again
     #[arg(long)]
     fresh: bool,
-    /// Run nothing: merge these shards, results folders of the same experiment, list what is missing, and write the result files if
-    /// nothing is
+    /// Run nothing: merge these shards, results folders of the same experiment, list what is missing, and write the
+    /// result files if nothing is
     #[arg(long, value_name = "DIR", num_args = 0.., conflicts_with_all = ["jobs", "shard", "places", "fresh"])]
     collect: Option<Vec<PathBuf>>,
     /// Run nothing: print the runs, or with --slurm its files and commands
@@ -60,8 +61,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// `case_files` are those of the cases that the catalogue has besides. Exit code 1 if shards were merged and runs are
-    /// missing.
+    /// `case_files` are those of the cases that the catalogue has besides. Exit code 1 if shards were merged and runs
+    /// are missing.
     pub(super) fn run(
         self,
         catalogue: &Catalogue,

@@ -7,7 +7,8 @@ use rimbench::runs::{Given, OptionOf, RunOption, RunRequest};
 /// Options that name one run among those that a command makes itself when it scans.
 const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
 
-/// Case, scheme and everything else that determines a run; without macro step and phase where the command goes through those.
+/// Case, scheme and everything else that determines a run; without macro step and phase where the command goes through
+/// those.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions<const SCANS: bool, const ONE_SCHEME: bool = true> {
     /// Keys with what was given, a time in seconds.

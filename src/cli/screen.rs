@@ -1,5 +1,5 @@
-//! What a person reads: a line with the verdict, lines with a label, tables and errors, none wider than the terminal and no word
-//! broken.
+//! What a person reads: a line with the verdict, lines with a label, tables and errors, none wider than the terminal
+//! and no word broken.
 
 use rimbench::error::with_short_numbers;
 
@@ -178,7 +178,8 @@ impl Table {
         lines.join("\n")
     }
 
-    /// Where the columns do not fit side by side: a line for the first cell, and below it the others behind their headings.
+    /// Where the columns do not fit side by side: a line for the first cell, and below it the others behind their
+    /// headings.
     fn records(&self, width: usize) -> String {
         let mut text = Vec::new();
         for row in self.rows.iter().skip(1) {
@@ -207,8 +208,8 @@ const LISTS: [(&str, &str); 6] = [
     ("statistic or metric", "rimbench list metrics"),
 ];
 
-/// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their dashes, and `typed`
-/// those of this call.
+/// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their
+/// dashes, and `typed` those of this call.
 pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String {
     let message = with_short_numbers(message);
     let (what, valid) = message.split_once("; valid: ").unzip();
@@ -229,7 +230,8 @@ pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String
     if help.is_empty() { format!("error: {what}") } else { format!("error: {what}\nhelp: {}", help.join(" ")) }
 }
 
-/// A key of a run that is also a flag is said as the flag that was typed; of one that was not it is the default that does not fit.
+/// A key of a run that is also a flag is said as the flag that was typed; of one that was not it is the default that
+/// does not fit.
 fn flagged(what: &str, flags: &[String], typed: &[String]) -> String {
     let Some((key, rest)) = what.split_once(" = ") else { return what.to_owned() };
     let flag = key.strip_suffix("_s").unwrap_or(key).replace('_', "-");

@@ -166,7 +166,8 @@ const MILLIMETRE: Option<ContactDetection> = Some(ContactDetection::Margin { wid
 /// The solver that is seen with all variants.
 const DEFAULT: &str = "active-set";
 
-/// The same run of a variant with both sides of the second order, and with the force returned to the pieces of the steps.
+/// The same run of a variant with both sides of the second order, and with the force returned to the pieces of the
+/// steps.
 fn of_second_order(variant: Variant) -> Vec<Variant> {
     let with = |rule, force_return| Variant {
         integrators: (rule, ActuatorIntegrator::Midpoint),
@@ -238,8 +239,8 @@ fn the_macro_loop_must_allocate_nothing_where_the_model_places_its_steps() {
     );
 }
 
-/// The same run of a variant with late and lost samples of the mechanics, in each of the ways of making do with them, and then with
-/// late forces bridged in each of the ways; nothing of a variant that has no late samples.
+/// The same run of a variant with late and lost samples of the mechanics, in each of the ways of making do with them,
+/// and then with late forces bridged in each of the ways; nothing of a variant that has no late samples.
 fn late(variant: Variant) -> Vec<Variant> {
     let averaged = matches!(variant.force_return, ForceReturn::Mean | ForceReturn::Profile);
     if variant.scheme.has_model() && (!averaged || variant.options.model_motion != ModelMotion::Frozen) {
@@ -294,8 +295,8 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
             let mut variants = variants(solver);
             variants.retain(|variant| {
                 let options = &variant.options;
-                // In space there are other problems for the solver, and no other sequences. Of the schemes without a model one shows what
-                // the mechanics does.
+                // In space there are other problems for the solver, and no other sequences. Of the schemes without a
+                // model one shows what the mechanics does.
                 let own = variant.scheme.sequence_and_return(None, None).unwrap();
                 let own = (variant.sequence, variant.force_return) == own || variant.mechanics_steps == ALL;
                 (case == "wedge-box-friction" || own)

@@ -51,7 +51,8 @@ fn a_larger_problem_grows_the_workspace_once() {
     }
 }
 
-/// Redundant feet in space on the border of their cones; asked for more than rounding allows, sweeps and ADMM take all of their turns too.
+/// Redundant feet in space on the border of their cones; asked for more than rounding allows, sweeps and ADMM take all
+/// of their turns too.
 #[test]
 fn contacts_in_space_do_not_allocate_up_to_the_number_they_were_made_for() {
     let n = 8;

@@ -1,4 +1,5 @@
-//! What a description says of a coupled variable or of the experiment is obeyed, or refused by name; what a case file names is found.
+//! What a description says of a coupled variable or of the experiment is obeyed, or refused by name; what a case file
+//! names is found.
 #![cfg(target_os = "linux")]
 
 use crate::outside::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, write_case};

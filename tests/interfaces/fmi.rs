@@ -1,5 +1,5 @@
-//! FMUs that the program writes come back as cases with the same digits, and everything that can be wrong with a case of FMUs is said in
-//! one line.
+//! FMUs that the program writes come back as cases with the same digits, and everything that can be wrong with a case
+//! of FMUs is said in one line.
 
 use crate::exported_fmus::{CARRIAGE, case_file, exported, repacked, without_library};
 use crate::program::{assert_has, json, printed, refused, rimbench, rows_of};
@@ -251,8 +251,8 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
     assert!(["hydraulic-line", "rim-split"].iter().all(|scheme| skipped(&file, scheme).is_some()));
     assert_eq!(through_derivatives.map(|scheme| skipped(&file, scheme)), [None, None]);
 
-    // The same FMUs without a word of derivatives. As long as their states can be kept and set they are probed, and what needs
-    // derivatives runs; where they cannot, it falls, each with the reason, and something else is advised.
+    // The same FMUs without a word of derivatives. As long as their states can be kept and set they are probed, and
+    // what needs derivatives runs; where they cannot, it falls, each with the reason, and something else is advised.
     let without = |text: String, state: bool| {
         let mut text = text.replace(" providesDirectionalDerivatives=\"true\"", "");
         assert!(text.contains(" canGetAndSetFMUState=\"true\""), "{text}");
@@ -281,7 +281,8 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
     assert_eq!(["zero-order-hold", "nepce"].map(|scheme| skipped(&plain, scheme)), [None, None]);
 }
 
-/// A case whose mechanics says nothing of itself but positions and velocities, and perhaps takes steps of one length only.
+/// A case whose mechanics says nothing of itself but positions and velocities, and perhaps takes steps of one length
+/// only.
 fn stripped(case: &str, more: &[(&str, &str)]) -> TempDir {
     let folder = exported(case, &["--macro-step", "1e-3"]);
     let path = |name: &str| folder.path().join(name);

@@ -1,4 +1,5 @@
-//! FMUs that somebody else wrote, in C: what they offer is used, what they do not is said, and what goes wrong with them costs one run.
+//! FMUs that somebody else wrote, in C: what they offer is used, what they do not is said, and what goes wrong with
+//! them costs one run.
 #![cfg(target_os = "linux")]
 
 use crate::program::{assert_has, process, rimbench, said};

@@ -1,4 +1,5 @@
-//! Sides from outside are not believed: an FMU with one fault, switched on by name, is found out, heard or set right, for FMI 2.0 and 3.0.
+//! Sides from outside are not believed: an FMU with one fault, switched on by name, is found out, heard or set right,
+//! for FMI 2.0 and 3.0.
 #![cfg(target_os = "linux")]
 
 use crate::program::{assert_has, process};
@@ -164,7 +165,8 @@ pub fn inside(folder: &Path) -> Command {
     command
 }
 
-/// The interpreter itself, which a `python3` that looks for one first takes longer to start than a run; none where there is none.
+/// The interpreter itself, which a `python3` that looks for one first takes longer to start than a run; none where
+/// there is none.
 fn python() -> Option<&'static str> {
     static PYTHON: OnceLock<Option<String>> = OnceLock::new();
     let ask = || {
@@ -544,7 +546,8 @@ fn what_an_fmu_in_our_process_does_to_it_is_set_back() {
         assert!(fs::remove_file(plain.path().join("here.csv")).is_ok(), "{fault}");
         assert_eq!(shown.contains("step at"), fault == "PRINT", "{shown}");
     }
-    // In the middle of a long run as well: the other side steps where it began. All threads share a folder, so that there is one only.
+    // In the middle of a long run as well: the other side steps where it began. All threads share a folder, so that
+    // there is one only.
     Guest { faults: &["WANDERS_AT=0.1"], ..SPRING }.packed(&plain.path().join("spring.fmu")).unwrap();
     Guest { faults: &["AT_HOME"], ..MASS }.packed(&plain.path().join("mass.fmu")).unwrap();
     let mut alone = inside(plain.path());
@@ -612,7 +615,8 @@ fn a_case_file_declares_the_scale_below_which_a_force_is_nothing() {
     }
 }
 
-/// Every fault on either side, in both versions of the standard and either process, with schemes that ask for ever more.
+/// Every fault on either side, in both versions of the standard and either process, with schemes that ask for ever
+/// more.
 #[test]
 #[ignore = "a sweep of minutes: .ci/sweeps"]
 fn a_fault_outside_ends_as_the_right_number_or_as_a_reason() {
@@ -741,7 +745,8 @@ fn a_fault_outside_of_sign_unit_size_time_or_count_is_named_at_every_door() {
         write_case(folder.path(), &[("fmu = \"mass.fmu\"", "python = \"sides.py\"\nclass = \"Sized\"")]);
         for part in ["x", "v", "f", "t", "H", "a"] {
             for size in sizes {
-                // Beside a push of 1 m/s² and more a little acceleration is none, and what never answers may wait or be held.
+                // Beside a push of 1 m/s² and more a little acceleration is none, and what never answers may wait or be
+                // held.
                 let never = ["f", "t"].contains(&part) && size == "0";
                 if never
                     || (part == "a" && ["0", "1e-208", "0.001", "0.2"].contains(&size))

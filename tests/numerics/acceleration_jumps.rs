@@ -7,8 +7,8 @@ fn moving(motion: ModelMotion) -> Option<ModelOptions> {
     Some(ModelOptions { model_motion: motion, ..ModelOptions::default() })
 }
 
-/// The road of the half car is flat, then `½ h (1 − cos k(x − x₀))`: where it begins its curvature is `½ h k²`, and the gap of a wheel that
-/// comes to it at speed v gets `−½ h k² v²`. Front and rear come to it at `(x₀ − x)/v`.
+/// The road of the half car is flat, then `½ h (1 − cos k(x − x₀))`: where it begins its curvature is `½ h k²`, and the
+/// gap of a wheel that comes to it at speed v gets `−½ h k² v²`. Front and rear come to it at `(x₀ − x)/v`.
 #[test]
 fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvature() {
     let spec = usual_spec("half-car", "rim-nonsmooth-gap", 5e-3);

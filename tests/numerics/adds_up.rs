@@ -1,4 +1,5 @@
-//! What sides say of their own motion: of ours it is so, and of what is off by a sign, a unit or a size it is found out and named.
+//! What sides say of their own motion: of ours it is so, and of what is off by a sign, a unit or a size it is found out
+//! and named.
 
 use crate::support::*;
 use rimbench::cases::{CoupledSystem, Doubts, Tried, doubts_of, model_against_outputs};
@@ -229,7 +230,8 @@ fn a_sign_a_unit_and_a_size_of_what_a_mechanics_says_are_found_and_named() {
                 if size > 0.0 {
                     for model in [[size, size], [1.0, size], [size, 1.0]] {
                         let (fault, said) = words(Lie { model: Some(model), copies, ..HONEST });
-                        // Without a load of its own a is nothing, and so is what is said of it; what is a little less may be stiff.
+                        // Without a load of its own a is nothing, and so is what is said of it; what is a little less
+                        // may be stiff.
                         let unsaid = model[0] == 1.0 || (!copies && size == 4.0);
                         assert!(fault.is_some_and(|fault| fault.words.contains("model")) || unsaid, "{said}");
                     }

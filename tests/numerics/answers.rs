@@ -174,7 +174,8 @@ fn a_trial_step_that_fails_ends_the_run_with_when_under_what_and_why() {
     assert!(forces.len() == 21 && forces.iter().all(|force| force.is_finite()), "{}", forces.len());
 }
 
-/// A mass on a floor whose friction carries 1500 N, between two stops without a surface of their own: it sticks, slides and is pulled off.
+/// A mass on a floor whose friction carries 1500 N, between two stops without a surface of their own: it sticks, slides
+/// and is pulled off.
 #[derive(Clone)]
 struct BetweenStops;
 
@@ -210,7 +211,8 @@ impl MechanicalModel for BetweenStops {
     }
 }
 
-/// On the cylinder of an independent trial, whose medians of four phases are 1.69 % with asked answers and 50 % with the first tangent alone.
+/// On the cylinder of an independent trial, whose medians of four phases are 1.69 % with asked answers and 50 % with
+/// the first tangent alone.
 #[test]
 fn a_mass_that_friction_holds_between_stops_is_moved_as_an_independent_trial_has_it() {
     let build = |(): &(), assembly: &Assembly<'_>| {

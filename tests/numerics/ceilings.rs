@@ -1,5 +1,5 @@
-//! Ceilings: a copy must go on like its original, iterated coupling must find the implicit solution, the monolithic scheme
-//! must be the monolithic rule, and what all this costs must be counted.
+//! Ceilings: a copy must go on like its original, iterated coupling must find the implicit solution, the monolithic
+//! scheme must be the monolithic rule, and what all this costs must be counted.
 
 use crate::support::*;
 use nalgebra::{Matrix4, Vector4};
@@ -13,7 +13,8 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macr
 
 #[test]
 fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
-    // Each case with each coupling it has, and each solver on a case of few contacts and on one of many. Inputs swing, so that contacts open and close and the warm start of the solver matters.
+    // Each case with each coupling it has, and each solver on a case of few contacts and on one of many. Inputs swing,
+    // so that contacts open and close and the warm start of the solver matters.
     let couplings = ["force-displacement", "displacement-displacement", "force-force", "pressure-displacement"];
     let others = [("published_driver", "true"), ("damper", "nonlinear")];
     let variants = couplings.map(|coupling| ("coupling", coupling)).into_iter().chain(others);
@@ -126,8 +127,9 @@ fn two_masses(scheme: &str, coupling: &str, sequence: Sequence, macro_step: f64)
 #[test]
 fn an_iterated_run_must_be_the_implicit_rule_of_the_whole_system() {
     // Inputs linear over the step and the trapezoidal rule on both sides are the trapezoidal rule for everything. Stiff
-    // steps included: ω = 33 rad/s, so h ω reaches 3, where plain iteration of the exchange goes astray. There one factor for
-    // all variables of both sides (Jacobi) does not find the solution within 50 iterations: at a fifth it does.
+    // steps included: ω = 33 rad/s, so h ω reaches 3, where plain iteration of the exchange goes astray. There one
+    // factor for all variables of both sides (Jacobi) does not find the solution within 50 iterations: at a fifth it
+    // does.
     for coupling in ["force-displacement", "displacement-displacement", "force-force"] {
         for sequence in SEQUENCES {
             let (h, steps) = match sequence {

@@ -70,10 +70,10 @@ fn assert_close(name: &str, what: &str, found: &[f64], expected: &[f64], toleran
     }
 }
 
-/// What an accepted residual still leaves open in `w`. Solvers that solve for `w = 0` directly leave round-off; the others
-/// leave the residual, enlarged by the scales of the rows: an impulse that is wrong by `r/M_ii` at one contact is a velocity
-/// `r √(M_jj/M_ii)` at another, and rows here are scaled up to 1:1e4. (An interior point that passed at 1e-7 was seen with a
-/// velocity wrong by 7e-4 of ‖q‖, in one of 20 000 problems.) Twice that.
+/// What an accepted residual still leaves open in `w`. Solvers that solve for `w = 0` directly leave round-off; the
+/// others leave the residual, enlarged by the scales of the rows: an impulse that is wrong by `r/M_ii` at one contact
+/// is a velocity `r √(M_jj/M_ii)` at another, and rows here are scaled up to 1:1e4. (An interior point that passed at
+/// 1e-7 was seen with a velocity wrong by 7e-4 of ‖q‖, in one of 20 000 problems.) Twice that.
 fn comparison_tolerance(entry: &SolverEntry) -> f64 {
     let stops_short = ["clarabel", "gauss-seidel"].contains(&&*entry.name);
     if stops_short { 2e4 * entry.tolerance } else { 1e-8 }
@@ -166,8 +166,8 @@ fn the_same_sequence_gives_the_same_bits() {
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
-// The bare solvers, without the fallback: what each is guaranteed to solve it must solve, and where it is known to fail it must be
-// seen to fail, by the natural residual and not by its own word.
+// The bare solvers, without the fallback: what each is guaranteed to solve it must solve, and where it is known to fail
+// it must be seen to fail, by the natural residual and not by its own word.
 
 /// A row of `n` contacts, each sharing a body with its neighbours: `tridiag(−1, 2, −1)`.
 fn row_of_discs(n: usize) -> Vec<f64> {
@@ -217,7 +217,8 @@ fn each_solver_keeps_what_its_class_promises() {
             "active-set" | "lemke" | "enumeration" => assert_eq!((regular, redundant), (300, 300), "{name}"),
             // Convergent for both, and well-conditioned where regular.
             "gauss-seidel" => assert!(regular == 300 && redundant > 200, "{name}: {regular}, {redundant}"),
-            // Guaranteed unless a body is clamped without play, which is so for fewer than a tenth of the redundant ones.
+            // Guaranteed unless a body is clamped without play, which is so for fewer than a tenth of the redundant
+            // ones.
             "clarabel" => assert!(regular == 300 && redundant >= 270, "{name}: {regular}, {redundant}"),
             _ => panic!("say here what `{name}` promises"),
         }
@@ -235,8 +236,8 @@ fn relaxation_fails_under_a_heavy_body_and_pivoting_does_not() {
     }
 }
 
-/// A body without play between two walls, `M = b bᵀ`, `q = b c`: pushed against one it reaches both at once, and each contact
-/// depends on the other. Which of them seems to be first is decided by rounding, and must not matter.
+/// A body without play between two walls, `M = b bᵀ`, `q = b c`: pushed against one it reaches both at once, and each
+/// contact depends on the other. Which of them seems to be first is decided by rounding, and must not matter.
 #[test]
 fn contacts_that_close_at_once_are_solved_whichever_is_first() {
     for (k, l) in (1..=30).flat_map(|k| (1..=30).map(move |l| (k, l))) {
@@ -270,8 +271,8 @@ fn a_body_clamped_without_play_may_defeat_an_interior_point() {
     assert!((1..81).contains(&failures), "{failures} of 81");
 }
 
-/// The heavy body again, a million times heavier: `M = [1, −1; −1, 1 + 1e-12]`. The impulses are some 1e12, where doubles are
-/// 2⁻¹² apart, so that none of them has `z₁ − z₂` within 4e-5 of 0.3.
+/// The heavy body again, a million times heavier: `M = [1, −1; −1, 1 + 1e-12]`. The impulses are some 1e12, where
+/// doubles are 2⁻¹² apart, so that none of them has `z₁ − z₂` within 4e-5 of 0.3.
 #[test]
 fn impulses_too_large_for_double_precision_are_found_by_no_solver() {
     let (m, q) = ([1.0, -1.0, -1.0, 1.0 + 1e-12], [-0.3, -1.0]);
@@ -352,12 +353,13 @@ proptest! {
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
-// Frictional problems of Siconos (capsules, rovers, box stacks, a rock pile, a tower of slabs, spheres), of which the normal rows were
-// taken and symmetrised. They are not in this tree, see `support::data_of_others`.
+// Frictional problems of Siconos (capsules, rovers, box stacks, a rock pile, a tower of slabs, spheres), of which the
+// normal rows were taken and symmetrised. They are not in this tree, see `support::data_of_others`.
 
-/// Reads such a file, numbers little-endian: 8 bytes of name · u32 stretches, each u16 length and source · u64 · u32 problems, each
-/// u16 n · u8 kind of matrix (0 that of the problem before, 1 upper triangle by rows, 2 all) · for 1 and 2 a bit per entry, lowest
-/// first, set where it is not zero, then those as f64 · b as f64; at the end 32 bytes of checksum.
+/// Reads such a file, numbers little-endian: 8 bytes of name · u32 stretches, each u16 length and source · u64 · u32
+/// problems, each u16 n · u8 kind of matrix (0 that of the problem before, 1 upper triangle by rows, 2 all) · for 1 and
+/// 2 a bit per entry, lowest first, set where it is not zero, then those as f64 · b as f64; at the end 32 bytes of
+/// checksum.
 fn problems_of_others(path: &Path) -> Vec<(Vec<f64>, Vec<f64>)> {
     let bytes = std::fs::read(path).unwrap();
     let mut at = 8;

@@ -1,11 +1,12 @@
-//! Contacts with friction in space: problems of Siconos, and Clarabel's opinion. Closed forms are unit tests of the contact crate.
+//! Contacts with friction in space: problems of Siconos, and Clarabel's opinion. Closed forms are unit tests of the
+//! contact crate.
 
 use crate::friction_of_others::{OfOthers, problems};
 use crate::support::*;
 use rimbench::friction::space::{SpaceProblem, SpaceSolver};
 
-/// Contacts up to which the problems of Siconos are solved here; their matrices are symmetric to 1e-5 at worst. Those of the capsules, with
-/// 225 to 296 contacts, are not, and one of five is solved.
+/// Contacts up to which the problems of Siconos are solved here; their matrices are symmetric to 1e-5 at worst. Those
+/// of the capsules, with 225 to 296 contacts, are not, and one of five is solved.
 const MOST_CONTACTS: usize = 107;
 
 /// `H P + b`.
@@ -79,7 +80,8 @@ fn an_interior_point_must_find_the_answer_once_it_is_told_the_correction_and_not
                 let scale = problem.scale();
                 relaxed.iter().zip(&w).map(|(a, b)| (a - b).abs() / scale).fold(0.0, f64::max)
             };
-            // Velocities follow the root of the gap, of which an interior point leaves 1e-9 where feet are redundant or degenerate.
+            // Velocities follow the root of the gap, of which an interior point leaves 1e-9 where feet are redundant or
+            // degenerate.
             assert!(differs(&corrected) <= 1e-4, "{n} feet, {turn}: {}", differs(&corrected));
             lifts += usize::from(differs(&b) > 0.01);
         }

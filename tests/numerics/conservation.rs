@@ -199,15 +199,17 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
             let Account { audited, outcome, .. } =
                 account(&scheme.name, None, PLASTIC, macro_step, mechanics_steps, None, 2.5);
             let name = format!("{} H={macro_step} n_m={mechanics_steps} ({outcome})", scheme.name);
-            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
+            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity
+            // above.
             let rounding = 32.0 * f64::EPSILON * audited.scale;
             assert!(audited.contact < rounding, "{name}: contacts gave {} J", audited.contact);
             assert!(audited.unexplained <= 1.0, "{name}: a contact gave {} J", audited.largest_gift);
             // And the two explanations are no excuse: all they allow is next to nothing of what contacts took.
             let least = 1e-6 * -audited.contact + rounding;
-            // A run that has gone wild throws the bodies about until 2 s and more (true acceleration with one step of 5 ms), and what
-            // its rows turn in such a step is millijoules. That it is the turning is seen by what becomes of it in shorter steps:
-            // P h |Ȧ v| falls with h at least, whatever the impulse, so a hundred steps leave a hundredth.
+            // A run that has gone wild throws the bodies about until 2 s and more (true acceleration with one step of 5
+            // ms), and what its rows turn in such a step is millijoules. That it is the turning is seen by what becomes
+            // of it in shorter steps: P h |Ȧ v| falls with h at least, whatever the impulse, so a hundred steps leave a
+            // hundredth.
             if outcome == Outcome::Completed {
                 assert!(audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
             } else if mechanics_steps == ONE {
@@ -290,16 +292,16 @@ fn work_across_the_interface_must_not_depend_on_the_model_where_the_profile_is_r
     for macro_step in [5e-3, 2.5e-3, 1.25e-3] {
         let Account { sent, middle, received, passed, .. } =
             measured("rim-nonsmooth-gap", macro_step, ForceReturn::Profile, 2.5);
-        // Same forces over the same micro steps; only the velocities differ, by what the model of t_k has aged: rows turn
-        // by ω H with ω ≤ 0.05 rad/s, once in w and once in H, and so does at most that share of what passed.
+        // Same forces over the same micro steps; only the velocities differ, by what the model of t_k has aged: rows
+        // turn by ω H with ω ≤ 0.05 rad/s, once in w and once in H, and so does at most that share of what passed.
         assert!((middle - received).abs() <= 2.0 * 0.05 * macro_step * passed, "{middle} is not {received}");
-        // The loop starts each macro step from the mechanics' velocity, the meter from the model's last: they differ by what
-        // the model has aged, as above, in the first of the H/δ micro steps only.
+        // The loop starts each macro step from the mechanics' velocity, the meter from the model's last: they differ by
+        // what the model has aged, as above, in the first of the H/δ micro steps only.
         assert!((sent - middle).abs() <= 2.0 * 0.05 * MICRO_STEP * passed, "{sent} is not {middle}");
     }
-    // The mean returns the impulse but not when it acted: what is lost besides is the covariance of F and w within a macro
-    // step, H²/12 Ḟ ẇ, about (1 kN × 290 rad/s)(3 m/s²) while the force swings in for 20 ms. Until the touch-down, that is:
-    // what an impact costs depends on its place in a macro step.
+    // The mean returns the impulse but not when it acted: what is lost besides is the covariance of F and w within a
+    // macro step, H²/12 Ḟ ẇ, about (1 kN × 290 rad/s)(3 m/s²) while the force swings in for 20 ms. Until the
+    // touch-down, that is: what an impact costs depends on its place in a macro step.
     for macro_step in [5e-3, 1.25e-3] {
         let Account { middle, received, passed, .. } =
             measured("rim-nonsmooth-gap", macro_step, ForceReturn::Mean, 1.6);
@@ -307,9 +309,9 @@ fn work_across_the_interface_must_not_depend_on_the_model_where_the_profile_is_r
         let bound = 2.0 * 0.05 * macro_step * passed + covariance;
         assert!((middle - received).abs() <= bound, "{middle} is not {received}");
     }
-    // With contacts closed as far as a margin of 1 mm, the model stops the box that far above the floor in each macro step, and the
-    // mechanics does not: no macro step, however small, brings the two accounts together. With what the mechanics itself found closed
-    // it does.
+    // With contacts closed as far as a margin of 1 mm, the model stops the box that far above the floor in each macro
+    // step, and the mechanics does not: no macro step, however small, brings the two accounts together. With what the
+    // mechanics itself found closed it does.
     let off = |detection| {
         [5e-3, 1.25e-3].map(|macro_step| {
             let back = Some(ForceReturn::Profile);

@@ -40,8 +40,8 @@ fn one_step_is_that_of_a_spring_and_a_damper_taken_at_its_end() {
     let (k, c, h, m) = (5e3, 40.0, 2e-3, 2.0);
     for (height, velocity) in [(-1e-3, -0.2), (1e-4, -0.5), (-1e-3, 5.0), (0.1, -0.5)] {
         let stepped = after(falling(compliant(k, c), 1, height, velocity), h, 1);
-        // m (v⁺ − v) = h (−m g + max(0, −k (x + h v⁺) − c v⁺)), solved with the contact and without; above the floor the damper takes
-        // (x + h v⁺)/h for v⁺, what goes too far.
+        // m (v⁺ − v) = h (−m g + max(0, −k (x + h v⁺) − c v⁺)), solved with the contact and without; above the floor
+        // the damper takes (x + h v⁺)/h for v⁺, what goes too far.
         let free = velocity - h * 9.81;
         let drawn = if height > 0.0 { h * k + c } else { h * k };
         let pressed = (m * velocity - h * m * 9.81 - drawn * height) / (m + h * h * k + h * c);
@@ -84,13 +84,14 @@ fn the_account_must_close_and_what_is_lost_is_what_the_dampers_took() {
         approx::assert_relative_eq!(account.stored, stored, max_relative = 1e-6);
         assert!(account.contact > 0.0);
     }
-    // The rest went to the damper, but for what the step itself lost or created, and that goes with h: of order one, with a factor that
-    // depends on where in a step the contact closes.
+    // The rest went to the damper, but for what the step itself lost or created, and that goes with h: of order one,
+    // with a factor that depends on where in a step the contact closes.
     assert!((fine.contact + stored).abs() < 0.02 * -stored, "{fine:?}");
     assert!(fine.integration.abs() < 0.25 * coarse.integration.abs(), "{coarse:?}, {fine:?}");
 }
 
-/// Where a compliant mass, hung on an actuator's spring, is at all communication points of 50 ms; alone or with a scheme.
+/// Where a compliant mass, hung on an actuator's spring, is at all communication points of 50 ms; alone or with a
+/// scheme.
 fn coupled_positions(scheme: Option<(&str, Option<ContactDetection>)>) -> Vec<f64> {
     let mut mechanics = falling(compliant(2e3, 5.0), 2, 0.02, 0.0);
     let mut spring = Springs::new(&[30.0], &[0.0]);

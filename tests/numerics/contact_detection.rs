@@ -38,7 +38,8 @@ fn before_the_first_step_a_contact_is_closed_up_to_a_nanometre() {
 
 #[test]
 fn after_a_step_a_contact_is_closed_if_its_row_was_at_its_bound_loaded_or_not() {
-    // Pressed; touching without load; lifted; closing within the step; flying on above it. Steps of 1 ms at 1 m/s: 1 mm.
+    // Pressed; touching without load; lifted; closing within the step; flying on above it. Steps of 1 ms at 1 m/s: 1
+    // mm.
     let model = masses(&[-9.81, 0.0, 9.81, 0.0, 0.0], &[0.0, 0.0, 0.0, 0.9e-3, 1.1e-3], &[0.0, 0.0, 0.0, -1.0, -1.0]);
     let mut mechanics = stepper(model, PLASTIC);
     mechanics.step(0.0, &[0.0], 1e-3).unwrap();
@@ -59,8 +60,9 @@ fn a_contact_that_rebounded_is_on_its_way_out_and_not_closed() {
     assert_eq!(closed(&mut mechanics, 1e-3), [false, true]);
 }
 
-/// What rests approaches by rounding, and where its row turns by what the steps themselves make of that: with restitution it is closed all the
-/// same. In a second the disc rolls over the corner and down the ramp, and nothing hits anything.
+/// What rests approaches by rounding, and where its row turns by what the steps themselves make of that: with
+/// restitution it is closed all the same. In a second the disc rolls over the corner and down the ramp, and nothing
+/// hits anything.
 #[test]
 fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let closed = |e: &str| {
@@ -71,8 +73,8 @@ fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let [plastic, bouncing] = ["0", "0.5"].map(closed);
     assert_eq!(plastic[0], bouncing[0]);
     let apart = largest(plastic[1].iter().zip(&bouncing[1]).map(|(a, b)| (a - b).abs()));
-    // The peak is a kilonewton; forces were 137 N apart (rms) when an approach of rounding counted as an impact, and 14 N when one of a row
-    // that turns did.
+    // The peak is a kilonewton; forces were 137 N apart (rms) when an approach of rounding counted as an impact, and 14
+    // N when one of a row that turns did.
     assert!(apart < 1e-3, "{apart} N");
 }
 
@@ -99,8 +101,8 @@ fn asking_for_the_model_again_or_looking_at_the_state_changes_nothing() {
     assert_eq!(row[count], 1.0);
 }
 
-/// Actuator force, force at the rightmost wedge and number of closed contacts at all communication points, for a box on six wedges in
-/// one plane: which of them carry, is the solver's choice. Pivoting loads two, the interior point all.
+/// Actuator force, force at the rightmost wedge and number of closed contacts at all communication points, for a box on
+/// six wedges in one plane: which of them carry, is the solver's choice. Pivoting loads two, the interior point all.
 fn on_six_wedges(detection: ContactDetection, solver: &str) -> [Vec<f64>; 3] {
     let spec = asked("n-wedge-box", "rim-nonsmooth", detection, |request| {
         request.solver = Some(solver.into());
@@ -133,8 +135,8 @@ fn it_must_not_matter_which_of_several_redundant_contacts_the_solver_loads() {
             ["active-set", "clarabel"].map(|solver| on_six_wedges(detection, solver));
         // The solvers do load different wedges, by hundreds of newtons ...
         assert!(max_difference(&load, &other_load) > 100.0, "{detection}: both solvers load the same wedges");
-        // ... and the force of 1 kN is the same: residuals of 1e-9 of velocities of up to 30 m/s (a gap of 33 mm over 1 ms) against
-        // a stiffness of 2e7 N/m over a macro step of 5 ms leave 3 mN.
+        // ... and the force of 1 kN is the same: residuals of 1e-9 of velocities of up to 30 m/s (a gap of 33 mm over 1
+        // ms) against a stiffness of 2e7 N/m over a macro step of 5 ms leave 3 mN.
         let apart = max_difference(&force, &other_force);
         assert!(apart < 3e-3, "{detection}: forces differ by {apart} N");
         assert_eq!(closed, other_closed, "{detection}");
@@ -172,7 +174,8 @@ fn the_floor_of_the_non_smooth_model_is_the_margin_and_goes_with_it() {
     let [active, law, narrow, wide] =
         [ContactDetection::Active, ContactDetection::MechanicsLaw, margin(1e-5), margin(1e-3)]
             .map(|detection| error("rim-nonsmooth", detection).unwrap());
-    // Found by an audit with a program of its own: 3.6, 5.3, 4.2 and 37.9 N over 2.5 s. Here a factor stands for the case.
+    // Found by an audit with a program of its own: 3.6, 5.3, 4.2 and 37.9 N over 2.5 s. Here a factor stands for the
+    // case.
     for free in [active, law, narrow] {
         assert!(5.0 * free < wide, "{free} N is not far below {wide} N");
     }
@@ -234,8 +237,8 @@ fn three_contacts_of_the_reversal_must_last_and_one_must_open_between_communicat
     let at_right = 250.0 * g - at_left - at_disc * ny;
     for (name, wanted) in FORCES.into_iter().zip([at_right, at_left, at_disc]) {
         let found = column(&rows, name)[held / 2];
-        // The solver answers for 1e-9 of the fastest row, the floor 1 cm below the disc: 0.2 µm/s, which over 50 µs is a force of a
-        // newton on 250 kg. It does much better, by how much is its own affair.
+        // The solver answers for 1e-9 of the fastest row, the floor 1 cm below the disc: 0.2 µm/s, which over 50 µs is
+        // a force of a newton on 250 kg. It does much better, by how much is its own affair.
         approx::assert_relative_eq!(found, wanted, max_relative = 1e-6);
         assert!(found > 0.0, "{name} carries nothing");
     }

@@ -59,7 +59,8 @@ fn a_half_car_at_rest_stands_on_its_wheels_with_the_weight_shared_by_the_levers(
         approx::assert_relative_eq!(*impulse, 1e-3 * (strut + 40.0 * 9.81), max_relative = 1e-12);
     }
     assert!(mechanics.velocity().iter().all(|v| v.abs() < 1e-14));
-    // The rows of the interface are coupled through the body: 1/m_b − a_f a_r/I, and on the diagonal 1/m_b + a²/I + 1/m_w.
+    // The rows of the interface are coupled through the body: 1/m_b − a_f a_r/I, and on the diagonal 1/m_b + a²/I +
+    // 1/m_w.
     let eq3 = mechanics.linearisation();
     let (_, model) = reduce(eq3, mechanics.velocity(), 1e-3, 0.0);
     approx::assert_relative_eq!(model.entry(2, 3), 1.0 / 500.0 - 1.2 * 1.4 / 600.0, max_relative = 1e-12);
@@ -98,7 +99,8 @@ pub fn row(discs: u32, gap: f64, velocity: f64) -> DiscsGeometry {
 fn a_blade_without_force_takes_the_discs_along_and_keeps_the_momentum() {
     let (count, speed, h) = (5, 0.5, 1e-3);
     let mut mechanics = stepper(Discs::new(row(count, 0.005, speed), ContactList::Neighbours).unwrap(), PLASTIC);
-    // After k plastic impacts all that was hit moves with M v₀/(M + k m); five gaps of 5 mm take 66 ms, the wall is 0.11 m away.
+    // After k plastic impacts all that was hit moves with M v₀/(M + k m); five gaps of 5 mm take 66 ms, the wall is
+    // 0.11 m away.
     for _ in 0..90 {
         mechanics.step(0.0, &[0.0], h).unwrap();
         let momentum = 100.0 * mechanics.velocity()[0]
@@ -152,8 +154,8 @@ fn a_stalled_gripper_squeezes_with_the_force_at_which_its_valves_balance() {
     let low = (fed * supply + drained * tank) / (fed + drained);
     let high = (drained * supply + fed * tank) / (fed + drained);
     let squeeze = (high - low) * area;
-    // The pressures approach this with a time constant far below the second since closing; what is left of it at 1.45 s is below
-    // one part in a thousand.
+    // The pressures approach this with a time constant far below the second since closing; what is left of it at 1.45 s
+    // is below one part in a thousand.
     let of = |name: &str| at(&run.trajectory, 1.45, name);
     for name in ["left_force_n", "right_force_n"] {
         approx::assert_relative_eq!(of(name), squeeze, max_relative = 1e-3);

@@ -100,8 +100,9 @@ fn on_slope(alpha: f64, turn: f64, mu: f64) -> Body {
     Body::point([normal, first, second], mu)
 }
 
-/// With `μ = tan α` the speed v and its part u down the slope have a constant sum, and `u̇ = g sin α (v₀ − 2u)/(v₀ − u)`, so that
-/// `g t sin α = u/2 − (v₀/4) ln(1 − 2u/v₀)`; in the end half of the speed is left, down the slope.
+/// With `μ = tan α` the speed v and its part u down the slope have a constant sum, and
+/// `u̇ = g sin α (v₀ − 2u)/(v₀ − u)`, so that `g t sin α = u/2 − (v₀/4) ln(1 − 2u/v₀)`; in the end half of the speed is
+/// left, down the slope.
 #[test]
 fn a_block_launched_across_a_slope_turns_down_and_keeps_half_of_its_speed() {
     let (alpha, v_0, end) = (0.3, 1.0, 0.5);
@@ -125,7 +126,8 @@ fn a_block_launched_across_a_slope_turns_down_and_keeps_half_of_its_speed() {
     assert!((left - 0.5).abs() < 5e-4, "facets would leave 0.707, 0.541 or 0.510: {left}");
 }
 
-/// Four facets whose corners lie along the tangents hold `μ / √2` across them: it would slide where `μ / √2 < tan α < μ`.
+/// Four facets whose corners lie along the tangents hold `μ / √2` across them: it would slide where
+/// `μ / √2 < tan α < μ`.
 #[test]
 fn a_block_sticks_whichever_way_its_tangents_are_turned() {
     for degrees in [0.0, 11.25, 22.5, 45.0, 80.0] {
@@ -135,8 +137,8 @@ fn a_block_sticks_whichever_way_its_tangents_are_turned() {
     }
 }
 
-/// A ball slips for `2 |u| / (7 μ g)` and leaves with `v − 2u/7`, u being the velocity of the point that touches; it goes on to spin
-/// about the vertical.
+/// A ball slips for `2 |u| / (7 μ g)` and leaves with `v − 2u/7`, u being the velocity of the point that touches; it
+/// goes on to spin about the vertical.
 #[test]
 fn a_ball_that_slips_starts_to_roll_when_and_as_it_should() {
     let (mass, radius, mu) = (50.0, 0.2, 0.2);
@@ -171,7 +173,8 @@ fn a_spinning_tripod_stops_when_it_should() {
     assert!(v[2].abs() < 1e-9, "the associated law would have lifted it: {v:?}");
 }
 
-/// A planar problem with a second tangential row that nothing couples, and its tangents turned, has the planar velocities.
+/// A planar problem with a second tangential row that nothing couples, and its tangents turned, has the planar
+/// velocities.
 #[test]
 fn the_plane_is_a_special_case() {
     let mut rng = Pcg64::seed_from_u64(5);
@@ -264,8 +267,8 @@ fn redundant_feet_that_stick_on_the_border_are_solved_where_sweeps_need_thousand
     assert!(slow >= 4, "{slow} of 40 are slow for sweeps alone");
 }
 
-/// Four feet that slide with spin, all loaded: which of a family of velocities is found depends on where the solver starts. In the plane
-/// velocities are unique; in space they are not.
+/// Four feet that slide with spin, all loaded: which of a family of velocities is found depends on where the solver
+/// starts. In the plane velocities are unique; in space they are not.
 #[test]
 fn velocities_of_redundant_feet_that_slide_with_spin_are_not_unique() {
     let arms = [[0.0, 0.5, -0.4], [-0.5, 0.0, -0.4], [0.0, -0.5, -0.4], [0.5, 0.0, -0.4]];

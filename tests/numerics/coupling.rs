@@ -19,9 +19,9 @@ fn on_the_ledge(scheme: &str, macro_step: f64, force_return: ForceReturn, steps:
 
 /// What rounding may do to force and length of the wedge box on the ledge.
 ///
-/// The length, 2.5 m, is rounded to 4e-16 m per micro step; the oil spring is 2 β A / l₁ = 2e7 N/m: 1e-8 N each time. The
-/// cylinder's friction damps within 25 ms or 500 micro steps, of which the roundings add up like √500: 2e-7 N. In the
-/// length they add up over all 8000: 4e-14 m, and the force's share (2e-7 N on 250 kg for 25 ms) is below that.
+/// The length, 2.5 m, is rounded to 4e-16 m per micro step; the oil spring is 2 β A / l₁ = 2e7 N/m: 1e-8 N each time.
+/// The cylinder's friction damps within 25 ms or 500 micro steps, of which the roundings add up like √500: 2e-7 N. In
+/// the length they add up over all 8000: 4e-14 m, and the force's share (2e-7 N on 250 kg for 25 ms) is below that.
 const FORCE_ROUNDING: f64 = 2e-7;
 const LENGTH_ROUNDING: f64 = 4e-14;
 
@@ -59,14 +59,14 @@ fn at_the_touch_down_the_smooth_model_must_lock_and_the_nonsmooth_ones_must_not(
             let lift = largest(all("gap_right_wedge_m"));
             if scheme == "rim-smooth" {
                 // The box approaches at 30 mm/s: the margin of 1 mm lasts 33 ms, at least six communication points with
-                // three contacts closed. The oil spring of 2e7 N/m is then squeezed by 0.28 m/s × 5 ms = 1.4 mm, 28 kN less
-                // what friction and valve let through.
+                // three contacts closed. The oil spring of 2e7 N/m is then squeezed by 0.28 m/s × 5 ms = 1.4 mm, 28 kN
+                // less what friction and valve let through.
                 assert_eq!(heaviest, f64::INFINITY, "phase {phase}: the smooth model did not lock");
                 assert!(peak > 5e3, "phase {phase}: no spike, {peak} N");
                 assert!(lift > 1e-3, "phase {phase}: the box stayed down, {lift} m");
             } else {
-                // On ledge, ramp or wedges the actuator feels 250 to 276.3 kg (closed forms in the wedge box's own tests); a
-                // contact set that the margin makes up may not be far from one of them.
+                // On ledge, ramp or wedges the actuator feels 250 to 276.3 kg (closed forms in the wedge box's own
+                // tests); a contact set that the margin makes up may not be far from one of them.
                 assert!(heaviest < 300.0, "{scheme} phase {phase}: {heaviest} kg");
                 // The reference peaks at 1009 N; its first swing is sampled at 5 ms.
                 assert!(peak < 1.1 * 1009.0, "{scheme} phase {phase}: {peak} N");
@@ -82,7 +82,8 @@ fn linear_system(interface: usize) -> LinearModel {
     let rows: [(&[f64], f64); 2] = [(&[0.8, 0.6, -0.1], 1.0), (&[0.8, -0.6, 0.4], 2.0)];
     // Presses on the contact with 200 N and leaves 3.8 N·m/m along the one freedom (0.6, 0.8, −4) that is left.
     let body = LinearModel::new(&[2.0, 3.0, 0.4], &[5.0, -200.0, -40.2], &rows[..interface]);
-    // Guide along (0.6, 0.8), then down onto the floor: its reaction is part of the model, its normal is not the guide's.
+    // Guide along (0.6, 0.8), then down onto the floor: its reaction is part of the model, its normal is not the
+    // guide's.
     let bilateral = ConstantRows::new(&[(&[0.8, -0.6, 0.0], 0.0)]);
     LinearModel { bilateral, ..body.over(&[(&[0.0, 1.0, 0.2], 0.0)]) }
 }
@@ -91,8 +92,8 @@ fn linear_springs(interface: usize) -> Springs {
     Springs::new(&[300.0, 500.0][..interface], &[4.0, 2.0][..interface])
 }
 
-/// Largest difference between co-simulation and monolithic solution of a mechanics of constant matrices, relative to the largest
-/// value of each variable.
+/// Largest difference between co-simulation and monolithic solution of a mechanics of constant matrices, relative to
+/// the largest value of each variable.
 fn off_monolithic(
     scheme: &str,
     interface: usize,
@@ -126,8 +127,8 @@ fn a_model_with_constant_matrices_must_be_exact_for_any_macro_step_and_interface
                 let grid = CommunicationGrid::new(macro_step, phase, 2.0).unwrap();
                 let build = || stepper(linear_system(interface), PLASTIC);
                 let (off, rows) = off_monolithic(scheme, interface, grid, 1e-3, &build);
-                // 2000 micro steps, each rounding a dozen sums; the oscillation carries an error on without amplifying it,
-                // up to its number of radians, 15 rad/s × 2 s: 2000 × 30 ε at the very worst, 45 × 30 ε if random.
+                // 2000 micro steps, each rounding a dozen sums; the oscillation carries an error on without amplifying
+                // it, up to its number of radians, 15 rad/s × 2 s: 2000 × 30 ε at the very worst, 45 × 30 ε if random.
                 let round_off = 2000.0 * 30.0 * f64::EPSILON;
                 assert!(off < round_off, "{scheme} m={interface} H={macro_step} phase {phase}: {off}");
                 let moved = largest(rows.iter().map(|row| (row[1] - 1.0).abs()));
@@ -156,8 +157,8 @@ fn the_linear_system_must_keep_its_contact_loaded_or_the_exactness_above_means_l
     }
 }
 
-/// A ball of 1 kg that falls from 2 cm and bounces, hung on a spring of 30 N/m; height and velocity at all communication
-/// points.
+/// A ball of 1 kg that falls from 2 cm and bounces, hung on a spring of 30 N/m; height and velocity at all
+/// communication points.
 fn bouncing(scheme: Option<&str>, restitution: f64, macro_step: f64) -> Vec<[f64; 2]> {
     let model = LinearModel::new(&[1.0], &[-9.81], &[(&[1.0], 0.0)]).over(&[(&[1.0], 0.02)]);
     let law = ContactLaw { restitution, ..PLASTIC };
@@ -282,15 +283,15 @@ fn sequences_and_force_returns_must_do_what_the_calculation_by_hand_does() {
         by_hand("zero-order-hold", Sequence::GaussSeidel { first: Side::Mechanics }, ForceReturn::Held, ONE),
         [[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.75, 0.5, -3.0, -2.0]]
     );
-    // Linear extrapolation starts as the hold. In the second step the spring gets the velocity 1 (twice the same) and the
-    // mechanics, at the middle of its step, F = −2 + (−2 − 0)/2 = −3: v = 1 − ½·1.5 = 0.25, s = 0.625.
+    // Linear extrapolation starts as the hold. In the second step the spring gets the velocity 1 (twice the same) and
+    // the mechanics, at the middle of its step, F = −2 + (−2 − 0)/2 = −3: v = 1 − ½·1.5 = 0.25, s = 0.625.
     assert_eq!(
         by_hand("first-order-hold", Sequence::Jacobi, ForceReturn::Held, ONE),
         [[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.625, 0.25, -4.0, -3.0]]
     );
-    // The reduced model moves along: w = 1, x = ¼, F = −1: w = 1 − ¼·½ = 0.875, x = 0.46875. With the mean (0 − 1)/2 the
-    // mechanics reaches the same velocity; the second step: F = −1.875, w = 0.640625, x = 0.62890625, F = −2.515625,
-    // w = 0.326171875, x = 0.71044921875, F₂ = −2.841796875; mean −2.1953125, s = 0.4375 + ½ w.
+    // The reduced model moves along: w = 1, x = ¼, F = −1: w = 1 − ¼·½ = 0.875, x = 0.46875. With the mean (0 − 1)/2
+    // the mechanics reaches the same velocity; the second step: F = −1.875, w = 0.640625, x = 0.62890625, F =
+    // −2.515625, w = 0.326171875, x = 0.71044921875, F₂ = −2.841796875; mean −2.1953125, s = 0.4375 + ½ w.
     for scheme in WHOLE_MODEL {
         assert_eq!(
             by_hand(scheme, ACTUATOR_FIRST, ForceReturn::Mean, ONE),
@@ -321,7 +322,8 @@ fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
     }
 }
 
-/// A block on two feet of a rough floor, thrown against its springs; they pull at it obliquely, so that what presses changes with them.
+/// A block on two feet of a rough floor, thrown against its springs; they pull at it obliquely, so that what presses
+/// changes with them.
 fn block_on_rough_floor(interface: usize, at_rest: f64) -> NonSmoothMechanics<LinearModel> {
     let rows: [(&[f64], f64); 2] = [(&[0.9, -0.2, 0.1], 1.0), (&[0.8, -0.1, -0.3], 2.0)];
     let block = LinearModel::new(&[2.0, 2.0, 0.4], &[0.0, -2.0 * 9.81, 0.0], &rows[..interface])
@@ -331,8 +333,8 @@ fn block_on_rough_floor(interface: usize, at_rest: f64) -> NonSmoothMechanics<Li
     stepper(block, PLASTIC).with_friction(Friction { coefficient: 0.3, at_rest, restitution: 0.0 }, solver()).unwrap()
 }
 
-/// The theorem of exactness with friction: the states come with the model, with a coefficient at rest of its own what they have left of it,
-/// and both sides take the same of several solutions.
+/// The theorem of exactness with friction: the states come with the model, with a coefficient at rest of its own what
+/// they have left of it, and both sides take the same of several solutions.
 #[test]
 fn a_model_with_friction_and_constant_matrices_must_be_exact_through_slip_reversals_and_stick() {
     let micro_step = 1e-3;

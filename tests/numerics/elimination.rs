@@ -116,8 +116,8 @@ fn solve_dense(problem: &Problem) -> Dense {
     }
     // Forward error of a backward stable solution: size × ε × condition. Eliminating through S = A M⁻¹ Aᵀ squares what
     // the rows contribute, hence κ(M) κ(S) beside κ of the full matrix. Units do not matter to either way, so the
-    // conditions are those of the matrices scaled to diag(M) = 1 and rows of length 1; the spread of diag(M)^½ leads back.
-    // 8 is the usual safety on such bounds.
+    // conditions are those of the matrices scaled to diag(M) = 1 and rows of length 1; the spread of diag(M)^½ leads
+    // back. 8 is the usual safety on such bounds.
     let minv = m.clone().try_inverse().unwrap();
     let scale = m.diagonal().map(|mass| 1.0 / mass.sqrt());
     let scaled = DMatrix::from_fn(n, n, |i, j| scale[i] * m[(i, j)] * scale[j]);
@@ -256,8 +256,9 @@ fn the_reduced_model_must_not_differ_from_the_full_matrix_on_random_systems() {
     assert!(median < 1e-11, "median tolerance {median:e}");
 }
 
-/// Bodies of three velocities in groups that joints hold together, each to the next by two rows, with a contact of each body with the next
-/// one and friction along it where asked: the same rows twice, with all entries and with those that they know.
+/// Bodies of three velocities in groups that joints hold together, each to the next by two rows, with a contact of each
+/// body with the next one and friction along it where asked: the same rows twice, with all entries and with those that
+/// they know.
 fn jointed_systems(rng: &mut Pcg64, groups: usize, bodies: usize, friction: bool) -> [Linearisation; 2] {
     let (all, n) = (groups * bodies, 3 * groups * bodies);
     let between = |body: usize| -> Vec<usize> { (3 * body..3 * body + 3).chain(3 * body + 3..3 * body + 6).collect() };

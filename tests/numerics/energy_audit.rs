@@ -4,7 +4,8 @@ use crate::support::*;
 use rimbench::cases::ParameterSet;
 use rimbench::models::Oil;
 
-/// Moves the wedge box's cylinder as `s(t) = s₀ + 0.01 (1 − cos 12 t)` through `n` steps of 0.4 s together, valve ramp and all.
+/// Moves the wedge box's cylinder as `s(t) = s₀ + 0.01 (1 − cos 12 t)` through `n` steps of 0.4 s together, valve ramp
+/// and all.
 fn prescribed(n: usize) -> (EnergyAccount, [f64; 2]) {
     let mut cylinder = wedge_box_cylinder();
     let h = 0.4 / n as f64;

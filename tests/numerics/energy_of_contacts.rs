@@ -1,5 +1,5 @@
-//! The energy that contacts in an interface model create (docs/method/no-heavier-than-the-mechanics.md): the jump at the communication
-//! point to round-off, models that lose, three ways to create, and shares of a body.
+//! The energy that contacts in an interface model create (docs/method/no-heavier-than-the-mechanics.md): the jump at
+//! the communication point to round-off, models that lose, three ways to create, and shares of a body.
 
 use crate::random_bodies::*;
 use crate::support::*;
@@ -20,8 +20,8 @@ enum Law {
     Bilateral,
 }
 
-/// The model of a macro step computed on the whole body: its end velocity v̂, its contact impulses P̂, their work and `a_c · ∫ t dP̂`, how far
-/// its contacts travel, its interface velocities.
+/// The model of a macro step computed on the whole body: its end velocity v̂, its contact impulses P̂, their work and
+/// `a_c · ∫ t dP̂`, how far its contacts travel, its interface velocities.
 struct Replay {
     v: DVector<f64>,
     impulses: Vec<f64>,
@@ -185,7 +185,8 @@ fn models_whose_contacts_push_where_the_mechanics_has_contacts_lose_energy_at_th
     assert!(lost > 30, "{lost}: nothing was at stake");
 }
 
-/// A mechanics that takes several steps under the mean force is not one minimum, and may end with more energy than the model.
+/// A mechanics that takes several steps under the mean force is not one minimum, and may end with more energy than the
+/// model.
 #[test]
 fn several_steps_of_the_mechanics_in_a_macro_step_are_not_covered() {
     let rng = &mut Pcg64::seed_from_u64(8);
@@ -225,8 +226,9 @@ fn the_jump_of_bilateral_and_premature_contacts_obeys_the_same_identity_and_crea
     assert!(created.iter().all(|count| *count > 30), "{created:?}");
 }
 
-/// A body whose forces all depend on its state, with contacts closed and open, and its model with a half-kick along the closed ones. Each
-/// closed contact that would balance these forces by z per second creates z times how much farther it travels in the mechanics than in the model.
+/// A body whose forces all depend on its state, with contacts closed and open, and its model with a half-kick along the
+/// closed ones. Each closed contact that would balance these forces by z per second creates z times how much farther it
+/// travels in the mechanics than in the model.
 #[test]
 fn with_a_half_kick_a_contact_creates_what_it_balances_times_the_travel_that_the_model_does_without() {
     let rng = &mut Pcg64::seed_from_u64(9);
@@ -262,7 +264,8 @@ fn with_a_half_kick_a_contact_creates_what_it_balances_times_the_travel_that_the
         let jump =
             (&w - &all * &kick).dot(&difference) - kinetic(&model, &(&inverse_mass * all.transpose() * &difference));
         let wanted = jump + end.work + each.iter().sum::<f64>();
-        // Of body and forces, whose work is ½ H f · (v + v⁺). The loop counts the first micro step from the velocity before the kick.
+        // Of body and forces, whose work is ½ H f · (v + v⁺). The loop counts the first micro step from the velocity
+        // before the kick.
         let missed = 0.5 * H / 12.0 * played.forces[0][0] * (matrix(&model.interface, n) * &kick)[0];
         let residual = report.audit.work.residual_j().unwrap();
         let created = 0.5 * own.dot(&(&w + &before)) - residual - missed;
@@ -285,8 +288,8 @@ fn with_a_half_kick_a_contact_creates_what_it_balances_times_the_travel_that_the
     assert!(pulled > 10 && pressed > 10, "{pulled} pulled open in the model, {pressed} pressed and open in the end");
 }
 
-/// Any impulses of a model under Coulomb friction: energy is created only where the mechanics slides and the model pushes along the
-/// surface by more than the mechanics' own friction.
+/// Any impulses of a model under Coulomb friction: energy is created only where the mechanics slides and the model
+/// pushes along the surface by more than the mechanics' own friction.
 #[test]
 fn with_friction_impulses_within_the_cone_of_the_mechanics_create_nothing() {
     let rng = &mut Pcg64::seed_from_u64(6);
@@ -388,7 +391,8 @@ fn the_jump_of_a_bilateral_contact_with_friction_is_that_of_the_whole_body() {
     assert!(stuck > 20 && slid > 50 && locked > 0, "{stuck} stuck too long, {slid} slid, {locked} locked");
 }
 
-/// Bounds of before the first run, that of 1 J for 10 ms, where the smooth model creates 0.11 J, then for 20 ms, where it diverges.
+/// Bounds of before the first run, that of 1 J for 10 ms, where the smooth model creates 0.11 J, then for 20 ms, where
+/// it diverges.
 #[test]
 fn on_the_wedge_box_with_friction_a_model_that_decides_once_per_macro_step_sticks_too_long() {
     let [smooth, pushes] = ["rim-smooth-active", "rim-nonsmooth"].map(|scheme| {
@@ -405,8 +409,8 @@ fn on_the_wedge_box_with_friction_a_model_that_decides_once_per_macro_step_stick
     assert!(pushes.is_none_or(|(energy, _)| energy <= 0.1), "{pushes:?}");
 }
 
-/// A margin, a bilateral contact and stick kept too long, each with a force that the model holds while the mechanics gives way; the
-/// non-smooth model with the contacts that are closed creates nothing.
+/// A margin, a bilateral contact and stick kept too long, each with a force that the model holds while the mechanics
+/// gives way; the non-smooth model with the contacts that are closed creates nothing.
 #[test]
 fn there_are_three_ways_to_create_energy_with_contacts() {
     let (mass, impulse) = (2.0, 0.12);
@@ -487,7 +491,8 @@ fn models_of_shares_of_a_body_create_nothing_however_many_actuators_there_are() 
         let after = kinetic(&model, &DVector::from_column_slice(mechanics.velocity()));
         assert!(after <= before + ROUND_OFF * (before + start), "case {case}: {after} J of {before} J");
 
-        // Own mobilities over the shares, or times the row sums of the correlations, are no heavier; own mobilities alone are.
+        // Own mobilities over the shares, or times the row sums of the correlations, are no heavier; own mobilities
+        // alone are.
         let bare = LinearModel { unilateral: ConstantRows::default(), ..model };
         let (_, eq4) = reduce(&linearise(&mut bare.clone(), &bare.q, &bare.v), &bare.v, H, 0.0);
         let h = DMatrix::from_row_slice(spokes, spokes, &eq4.h);
@@ -503,7 +508,8 @@ fn models_of_shares_of_a_body_create_nothing_however_many_actuators_there_are() 
     assert!(heavier > 190, "{heavier}");
 }
 
-/// Energy created has one meaning: that of a trace is minus the interface residual of the same run, and a jump is only a bound.
+/// Energy created has one meaning: that of a trace is minus the interface residual of the same run, and a jump is only
+/// a bound.
 #[test]
 fn energy_created_in_a_trace_must_be_minus_the_interface_residual() {
     for detection in ["margin:1e-3", "active"] {
@@ -515,7 +521,8 @@ fn energy_created_in_a_trace_must_be_minus_the_interface_residual() {
         let sent = audit.work.sent_j.unwrap().abs();
         assert!((created + residual).abs() < 1e-11 * (sent + model.jump.abs()), "{created} J, residual {residual} J");
         assert_eq!(created, model.created());
-        // Across the gap of a margin the model's contacts take nearly all that the jumps gain; closed ones gain nothing by jumps.
+        // Across the gap of a margin the model's contacts take nearly all that the jumps gain; closed ones gain nothing
+        // by jumps.
         let bounded = if detection == "active" { model.jump < 0.0 } else { model.jump > 10.0 * created.abs() };
         assert!(bounded, "{detection}: jumps {} J, created {created} J", model.jump);
     }

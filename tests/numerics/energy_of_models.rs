@@ -1,5 +1,5 @@
-//! The energy that an interface model without contacts creates (docs/method/no-heavier-than-the-mechanics.md): the identity to
-//! round-off, and no growth if and only if the model is no heavier than the mechanics.
+//! The energy that an interface model without contacts creates (docs/method/no-heavier-than-the-mechanics.md): the
+//! identity to round-off, and no growth if and only if the model is no heavier than the mechanics.
 
 use crate::random_bodies::*;
 use crate::support::*;
@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// `Σ_j P_jᵀ(H_mech − H_model)…` telescopes: the total impulse alone counts, and of the bias the first moment within each piece.
+/// `Σ_j P_jᵀ(H_mech − H_model)…` telescopes: the total impulse alone counts, and of the bias the first moment within
+/// each piece.
 #[test]
 fn without_contacts_the_energy_created_is_that_of_the_mass_and_of_the_first_moment() {
     let rng = &mut Pcg64::seed_from_u64(1);
@@ -63,8 +64,8 @@ fn without_contacts_the_energy_created_is_that_of_the_mass_and_of_the_first_mome
     }
 }
 
-/// A spring `f' = −K w` whose micro step conserves `½ fᵀK⁻¹f` plus the energy of a model of mobility `h`: the implicit midpoint rule,
-/// solved with that mobility.
+/// A spring `f' = −K w` whose micro step conserves `½ fᵀK⁻¹f` plus the energy of a model of mobility `h`: the implicit
+/// midpoint rule, solved with that mobility.
 struct Spring {
     stiffness: Matrix2<f64>,
     h: Matrix2<f64>,

@@ -68,7 +68,8 @@ fn solved(problem: FrictionProblem<'_>) -> (Vec<ContactState>, Vec<f64>) {
     (solver.solver.states().to_vec(), impulses)
 }
 
-/// The rod of Painlevé: uniform, of half length 1 and mass 1, its tip on the floor at tan θ = 2, sliding so that friction digs it in.
+/// The rod of Painlevé: uniform, of half length 1 and mass 1, its tip on the floor at tan θ = 2, sliding so that
+/// friction digs it in.
 fn rod(mu: f64, w_n: f64) -> Bodies {
     let angle = 2.0_f64.atan();
     let (x, y) = (-angle.cos(), -angle.sin());
@@ -228,7 +229,8 @@ fn without_friction_the_problem_must_be_the_linear_complementarity_problem_of_it
 
 #[test]
 fn two_corners_of_a_block_must_share_a_push_that_neither_can_take_alone() {
-    // Level block on two corners, pushed with more than one corner's friction and less than both: the tangential rows are dependent.
+    // Level block on two corners, pushed with more than one corner's friction and less than both: the tangential rows
+    // are dependent.
     let block = on_floor(&[[-0.5, -0.2], [0.5, -0.2]], 0.3, [0.3, -1.0, 0.0], 0.4);
     let (states, p) = solved(block.problem());
     assert!(block.w(&p).iter().all(|w| w.abs() <= ROUND_OFF), "it stands still");
@@ -340,7 +342,8 @@ fn a_coefficient_that_changes_must_be_seen_where_states_and_matrix_stay() {
     }
 }
 
-/// The relaxed problem as a quadratic program over the cone itself, for an interior-point solver that shares nothing with ours:
+/// The relaxed problem as a quadratic program over the cone itself, for an interior-point solver that shares nothing
+/// with ours:
 ///
 /// ```text
 /// min ½ Pᵀ H P + (b + [s; 0])ᵀ P        μ P_n ± P_t ≥ 0,  P_n ≥ 0
@@ -378,7 +381,8 @@ fn by_cone_program(bodies: &Bodies, lifted: &[f64]) -> Option<Vec<f64>> {
     (solver.solution.status == SolverStatus::Solved).then(|| solver.solution.x.clone())
 }
 
-/// Coulomb's law as the fixed point of such programs: what slides is lifted by `μ |w_t|`, so that is taken back beforehand.
+/// Coulomb's law as the fixed point of such programs: what slides is lifted by `μ |w_t|`, so that is taken back
+/// beforehand.
 fn by_cone_programs(bodies: &Bodies) -> Option<Vec<f64>> {
     let n = bodies.friction.len();
     let mut lifted = vec![0.0; n];

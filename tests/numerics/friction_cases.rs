@@ -21,12 +21,14 @@ fn the_towed_block_must_stick_and_slip_with_the_period_and_the_forces_of_its_clo
         let releases: Vec<f64> = lets_go.map(|k| time[k]).collect();
         assert_eq!(releases.len(), 12, "(8 − 0.49) s / 0.669 s");
         for pair in releases.windows(2) {
-            // A stick begins and ends at a grid point and its coefficient holds a step longer; the slip is that of a rule of the first order.
+            // A stick begins and ends at a grid point and its coefficient holds a step longer; the slip is that of a
+            // rule of the first order.
             assert!((pair[1] - pair[0] - 0.669357).abs() <= 4.0 * h, "h = {h}: {pair:?}");
         }
         let cycles = time.iter().zip(&force).filter(|(time, _)| **time > releases[0]);
         let forces: Vec<f64> = cycles.map(|(_, force)| *force).collect();
-        // The spring is drawn out by 10 N/s for two steps more, and a slip at 10 rad/s of 1.4 N is half a step off its phase.
+        // The spring is drawn out by 10 N/s for two steps more, and a slip at 10 rad/s of 1.4 N is half a step off its
+        // phase.
         let bound = 2.0 * 10.0 * h + 0.5 * 10.0 * 1.4 * h;
         assert!((largest(forces.iter().copied()) - 5.32484).abs() <= bound + 5e-6, "{}", largest(forces));
         assert!((smallest(forces.iter().copied()) - 2.52316).abs() <= bound + 5e-6, "{}", smallest(forces));
@@ -63,7 +65,8 @@ fn a_block_on_rough_ground_must_keep_housners_ratio_when_it_strikes_with_the_oth
         let hit = left.iter().position(|force| *force > 0.0).expect("the block never gets level");
         // The step that catches the corner uses up its gap; the impact is complete one step later.
         let [before, after] = [rate[hit - 1], rate[hit + 1]];
-        // Three steps of the moments about a corner, (m g b + 385 N · 0.6 m)/(4/3 m (b² + h²)) ≤ 9 rad/s², and an angle of one step of ω.
+        // Three steps of the moments about a corner, (m g b + 385 N · 0.6 m)/(4/3 m (b² + h²)) ≤ 9 rad/s², and an angle
+        // of one step of ω.
         let bound = 3.0 * 9.0 * h + 2.0 * h * before.abs();
         assert_eq!((after - ratio * before).abs() <= bound, sticks, "μ = {mu}: {before} {after}");
     }
@@ -88,7 +91,8 @@ fn a_dragged_load_must_let_go_at_the_tension_of_theory_and_press_by_what_the_rop
         // The step to row k has the geometry of the row before.
         let sine = (x[k - 1] - theta[k - 1].cos()) / rope;
         let pressed = mass * G - tension[k] * (1.0 - sine * sine).sqrt();
-        // The load stays at its height, so nothing is left over but rounding: 1e-16 of positions of a metre over h², times 100 kg.
+        // The load stays at its height, so nothing is left over but rounding: 1e-16 of positions of a metre over h²,
+        // times 100 kg.
         assert!((ground[k] - pressed).abs() <= 1e-6, "row {k}: {} {pressed}", ground[k]);
         assert_eq!(state[k], SlipNegative);
         assert!((friction[k] - mu * ground[k]).abs() <= 1e-9 * ground[k]);

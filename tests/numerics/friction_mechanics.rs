@@ -110,7 +110,8 @@ fn a_disc_that_slides_must_roll_with_two_thirds_of_its_speed_and_lose_a_third_of
 
 #[test]
 fn an_oblique_impact_must_rebound_by_the_law_of_moreau_or_along_the_normal_alone_by_that_of_newton() {
-    // A disc with I = m R²/2; with e in both directions it sticks up to 3 μ w_n, with none along the surface up to 3 μ (1 + e) w_n.
+    // A disc with I = m R²/2; with e in both directions it sticks up to 3 μ w_n, with none along the surface up to 3 μ
+    // (1 + e) w_n.
     let e = 0.5;
     let law = ContactLaw { restitution: e, ..PLASTIC };
     for (along, w_t, sticks) in [(e, 0.8, true), (e, 1.0, false), (0.0, 1.3, true), (0.0, 1.4, false)] {
@@ -156,7 +157,8 @@ fn friction_must_never_push_along() {
     assert!(box_.ledger().slip < -1.0);
 }
 
-/// Their rows along the surface are the same, so the solver loads one foot up to its border before the other takes anything.
+/// Their rows along the surface are the same, so the solver loads one foot up to its border before the other takes
+/// anything.
 #[test]
 fn two_feet_at_rest_must_hold_with_the_coefficient_at_rest_of_both() {
     let (mass, h) = (2.0, 1e-3);
@@ -247,8 +249,9 @@ fn schemes_without_contacts_of_their_own_must_follow_the_reference_where_contact
     }
 }
 
-/// Over one step of the mechanics under a force that is held, the acceleration that a scheme predicts is that of the mechanics itself,
-/// whose own solver knows nothing of the scheme: sliding, sticking and coming to rest, in the plane and in space.
+/// Over one step of the mechanics under a force that is held, the acceleration that a scheme predicts is that of the
+/// mechanics itself, whose own solver knows nothing of the scheme: sliding, sticking and coming to rest, in the plane
+/// and in space.
 #[test]
 fn a_predicted_acceleration_must_be_the_one_that_the_mechanics_then_has() {
     let (h, mut stopped) = (1e-4, 0);

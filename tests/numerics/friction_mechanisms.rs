@@ -6,7 +6,8 @@ use rimbench::cosim::StopFlag;
 use rimbench::mechanics::monolithic;
 
 const G: f64 = 9.81;
-// The toy: masses of sleeve and bird, inertia of the bird, radii of pole and sleeve, half height of the sleeve, levers, and the spring.
+// The toy: masses of sleeve and bird, inertia of the bird, radii of pole and sleeve, half height of the sleeve, levers,
+// and the spring.
 const M_M: f64 = 3e-4;
 const M_S: f64 = 4.5e-3;
 const J_S: f64 = 7e-7;
@@ -36,14 +37,16 @@ fn a_woodpecker_at_rest_must_hang_from_a_coefficient_of_theory_on_and_slide_belo
         let (h, steps) = (1e-6, 1000);
         let run = march("woodpecker", &set, h, steps, steps);
         let [start, end] = <[f64; 2]>::try_from(column(&run, "sleeve_y_m")).unwrap();
-        // While the sleeve slides and the spring is as it was, the bird turns back by m_S l_G/(J_S + m_S l_G²) of what it falls.
+        // While the sleeve slides and the spring is as it was, the bird turns back by m_S l_G/(J_S + m_S l_G²) of what
+        // it falls.
         let free = 1.0 - M_S * L_G * L_G / (J_S + M_S * L_G * L_G);
         let levers = H_M + R_M * mu;
         let inertia = M_M + M_S * free - mu * M_S * L_M * free / levers;
         let acceleration = (mu * M_S * G * (L_M + L_G) / levers - weight) / inertia;
         let n = f64::from(steps as u32);
         let fall = if holds { 0.0 } else { -0.5 * acceleration * h * h * n * (n + 1.0) };
-        // In 1 ms the spring changes its torque by (ω t)²/12 of what it could, ω² = c/(J_S + m_S l_G²) = (57 1/s)²; rounding of angles over h.
+        // In 1 ms the spring changes its torque by (ω t)²/12 of what it could, ω² = c/(J_S + m_S l_G²) = (57 1/s)²;
+        // rounding of angles over h.
         let bound = 3e-3 * fall + 1e-12;
         assert!((start - end - fall).abs() <= bound, "μ = {mu}: {} m, not {fall} m", start - end);
         assert!(holds || fall > 1e-8, "{fall}");
@@ -72,8 +75,8 @@ fn a_woodpecker_must_descend_in_the_hops_that_are_published_and_without_rebound_
         pecks.windows(2).map(|p| [p[1][0] - p[0][0], p[0][1] - p[1][1]]).collect::<Vec<_>>()
     };
     let mean = |hops: &[[f64; 2]], of: usize| hops.iter().map(|hop| hop[of]).sum::<f64>() / hops.len() as f64;
-    // Twenty hops, one like the other but for the steps that impacts fall on either side of: half a step each, of which some dozen
-    // make a hop, and 0.6 m/s or less in between.
+    // Twenty hops, one like the other but for the steps that impacts fall on either side of: half a step each, of which
+    // some dozen make a hop, and 0.6 m/s or less in between.
     let h = 1e-5;
     let published = hops("0.5", h);
     let spread = |of: usize| largest(published.iter().map(|hop| (hop[of] - mean(&published, of)).abs()));
@@ -95,7 +98,8 @@ fn the_published_start_of_the_woodpecker_must_come_back_after_a_hop() {
     let [sleeve, bird, y] = ["sleeve_angle_rad", "bird_angle_rad", "sleeve_y_m"].map(|name| column(&run, name));
     let rate = |x: &[f64], k: usize| (x[k] - x[k - 1]) / h;
     let end = sleeve.len() - 1;
-    // Printed to four digits, the hop to 0.1 ms, in which the bird turns by 7.5e-4 rad and is braked by 0.7 % of its speed.
+    // Printed to four digits, the hop to 0.1 ms, in which the bird turns by 7.5e-4 rad and is braked by 0.7 % of its
+    // speed.
     assert!((sleeve[end] - sleeve[0]).abs() <= 1e-9 && rate(&sleeve, end).abs() <= 1e-9);
     assert!((bird[end] - bird[0]).abs() <= 1.5 * 7.5e-4, "{}", bird[end]);
     assert!((rate(&bird, end) / -7.4583 - 1.0).abs() <= 0.01, "{}", rate(&bird, end));
@@ -120,7 +124,8 @@ fn contacts_that_rebound_along_the_normal_alone_must_take_energy_from_toy_and_cr
     }
 }
 
-/// Angles and rates of crank and rod after `duration` from Lagrange's equations, by Runge and Kutta's rule of the fourth order.
+/// Angles and rates of crank and rod after `duration` from Lagrange's equations, by Runge and Kutta's rule of the
+/// fourth order.
 fn without_guide(duration: f64, steps: u32) -> [f64; 4] {
     let p: Crank = defaults("slider-crank");
     let [m1, m2, m3] = [p.crank_mass_kg, p.rod_mass_kg, p.slider_mass_kg];
@@ -174,7 +179,8 @@ fn a_slider_must_stay_in_its_guide_and_rub_as_coulomb_says() {
     for corner in corners {
         let of = |head: &str, tail: &str| column(&run, &format!("{head}_{corner}{tail}"));
         let (gap, normal, along) = (of("gap", "_m"), of("contact_force", "_n"), of("friction_force", "_n"));
-        // A corner goes into a wall by its convective term, l₁ ω² = 3.5e3 m/s², times h² a step, of which a fifth goes back in each.
+        // A corner goes into a wall by its convective term, l₁ ω² = 3.5e3 m/s², times h² a step, of which a fifth goes
+        // back in each.
         assert!(smallest(gap.iter().copied()) > -5.0 * 3.5e3 * h * h * 10.0, "{corner}: {}", smallest(gap));
         for (normal, along) in normal.iter().zip(&along) {
             assert!(*normal >= 0.0 && along.abs() <= 0.1 * normal * (1.0 + 1e-9) + 1e-9, "{corner}: {normal} {along}");
@@ -184,8 +190,8 @@ fn a_slider_must_stay_in_its_guide_and_rub_as_coulomb_says() {
     assert!(touched > 1000, "{touched}");
 }
 
-/// The slider's corners are thrown from wall to wall: that is hit, though the rows turn, and takes energy. It took 0.64 J in steps of 0.5 ms
-/// when open corners counted as ones that rest, and takes 1.4 J in short steps.
+/// The slider's corners are thrown from wall to wall: that is hit, though the rows turn, and takes energy. It took 0.64
+/// J in steps of 0.5 ms when open corners counted as ones that rest, and takes 1.4 J in short steps.
 #[test]
 fn corners_that_are_thrown_into_a_wall_must_be_hit_though_their_rows_turn() {
     let options = [("macro_step_s", "5e-4")];

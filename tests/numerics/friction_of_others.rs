@@ -1,8 +1,10 @@
-//! Planar problems with friction of Siconos: nobody's home ground. They are not in this tree, see `support::data_of_others`.
+//! Planar problems with friction of Siconos: nobody's home ground. They are not in this tree, see
+//! `support::data_of_others`.
 //!
-//! The files are those of `numerics/src/FrictionContact/test/data` whose first number is a 2, as Siconos 4.4 writes them: the dimension,
-//! the number of contacts, the kind of matrix, its sizes, the matrix (dense by columns, or blocks by rows of blocks, each by columns), q,
-//! and the coefficients. Contacts come one after the other there, each with its normal and its tangential row.
+//! The files are those of `numerics/src/FrictionContact/test/data` whose first number is a 2, as Siconos 4.4 writes
+//! them: the dimension, the number of contacts, the kind of matrix, its sizes, the matrix (dense by columns, or blocks
+//! by rows of blocks, each by columns), q, and the coefficients. Contacts come one after the other there, each with its
+//! normal and its tangential row.
 
 use crate::support::*;
 use rimbench::complementarity::{SolveStats, Unsolved};

@@ -9,7 +9,8 @@ const GOLDEN_VERSION: u32 = 15;
 
 /// Scheme with a page, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
 ///
-/// Most schemes run 0.15 s, into the first force peak; those named `rim` 1.72 s, through the touch-down. One that splits an interface runs on the gripper.
+/// Most schemes run 0.15 s, into the first force peak; those named `rim` 1.72 s, through the touch-down. One that
+/// splits an interface runs on the gripper.
 const GOLDEN: &[(&str, f64, f64)] = &[
     ("zero-order-hold", 2.516314097965119, 715.5199218039622),
     ("first-order-hold", 2.516253106151541, 696.4934111482635),

@@ -18,7 +18,8 @@ fn the_three_sequences_give_one_result() {
     }
 }
 
-/// The opening of the valve on the wedge box, without contact events, against the monolithic stepper with the same micro step.
+/// The opening of the valve on the wedge box, without contact events, against the monolithic stepper with the same
+/// micro step.
 #[test]
 fn against_the_chambers_the_order_is_two() {
     let (duration, micro_step) = (0.3, 1e-5);

@@ -54,7 +54,8 @@ fn a_plastic_contact_must_stay_where_another_one_rebounds() {
     }
 }
 
-/// A rigid beam `(x, y, θ)`, 4 kg, on supports at `at` below it, its weight 0.1 m right of the middle; falling with `speed`.
+/// A rigid beam `(x, y, θ)`, 4 kg, on supports at `at` below it, its weight 0.1 m right of the middle; falling with
+/// `speed`.
 fn supported(at: &[f64], speed: f64, solver: &rimbench::solver_entry::SolverEntry) -> NonSmoothMechanics<LinearModel> {
     let rows: Vec<[f64; 3]> = at.iter().map(|x| [0.0, 1.0, *x]).collect();
     let rows: Vec<(&[f64], f64)> = rows.iter().map(|row| (row.as_slice(), 0.0)).collect();
@@ -145,7 +146,8 @@ impl MechanicalModel for OnRope {
     }
 }
 
-/// A pendulum swings on a rope that stays taut. Each step leaves a gap of ½h²|c| and an approach of ½h|c|, which is nothing that hits.
+/// A pendulum swings on a rope that stays taut. Each step leaves a gap of ½h²|c| and an approach of ½h|c|, which is
+/// nothing that hits.
 #[test]
 fn a_contact_that_rests_on_a_row_that_turns_must_not_rebound_from_what_the_steps_make_of_it() {
     for h in [1e-2, 1e-3, 1e-4] {
@@ -166,8 +168,8 @@ fn a_contact_that_rests_on_a_row_that_turns_must_not_rebound_from_what_the_steps
     }
 }
 
-/// A point flies into its rope, across it with 2 m/s. What counts as rest is of order h: it turns with 4 m/s², so that a rebound of less than
-/// h · 4 m/s² is over in a step. Any speed is an impact if the step is short enough.
+/// A point flies into its rope, across it with 2 m/s. What counts as rest is of order h: it turns with 4 m/s², so that
+/// a rebound of less than h · 4 m/s² is over in a step. Any speed is an impact if the step is short enough.
 #[test]
 fn an_impact_on_a_row_that_turns_must_be_one_once_the_step_is_short_enough() {
     for (along, h, taut, rebounds) in [

@@ -45,7 +45,8 @@ fn a_packing_stands_on_forces_that_go_straight_through_and_are_turned_back_by_th
     }
 }
 
-/// The sum of the forces between discs, and of discs on the half discs of the floor, by following each line of force down from the top.
+/// The sum of the forces between discs, and of discs on the half discs of the floor, by following each line of force
+/// down from the top.
 fn sum_of_forces_between(columns: u32, layers: u32, unit: f64) -> f64 {
     let last = 2 * columns as i64 - 2;
     let mut sum = 0.0;
@@ -81,7 +82,8 @@ fn the_wall_of_the_packing_is_held_at_rest_let_out_and_pushed_back() {
     // At rest until the spool moves, but for what pressures of 1e6 Pa round to.
     assert!(at(0.1).abs() < 1e-9, "{}", at(0.1));
     assert!(at(0.35) < -5e-3 && at(0.8) > 5e-3, "{} {}", at(0.35), at(0.8));
-    // Let out by 11.8 mm it takes 1640.4 N to hold the wall, by the potential energy of the packing that sinks; the cylinder still moves.
+    // Let out by 11.8 mm it takes 1640.4 N to hold the wall, by the potential energy of the packing that sinks; the
+    // cylinder still moves.
     let force = column(&run.trajectory, "force_to_mechanics_n");
     let furthest = time.iter().position(|row| *row >= 0.4 - 1e-9).unwrap();
     approx::assert_relative_eq!(force[furthest], 1640.4, max_relative = 0.01);
@@ -149,7 +151,8 @@ fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_on
     let run = completed(&spec);
     let (time, force) = (column(&run.trajectory, "time_s"), column(&run.trajectory, "actuator_force_n"));
     let platform = 9.81;
-    // While it falls the reading follows 3 ρ g x; the spring is late by some c/k, 4 ms, in which the force grows by 2 %, and rings.
+    // While it falls the reading follows 3 ρ g x; the spring is late by some c/k, 4 ms, in which the force grows by 2
+    // %, and rings.
     let mut off = 0.0_f64;
     for (time, force) in time.iter().zip(&force).filter(|(time, _)| (0.2..0.39).contains(*time)) {
         let [_, expected] = chain.landed_and_force(*time);
@@ -159,7 +162,8 @@ fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_on
     approx::assert_relative_eq!(*force.last().unwrap(), 3.0 * 9.81, max_relative = 0.01);
     let peak = largest(force);
     assert!(peak > 0.93 * 7.0 * 9.81, "{peak}");
-    // What falls loses all of its speed in plastic impacts: half of what its weight does, but for what the platform keeps.
+    // What falls loses all of its speed in plastic impacts: half of what its weight does, but for what the platform
+    // keeps.
     let account = run.report.audit.accounts.mechanics.unwrap();
     assert!(account.closure().abs() < 1e-9);
 }
@@ -174,7 +178,8 @@ fn run_of_chain(links: &str, pieces: &str) -> RunResult {
 
 #[test]
 fn a_chain_with_beads_of_pieces_on_joints_moves_as_one_without() {
-    // Many contacts and joints; few contacts and one long group of joints for each bead; fewer of both than are kept apart.
+    // Many contacts and joints; few contacts and one long group of joints for each bead; fewer of both than are kept
+    // apart.
     for (links, pieces) in [("60", "4"), ("4", "150"), ("6", "2")] {
         let (whole, jointed) = (run_of_chain(links, "1"), run_of_chain(links, pieces));
         for name in ["actuator_force_n", "lowest_bead_y_m", "effective_mass_kg"] {
@@ -223,7 +228,8 @@ fn the_jerk_of_the_rope_takes_the_whole_column_along_and_keeps_the_momentum() {
     let lever = (rope[1] * cos - rope[0] * sin) / rope[0].hypot(rope[1]);
     let inertia = 200.0 / 3.0 + 250.0;
     let expected = inertia / (inertia + lever * lever * COLUMN);
-    // The rope also pulls aside, by some 1e-2 of its force, and the geometry changes within two steps; differences of 1 rad round to 1e-12.
+    // The rope also pulls aside, by some 1e-2 of its force, and the geometry changes within two steps; differences of 1
+    // rad round to 1e-12.
     approx::assert_relative_eq!(after / before, expected, max_relative = 3e-4);
 }
 
@@ -303,8 +309,8 @@ fn a_pile_that_goes_farther_than_its_list_must_end_or_list_its_contacts_anew() {
         if scheme != "rim-nonsmooth-gap" {
             continue;
         }
-        // With every entry kept, and rows that know other velocities than before. In the problems of the others contacts are
-        // redundant, which no rival that keeps every entry gets through.
+        // With every entry kept, and rows that know other velocities than before. In the problems of the others
+        // contacts are redundant, which no rival that keeps every entry gets through.
         let dense = crate::support::run(&with_opaque_solver(&spec));
         for name in ["blade_x_m", "disc_momentum_x_kg_m_s", "contact_force_sum_n"] {
             let (off, scale) = apart(&run.trajectory, &dense.trajectory, name);
@@ -317,7 +323,8 @@ fn a_pile_that_goes_farther_than_its_list_must_end_or_list_its_contacts_anew() {
 fn large_cases_run_with_thousands_of_contacts_and_say_no_beyond_memory() {
     for (case, set, contacts) in [
         ("packed-box", vec![("columns", "20"), ("layers", "20"), ("disc_mass_kg", "0.5")], 780.0),
-        // Layers of 15 and 14: floor 15, walls 10, neighbours in a layer 5 · (14 + 13), between layers 9 · 28. The rope hangs loose.
+        // Layers of 15 and 14: floor 15, walls 10, neighbours in a layer 5 · (14 + 13), between layers 9 · 28. The rope
+        // hangs loose.
         ("crane-heap", vec![("columns", "15"), ("layers", "10"), ("wall_gap_m", "0")], 412.0),
         ("falling-chain", vec![("links", "600")], 599.0),
         ("falling-chain", vec![("links", "600"), ("bead_pieces", "4")], 599.0),

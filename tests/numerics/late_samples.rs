@@ -2,7 +2,8 @@
 
 use crate::support::*;
 
-/// A run of the wedge box to 2.5 s with samples late, in the trial's form: one mechanics step per macro step, the mean returned.
+/// A run of the wedge box to 2.5 s with samples late, in the trial's form: one mechanics step per macro step, the mean
+/// returned.
 fn late(case: &str, scheme: &str, macro_step: &str, options: &[(&str, &str)]) -> RunSpec {
     let options = [&[("macro_step_s", macro_step)], options].concat();
     spec_with(case, scheme, &options, &[])
@@ -38,7 +39,8 @@ fn samples_that_are_all_in_time_must_change_no_bit() {
 
 #[test]
 fn an_exact_model_that_catches_up_must_bridge_any_delay_without_error() {
-    // The model is the mechanics itself, contacts included: run forward with the same forces it is where the mechanics is.
+    // The model is the mechanics itself, contacts included: run forward with the same forces it is where the mechanics
+    // is.
     for case in ["disc-row", "rocking-block", "wedge-box"] {
         let options = [("force_return", "profile"), ("mechanics_steps", "all"), ("duration_s", "0.4")];
         let in_time = late(case, "rim-nonsmooth-gap", "4e-3", &options);
@@ -49,7 +51,8 @@ fn an_exact_model_that_catches_up_must_bridge_any_delay_without_error() {
             let [fresh, old] = [&in_time, &spec].map(|spec| completed(spec).trajectory);
             let force = spec.case.interface_columns[0].force.clone();
             let (difference, peak) = apart(&fresh, &old, &force);
-            // Frozen at t_m, the Jacobians of a body that turns are those of another place: exact where they do not change.
+            // Frozen at t_m, the Jacobians of a body that turns are those of another place: exact where they do not
+            // change.
             let bound = if spec.model_is_exact() { 1e-6 } else { 0.2 };
             assert!(difference <= bound * peak, "{case} {delivery}: {difference:e} of {peak:e}");
         }
@@ -75,7 +78,8 @@ fn the_figures_of_the_trial_must_be_met() {
         (gap, 1, Some("catch-up"), [1.9, 5.3, 12.0, 28.0, 48.0, 102.0]),
         (gap, 2, Some("catch-up"), [2.0, 5.5, 12.0, 25.0, 53.0, 90.0]),
     ];
-    // The trial's reference: gap tracking at 0.1 ms with the micro steps of all runs, whose error is then in none of them.
+    // The trial's reference: gap tracking at 0.1 ms with the micro steps of all runs, whose error is then in none of
+    // them.
     let forces = |scheme: &str, macro_step: &str, options: &[(&str, &str)]| {
         let spec = late("wedge-box", scheme, macro_step, options);
         let run = run_within(&spec, wedge_box_reference().bounds(&spec).unwrap());
@@ -119,7 +123,8 @@ fn an_extrapolation_must_use_the_times_of_late_samples_and_forgets_them_only_whe
 fn catching_up_must_cost_as_many_micro_steps_as_it_bridges_and_nothing_else() {
     let options = [("delivery_up", "delay:3"), ("duration_s", "0.2")];
     let result = completed(&late("wedge-box", "rim-nonsmooth-gap", "5e-3", &options));
-    // 40 macro steps of 100 micro steps: the first three communication points bridge 0, 1 and 2 macro steps; the last is one more.
+    // 40 macro steps of 100 micro steps: the first three communication points bridge 0, 1 and 2 macro steps; the last
+    // is one more.
     assert_eq!(result.report.work.cosim.catch_up_steps, 100 * (1 + 2 + 38 * 3));
 }
 
@@ -157,7 +162,8 @@ fn a_load_whose_own_acceleration_turns_round_while_samples_age_must_be_told_from
     assert!(weight > 0.99 && weight <= 1.0 + 1e-12, "{weight}");
 }
 
-/// Where nothing turns, so that frozen rows are those of the mechanics: every part is what the parts say, and none is what is left over.
+/// Where nothing turns, so that frozen rows are those of the mechanics: every part is what the parts say, and none is
+/// what is left over.
 #[test]
 fn the_account_of_a_model_that_is_believed_must_name_what_its_mass_creates() {
     for (case, belief, mass) in [

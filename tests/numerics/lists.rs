@@ -1,4 +1,5 @@
-//! What the catalogue lists: names that stand once, parameters with their ranges, columns that have a source, drawings, limits of memory.
+//! What the catalogue lists: names that stand once, parameters with their ranges, columns that have a source, drawings,
+//! limits of memory.
 
 use crate::support::*;
 use rimbench::cases::{CoupledSystem, DerivedColumn, InterfaceColumns, Parameter, Shape};

@@ -1,4 +1,5 @@
-//! Several actuators on one mechanics, each with an interface model of its own: the joint limit, lossless bodies, the lift table.
+//! Several actuators on one mechanics, each with an interface model of its own: the joint limit, lossless bodies, the
+//! lift table.
 
 use crate::random_bodies::draw;
 use crate::support::*;

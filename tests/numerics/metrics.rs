@@ -89,7 +89,8 @@ struct Given {
 }
 
 impl Given {
-    /// Communication points every 10 ms with forces, received over the step that ends there, and gaps; the impulse of the reference.
+    /// Communication points every 10 ms with forces, received over the step that ends there, and gaps; the impulse of
+    /// the reference.
     fn new(forces: &[f64], gaps: &[f64], impulses: &[f64]) -> Self {
         let rows = forces.iter().zip(gaps).enumerate();
         let run = rows.flat_map(|(k, (force, gap))| [time(k), *force, *force, *gap]).collect();
@@ -143,7 +144,8 @@ fn a_force_that_is_off_by_a_constant_is_off_by_its_impulse_in_every_window() {
 
 #[test]
 fn an_impulse_that_comes_late_counts_where_a_window_parts_it_and_one_that_is_spread_does_not_otherwise() {
-    // 0.05 N s within the step that ends at 20 ms in the reference, a step later in the run: the window that ends at 20 ms lacks it.
+    // 0.05 N s within the step that ends at 20 ms in the reference, a step later in the run: the window that ends at 20
+    // ms lacks it.
     let mut forces = [0.0; 8];
     forces[3] = 5.0;
     let late = Given::new(&forces, &OPEN, &[0.0, 0.0, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05]).value(IMPULSE).unwrap();
@@ -205,7 +207,8 @@ fn a_peak_at_the_opening_of_the_valve_is_no_touch_down() {
     assert_eq!(given.value(RATIO), None);
 }
 
-/// Of a reference with a dip of 4 N a run that sees 2 N of it is off by 2 N in one of the rows near it, and by 50 N elsewhere.
+/// Of a reference with a dip of 4 N a run that sees 2 N of it is off by 2 N in one of the rows near it, and by 50 N
+/// elsewhere.
 #[test]
 fn a_touch_down_is_judged_by_itself() {
     const NAMES: [&str; 2] = ["touch_down_error_rms_of_peak", "reference_touch_down_peak_ratio"];

@@ -1,4 +1,5 @@
-//! Macro steps placed by the scheme's own model: what the defect is, where it settles, and where communication points then lie.
+//! Macro steps placed by the scheme's own model: what the defect is, where it settles, and where communication points
+//! then lie.
 
 use crate::support::*;
 
@@ -11,8 +12,9 @@ fn placed(case: &str, kind: StepControl, tolerance: f64, macro_step: f64) -> Run
     })
 }
 
-/// The spring of the impact oscillator is all there is between the sides: e = k |s_model − s|, s_model being what the actuator was told in
-/// the last micro step, s what the mechanics says at the communication point. Both are read from what a run stores anyway.
+/// The spring of the impact oscillator is all there is between the sides: e = k |s_model − s|, s_model being what the
+/// actuator was told in the last micro step, s what the mechanics says at the communication point. Both are read from
+/// what a run stores anyway.
 #[test]
 fn the_defect_must_be_the_spring_constant_times_what_the_actuator_was_told_wrong() {
     let kind = StepControl::ModelDefectBlind;
@@ -39,8 +41,8 @@ fn the_defect_must_be_the_spring_constant_times_what_the_actuator_was_told_wrong
     assert!(defects.iter().any(|[_, defect]| *defect > 1e-3), "there was nothing to see");
 }
 
-/// Where nothing happens and no limit binds, the defect in units of what is allowed settles at 1; it wanders about it by what the motion
-/// changes from step to step.
+/// Where nothing happens and no limit binds, the defect in units of what is allowed settles at 1; it wanders about it
+/// by what the motion changes from step to step.
 #[test]
 fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
     for tolerance in [1e-4, 1e-5] {
@@ -62,8 +64,9 @@ fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
     }
 }
 
-/// A ball that falls on the floor at v > 1 m/s: from height, speed and g alone one can say when it will arrive. The communication point after
-/// it comes a twentieth of that time later, or after the shortest step; without looking at closings it comes anywhere.
+/// A ball that falls on the floor at v > 1 m/s: from height, speed and g alone one can say when it will arrive. The
+/// communication point after it comes a twentieth of that time later, or after the shortest step; without looking at
+/// closings it comes anywhere.
 #[test]
 fn a_communication_point_must_lie_just_after_each_impact_that_the_model_foresees() {
     let late = |kind| {

@@ -35,7 +35,8 @@ fn an_error_over_a_peak_of_rounding_must_be_no_share_and_no_divergence() {
     }
 }
 
-/// Impacts of a chaotic machine: above the scale of the case there is no reference, below it a force that is not known, and at rest none.
+/// Impacts of a chaotic machine: above the scale of the case there is no reference, below it a force that is not known,
+/// and at rest none.
 #[test]
 fn a_force_that_is_not_known_must_be_told_from_no_force_and_from_no_reference() {
     // As it is, the case is judged by its energy, and needs no reference that is known.

@@ -1,4 +1,5 @@
-//! Sweeps: an option that changes nothing must not make another run of it, and every parameter must reach run and reference.
+//! Sweeps: an option that changes nothing must not make another run of it, and every parameter must reach run and
+//! reference.
 
 use crate::support::{Changed, catalogue, schemes};
 use rimbench::cases::{Parameter, Range, Value};
@@ -8,7 +9,8 @@ use rimbench::runs::{RunRequest, RunSpec, evaluate, simulate};
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
-/// Cases on which every option has something to do: contacts that open and close, redundant ones, friction, none but feedthrough.
+/// Cases on which every option has something to do: contacts that open and close, redundant ones, friction, none but
+/// feedthrough.
 const CASES: [(&str, &str); 6] = [
     ("wedge-box", "0.9"),
     ("wedge-box-friction", "0.3"),
@@ -90,7 +92,8 @@ fn an_option_that_changes_nothing_is_refused_or_leaves_the_run_id() {
     assert!(in_vain.is_empty(), "{} of {} change nothing:\n{}", in_vain.len(), of_use.len(), in_vain.join("\n"));
 }
 
-/// A number 3 % larger, instead of 0 the middle of its sensible range (a rebound of 3 % is over within a step); another choice.
+/// A number 3 % larger, instead of 0 the middle of its sensible range (a rebound of 3 % is over within a step); another
+/// choice.
 fn changed_value(parameter: &Parameter, value: &Value) -> Option<String> {
     let middle = || parameter.study.map_or(0.03, |[least, most]| 0.5 * (least + most));
     match (value, &parameter.range) {
@@ -169,8 +172,8 @@ fn every_parameter_reaches_the_run_and_the_reference() {
     assert!(without_effect.is_empty(), "{} of {tried}:\n{}", without_effect.len(), without_effect.join("\n"));
 }
 
-/// Every choice of a case once beside its defaults, and every number beside that: a parameter that changes neither run nor reference
-/// belongs to another choice, and is refused.
+/// Every choice of a case once beside its defaults, and every number beside that: a parameter that changes neither run
+/// nor reference belongs to another choice, and is refused.
 #[test]
 #[ignore = "a minute; part of .ci/sweeps"]
 fn a_parameter_of_another_choice_is_refused() {

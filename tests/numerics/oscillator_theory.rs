@@ -4,8 +4,8 @@ use crate::support::*;
 use nalgebra::{DMatrix, DVector};
 use rimbench::harness::spectral_radius;
 
-/// One sample per step of each side: the mean of its input, held. What the recurrences on paper describe; the case's own `exact`
-/// takes polynomials as such (see `polynomial_inputs.rs`).
+/// One sample per step of each side: the mean of its input, held. What the recurrences on paper describe; the case's
+/// own `exact` takes polynomials as such (see `polynomial_inputs.rs`).
 const SAMPLED: (&str, &str) = ("integrator", "exact-sampled");
 const COUPLINGS: [&str; 3] = ["force-displacement", "displacement-displacement", "force-force"];
 pub const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-order-hold"];
@@ -98,8 +98,8 @@ impl Held {
     }
 }
 
-/// Weights of the samples at `t_k, t_{k−1}, …` (in units of H) in the mean of the polynomial through them over `from … to`:
-/// Simpson's rule, exact up to degree 3.
+/// Weights of the samples at `t_k, t_{k−1}, …` (in units of H) in the mean of the polynomial through them over
+/// `from … to`: Simpson's rule, exact up to degree 3.
 fn lagrange_mean(points: &[f64], from: f64, to: f64) -> Vec<f64> {
     let weight = |j: usize, at: f64| -> f64 {
         (0..points.len()).filter(|&i| i != j).map(|i| (at - points[i]) / (points[j] - points[i])).product()
@@ -143,8 +143,9 @@ impl Paper<'_> {
         K[1] * (z[0] - z[2]) + self.damping * (z[1] - z[3])
     }
 
-    /// One macro step of the LIM oscillator (all masses 1) from the states `(x₁, v₁, x₂, v₂)` at k, k−1, …: the actuator
-    /// in N micro steps with the mean of its input over each, the mechanics in one step with one sample: the mean.
+    /// One macro step of the LIM oscillator (all masses 1) from the states `(x₁, v₁, x₂, v₂)` at k, k−1, …: the
+    /// actuator in N micro steps with the mean of its input over each, the mechanics in one step with one sample: the
+    /// mean.
     fn step(&self, past: &[[f64; 4]]) -> [f64; 4] {
         let (now, c, h) = (past[0], self.damping, self.macro_step);
         let behind: Vec<f64> = (0..=self.order).map(|j| -(j as f64)).collect();
@@ -317,7 +318,8 @@ fn a_constant_first_step_costs_the_second_order_hold_its_third_order() {
     assert!((order - 2.0).abs() < 0.15, "{order}");
 }
 
-/// A mechanics of order 1 that takes one step per macro step leaves order 1 of what an interface model has with an exact one.
+/// A mechanics of order 1 that takes one step per macro step leaves order 1 of what an interface model has with an
+/// exact one.
 #[test]
 fn an_interface_model_has_no_more_than_the_order_of_the_mechanics() {
     for (case, set, finest) in &SMOOTH[..2] {
@@ -369,8 +371,9 @@ fn first_unstable(radius: impl Fn(f64) -> f64) -> f64 {
     high
 }
 
-/// Growth rates of variant 0 (1/s) at 1 and 10 ms and limits of variant 1 (ms), to which `docs/results/published-oscillators.md`
-/// refers: one sample per macro step on each side, the mean of its input. Those with polynomial inputs are in `polynomial_inputs.rs`.
+/// Growth rates of variant 0 (1/s) at 1 and 10 ms and limits of variant 1 (ms), to which
+/// `docs/results/published-oscillators.md` refers: one sample per macro step on each side, the mean of its input. Those
+/// with polynomial inputs are in `polynomial_inputs.rs`.
 #[test]
 fn the_tables_of_growth_rates_and_limits_stand() {
     let close = |measured: f64, table: f64| (measured / table - 1.0).abs() < 1e-3;
@@ -425,8 +428,8 @@ fn what_is_not_linear_has_no_spectral_radius() {
     assert!(radius("quarter-car", &[]).unwrap() < 1.0);
 }
 
-/// Order 1 by the held input; but semi-implicit Euler on both sides is leapfrog with its velocities half a step off, and
-/// from x = 0, where nothing accelerates, its positions are of order 2.
+/// Order 1 by the held input; but semi-implicit Euler on both sides is leapfrog with its velocities half a step off,
+/// and from x = 0, where nothing accelerates, its positions are of order 2.
 #[test]
 fn the_other_integrators_converge_to_the_same() {
     for (case, integrator, expected) in [
@@ -440,8 +443,8 @@ fn the_other_integrators_converge_to_the_same() {
     }
 }
 
-/// The published document: with a single rate, displacement–displacement and force–force coupling are equivalent. So they
-/// are, and force–displacement with fresh feedthrough too, with semi-implicit Euler: all are the monolithic rule.
+/// The published document: with a single rate, displacement–displacement and force–force coupling are equivalent. So
+/// they are, and force–displacement with fresh feedthrough too, with semi-implicit Euler: all are the monolithic rule.
 #[test]
 fn with_a_single_rate_and_semi_implicit_euler_all_couplings_are_the_monolithic_rule() {
     let h = 1e-3;

@@ -4,7 +4,8 @@ use crate::support::*;
 use rimbench::cases::ParameterSet;
 use rimbench::models::{Carriage, Cylinder, HydropneumaticStrut, Oil, Spool, SpringActuator, Strut};
 
-/// Holds the rates at inputs `u` (m, m/s) against steps of `h` (s) from inputs that are moved by `by`; `error` is relative.
+/// Holds the rates at inputs `u` (m, m/s) against steps of `h` (s) from inputs that are moved by `by`; `error` is
+/// relative.
 fn check<A: Subsystem + Clone>(actuator: &A, u: [f64; 2], h: f64, by: [f64; 2], error: f64) {
     let force = |actuator: &A, u: [f64; 2]| {
         let mut y = [0.0];

@@ -29,7 +29,8 @@ fn median(spec: &RunSpec, reference: &Reference, name: &str) -> f64 {
 type Found = (&'static str, Settings, f64, &'static str, f64, f64);
 type Settings = &'static [(&'static str, &'static str)];
 
-/// Errors in % of the peak of gap tracking and of the own-step model, as an independent trial found them to three digits.
+/// Errors in % of the peak of gap tracking and of the own-step model, as an independent trial found them to three
+/// digits.
 const TRIAL: &[Found] = &[
     ("wedge-box", &[], 5.0, "1", 2.48, 1.55),
     ("wedge-box", &[], 10.0, "1", 4.32, 2.33),
@@ -58,7 +59,8 @@ fn errors_are_those_of_the_trial_to_three_percent() {
     }
 }
 
-/// What friction ends, turns or changes goes by micro steps; at 10 ms without that rule these have 3.6, 4.6, 2.4 and 2.4 times the error.
+/// What friction ends, turns or changes goes by micro steps; at 10 ms without that rule these have 3.6, 4.6, 2.4 and
+/// 2.4 times the error.
 #[test]
 fn friction_costs_nothing_beside_gap_tracking() {
     for (case, n) in [("wedge-box-friction", "1"), ("wedge-box-friction", "5"), ("tripod", "1"), ("tripod", "5")] {
@@ -89,7 +91,8 @@ fn assert_same(one: &RunSpec, other: &RunSpec, bound: f64) {
     let [one_run, other_run] = [one, other].map(completed);
     let ends = ["_n", "_m", "_m_s"];
     for name in one_run.trajectory.columns().iter().filter(|name| ends.iter().any(|end| name.ends_with(end))) {
-        // Which of several redundant contacts carries is the solver's choice, and a gap is a small difference of positions.
+        // Which of several redundant contacts carries is the solver's choice, and a gap is a small difference of
+        // positions.
         if name.starts_with("contact_force") || name.starts_with("gap") {
             continue;
         }

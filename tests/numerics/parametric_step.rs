@@ -1,14 +1,15 @@
 //! Micro steps that go on with an active set, against micro steps that solve a contact problem each.
 //!
-//! The same solver behind a trait object is none that schemes know to go by active sets: with it every problem is solved.
+//! The same solver behind a trait object is none that schemes know to go by active sets: with it every problem is
+//! solved.
 
 use crate::support::*;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rimbench::complementarity::SolverCounters;
 
-/// Options with which micro steps go on, and with which each is solved: with friction, which no other solver knows, by a model that
-/// could move. It has been received once, and so does not.
+/// Options with which micro steps go on, and with which each is solved: with friction, which no other solver knows, by
+/// a model that could move. It has been received once, and so does not.
 fn options_of_both(friction: bool) -> [ModelOptions; 2] {
     let usual = ModelOptions::default;
     let every = if friction {
@@ -31,8 +32,8 @@ fn scheme(
     (scheme_by_name(name).build)(&Construction { ports, model, gain: 1.0 }).unwrap()
 }
 
-/// Contacts on `bodies` coordinates, more of them than coordinates where `n > bodies`: then some depend on others. Gaps are open,
-/// closed and penetrated, and one direction opens them all, so that no problem is without a solution.
+/// Contacts on `bodies` coordinates, more of them than coordinates where `n > bodies`: then some depend on others. Gaps
+/// are open, closed and penetrated, and one direction opens them all, so that no problem is without a solution.
 fn random_model(rng: &mut impl Rng, n: usize, n_i: usize, bodies: usize, friction: &[f64]) -> ReducedInterfaceModel {
     let mut model = match friction {
         [] => ReducedInterfaceModel::zeros(n, n_i),
@@ -65,7 +66,8 @@ const GAP: &str = "rim-nonsmooth-gap";
 const H: f64 = 5e-3;
 const MICRO_STEPS: usize = 60;
 
-/// Largest difference of the interface velocities (m/s) within a macro step, both from the same state, and the work of both.
+/// Largest difference of the interface velocities (m/s) within a macro step, both from the same state, and the work of
+/// both.
 fn compare(
     (name, act): (&str, ContactsAct),
     detection: Option<ContactDetection>,
@@ -133,8 +135,8 @@ fn answers_alike(
         solved += with_sets.solves;
         worst = worst.max(off);
     }
-    // Velocities of 0.1 m/s, rounded to 1e-17 in each of 60 micro steps, times the condition of a random matrix; a sliding contact
-    // may have a condition of its own, and a model with friction a problem without a solution.
+    // Velocities of 0.1 m/s, rounded to 1e-17 in each of 60 micro steps, times the condition of a random matrix; a
+    // sliding contact may have a condition of its own, and a model with friction a problem without a solution.
     let (bound, may_be_lost) = if friction { (1e-11, 20) } else { (1e-12, 1) };
     assert!(worst < bound, "{name} {detection:?} e {e}: off by {worst:e} m/s");
     assert!(parametric > 3 * solved, "{name}: {parametric} parametric micro steps of {solved}");
@@ -207,7 +209,8 @@ fn whole_runs_are_the_same_to_round_off() {
         assert_eq!((counters.solves + counters.parametric, of_solved.parametric), (of_solved.solves, 0), "{case}");
         assert!(counters.parametric > 3 * counters.solves, "{case} {name}: {counters:?}");
         let names = with_sets.trajectory.columns().iter().filter(|name| {
-            // Which of several redundant contacts carries is the solver's choice, and a gap is a small difference of positions.
+            // Which of several redundant contacts carries is the solver's choice, and a gap is a small difference of
+            // positions.
             let of_contact = name.starts_with("contact_force") || name.starts_with("gap");
             (name.ends_with("_n") || name.ends_with("_m")) && !of_contact
         });

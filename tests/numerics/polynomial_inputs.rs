@@ -1,5 +1,5 @@
-//! Polynomial inputs as such: the limits of the two-mass oscillator with both sides exact, by the loop and by a recurrence that
-//! shares no code with it.
+//! Polynomial inputs as such: the limits of the two-mass oscillator with both sides exact, by the loop and by a
+//! recurrence that shares no code with it.
 
 use crate::oscillator_theory::{self, HOLDS, K};
 use crate::support::*;
@@ -8,7 +8,8 @@ use rimbench::harness::spectral_radius;
 
 const COUPLINGS: [&str; 3] = ["displacement-displacement", "force-force", "force-displacement"];
 
-/// The macro-step map on paper of masses of 1 kg, springs `K` and dampers of `c` N·s/m: both sides exact over H with their input a polynomial through the last samples.
+/// The macro-step map on paper of masses of 1 kg, springs `K` and dampers of `c` N·s/m: both sides exact over H with
+/// their input a polynomial through the last samples.
 ///
 /// ```text
 /// ẋ = A x + B u(τ),  u(τ) = Σ_j u_{k−j} L_j(τ/H)        x(H) = Φ x_k + Σ_j G_j u_{k−j}

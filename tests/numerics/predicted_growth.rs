@@ -1,4 +1,5 @@
-//! Growth per macro step predicted without a run, against the map of actual macro steps and against runs on the wedge box.
+//! Growth per macro step predicted without a run, against the map of actual macro steps and against runs on the wedge
+//! box.
 
 use crate::random_bodies::*;
 use crate::support::*;
@@ -82,7 +83,8 @@ impl Subsystem for Lost {
     }
 }
 
-/// The spectral radius of the map of one macro step, from one step of each unit state; the model is changed before it is sent.
+/// The spectral radius of the map of one macro step, from one step of each unit state; the model is changed before it
+/// is sent.
 fn measured(
     coupling: LinearCoupling,
     (scheme, sequence, force_return): (&str, Sequence, ForceReturn),
@@ -162,8 +164,8 @@ fn predicted_growth_is_that_of_the_map_of_actual_macro_steps() {
     assert!((100..500).contains(&grows), "{grows} of 700 grow");
 }
 
-/// Own springs and dampers that the mechanics alone is stable with, `H²k/m + 2 H d/m < 3.9`, and lossless actuators up to Ω = 9.
-/// What the map does not have makes no prediction; a mass that is believed is in it.
+/// Own springs and dampers that the mechanics alone is stable with, `H²k/m + 2 H d/m < 3.9`, and lossless actuators up
+/// to Ω = 9. What the map does not have makes no prediction; a mass that is believed is in it.
 #[test]
 fn a_growth_is_predicted_of_runs_that_the_map_is_of_and_of_no_others() {
     let growth = |scheme: &str, options: &[(&str, &str)]| {
@@ -216,8 +218,8 @@ fn with_the_exact_mass_a_frozen_bias_grows_on_many_own_springs_and_a_half_kick_o
     assert!(kicked[1] < 1e-2 && kicked[1] < 0.3 * kicked[0], "{kicked:?}");
 }
 
-/// A model r times as heavy as the mechanics is what one mode of actuators sees that are blind for each other, λ = r. Limits as derived: 1
-/// without losses, 2 at the overdamped end.
+/// A model r times as heavy as the mechanics is what one mode of actuators sees that are blind for each other, λ = r.
+/// Limits as derived: 1 without losses, 2 at the overdamped end.
 #[test]
 fn a_model_that_is_too_heavy_is_passive_up_to_twice_the_mass_if_the_actuator_is_overdamped() {
     let grows = |mass_ratio: f64, zeta: f64, micro_steps| {
@@ -308,9 +310,10 @@ fn the_oscillation_of_an_interface_is_known_or_not_told_and_what_fails_is_an_err
     assert_eq!(lost, ["mechanical state is not finite"; 2]);
 }
 
-/// Two phases; a run counts as stable if its force stays within three times the peak of the reference. Until 0.5 s the box is on its ledge and
-/// the oil about as stiff as at the start. Models are held to the whole manoeuvre; holds are not: by its end the piston is half a metre
-/// off its middle and the oil 1.4 times as stiff, so that a hold at 6 ms fails there, which is predicted to be stable at the start.
+/// Two phases; a run counts as stable if its force stays within three times the peak of the reference. Until 0.5 s the
+/// box is on its ledge and the oil about as stiff as at the start. Models are held to the whole manoeuvre; holds are
+/// not: by its end the piston is half a metre off its middle and the oil 1.4 times as stiff, so that a hold at 6 ms
+/// fails there, which is predicted to be stable at the start.
 #[test]
 fn on_the_wedge_box_no_run_fails_that_is_predicted_to_be_stable() {
     let held = ForceReturn::Held;

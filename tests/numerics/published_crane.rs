@@ -1,10 +1,12 @@
-//! Published rows of the hydraulic crane, as printed: those on which our distance from the whole series is largest, and rows
-//! spread over the run. The whole series of M1 are data of others, see `support::data_of_others`.
+//! Published rows of the hydraulic crane, as printed: those on which our distance from the whole series is largest, and
+//! rows spread over the run. The whole series of M1 are data of others, see `support::data_of_others`.
 //!
-//! From `fgonzalezLIM/cosim-benchmarks`, Laboratorio de Ingeniería Mecánica, Universidade da Coruña (MIT licence, copyright 2021
-//! Franglez): `doc/data/hydraulicManipulator_{ref,fsJ_s1,psJ_s1}.csv` (commit e8ddded), `..._refM2.csv` (commit e11b9c6).
+//! From `fgonzalezLIM/cosim-benchmarks`, Laboratorio de Ingeniería Mecánica, Universidade da Coruña (MIT licence,
+//! copyright 2021 Franglez): `doc/data/hydraulicManipulator_{ref,fsJ_s1,psJ_s1}.csv` (commit e8ddded), `..._refM2.csv`
+//! (commit e11b9c6).
 
-/// Manoeuvre M1, monolithic trapezoidal rule, step 0.05 ms: time (s), spool, length (m), velocity (m/s), pressures (Pa), force (N).
+/// Manoeuvre M1, monolithic trapezoidal rule, step 0.05 ms: time (s), spool, length (m), velocity (m/s), pressures
+/// (Pa), force (N).
 pub const M1: [[f64; 7]; 18] = [
     [0.0, 0.45434559, 0.5, 0.0, 3170846.2, 4529153.8, 8829.0],
     [0.25, 0.45434559, 0.5, 4.0427781e-20, 3170846.2, 4529153.8, 8829.0],
@@ -61,7 +63,8 @@ pub const M2: [[f64; 6]; 31] = [
     [10.0, 0.47004, -0.0086606, 3.1577e+06, 4.5423e+06, 9865.8],
 ];
 
-/// M1, force–displacement coupling, Jacobi zero-order hold: time (s), length (m) of the reference and with H = 0.05, 0.2, 1 ms.
+/// M1, force–displacement coupling, Jacobi zero-order hold: time (s), length (m) of the reference and with H = 0.05,
+/// 0.2, 1 ms.
 pub const M1_FORCE_DISPLACEMENT: [[f64; 5]; 10] = [
     [5.99, 0.59570543, 0.59571077, 0.59572187, 0.59576199],
     [5.992, 0.59577138, 0.59577672, 0.59578782, 0.59582797],
@@ -75,7 +78,8 @@ pub const M1_FORCE_DISPLACEMENT: [[f64; 5]; 10] = [
     [6.04, 0.59609912, 0.5960997, 0.59610324, 0.59613425],
 ];
 
-/// M1, pressure–displacement coupling, Jacobi zero-order hold: time (s), length (m) of the reference and with H = 0.05, 0.2, 1 ms.
+/// M1, pressure–displacement coupling, Jacobi zero-order hold: time (s), length (m) of the reference and with H = 0.05,
+/// 0.2, 1 ms.
 pub const M1_PRESSURE_DISPLACEMENT: [[f64; 5]; 10] = [
     [5.99, 0.59570543, 0.5957084, 0.59571237, 0.59571451],
     [5.992, 0.59577138, 0.59577435, 0.59577833, 0.59578047],

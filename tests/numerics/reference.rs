@@ -1,5 +1,5 @@
-//! Why the monolithic reference can be trusted: its order, its agreement with co-simulation at a tiny macro step, and an
-//! independent route that shares no line of code with it.
+//! Why the monolithic reference can be trusted: its order, its agreement with co-simulation at a tiny macro step, and
+//! an independent route that shares no line of code with it.
 
 use crate::support::*;
 use rimbench_independent::event_driven_wedge_box::{Run, Sample, run};
@@ -55,15 +55,15 @@ fn the_independent_route_must_not_depend_on_its_own_step() {
     let (fine, coarse) = (independent(), run(2.5e-5, 2.5, 2));
     let force = max_difference(&pick(fine, |s| s.force), &pick(&coarse, |s| s.force));
     let length = max_difference(&pick(fine, |s| s.length), &pick(&coarse, |s| s.length));
-    // Runge–Kutta of order 4 with ω h ≈ 300 rad/s × 25 µs: (ω h)⁴/120 ≈ 3e-11 of 1 kN per step, over the 2000 steps that
-    // the oscillation lasts: 5e-5 N. Rounding: 2.5 m × ε on an oil spring of 2e7 N/m gives 1e-8 N per step.
+    // Runge–Kutta of order 4 with ω h ≈ 300 rad/s × 25 µs: (ω h)⁴/120 ≈ 3e-11 of 1 kN per step, over the 2000 steps
+    // that the oscillation lasts: 5e-5 N. Rounding: 2.5 m × ε on an oil spring of 2e7 N/m gives 1e-8 N per step.
     assert!(force < 5e-5, "{force} N");
     assert!(length < 1e-11, "{length} m");
     assert!((fine.touch_down - coarse.touch_down).abs() < 1e-10);
     // Contacts are held by accelerations alone, yet they do not drift; an event is located below 0.1 pm.
     assert!(fine.drift < 1e-12, "{}", fine.drift);
-    // The story: over the corner, onto the ramp, left wedge down; there both other contacts open, and the box rattles from
-    // wedge to wedge until it stands on both. The disc never comes back.
+    // The story: over the corner, onto the ramp, left wedge down; there both other contacts open, and the box rattles
+    // from wedge to wedge until it stands on both. The disc never comes back.
     let story: Vec<&str> = fine.events.iter().map(|(_, what)| what.as_str()).collect();
     assert_eq!(story[..4], ["Region(Vertex)", "Region(Ramp)", "Closes(Left)", "then [Left]"]);
     assert_eq!(story[story.len() - 1], "then [Right, Left]");
@@ -98,23 +98,26 @@ fn the_monolithic_reference_must_agree_with_the_independent_route() {
         let shift = level.touch_down - exact.touch_down;
         let position = max_difference(&level.length, &length);
         let whole = rms_difference(&level.force, &force);
-        // Contacts close at the end of a step (≤ h), and the motion itself is ahead or behind by the error of the length
-        // over the speed, ½ h for semi-implicit Euler.
+        // Contacts close at the end of a step (≤ h), and the motion itself is ahead or behind by the error of the
+        // length over the speed, ½ h for semi-implicit Euler.
         assert!(shift.abs() <= 1.5 * h, "touch-down {} is not {}", level.touch_down, exact.touch_down);
         // Semi-implicit Euler is the exact motion shifted by ½ h, to first order: ½ h × speed 0.3 m/s.
         assert!(position <= 0.5 * h * 0.3, "length {position}");
-        // Force before the touch-down: shifted by ½ h, where it changes by at most 1 kN × 290 rad/s / 2.7 (the first swing).
+        // Force before the touch-down: shifted by ½ h, where it changes by at most 1 kN × 290 rad/s / 2.7 (the first
+        // swing).
         assert!(error(0.0, 1.69) <= 0.5 * h * 1.1e5, "force {}", error(0.0, 1.69));
-        // After it: velocities are wrong by h × 800 N / 250 kg for each of the impacts that count (they shrink), c times that.
+        // After it: velocities are wrong by h × 800 N / 250 kg for each of the impacts that count (they shrink), c
+        // times that.
         assert!(error(1.70, 1.80) <= 4.0 * h * 3.2 * 1e4, "force {}", error(1.70, 1.80));
         // Then the difference has decayed.
         assert!(error(1.80, 2.5) <= 0.1 * 0.5 * h * 1.1e5, "force {}", error(1.80, 2.5));
-        // Over all: each jump of the force stands at the wrong place for up to 1.5 h, and is spread over one step, in 2.5 s.
+        // Over all: each jump of the force stands at the wrong place for up to 1.5 h, and is spread over one step, in
+        // 2.5 s.
         let jumps: f64 = exact.jumps.iter().map(|jump| jump * jump).sum();
         assert!(whole <= (jumps * 2.5 * h / 2.5).sqrt() + 0.5 * h * 1.1e5, "rms {whole}");
     }
-    // Richardson's extrapolation of the lengths must land on the independent route: what is left is second order, and the
-    // irregular share of the impacts.
+    // Richardson's extrapolation of the lengths must land on the independent route: what is left is second order, and
+    // the irregular share of the impacts.
     let [_, b, c] = levels();
     let extrapolated: Vec<f64> = c.length.iter().zip(&b.length).map(|(fine, coarse)| 2.0 * fine - coarse).collect();
     let own = rms_difference(&b.length, &c.length);
@@ -126,7 +129,8 @@ fn the_monolithic_reference_must_agree_with_the_independent_route() {
     let (peak, dip) = (largest(force.iter().copied()), smallest(force.iter().copied()));
     let (found, lowest) = (largest(c.force.iter().copied()), smallest(c.force.iter().copied()));
     assert!((found - peak).abs() < 0.05, "peak {found} is not {peak}");
-    // The dip follows a jump within a fraction of a millisecond; sampled every 50 µs, it moves by up to 1.5 h of 1e6 N/s.
+    // The dip follows a jump within a fraction of a millisecond; sampled every 50 µs, it moves by up to 1.5 h of 1e6
+    // N/s.
     assert!((lowest - dip).abs() < 1.5 * c.h * 1e6, "dip {lowest} is not {dip}");
 }
 

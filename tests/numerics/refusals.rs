@@ -1,4 +1,5 @@
-//! What a case cannot be is refused with the reason and the numbers, and each case goes with each scheme or says why not.
+//! What a case cannot be is refused with the reason and the numbers, and each case goes with each scheme or says why
+//! not.
 
 use crate::support::*;
 

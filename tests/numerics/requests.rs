@@ -186,7 +186,8 @@ fn a_side_that_takes_equal_steps_or_multiples_only_is_not_asked_for_others() {
     assert!(skipped(false, Some(1e-3), &with(("phase", "0.55"))));
 }
 
-/// What a longest step of the mechanics must be as well as their number: macro steps of 10 ms of a gripper that is held for 0.2 s.
+/// What a longest step of the mechanics must be as well as their number: macro steps of 10 ms of a gripper that is held
+/// for 0.2 s.
 const WITH_STEPS: &[(&str, &[(&str, &str)])] = &[
     ("zero-order-hold", &[("sequence", "jacobi")]),
     ("zero-order-hold", &[("sequence", "gauss-seidel-mechanics-first")]),

@@ -6,16 +6,17 @@ use crate::support::*;
 const OWN_STEP: [&str; 2] = ["slider-crank", "elastic-bar"];
 /// The wedge box once more, on other ground and in another manoeuvre.
 const SAME_MACHINE: [&str; 2] = ["wedge-box-two-ledges", "wedge-box-reversal"];
-/// A jaw that just touches at the end of a step, or is 4 µm short of that and touches a step later: with the one phase of five at which that
-/// happens the error is 3.99 instead of 2.25 % of the peak.
+/// A jaw that just touches at the end of a step, or is 4 µm short of that and touches a step later: with the one phase
+/// of five at which that happens the error is 3.99 instead of 2.25 % of the peak.
 const GRAZES: [(&str, &str); 1] = [("gripper", "rim-nonsmooth")];
-/// A sleeve that friction holds by a twentieth: a millionth of a metre decides when it lets go. The references with and without are 0.8 % of the
-/// peak apart (rms), and the one without is uncertain by 1.5 %. With gaps 17 instead of 10 %.
+/// A sleeve that friction holds by a twentieth: a millionth of a metre decides when it lets go. The references with and
+/// without are 0.8 % of the peak apart (rms), and the one without is uncertain by 1.5 %. With gaps 17 instead of 10 %.
 const SENSITIVE: &str = "woodpecker";
 
 const SCHEMES: [&str; 2] = ["rim-nonsmooth", "rim-nonsmooth-gap"];
 
-/// Force errors (N) of each scheme at three phases, against a reference without uncertainty; none of a machine without restitution.
+/// Force errors (N) of each scheme at three phases, against a reference without uncertainty; none of a machine without
+/// restitution.
 fn errors(case: &Case, restitution: &str) -> Option<[Vec<f64>; 2]> {
     let own = if OWN_STEP.contains(&&*case.name) { case.defaults.macro_step_s } else { 5e-3 };
     let mut parameters = case.default_parameters();
@@ -37,12 +38,12 @@ fn errors(case: &Case, restitution: &str) -> Option<[Vec<f64>; 2]> {
     }))
 }
 
-/// The law with e → 0 is that with e = 0: errors were up to eleven times those without, when each contact that closed was stopped above its
-/// surface and fell on.
+/// The law with e → 0 is that with e = 0: errors were up to eleven times those without, when each contact that closed
+/// was stopped above its surface and fell on.
 ///
-/// It is a statement on positions, and on these rows at these phases. Where nothing presses the *velocity* jumps at e = 0, see
-/// [`without_a_load_the_velocity_must_jump_at_no_restitution`] and `docs/method/mechanics.md`; other rows of the row of discs and of the
-/// gripper have up to twice the error.
+/// It is a statement on positions, and on these rows at these phases. Where nothing presses the *velocity* jumps at e =
+/// 0, see [`without_a_load_the_velocity_must_jump_at_no_restitution`] and `docs/method/mechanics.md`; other rows of the
+/// row of discs and of the gripper have up to twice the error.
 #[test]
 fn a_thousandth_of_restitution_must_leave_force_errors_as_they_are_without() {
     let mut machines = 0;
@@ -63,7 +64,8 @@ fn a_thousandth_of_restitution_must_leave_force_errors_as_they_are_without() {
     assert!(machines >= 2 * 17, "{machines} machines and schemes");
 }
 
-/// A ball that closes a gap within a step, h = 0.01 s and w = −1 m/s, with what presses it. Its height and velocity after one step and after two.
+/// A ball that closes a gap within a step, h = 0.01 s and w = −1 m/s, with what presses it. Its height and velocity
+/// after one step and after two.
 fn ball(restitution: f64, gravity: &str) -> [[f64; 2]; 2] {
     let set = [
         ("restitution", &*restitution.to_string()),
@@ -78,8 +80,9 @@ fn ball(restitution: f64, gravity: &str) -> [[f64; 2]; 2] {
     [1, 2].map(|step| [height[step], velocity[step]])
 }
 
-/// The limit of the law: without a load the gap law leaves −g/h for a step, and a rebound of any e > 0 stops the contact at once. Positions, and
-/// the state two steps later, are continuous. Under a load that outweighs the rebound the velocity is continuous as well.
+/// The limit of the law: without a load the gap law leaves −g/h for a step, and a rebound of any e > 0 stops the
+/// contact at once. Positions, and the state two steps later, are continuous. Under a load that outweighs the rebound
+/// the velocity is continuous as well.
 #[test]
 fn without_a_load_the_velocity_must_jump_at_no_restitution() {
     let [without, with] = [0.0, 1e-9].map(|restitution| ball(restitution, "0"));

@@ -5,8 +5,8 @@ use crate::support::*;
 use rimbench::cases::{Gripper, HalfCar, SliderCrank};
 use rimbench::models::{ContactList, CraneWithRope, Discs, WedgeBox, WedgeBoxGeometry};
 
-/// Along `q + v t` no acceleration acts: rates of positions are `A v`, second derivatives `Ȧ v`; along surfaces `Ȧ v` is the rate of
-/// `A v`. `third` bounds the third derivatives there, 1/s³, and ten times it the fourth.
+/// Along `q + v t` no acceleration acts: rates of positions are `A v`, second derivatives `Ȧ v`; along surfaces `Ȧ v`
+/// is the rate of `A v`. `third` bounds the third derivatives there, 1/s³, and ten times it the fourth.
 fn assert_derivatives(name: &str, model: &mut impl MechanicalModel, q: &[f64], v: &[f64], third: f64) {
     let e = 1e-4;
     let mut along = Rows::zeros(model.size().tangential, v.len());

@@ -1,5 +1,6 @@
-//! What schemes have in common and where they differ: identities that keep one scheme from going by two names, and the limits of
-//! each on the two-mass oscillator (force–displacement, damped, both sides exact) as an independent computation has them.
+//! What schemes have in common and where they differ: identities that keep one scheme from going by two names, and the
+//! limits of each on the two-mass oscillator (force–displacement, damped, both sides exact) as an independent
+//! computation has them.
 
 use crate::support::*;
 use rimbench::harness::spectral_radius;
@@ -73,8 +74,8 @@ fn the_true_interface_mass_without_contacts_is_a_reduced_interface_model() {
     }
 }
 
-/// Corrected outputs differ from sent ones by mobility times missing impulse: mechanics that nothing moves leaves the true
-/// acceleration, and what is left otherwise falls as the mobility does.
+/// Corrected outputs differ from sent ones by mobility times missing impulse: mechanics that nothing moves leaves the
+/// true acceleration, and what is left otherwise falls as the mobility does.
 #[test]
 fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_acceleration() {
     let off = |mass: &str, gain: f64| {
@@ -93,8 +94,8 @@ fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_accel
     assert!(off("1e3", 1.0) > 2.0 * light, "{:e} and {light:e}", off("1e3", 1.0));
 }
 
-/// A backward difference of the velocity in its place would have every digit of linear extrapolation in the velocity; the true
-/// acceleration must differ from it, most of all after an impact.
+/// A backward difference of the velocity in its place would have every digit of linear extrapolation in the velocity;
+/// the true acceleration must differ from it, most of all after an impact.
 #[test]
 fn a_true_acceleration_is_not_linear_extrapolation() {
     let far = difference(
@@ -151,8 +152,8 @@ fn the_limits_of_the_schemes_are_those_of_the_independent_computation() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// The exactness theorem: where nothing in the mechanics changes within a macro step, the model with all contacts is the mechanics,
-/// and the co-simulation the monolithic stepper. The cases that claim it must show it, and no other may.
+/// The exactness theorem: where nothing in the mechanics changes within a macro step, the model with all contacts is
+/// the mechanics, and the co-simulation the monolithic stepper. The cases that claim it must show it, and no other may.
 #[test]
 fn a_run_whose_model_is_exact_is_the_monolithic_stepper_and_others_are_not() {
     let mut exact_cases = Vec::new();

@@ -1,4 +1,5 @@
-//! What every scheme must do, by name: whatever is listed is checked, and skipped only where a case lacks what it needs.
+//! What every scheme must do, by name: whatever is listed is checked, and skipped only where a case lacks what it
+//! needs.
 
 use crate::support::*;
 
@@ -21,12 +22,13 @@ const MARGIN: f64 = 0.15;
 
 /// Order over H, 2 H, 4 H with exact subsystems and micro steps so short that only H matters.
 ///
-/// An order is what is left as H → 0: where it is less than declared, H is halved, at most eight times. Where the coarse error happens to be
-/// small, because two parts of it cancel, it needs one; where it goes with H ln(τ/H) as that of the energy-leak damper, six or seven.
+/// An order is what is left as H → 0: where it is less than declared, H is halved, at most eight times. Where the
+/// coarse error happens to be small, because two parts of it cancel, it needs one; where it goes with H ln(τ/H) as that
+/// of the energy-leak damper, six or seven.
 ///
-/// Signal-based schemes: the first macro step is a hundredth of the others, because a scheme that has fewer samples then
-/// than it needs otherwise leaves the error of a lower order for good. Model-based ones go at their default force return,
-/// with one step of the mechanics.
+/// Signal-based schemes: the first macro step is a hundredth of the others, because a scheme that has fewer samples
+/// then than it needs otherwise leaves the error of a lower order for good. Model-based ones go at their default force
+/// return, with one step of the mechanics.
 fn measured_order(scheme: &SchemeEntry, (case, set, finest): SmoothCase, coupling: &str) -> Option<f64> {
     let set = [set, &[("coupling", coupling), ("integrator", "exact")]].concat();
     let point = |times: f64| {
@@ -53,12 +55,14 @@ fn measured_order(scheme: &SchemeEntry, (case, set, finest): SmoothCase, couplin
     Some(order)
 }
 
-/// A scheme that an experiment names reaches its declared order on every smooth case, and does not do better on all of them. Ceilings are left out: with
-/// many micro steps per macro step their error here is that of the micro steps, or of the tolerance they iterate to.
+/// A scheme that an experiment names reaches its declared order on every smooth case, and does not do better on all of
+/// them. Ceilings are left out: with many micro steps per macro step their error here is that of the micro steps, or of
+/// the tolerance they iterate to.
 #[test]
 fn measured_orders_are_the_declared_ones() {
     let mut faults = Vec::new();
-    // No linear case has oil or several rows; `hydraulic_line` and `many_actuators` measure the orders of schemes that ask for some.
+    // No linear case has oil or several rows; `hydraulic_line` and `many_actuators` measure the orders of schemes that
+    // ask for some.
     let measured = |scheme: &&std::sync::Arc<SchemeEntry>| {
         let elsewhere = [Requirement::TransmissionLines, Requirement::SeveralRows];
         scheme.real_time() && is_published(&scheme.name) && !elsewhere.iter().any(|need| scheme.needs.contains(need))
@@ -87,8 +91,8 @@ fn measured_orders_are_the_declared_ones() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// The hold and the quadratic extrapolation between them bound what constants can lose: weights of the polynomial of degree 2
-/// through 0, 0.3, 1.3 at 2.3 add up to 17 in magnitude, each with some six roundings.
+/// The hold and the quadratic extrapolation between them bound what constants can lose: weights of the polynomial of
+/// degree 2 through 0, 0.3, 1.3 at 2.3 add up to 17 in magnitude, each with some six roundings.
 const CONSTANT: f64 = 17.0 * 6.0 * f64::EPSILON;
 
 #[test]
@@ -104,7 +108,8 @@ fn constants_are_reproduced_from_the_first_sample_on() {
         let detection = scheme.detection(None).unwrap();
         let model = scheme.has_model().then_some(ModelConstruction { empty: &empty, options: &options, detection });
         let mut built = (scheme.build)(&Construction { ports, model, gain }).unwrap();
-        // An interface at rest under load: position 0.7 m, force 300 N, spring of 4 N/m and damper of 2 N·s/m behind it.
+        // An interface at rest under load: position 0.7 m, force 300 N, spring of 4 N/m and damper of 2 N·s/m behind
+        // it.
         let (y, force) = ([0.7, 0.0], [300.0]);
         let mut model = ReducedInterfaceModel::zeros(0, 1);
         (model.h[0], model.a[0]) = (1.0, -force[0]);
@@ -156,7 +161,8 @@ fn a_system_at_rest_under_load_stays_where_it_is() {
         let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut actuator), scheme);
         assert_eq!(report.outcome, Outcome::Completed, "{}", scheme.name);
         let way = largest(rows.iter().map(|row| (row[1] - 0.75).abs()));
-        // A rounding of the weight, in a stable system, moves the mass by that over the stiffness; a thousand of them in a row.
+        // A rounding of the weight, in a stable system, moves the mass by that over the stiffness; a thousand of them
+        // in a row.
         let rounding = STEPS as f64 * WEIGHT * f64::EPSILON / 1000.0 * 10.0;
         match SAGGING.iter().find(|(name, _)| *name == scheme.name) {
             Some((_, reason)) => assert!(way > 100.0 * rounding, "{} no longer sags ({reason})", scheme.name),
@@ -177,8 +183,8 @@ fn two_runs_are_the_same_to_the_bit() {
     }
 }
 
-/// What the position of the communication points does to the end of a run vanishes with H: from H to H/4 the spread over
-/// phases must at least halve, where order 1 quarters it.
+/// What the position of the communication points does to the end of a run vanishes with H: from H to H/4 the spread
+/// over phases must at least halve, where order 1 quarters it.
 #[test]
 fn runs_at_all_phases_meet_as_the_macro_step_vanishes() {
     for scheme in schemes() {
@@ -211,8 +217,8 @@ fn fewer_macro_steps_than_samples_are_no_trouble() {
             let spec = spec.unwrap();
             let Some(result) = possible(&spec) else { continue };
             let end = result.trajectory.row(macro_steps);
-            // Mass 1 starts at 1 m with 110 N on 1 kg: within 3 ms nothing moves by more than 110/2 · 9e-6 m, twice that with
-            // whatever the start-up makes of the force.
+            // Mass 1 starts at 1 m with 110 N on 1 kg: within 3 ms nothing moves by more than 110/2 · 9e-6 m, twice
+            // that with whatever the start-up makes of the force.
             assert!((end[1] - 1.0).abs() < 1e-3 && end[2].abs() < 1e-3, "{}: {end:?}", scheme.name);
         }
     }
@@ -227,15 +233,16 @@ fn a_macro_step_that_does_not_divide_the_duration_ends_on_time_and_costs_no_accu
             let end = possible(&spec)?.report.ended_at_s;
             Some((end, error(&spec)?))
         };
-        // 0.7 ms leaves a last step of 0.2 ms; order 3 would lose at most (1/0.7)³ < 3 against 1 ms even if the error were flat.
+        // 0.7 ms leaves a last step of 0.2 ms; order 3 would lose at most (1/0.7)³ < 3 against 1 ms even if the error
+        // were flat.
         let (Some((end, error)), Some((_, coarser))) = (run(0.7e-3), run(1e-3)) else { continue };
         assert_eq!(end, 0.5, "{}", scheme.name);
         assert!(error <= 1.5 * coarser + 1e-12, "{}: {error:e} m, at 1 ms {coarser:e} m", scheme.name);
     }
 }
 
-/// The ledger of the damper against the audit of the loop: what the pool holds is what the interface created, and what the
-/// damper took is missing there.
+/// The ledger of the damper against the audit of the loop: what the pool holds is what the interface created, and what
+/// the damper took is missing there.
 #[test]
 fn the_energy_leak_damper_takes_out_what_its_ledger_says() {
     let residual = |gain: f64| {

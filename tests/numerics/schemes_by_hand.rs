@@ -96,8 +96,9 @@ fn a_line_transmits_its_load_moves_both_ends_and_reflects_what_comes_back() {
         assert_eq!(step(&mut *moving, k, [k as f64, 1.0], 3.0), (3.0, [k as f64 + 1.0, 1.0]));
     }
     let mut pushed = line();
-    // The actuator's force rises from 0 to 8 N at t = 1 against mechanics that do not move. c₂ = 0: w₂ = 8/2. c₁ = 8 + 2·4 arrives at the
-    // fixed end, doubled as at every wall; c₂ = 0 still. Then the reflection is back: c₂ = 16, w₂ = (8 − 16)/2.
+    // The actuator's force rises from 0 to 8 N at t = 1 against mechanics that do not move. c₂ = 0: w₂ = 8/2. c₁ = 8 +
+    // 2·4 arrives at the fixed end, doubled as at every wall; c₂ = 0 still. Then the reflection is back: c₂ = 16, w₂ =
+    // (8 − 16)/2.
     for (k, (force, wanted)) in
         [(0.0, (0.0, [0.0, 0.0])), (8.0, (0.0, [4.0, 4.0])), (8.0, (16.0, [8.0, 4.0])), (8.0, (16.0, [4.0, -4.0]))]
             .into_iter()
@@ -227,8 +228,8 @@ fn a_scheme_that_keeps_every_entry_is_refused_where_only_what_is_not_zero_has_ro
     assert_eq!([refused("rim-nonsmooth-gap", 7000), refused("rim-smooth", 60)], [None, None]);
 }
 
-/// Two contacts of 1 kg, of which one stops in the second and third of four steps of 1 ms, and pulls the other along: from 1.01 m/s
-/// to 1.22 and 1.43 m/s, by impulses of 0.5 N·s. No acceleration of 210 m/s² follows from that.
+/// Two contacts of 1 kg, of which one stops in the second and third of four steps of 1 ms, and pulls the other along:
+/// from 1.01 m/s to 1.22 and 1.43 m/s, by impulses of 0.5 N·s. No acceleration of 210 m/s² follows from that.
 #[test]
 fn the_next_closing_must_not_be_foreseen_by_the_impact_of_another_contact() {
     let mut model = ReducedInterfaceModel::zeros(2, 1);
@@ -261,9 +262,9 @@ fn the_next_closing_must_not_be_foreseen_by_the_impact_of_another_contact() {
     assert_eq!(scheme.forecast().unwrap().next_closing, None);
 }
 
-/// A contact of 1 kg that is pressed with 1 m/s², and from 1.25 ms on, where the surface bends down, with 0.2 m/s², then lets go
-/// of the interface, which hangs on it: a quarter of the second step lies before the kink. Likewise along the surface: a contact that
-/// sticks is pushed with 0.5 m/s², and then with 0.1 m/s².
+/// A contact of 1 kg that is pressed with 1 m/s², and from 1.25 ms on, where the surface bends down, with 0.2 m/s²,
+/// then lets go of the interface, which hangs on it: a quarter of the second step lies before the kink. Likewise along
+/// the surface: a contact that sticks is pushed with 0.5 m/s², and then with 0.1 m/s².
 #[test]
 fn accelerations_must_jump_at_a_kink_and_by_the_share_of_the_step_behind_it() {
     let mut off = ReducedInterfaceModel::zeros(1, 1);

@@ -101,7 +101,8 @@ fn alone(case: &str, rule: SecondOrder, force: f64, duration: f64, steps: u32) -
 
 #[test]
 fn forces_that_depend_on_the_velocity_keep_order_two() {
-    // Coriolis terms of the crane with its dense mass matrix, and modal damping of the beam, both before any contact closes.
+    // Coriolis terms of the crane with its dense mass matrix, and modal damping of the beam, both before any contact
+    // closes.
     for (case, force, duration, steps) in [("hydraulic-crane", 2.0e4, 0.4, 200), ("beam-on-stops", 1.0, 0.02, 1000)] {
         for rule in [SecondOrder::Midpoint, SecondOrder::EventSplit] {
             let at = |steps| alone(case, rule, force, duration, steps);
@@ -127,7 +128,8 @@ fn the_beam_goes_on_beyond_the_limit_of_its_highest_mode_and_is_only_as_wrong_as
             assert_eq!(run.report.work.sides.mechanics.split_fallbacks, 0, "{scheme}, H = {macro_step}, phase {phase}");
             metric(&spec, run, &reference, "position_error_rms_m")
         };
-        // Both sides together take steps of H with the force that belongs to each: what they have is the mechanics' own error.
+        // Both sides together take steps of H with the force that belongs to each: what they have is the mechanics' own
+        // error.
         let together = error("monolithic", macro_step, 1.0);
         for phase in [0.25, 0.5, 0.75, 1.0] {
             let coupled = error("rim-nonsmooth-gap", 5e-5, phase);
@@ -141,7 +143,8 @@ fn the_beam_goes_on_beyond_the_limit_of_its_highest_mode_and_is_only_as_wrong_as
 
 #[test]
 fn a_ball_bounces_to_its_rest_through_an_infinity_of_impacts() {
-    // e = 0.8 from 1 m: nothing left after t = √(2h/g) (1 + e)/(1 − e); a Zeno sequence must end in rest, not in a loop.
+    // e = 0.8 from 1 m: nothing left after t = √(2h/g) (1 + e)/(1 − e); a Zeno sequence must end in rest, not in a
+    // loop.
     let spec = second_order("bouncing-ball", "rim-nonsmooth-gap", 5e-3);
     let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
     let run = run(&spec);

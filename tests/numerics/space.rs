@@ -10,8 +10,8 @@ use std::sync::LazyLock;
 /// Both sides in one loop at 12.5 µs, rows every 50 µs: what runs are held against.
 static REFERENCE: LazyLock<Trajectory> = LazyLock::new(|| march("tripod", &[], 1.25e-5, 200_000, 4));
 
-/// Time, forces (N), lengths (m), place (m) and yaw (rad) of the trial at 6.25 µs; its forces differ by 0.0152 and 0.0151 N rms from those
-/// at 12.5 µs.
+/// Time, forces (N), lengths (m), place (m) and yaw (rad) of the trial at 6.25 µs; its forces differ by 0.0152 and
+/// 0.0151 N rms from those at 12.5 µs.
 const TRIAL: [[f64; 8]; 10] = [
     [0.25, 377.59, -761.91, 1.735636, 1.714868, 0.026522, 0.009708, 0.044109],
     [0.50, -602.49, -403.89, 1.715745, 1.664067, 0.014656, -0.036348, 0.003402],
@@ -47,8 +47,8 @@ fn the_tripod_must_move_as_in_a_trial_independent_of_this_code() {
     assert!((peaks[0] - 1573.33).abs() <= 0.1 && (peaks[1] - 1417.77).abs() <= 0.1, "{peaks:?} N");
 }
 
-/// Time, force (N), length (m), place (m) and yaw (rad) of the wedge box of the trial at 6.25 µs; its force differs by 0.47 N rms from that at
-/// 12.5 µs.
+/// Time, force (N), length (m), place (m) and yaw (rad) of the wedge box of the trial at 6.25 µs; its force differs by
+/// 0.47 N rms from that at 12.5 µs.
 const TRIAL_OF_BOX: [[f64; 7]; 10] = [
     [0.25, 496.48, 2.539795, 0.025305, -0.001151, 0.416378, 0.014428],
     [0.50, 347.27, 2.608419, 0.089207, -0.011656, 0.415537, 0.058079],
@@ -113,7 +113,8 @@ fn without_friction_and_offsets_the_wedge_box_in_space_must_be_the_planar_one() 
         ("box_y_m", "body_z_m", 1e-12),
     ] {
         let off = max_difference(&column(&space, here), &column(&planar, there));
-        // 50 000 problems, each solved to some 1e-11 m/s or better: 5e-16 m a step, and what oil of 5e7 N/m makes of their sum.
+        // 50 000 problems, each solved to some 1e-11 m/s or better: 5e-16 m a step, and what oil of 5e7 N/m makes of
+        // their sum.
         assert!(off <= bound, "{here}: {off:e}");
     }
     let sideways = largest(column(&space, "body_y_m").iter().map(|y| y.abs()));
@@ -143,8 +144,9 @@ fn middle_error(case: &str, options: &[(&str, &str)], scheme: &str, macro_step: 
     (errors.len() == 4).then(|| 0.5 * (errors[1] + errors[2]))
 }
 
-/// Case, scheme, options, macro steps (ms) and the trial's medians (N), and by what part it may differ: 15 % with the mean returned, 30 % with the profile.
-/// On one row under the profile the trial's box kept cones at contacts that stick.
+/// Case, scheme, options, macro steps (ms) and the trial's medians (N), and by what part it may differ: 15 % with the
+/// mean returned, 30 % with the profile. On one row under the profile the trial's box kept cones at contacts that
+/// stick.
 #[test]
 fn errors_of_schemes_in_space_must_be_those_of_the_trial() {
     const PROFILE: &[(&str, &str)] = &[("force_return", "profile"), ("mechanics_steps", "all")];
@@ -233,7 +235,8 @@ fn a_point_on_a_spring_must_slide_to_its_stop_and_give_its_energy_to_friction_an
     assert!((account.friction - 0.25).abs() < 1e-9, "{account:?}");
 }
 
-/// Yaw (rad) of the machine on four legs after 2.5 s. The trial's reference, four rigid feet whose load is spread evenly, has −0.03102.
+/// Yaw (rad) of the machine on four legs after 2.5 s. The trial's reference, four rigid feet whose load is spread
+/// evenly, has −0.03102.
 #[test]
 fn four_legs_that_give_way_must_yaw_as_the_trial_whatever_their_stiffness_and_by_how_they_share_the_load() {
     let yaw = |set: &[(&str, &str)]| *column(&march("four-legs", set, 5e-5, 50_000, 50), "yaw_rad").last().unwrap();

@@ -31,8 +31,8 @@ fn error(result: &RunResult) -> f64 {
 
 #[test]
 fn a_smaller_tolerance_must_buy_a_smaller_error_with_more_steps() {
-    // The first step is short (φ = 0.02): the energy residual takes nothing back, so what a long first step costs at the
-    // step of the road would stay, whatever the tolerance.
+    // The first step is short (φ = 0.02): the energy residual takes nothing back, so what a long first step costs at
+    // the step of the road would stay, whatever the tolerance.
     for scheme in ["zero-order-hold", "first-order-hold"] {
         let mut last = (f64::INFINITY, 0);
         for tolerance in [1e-1, 1e-2, 1e-3] {
@@ -113,8 +113,8 @@ impl Subsystem for HeldMass {
     }
 }
 
-/// Kyllingstad, arXiv 2512.13845: a damped oscillator, m = c = k = 1, whose mass and spring both integrate the velocity. A change of the step
-/// from H_a to H_b at t* leaves
+/// Kyllingstad, arXiv 2512.13845: a damped oscillator, m = c = k = 1, whose mass and spring both integrate the
+/// velocity. A change of the step from H_a to H_b at t* leaves
 /// ```text
 /// x_mass − x_spring = Σ ½ H_n (v_{n+1} − v_n) = ½ H_b v(t) − ½ H_a v(0) + ½ (H_a − H_b) v(t*)
 /// ```

@@ -121,8 +121,8 @@ fn an_oscillator_does_not_grow_at_any_step_length_unless_its_stiffness_is_kept_b
     for rule in RULES {
         for h_omega in [0.1, 1.0, 1.9, 1.99, 2.1, 10.0, 100.0, 1e3] {
             for zeta in [0.0, 0.01, 0.3, 1.0, 5.0] {
-                // The explicit rule keeps q² (1 − y²/4) + v²/ω²; the implicit one q² + v²/ω². Each of 2000 steps rounds some ten times, and
-                // q beside ½hv.
+                // The explicit rule keeps q² (1 − y²/4) + v²/ω²; the implicit one q² + v²/ω². Each of 2000 steps rounds
+                // some ten times, and q beside ½hv.
                 let explicit: f64 = 1.0 - 0.25 * h_omega * h_omega;
                 let bound = if explicit > 0.0 { 1.0 / explicit.sqrt() } else { 1.0 };
                 let largest = amplitude(h_omega, zeta, true, rule);
@@ -132,7 +132,8 @@ fn an_oscillator_does_not_grow_at_any_step_length_unless_its_stiffness_is_kept_b
                 );
             }
         }
-        // Beyond its limit the explicit rule grows by (x + √(x² − 1))² a step, x = hω/2; or with damping beyond y² + 8ζy = 4.
+        // Beyond its limit the explicit rule grows by (x + √(x² − 1))² a step, x = hω/2; or with damping beyond y² +
+        // 8ζy = 4.
         assert!(amplitude(2.1, 0.0, false, rule) > 1e6);
         assert!(amplitude(1.95, 0.01, false, rule) < 1.0);
         assert!(amplitude(1.97, 0.01, false, rule) > 1e6);
@@ -143,8 +144,8 @@ fn an_oscillator_does_not_grow_at_any_step_length_unless_its_stiffness_is_kept_b
 fn the_step_has_order_two_whatever_part_of_the_forces_is_taken_implicitly() {
     for rule in RULES {
         for cubic in [0.0, 3.0] {
-            // A damper that the explicit rule cannot take at these steps (hd/m of 12 to 50), and whose own motion is over: what is left
-            // is slow, and moves on the cubic friction too.
+            // A damper that the explicit rule cannot take at these steps (hd/m of 12 to 50), and whose own motion is
+            // over: what is left is slow, and moves on the cubic friction too.
             let mut chain = Chain { cubic, ..Chain::of_three(100.0, 0.0, 1e9) };
             let pair = |of: f64| vec![0.0, 0.0, 0.0, 0.0, of, -of, 0.0, -of, of];
             chain.forces.damping = MassMatrix::Dense(pair(1e3));

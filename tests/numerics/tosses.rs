@@ -1,8 +1,9 @@
-//! The body in space with cones against twenty measured tosses of a cube. They are not in this tree, see `support::data_of_others`.
+//! The body in space with cones against twenty measured tosses of a cube. They are not in this tree, see
+//! `support::data_of_others`.
 //!
-//! From `DAIRLab/contact-nets` (BSD-3-Clause, Copyright (c) 2020, Dynamic Autonomy and Intelligent Robotics Lab), commit c3dc21c9,
-//! `data/tosses_processed`, in SI units. The bounds on the published friction and on 1 were set before the first
-//! run, from a trial with code of its own; those on the other coefficients after it.
+//! From `DAIRLab/contact-nets` (BSD-3-Clause, Copyright (c) 2020, Dynamic Autonomy and Intelligent Robotics Lab),
+//! commit c3dc21c9, `data/tosses_processed`, in SI units. The bounds on the published friction and on 1 were set before
+//! the first run, from a trial with code of its own; those on the other coefficients after it.
 
 use crate::support::*;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -48,7 +49,8 @@ fn corners() -> Vec<[f64; 3]> {
     (0..8).map(|corner: usize| [end(corner & 1), end(corner & 2), end(corner & 4)]).collect()
 }
 
-/// Value and rate at time 0 of the straight line through samples, by least squares; the value alone where there is one sample.
+/// Value and rate at time 0 of the straight line through samples, by least squares; the value alone where there is one
+/// sample.
 fn line(times: &[f64], samples: &[Vector3<f64>]) -> [Vector3<f64>; 2] {
     let count = times.len() as f64;
     let (time, mean) = (times.iter().sum::<f64>() / count, samples.iter().sum::<Vector3<f64>>() / count);
@@ -59,7 +61,8 @@ fn line(times: &[f64], samples: &[Vector3<f64>]) -> [Vector3<f64>; 2] {
 }
 
 impl Toss {
-    /// The cube as it is thrown: a parabola and a turn of constant rate, fitted to the samples before it first comes near the floor.
+    /// The cube as it is thrown: a parabola and a turn of constant rate, fitted to the samples before it first comes
+    /// near the floor.
     fn thrown(&self) -> SpatialBodyGeometry {
         let low = |k: usize| {
             let height = |corner: &[f64; 3]| (self.centres[k] + self.turns[k] * Vector3::from(*corner)).z;
@@ -84,7 +87,8 @@ impl Toss {
         }
     }
 
-    /// Mean error of the position over the toss, of the width, and error of the angle at its end, degrees; none where a step has no solution.
+    /// Mean error of the position over the toss, of the width, and error of the angle at its end, degrees; none where a
+    /// step has no solution.
     fn errors(&self, friction: f64) -> Option<[f64; 2]> {
         let law = Friction { coefficient: friction, at_rest: friction, restitution: 0.0 };
         let plastic = ContactLaw { stabilisation: 0.2, ..PLASTIC };

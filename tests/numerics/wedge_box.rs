@@ -218,8 +218,8 @@ fn an_impossible_geometry_must_be_refused_with_its_numbers() {
     let refused = |geometry: WedgeBoxGeometry| WedgeBox::new(geometry).unwrap_err().to_string();
     let on_ledge =
         |ledge_height| WedgeBoxGeometry { discs: vec![LedgeDisc { ledge_height, ..g.discs[0] }], ..g.clone() };
-    // Without a ledge the box leans to the left, on its left wedge and the disc: −0.4 sin θ + 0.21 cos θ = 0.2, and the right tip is
-    // 0.8 sin θ up.
+    // Without a ledge the box leans to the left, on its left wedge and the disc: −0.4 sin θ + 0.21 cos θ = 0.2, and the
+    // right tip is 0.8 sin θ up.
     let (start, _) = WedgeBox::new(on_ledge(0.0)).unwrap().initial_state();
     assert!((-0.4 * start[2].sin() + 0.21 * start[2].cos() - 0.2).abs() < 1e-15 && start[2] > 0.0, "{start:?}");
     approx::assert_relative_eq!(start[1], 0.4 * start[2].sin() + 0.4 * start[2].cos(), epsilon = 1e-15);

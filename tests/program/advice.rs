@@ -24,7 +24,8 @@ fn called_again(choice: &Value, phase: Option<f64>) -> Value {
     json(&mut call(&format!("{} --format json", words.join(" "))))
 }
 
-/// Every scheme in every form at every macro step, by loops of its own and as many phases again: nothing that meets the error is cheaper.
+/// Every scheme in every form at every macro step, by loops of its own and as many phases again: nothing that meets the
+/// error is cheaper.
 #[test]
 fn nothing_in_an_exhaustive_sweep_is_cheaper_than_what_is_advised_and_that_holds_where_nobody_looked() {
     let sides = [Side::Actuator, Side::Mechanics].map(|first| Some(Sequence::GaussSeidel { first }));

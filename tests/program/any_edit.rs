@@ -1,5 +1,5 @@
-//! Whatever happens to the files of an experiment (a subset, another order, twice, edited), running it again gives what a fresh run
-//! gives, and checking its claims gives the verdicts of a fresh run; or either is an error that says why.
+//! Whatever happens to the files of an experiment (a subset, another order, twice, edited), running it again gives what
+//! a fresh run gives, and checking its claims gives the verdicts of a fresh run; or either is an error that says why.
 
 use crate::program::{cache, copy, files, lines, often, read, two_sets_with};
 use proptest::prelude::*;

@@ -1,5 +1,5 @@
-//! The program works from any folder: it reads nothing from the folder it was built in, and writes only below the current one or
-//! where it is told to.
+//! The program works from any folder: it reads nothing from the folder it was built in, and writes only below the
+//! current one or where it is told to.
 
 use crate::program::{assert_has, below, copy, read, rimbench, root, said};
 use assert_cmd::Command;

@@ -1,4 +1,5 @@
-//! Between the yards of crates there are fences, and no files use each other in a circle; between packages the compiler sees to that.
+//! Between the yards of crates there are fences, and no files use each other in a circle; between packages the compiler
+//! sees to that.
 
 use crate::support::sources;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +19,8 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap().to_string_lossy().into_owned()
 }
 
-/// The names that a manifest has in any table of dependencies: for a target, for tests and for the build script as well.
+/// The names that a manifest has in any table of dependencies: for a target, for tests and for the build script as
+/// well.
 fn dependencies(manifest: &toml::Table) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for (key, value) in manifest {
@@ -62,8 +64,8 @@ fn the_benchmark_uses_nothing_of_the_other_yards_and_presentation_no_interface()
 /// Modules with the modules that each uses.
 type Uses = BTreeMap<String, BTreeSet<String>>;
 
-/// Which file uses which, below the `src` of a crate. What a file takes from those it is part of is left out: each may use its parts, and
-/// they what it holds for all of them.
+/// Which file uses which, below the `src` of a crate. What a file takes from those it is part of is left out: each may
+/// use its parts, and they what it holds for all of them.
 fn uses(src: &Path) -> Uses {
     let module = |path: &Path| {
         let inside = path.strip_prefix(src).unwrap().with_extension("");

@@ -36,7 +36,8 @@ fn a_run_reports_outcome_metrics_and_counters_as_json() {
     assert_eq!(facts["macro_steps"], 500);
     assert_eq!(facts["actuator_micro_steps"], 50_000);
     assert_eq!(facts["mechanics_micro_steps"], 500);
-    // One contact problem per micro step, and none for the sake of a diagnostic; most of them have the active set of the last one.
+    // One contact problem per micro step, and none for the sake of a diagnostic; most of them have the active set of
+    // the last one.
     let [solved, parametric] =
         ["scheme_lcp_solves", "scheme_parametric_steps"].map(|name| facts[name].as_u64().unwrap());
     assert_eq!(solved + parametric, 50_000);

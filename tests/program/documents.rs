@@ -1,5 +1,5 @@
-//! The documents: links lead somewhere, everything that runs by name has its page, programs compile, and numbers that they repeat are
-//! those of the committed files.
+//! The documents: links lead somewhere, everything that runs by name has its page, programs compile, and numbers that
+//! they repeat are those of the committed files.
 
 use crate::support::{cases, schemes};
 use rimbench::cases::ReferenceMethod;
@@ -126,8 +126,8 @@ fn every_page_is_in_the_summary_and_the_reverse() {
     assert_eq!(listed, pages);
 }
 
-/// The page of a case or a scheme, below its folder of the book: that of its family, to which the list of the folder leads, or its own; none of
-/// one that no experiment has judged yet.
+/// The page of a case or a scheme, below its folder of the book: that of its family, to which the list of the folder
+/// leads, or its own; none of one that no experiment has judged yet.
 pub fn page_of(folder: &str, name: &str) -> Option<PathBuf> {
     let folder = root().join("docs").join(folder);
     let row = format!("| [{name}](");
@@ -160,7 +160,8 @@ fn every_case_and_scheme_that_an_experiment_names_has_a_page_and_each_page_is_of
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
-/// Blocks of Rust in a text: number of the line before, whether it is quoted (`rust,ignore`), lines without their indentation.
+/// Blocks of Rust in a text: number of the line before, whether it is quoted (`rust,ignore`), lines without their
+/// indentation.
 fn programs(text: &str) -> Vec<(usize, bool, Vec<&str>)> {
     let (mut found, mut inside) = (Vec::new(), false);
     for (index, line) in text.lines().map(str::trim).enumerate() {
@@ -228,7 +229,8 @@ fn the_readme_counts_the_committed_claims() {
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
 }
 
-/// How a reference is made is said by the case itself: the code fills in what a page says, with `RIMBENCH_FILL_PAGES=1`.
+/// How a reference is made is said by the case itself: the code fills in what a page says, with
+/// `RIMBENCH_FILL_PAGES=1`.
 #[test]
 fn every_case_page_says_how_its_reference_is_made() {
     let catalogue = Catalogue::standard();

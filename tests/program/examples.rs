@@ -4,8 +4,8 @@ use crate::program::{printed, root};
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 
-/// An example as `cargo test` builds it: `target/<profile>/examples`, two floors above this test's own program. A run of this
-/// test alone does not build examples; then they are built now.
+/// An example as `cargo test` builds it: `target/<profile>/examples`, two floors above this test's own program. A run
+/// of this test alone does not build examples; then they are built now.
 fn example(name: &str) -> PathBuf {
     let own = std::env::current_exe().unwrap();
     let profile = own.parent().and_then(Path::parent).unwrap();

@@ -13,7 +13,8 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 /// The columns of a carriage's motion and of the force on it.
 pub const CARRIAGE: [&str; 3] = ["interface_position_m", "interface_velocity_m_s", "actuator_force_n"];
 
-/// A folder with both sides of a case as FMUs, `mechanics.fmu` and `actuator.fmu`, which are written once for all tests.
+/// A folder with both sides of a case as FMUs, `mechanics.fmu` and `actuator.fmu`, which are written once for all
+/// tests.
 pub fn exported(case: &str, more: &[&str]) -> TempDir {
     static WRITTEN: Mutex<BTreeMap<Vec<String>, TempDir>> = Mutex::new(BTreeMap::new());
     let folder = tempfile::tempdir().unwrap();

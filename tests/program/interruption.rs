@@ -1,4 +1,5 @@
-//! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours; SIGTERM does at once.
+//! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours; SIGTERM does at
+//! once.
 #![cfg(unix)]
 
 use crate::exported_fmus::{CARRIAGE, case_file, exported};
@@ -6,7 +7,8 @@ use crate::program::process;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
 
-/// Runs that take hours each: a micro step of the actuator of 10 ns, and a million steps of the mechanics per macro step.
+/// Runs that take hours each: a micro step of the actuator of 10 ns, and a million steps of the mechanics per macro
+/// step.
 const ENDLESS: &str = "question = \"?\"\nmacro_steps_s = [5e-3]\nphases = 4\nduration_s = 1.0\nmicro_step_s = 1e-8\n\
                        [[cases]]\nname = \"linear-oscillator\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n\
                        [[schemes]]\nscheme = \"zero-order-hold\"\nlabel = \"many\"\nmechanics_steps = 1000000\n";

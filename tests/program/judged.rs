@@ -1,5 +1,5 @@
-//! Nothing of the book stands unjudged: each scheme and case with a page, and each value of an option that experiments ask for, is in a row
-//! that a claim or a figure names.
+//! Nothing of the book stands unjudged: each scheme and case with a page, and each value of an option that experiments
+//! ask for, is in a row that a claim or a figure names.
 
 use crate::documents::{files, page_of};
 use crate::program::{read, root};
@@ -106,7 +106,8 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
             missing.push(format!("{key} {name}"));
         }
     };
-    // Schemes without a claim in either direction would do as a figure only: the monolithic solution is what others are held against.
+    // Schemes without a claim in either direction would do as a figure only: the monolithic solution is what others are
+    // held against.
     catalogue.schemes().iter().for_each(|scheme| {
         judge("scheme", &scheme.name, &*scheme.name == "monolithic" || page_of("schemes", &scheme.name).is_none());
     });

@@ -3,8 +3,8 @@
 use crate::program::{call, printed, rimbench, root, said};
 use crate::support::sources;
 
-/// What makes, replaces or removes a file, with the files of the program that may: outputs are written in one place; the store
-/// appends to logs of its own names.
+/// What makes, replaces or removes a file, with the files of the program that may: outputs are written in one place;
+/// the store appends to logs of its own names.
 const MAKERS: [(&str, &[&str]); 7] = [
     ("fs::write(", &[]),
     // What a process that is started says, in a file of its own.
@@ -57,7 +57,8 @@ fn no_file_of_the_program_looks_for_the_folder_it_was_built_in() {
     assert!(faults.is_empty(), "{faults:?}");
 }
 
-/// The standard output by its name: first the trace, then what is printed. (Pipes and links are followed in `atomic_file`.)
+/// The standard output by its name: first the trace, then what is printed. (Pipes and links are followed in
+/// `atomic_file`.)
 #[cfg(unix)]
 #[test]
 fn a_trace_goes_to_the_standard_output_where_that_is_named() {

@@ -1,13 +1,14 @@
-//! The technical report, as far as it can be checked without setting it: it types no number of a result, what it names exists, and every
-//! picture can be read aloud. What needs the typesetter is in `.ci/paper`.
+//! The technical report, as far as it can be checked without setting it: it types no number of a result, what it names
+//! exists, and every picture can be read aloud. What needs the typesetter is in `.ci/paper`.
 
 use crate::program::{assert_has, rimbench, root, said, stand_in};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Constants of the method that a sentence may have, as the documentation has them: contact margins, the bound of divergence, the
-/// threshold of a lift-off, the level of an interval, and the slope from which on an order counts as two.
+/// Constants of the method that a sentence may have, as the documentation has them: contact margins, the bound of
+/// divergence, the threshold of a lift-off, the level of an interval, and the slope from which on an order counts as
+/// two.
 const CONSTANTS: [&str; 11] =
     ["0.1 s", "1 µm", "10 µm", "30 µm", "0.1 mm", "0.3 mm", "1 mm", "3 mm", "3 times", "95 %", "1.9"];
 
@@ -24,8 +25,8 @@ fn read(path: &str) -> String {
     crate::program::read(root().join(path))
 }
 
-/// A Typst source taken apart: what is left of it without comments, strings, raw text and formulas, whose places are blank there, and
-/// the strings, each with its line.
+/// A Typst source taken apart: what is left of it without comments, strings, raw text and formulas, whose places are
+/// blank there, and the strings, each with its line.
 struct Source {
     rest: String,
     strings: Vec<(usize, String)>,
@@ -98,8 +99,8 @@ impl Source {
     }
 }
 
-/// Whether a number may stand where it does in a source: which run is meant, how it is written, or in the key of a source; never what
-/// came out.
+/// Whether a number may stand where it does in a source: which run is meant, how it is written, or in the key of a
+/// source; never what came out.
 fn names_a_run_or_a_form(line: &str, at: usize) -> bool {
     let (before, behind) = (&line[..at], line[at..].trim_start_matches(|c: char| c.is_ascii_digit() || c == '.'));
     let step_list =

@@ -1,8 +1,8 @@
-//! Whatever a file says, reading it ends in what it means or in one error that says something; never in a panic, and never in memory
-//! that the file's size cannot explain.
+//! Whatever a file says, reading it ends in what it means or in one error that says something; never in a panic, and
+//! never in memory that the file's size cannot explain.
 //!
-//! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names stumble over, or by a
-//! piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
+//! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names
+//! stumble over, or by a piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
 
 use crate::exported_fmus::{CARRIAGE, case_file, repacked, without_library};
 use crate::program::{lines, rimbench, root};

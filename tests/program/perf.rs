@@ -50,7 +50,8 @@ fn instructions_are_held_against_the_fence_of_a_repetition_or_of_another_build()
     }
 }
 
-/// A thousandth is seen between two records of one program; two builds scatter by twice as much, also where both are in the history.
+/// A thousandth is seen between two records of one program; two builds scatter by twice as much, also where both are in
+/// the history.
 #[test]
 fn records_of_two_revisions_are_held_against_the_fence_of_two_builds() {
     let verdicts = |revision: &str, dirty: &str| {
@@ -69,7 +70,8 @@ fn records_of_two_revisions_are_held_against_the_fence_of_two_builds() {
     assert_eq!(verdicts("rev000000001", "true"), [same, same, better, worse]);
 }
 
-/// Of a repetition, so that what happens once drops out; own instructions, so that callers of what changed are not named for it.
+/// Of a repetition, so that what happens once drops out; own instructions, so that callers of what changed are not
+/// named for it.
 #[test]
 fn the_functions_that_changed_are_named_largest_first() {
     let profile = |repetitions: u64, solve: u64, copy: u64, once: u64| {
@@ -91,8 +93,8 @@ fn the_functions_that_changed_are_named_largest_first() {
     assert_eq!(changed([100, 50, 9], [101, 90, 9]), [named("copy", [50, 90])]);
 }
 
-/// In our own history, whose compilers are alike, programs that had changed took 1 to 8 % more instructions, and programs that had not
-/// took as many up to a millionth.
+/// In our own history, whose compilers are alike, programs that had changed took 1 to 8 % more instructions, and
+/// programs that had not took as many up to a millionth.
 #[test]
 fn rises_in_our_own_history_are_found_and_repeats_are_none() {
     let history = kept();
@@ -200,7 +202,8 @@ fn the_answers_of_the_suite_tell_its_schemes_apart() {
     }
 }
 
-/// What has been committed has been looked at: the newest record must be none that raises an alarm against the one before.
+/// What has been committed has been looked at: the newest record must be none that raises an alarm against the one
+/// before.
 #[test]
 fn the_newest_committed_record_is_no_regression_of_the_one_before() {
     let comparison = compared(&kept(), "previous", "latest");

@@ -330,7 +330,8 @@ fn a_run_that_is_there_twice_is_found_across_parts() {
     assert!(message.contains("twice.toml") && message.contains("holds one run twice"), "{message}");
 }
 
-/// More runs than are planned at once: parts of them are run, divided for Slurm and checked, and what needs all of them is refused.
+/// More runs than are planned at once: parts of them are run, divided for Slurm and checked, and what needs all of them
+/// is refused.
 #[test]
 fn a_million_runs_are_planned_in_parts() {
     let folder = tempfile::tempdir().unwrap();

@@ -93,7 +93,8 @@ fn what_is_kept_of_the_paper_is_compared_file_by_file_and_a_difference_is_an_exi
     assert!(other.contains(&format!("{} of {count} kept files", count - 5)), "{other}");
 }
 
-/// Rows are those of one program: what another has stored, or might have, is made again, and so is all of it if that is asked for.
+/// Rows are those of one program: what another has stored, or might have, is made again, and so is all of it if that is
+/// asked for.
 #[test]
 fn a_second_reproduction_makes_only_what_this_very_program_has_not_stored() {
     let place = tempfile::tempdir().unwrap();

@@ -1,5 +1,6 @@
-//! What commands print at 80 columns, in files that a person can read: `tests/program/screens/*.txt`. A line that begins with `$` is
-//! a command, and what follows is what it prints, with its exit code if that is not 0. `RIMBENCH_UPDATE_SCREENS=1` writes them.
+//! What commands print at 80 columns, in files that a person can read: `tests/program/screens/*.txt`. A line that
+//! begins with `$` is a command, and what follows is what it prints, with its exit code if that is not 0.
+//! `RIMBENCH_UPDATE_SCREENS=1` writes them.
 
 use crate::conveniences::{commands, said};
 use crate::program::{files, read, rimbench, root};
@@ -100,7 +101,8 @@ fn screen(folder: &Path, line: &str) -> String {
     format!("{line}\n{printed}{code}")
 }
 
-/// Times depend on the machine, run ids on the version of the numerics, and whether there are rows on what has run here.
+/// Times depend on the machine, run ids on the version of the numerics, and whether there are rows on what has run
+/// here.
 fn masked(line: &str) -> String {
     if let Some((before, _)) = line.split_once(" (").filter(|_| line.ends_with(" from summaries)")) {
         return before.to_owned();
@@ -126,7 +128,8 @@ fn masked(line: &str) -> String {
     words.join(" ")
 }
 
-/// The first line that is too wide; an error is one line, however long, and a word that is longer has a line of its own.
+/// The first line that is too wide; an error is one line, however long, and a word that is longer has a line of its
+/// own.
 fn too_wide<'a>(mut lines: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let is_free = |line: &str| line.starts_with("error: ") || line.starts_with("help: ") || !line.trim().contains(' ');
     lines.find(|line| line.chars().count() > 80 && !is_free(line))

@@ -1,5 +1,5 @@
-//! What is missing of an experiment, handed to Slurm: the commands to the letter, and results that are those of `rimbench run` to the
-//! byte, whatever Slurm loses, begins twice or says of itself.
+//! What is missing of an experiment, handed to Slurm: the commands to the letter, and results that are those of
+//! `rimbench run` to the byte, whatever Slurm loses, begins twice or says of itself.
 
 use crate::program::{assert_has, executable, files, rimbench, said, stand_in, two_sets_with};
 use assert_cmd::Command;

@@ -235,8 +235,8 @@ fn open(folder: &Path) -> Store {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Writers that store at once, each killed after any byte of its log: of every run the best of the whole rows stands, whatever
-    /// the order, and what was cut is counted.
+    /// Writers that store at once, each killed after any byte of its log: of every run the best of the whole rows
+    /// stands, whatever the order, and what was cut is counted.
     #[test]
     fn whatever_writers_at_once_store_and_kills_cut_off_the_best_whole_row_stands(
         writers in prop::collection::vec(

@@ -585,7 +585,8 @@ fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     assert!(plan(&["--all"]).lines().count() > 400);
 }
 
-/// An audit fills columns, so that it is part of what a run is; one that was skipped, or took too long, has its row all the same.
+/// An audit fills columns, so that it is part of what a run is; one that was skipped, or took too long, has its row all
+/// the same.
 #[test]
 fn an_audited_experiment_with_runs_that_have_no_account_finishes() {
     let place = Place::new();
@@ -609,7 +610,8 @@ fn an_audited_experiment_with_runs_that_have_no_account_finishes() {
     place.run_computing(0, &slow);
 }
 
-/// A prediction fills columns of claims, so that rows without it are no answer where it is claimed, and those with it are one where it is not.
+/// A prediction fills columns of claims, so that rows without it are no answer where it is claimed, and those with it
+/// are one where it is not.
 #[test]
 fn a_prediction_that_is_claimed_later_is_made_and_kept_beside_the_rows_without_it() {
     let place = Place::new();

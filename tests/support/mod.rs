@@ -71,7 +71,8 @@ pub fn cases() -> &'static [Arc<Case>] {
     catalogue().cases()
 }
 
-/// Whether an experiment of the project names a case or a scheme: from then on it has a page, a picture and a verdict, and keeps its order.
+/// Whether an experiment of the project names a case or a scheme: from then on it has a page, a picture and a verdict,
+/// and keeps its order.
 pub fn is_published(name: &str) -> bool {
     rimbench::shipped::EXPERIMENTS.iter().any(|(_, text)| text.contains(&format!("\"{name}\"")))
 }
@@ -151,7 +152,8 @@ pub fn bits(run: &Trajectory) -> Vec<u64> {
     run.rows().flatten().map(|value| value.to_bits()).collect()
 }
 
-/// The active set behind a trait object: no solver that goes by active sets or keeps few entries, as far as others know.
+/// The active set behind a trait object: no solver that goes by active sets or keeps few entries, as far as others
+/// know.
 pub fn opaque_active_set() -> Arc<SolverEntry> {
     let build = Arc::new(|capacity| Solver::other(ActiveSet::new(capacity)));
     Arc::new(SolverEntry { name: "active-set-opaque".into(), build, ..SolverEntry::active_set() })
@@ -650,8 +652,8 @@ pub fn row_of(point: &CommunicationPoint<'_>) -> Vec<f64> {
 
 /// A folder of the data of others, which the project does not hold: below the one that `RIMBENCH_DATA_OF_OTHERS` names.
 ///
-/// Where the variable is not set the test is to end; a line says so, past the capture of the harness, so that who runs the tests
-/// sees what was not tested.
+/// Where the variable is not set the test is to end; a line says so, past the capture of the harness, so that who runs
+/// the tests sees what was not tested.
 pub fn data_of_others(folder: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("RIMBENCH_DATA_OF_OTHERS") else {
         let test = std::thread::current().name().unwrap_or("a test").to_owned();

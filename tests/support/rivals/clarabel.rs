@@ -3,21 +3,21 @@
 //! ```text
 //! min ½ Pᵀ H P + bᵀ P   subject to   P ≥ 0           optimality: w = H P + b ≥ 0, Pᵀ w = 0
 //! ```
-//! What comes back is used as it is, apart from cutting impulses below zero to zero. Nothing is polished: an interior point
-//! leaves `P_i w_i ≈ μ > 0` everywhere, so a contact that is degenerate (`P_i = w_i = 0` in every solution) is only found to
-//! the square root of the gap:
+//! What comes back is used as it is, apart from cutting impulses below zero to zero. Nothing is polished: an interior
+//! point leaves `P_i w_i ≈ μ > 0` everywhere, so a contact that is degenerate (`P_i = w_i = 0` in every solution) is
+//! only found to the square root of the gap:
 //!
 //! ```text
 //! gap = Pᵀ w          min(H_ii P_i, w_i)² ≤ H_ii P_i w_i          natural residual r ≤ √(max H_ii · gap) / ‖b‖_∞
 //! ```
-//! Hence the program is written in variables that give it a unit diagonal, with `‖b‖_∞ / √(max H_ii)` as unit, in which this
-//! reads `r ≤ √gap`, and the gap asked for is the square of the accepted residual, 1e-14. A residual of 1e-9, which pivoting
-//! solvers are held to, would take a gap below the rounding of the objective. The linear systems are refined until that no
-//! longer helps: Clarabel stops at 1e-12 by itself, no better than the feasibility asked for, and goes back and forth where
-//! contacts are redundant.
+//! Hence the program is written in variables that give it a unit diagonal, with `‖b‖_∞ / √(max H_ii)` as unit, in which
+//! this reads `r ≤ √gap`, and the gap asked for is the square of the accepted residual, 1e-14. A residual of 1e-9,
+//! which pivoting solvers are held to, would take a gap below the rounding of the objective. The linear systems are
+//! refined until that no longer helps: Clarabel stops at 1e-12 by itself, no better than the feasibility asked for, and
+//! goes back and forth where contacts are redundant.
 //!
-//! A body clamped without play has no velocity that opens all its contacts, and its impulses are unbounded: no central path,
-//! so no guarantee. Some of these problems end with impulses of 1e10 and more, which the residual rejects.
+//! A body clamped without play has no velocity that opens all its contacts, and its impulses are unbounded: no central
+//! path, so no guarantee. Some of these problems end with impulses of 1e10 and more, which the residual rejects.
 //!
 //! The solver object, with its symbolic factorisation, is kept as long as `n` stays the same, and only the numbers are
 //! replaced. Clarabel's own scaling of the data, which would remember those of the first problem, is switched off; ours
@@ -53,13 +53,14 @@ fn settings() -> DefaultSettings<f64> {
     }
 }
 
-/// True if the point Clarabel ended at is worth a look; short of the tolerance it may still do, and the residual decides.
+/// True if the point Clarabel ended at is worth a look; short of the tolerance it may still do, and the residual
+/// decides.
 fn has_answer(status: SolverStatus) -> bool {
     matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress)
 }
 
-/// `1/√H_ii` (1 where there is none) from the diagonal, and `‖b‖_∞ / √(max H_ii)`: the units in which the root of the gap bounds
-/// the residual.
+/// `1/√H_ii` (1 where there is none) from the diagonal, and `‖b‖_∞ / √(max H_ii)`: the units in which the root of the
+/// gap bounds the residual.
 fn scaling(diagonal: impl Iterator<Item = f64>, b: &[f64]) -> (Vec<f64>, f64) {
     let inverse_root = |m_ii: f64| if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
     let scale: Vec<f64> = diagonal.map(inverse_root).collect();

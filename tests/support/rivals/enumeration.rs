@@ -23,8 +23,8 @@ const RANK: f64 = 1e-10;
 #[derive(Debug, Clone, Default)]
 pub struct Enumeration {}
 
-/// Makes a diagonal entry 1. A contact that no impulse moves (zero; semidefinite, so is its whole row) has no scale, and one
-/// whose scale would not be finite, or of whose square the inverse, has none either.
+/// Makes a diagonal entry 1. A contact that no impulse moves (zero; semidefinite, so is its whole row) has no scale,
+/// and one whose scale would not be finite, or of whose square the inverse, has none either.
 fn scale_of(diagonal: f64) -> f64 {
     let scale = diagonal.sqrt().recip();
     if scale.is_finite() && (scale * scale).is_finite() { scale } else { 1.0 }

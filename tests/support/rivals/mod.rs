@@ -1,5 +1,5 @@
-//! Solvers that the default is held against, in tests and benches: an interior point, Gauss–Seidel, and the enumeration of all active
-//! sets as the oracle. Lemke's method is in the library.
+//! Solvers that the default is held against, in tests and benches: an interior point, Gauss–Seidel, and the enumeration
+//! of all active sets as the oracle. Lemke's method is in the library.
 
 mod clarabel;
 #[path = "../../../examples/custom_solver.rs"]

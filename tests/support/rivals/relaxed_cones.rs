@@ -3,8 +3,8 @@
 //! ```text
 //! min ½ Pᵀ H P + cᵀ P   subject to   |P_t| ≤ μ P_n
 //! ```
-//! With `c = b` this relaxes Coulomb's law: a contact that slides lifts off with `μ |w_t|`. With `c = b + s`, `s_n = μ |w_t|` of Coulomb's
-//! own answer, that answer solves it, and its velocities are unique.
+//! With `c = b` this relaxes Coulomb's law: a contact that slides lifts off with `μ |w_t|`. With `c = b + s`,
+//! `s_n = μ |w_t|` of Coulomb's own answer, that answer solves it, and its velocities are unique.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};

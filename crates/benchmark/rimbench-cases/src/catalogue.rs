@@ -11,8 +11,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and hands it to
-/// whatever looks names up.
+/// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and
+/// hands it to whatever looks names up.
 #[derive(Debug, Clone, Default)]
 pub struct Catalogue {
     cases: Vec<Arc<Case>>,
@@ -89,8 +89,8 @@ impl Catalogue {
     /// Adds a case.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for a name that is not kebab-case or already taken, and for a parameter whose name another one, an option of a
-    /// run or a column of results has.
+    /// [`Error::InvalidValue`] for a name that is not kebab-case or already taken, and for a parameter whose name
+    /// another one, an option of a run or a column of results has.
     pub fn add_case(&mut self, case: Case) -> Result<()> {
         check_new_name("case", &case.name, self.cases.iter().map(|known| &*known.name))?;
         for (index, parameter) in case.parameters.iter().enumerate() {
@@ -112,7 +112,8 @@ impl Catalogue {
     /// Finds the case that a file makes, which is read once; one that was added by the same name must be the same.
     ///
     /// # Errors
-    /// Those of what reads it; [`Error::File`] where nothing reads files; [`Error::InvalidValue`] for a name that is taken by another case.
+    /// Those of what reads it; [`Error::File`] where nothing reads files; [`Error::InvalidValue`] for a name that is
+    /// taken by another case.
     pub fn case_of_file(&self, path: &Path) -> Result<Arc<Case>> {
         let files =
             self.files.as_ref().ok_or_else(|| Error::file(path, "is a case file, and nothing here reads those"))?;
@@ -134,7 +135,8 @@ impl Catalogue {
     /// Adds a scheme.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for a name that is not kebab-case or already taken, or a gain whose default is out of its range.
+    /// [`Error::InvalidValue`] for a name that is not kebab-case or already taken, or a gain whose default is out of
+    /// its range.
     pub fn add_scheme(&mut self, scheme: SchemeEntry) -> Result<()> {
         check_new_name("scheme", &scheme.name, self.schemes.iter().map(|known| &*known.name))?;
         if let Some(gain) = &scheme.gain

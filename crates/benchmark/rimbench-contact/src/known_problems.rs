@@ -22,8 +22,8 @@ pub struct KnownProblem {
 /// Lists forty-two problems of 1 to 32 contacts, regular, redundant and degenerate.
 ///
 /// # Source
-/// Murty, *Linear Complementarity, Linear and Nonlinear Programming* (1988); Fathi, *Computational complexity of LCPs associated with
-/// positive definite symmetric matrices* (1979).
+/// Murty, *Linear Complementarity, Linear and Nonlinear Programming* (1988); Fathi, *Computational complexity of LCPs
+/// associated with positive definite symmetric matrices* (1979).
 pub fn known_problems() -> Vec<KnownProblem> {
     let ones = |n: usize| vec![1.0; n * n];
     let of = |name: &str, h: Vec<f64>, b: Vec<f64>, w: Vec<f64>| KnownProblem { name: name.to_owned(), h, b, w };

@@ -2,9 +2,9 @@
 
 /// Matches a size. The first arm has it as a constant, where the compiler is to know it and the condition holds.
 ///
-/// Loops over a known size are straight-line code on registers, for half the instructions. The list of these sizes is here: up to eight
-/// rows, and three, four and six contacts in space. The arm calls a function that is not inlined: in one large frame for all sizes the
-/// saving is lost.
+/// Loops over a known size are straight-line code on registers, for half the instructions. The list of these sizes is
+/// here: up to eight rows, and three, four and six contacts in space. The arm calls a function that is not inlined: in
+/// one large frame for all sizes the saving is lost.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! known_size {

@@ -3,9 +3,10 @@
 //! ```text
 //! w⁺ = H P + b        K ∋ P ⟂ w⁺ + s ∈ K*        s_n = μ |w_t⁺| with friction, otherwise 0
 //! ```
-//! `H` is the Delassus operator `A M⁻¹ Aᵀ` (1/kg), `b` the velocity without contact impulses, plus the term of the contact law (m/s), `P`
-//! the impulses (N·s), s De Saxcé's correction, and K the cone of the impulses: `P ≥ 0` (Signorini), or `|P_t| ≤ μ P_n` (Coulomb, in the
-//! plane or in space). In a reduced interface model this is Eq. 4 of Raoofian, Kövecses, Teichmann: `H = H_uu`, `P = h λ_u⁺`.
+//! `H` is the Delassus operator `A M⁻¹ Aᵀ` (1/kg), `b` the velocity without contact impulses, plus the term of the
+//! contact law (m/s), `P` the impulses (N·s), s De Saxcé's correction, and K the cone of the impulses: `P ≥ 0`
+//! (Signorini), or `|P_t| ≤ μ P_n` (Coulomb, in the plane or in space). In a reduced interface model this is Eq. 4 of
+//! Raoofian, Kövecses, Teichmann: `H = H_uu`, `P = h λ_u⁺`.
 //!
 //! ```
 //! use rimbench_contact::complementarity::{ComplementaritySolver, Lcp, Unsolved};

@@ -24,7 +24,8 @@ pub struct SolverEntry {
     pub fallback: bool,
     /// Builds the bare solver with room for problems up to the given `n`.
     pub build: BuildSolver,
-    /// True if contacts with friction go with it, which a [solver over their states](FrictionSolver) solves in its place.
+    /// True if contacts with friction go with it, which a [solver over their states](FrictionSolver) solves in its
+    /// place.
     pub with_friction: bool,
 }
 
@@ -47,7 +48,8 @@ impl SolverEntry {
         Checked::wrap((self.build)(capacity), fallback, self.tolerance)
     }
 
-    /// Builds the solver of contacts with friction behind the check, with its fallbacks; none if they do not go with this one.
+    /// Builds the solver of contacts with friction behind the check, with its fallbacks; none if they do not go with
+    /// this one.
     pub fn checked_with_friction(&self, contacts: usize) -> Option<FrictionSolver> {
         self.with_friction.then(|| FrictionSolver::new(contacts, self.tolerance))
     }

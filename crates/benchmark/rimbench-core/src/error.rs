@@ -96,8 +96,8 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a run cannot go on.
 ///
-/// Born in the hot path, but only where it ends: as small as a pointer, so that a step that goes well costs one register and
-/// allocates nothing.
+/// Born in the hot path, but only where it ends: as small as a pointer, so that a step that goes well costs one
+/// register and allocates nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure(Box<Cause>);
 
@@ -244,7 +244,8 @@ const REPEATED: usize = 80;
 /// Digits that a number may have before it is written with an exponent.
 const DIGITS: usize = 20;
 
-/// Returns the beginning of a text that came from outside, with its numbers short and its line ends visible, for an error in one line.
+/// Returns the beginning of a text that came from outside, with its numbers short and its line ends visible, for an
+/// error in one line.
 pub fn shortened(text: &str) -> String {
     let text = with_short_numbers(text);
     let cut = match text.char_indices().nth(REPEATED) {

@@ -1,8 +1,8 @@
 //! Non-iterative co-simulation of mechanical systems with contact.
 //!
-//! Everything a simulation needs and nothing else: no file is read, nothing is drawn or printed, no thread is started, and no
-//! clock is looked at. Each room uses only those below it; contact problems and their solvers are a crate below all of them,
-//! [`rimbench_contact`].
+//! Everything a simulation needs and nothing else: no file is read, nothing is drawn or printed, no thread is started,
+//! and no clock is looked at. Each room uses only those below it; contact problems and their solvers are a crate below
+//! all of them, [`rimbench_contact`].
 //!
 //! ```
 //! use rimbench_core::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
@@ -28,8 +28,8 @@
 //! | [`interface_model`] | the reduced interface model (paper Eqs. 3 and 4) |
 //! | [`error`] | bad input and runs that fail |
 //!
-//! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
-//! paper" throughout; what is marked *ours* is this project's own choice.
+//! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is
+//! "the paper" throughout; what is marked *ours* is this project's own choice.
 
 pub mod cosim;
 pub mod error;
@@ -44,6 +44,6 @@ pub use rimbench_contact::{
     affine_step, complementarity, contact_law, friction, known_problems, linear_algebra, solver_entry,
 };
 
-/// Hashes of the sources that a simulation without a scheme depends on, made when the crates were built: a result of other sources is out of
-/// date.
+/// Hashes of the sources that a simulation without a scheme depends on, made when the crates were built: a result of
+/// other sources is out of date.
 pub const SOURCES: [&str; 2] = [env!("RIMBENCH_CORE_SOURCES"), rimbench_contact::SOURCES];

@@ -32,8 +32,8 @@ pub fn find_by_name<'a, T>(
         .ok_or_else(|| Error::unknown(kind, wanted, entries.iter().map(&name_of)))
 }
 
-/// Writes and reads a kind by its name in a list of its own, `[(name, kind); _]` in the order of the variants; `what` is what an error
-/// calls it.
+/// Writes and reads a kind by its name in a list of its own, `[(name, kind); _]` in the order of the variants; `what`
+/// is what an error calls it.
 ///
 /// ```text
 /// by_name!(ModelMotion, NAMES, "model motion");

@@ -33,7 +33,8 @@ impl fmt::Display for Verdict {
 /// Share by which instructions of one program differ that is recorded again.
 pub const REPEATED: f64 = 1e-6;
 
-/// Share by which instructions differ of the same source, built again in another folder: alignment, paths and the environment differ.
+/// Share by which instructions differ of the same source, built again in another folder: alignment, paths and the
+/// environment differ.
 pub const REBUILT: f64 = 0.002;
 
 /// Finds the fence for two records: of one program, or of two builds.
@@ -117,7 +118,8 @@ pub fn compare(base: &[Row], new: &[Row], fence: f64) -> Result<Comparison> {
 /// The settings of a build to which nothing was changed: those of older records, which do not say.
 const USUAL_SETTINGS: &str = "release";
 
-/// Refuses two records whose builds had other settings; of an older one, which does not say, those are taken to be the usual ones.
+/// Refuses two records whose builds had other settings; of an older one, which does not say, those are taken to be the
+/// usual ones.
 fn refuse_other_settings(base: &[Row], new: &[Row]) -> Result<()> {
     let (Some(base), Some(new)) = (base.first(), new.first()) else { return Ok(()) };
     let settings = |row: &Row| Some(row.build.clone()).filter(|build| !build.is_empty());

@@ -108,7 +108,8 @@ impl History {
         })
     }
 
-    /// Rows of the record that a selector names: `latest`, `previous`, or the start of a record or of a git revision (its newest record).
+    /// Rows of the record that a selector names: `latest`, `previous`, or the start of a record or of a git revision
+    /// (its newest record).
     ///
     /// # Errors
     /// [`Error::InvalidValue`] naming the newest records.

@@ -115,8 +115,8 @@ const VELOCITIES: [f64; 4] = [-0.02, 0.03, -0.01, -0.002];
 /// m/s along the surface: the wedges slide one way, one disc sticks, the other slides the other way.
 const SLIPS: [f64; 4] = [0.05, 0.04, 0.001, -0.03];
 
-/// Solves 20000 problems of the wedge box with friction of 0.3, each from the states of the last solution and slightly different, with
-/// velocities of which two closed contacts, and one more, want an impulse.
+/// Solves 20000 problems of the wedge box with friction of 0.3, each from the states of the last solution and slightly
+/// different, with velocities of which two closed contacts, and one more, want an impulse.
 pub(super) fn friction_warm() -> Result<Repetition> {
     let case = Catalogue::standard().case("wedge-box-friction").cloned()?;
     let model = start_model(&mut system_of(&case)?)?;

@@ -11,8 +11,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Records benchmarks in a program built like this, now; with `program`, which is this one, also their instructions. A wrong answer has no
-/// measurements. `told` hears of each benchmark before it is measured.
+/// Records benchmarks in a program built like this, now; with `program`, which is this one, also their instructions. A
+/// wrong answer has no measurements. `told` hears of each benchmark before it is measured.
 ///
 /// # Errors
 /// Those of the benchmarks and of the program under valgrind.
@@ -68,8 +68,8 @@ pub fn find_valgrind() -> std::result::Result<(), String> {
     }
 }
 
-/// Counts the instructions of one repetition: the process with two repetitions, minus the process with one, so that start, preparation and
-/// first touch drop out.
+/// Counts the instructions of one repetition: the process with two repetitions, minus the process with one, so that
+/// start, preparation and first touch drop out.
 fn instructions(program: &Path, benchmark: &str) -> Result<u64> {
     let [one, two] = profiles(program, benchmark)?.map(|profile| parse_total(&profile));
     let wrong = |what: &str| Error::file("valgrind", format!("callgrind of {benchmark}: {what}"));
@@ -116,8 +116,9 @@ pub struct ChangedFunction {
     pub counts: [u64; 2],
 }
 
-/// Finds the functions, three at most, whose own instructions in a repetition changed most between two programs, by their
-/// callgrind output files with one repetition and with two; those that changed by less than a tenth of the first of them are left out.
+/// Finds the functions, three at most, whose own instructions in a repetition changed most between two programs, by
+/// their callgrind output files with one repetition and with two; those that changed by less than a tenth of the first
+/// of them are left out.
 pub fn changed_functions([before, after]: [&[String; 2]; 2]) -> Vec<ChangedFunction> {
     let (before, after) = (of_repetition(before), of_repetition(after));
     let names: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
@@ -142,8 +143,8 @@ fn of_repetition([one, two]: &[String; 2]) -> BTreeMap<String, u64> {
     two
 }
 
-/// Reads the instructions of each function itself from a callgrind output file: lines below its `fn=` but those behind `calls=`, which are
-/// those of the function that is called. Names stand once, `(number) name`.
+/// Reads the instructions of each function itself from a callgrind output file: lines below its `fn=` but those behind
+/// `calls=`, which are those of the function that is called. Names stand once, `(number) name`.
 fn own_instructions(text: &str) -> BTreeMap<String, u64> {
     let mut names: HashMap<&str, &str> = HashMap::new();
     let mut counts: BTreeMap<String, u64> = BTreeMap::new();

@@ -8,12 +8,13 @@ use rimbench_results::atomic_file::write_atomically;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Builds two commits of the repository around a folder, one after the other and alike, lets each record its suite, and compares the two;
-/// `options` go to its `perf record`. Of benchmarks whose instructions changed callgrind names the functions.
+/// Builds two commits of the repository around a folder, one after the other and alike, lets each record its suite, and
+/// compares the two; `options` go to its `perf record`. Of benchmarks whose instructions changed callgrind names the
+/// functions.
 ///
 /// # Errors
-/// [`Error::File`] if there is no repository, if a revision does not build, or if it is too old to record; [`Error::InvalidValue`] if there
-/// is no such commit.
+/// [`Error::File`] if there is no repository, if a revision does not build, or if it is too old to record;
+/// [`Error::InvalidValue`] if there is no such commit.
 pub fn compare_revisions(folder: &Path, revisions: [&str; 2], options: &[String]) -> Result<Comparison> {
     let root = git(folder, &["rev-parse", "--show-toplevel"]).map_err(|error| Error::file(folder, error))?;
     let resolve = |revision: &str| {

@@ -12,7 +12,8 @@ use rimbench_core::name::find_by_name;
 use rimbench_core::solver_entry::SolverEntry;
 use rimbench_harness::monotonic_clock;
 
-/// Every benchmark, in the order of the rows. Answers of runs are means of the interface force, N; of the reference its peak.
+/// Every benchmark, in the order of the rows. Answers of runs are means of the interface force, N; of the reference its
+/// peak.
 pub const BENCHMARKS: &[Benchmark] = &[
     Benchmark::new("wedge-box/zero-order-hold", [-53.83786, 1e-3], |name| run(name, 2e-4)),
     Benchmark::new("wedge-box/rim-nonsmooth", [-53.19089, 1e-3], |name| run(name, 5e-3)),

@@ -14,8 +14,8 @@ const MAGIC: &[u8; 8] = b"rimref03";
 /// What the layouts of all versions begin with.
 const OURS: &[u8; 6] = b"rimref";
 
-/// Files named by the hash of their key, with a checksum of key and content inside. A cache that cannot be read or written is no
-/// error: the numbers are computed again, and [`fault`](Self::fault) says why.
+/// Files named by the hash of their key, with a checksum of key and content inside. A cache that cannot be read or
+/// written is no error: the numbers are computed again, and [`fault`](Self::fault) says why.
 #[derive(Debug)]
 pub struct Cache {
     folder: PathBuf,
@@ -44,8 +44,8 @@ impl Cache {
         self.fault.get()
     }
 
-    /// Reads the numbers stored under `key`; nothing if there are none, if they are of another layout, or if the file is damaged or belongs
-    /// to another key.
+    /// Reads the numbers stored under `key`; nothing if there are none, if they are of another layout, or if the file
+    /// is damaged or belongs to another key.
     pub fn read(&self, key: &str) -> Option<Vec<f64>> {
         let path = self.path(key);
         let read = regular(&path).and_then(|there| if there { fs::read(&path).map(Some) } else { Ok(None) });
@@ -123,8 +123,9 @@ const HEAD: usize = 40;
 
 /// Holds a file to its key as well as to its content: a file that was given another's name is not believed.
 ///
-/// Against accidents, not against forgers, for less than reading the file costs: four sums, each of every fourth word of 8 bytes, behind the
-/// key and both lengths. `x ↦ rot((x ⊕ word) · odd)` is one to one in either of its arguments, so that one damaged word always shows.
+/// Against accidents, not against forgers, for less than reading the file costs: four sums, each of every fourth word
+/// of 8 bytes, behind the key and both lengths. `x ↦ rot((x ⊕ word) · odd)` is one to one in either of its arguments,
+/// so that one damaged word always shows.
 fn checksum_of(key: &str, payload: &[u8]) -> [u8; 32] {
     const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
     let mut sums = [1, 2, 3, 4].map(|lane: u64| lane.wrapping_mul(ODD));

@@ -1,5 +1,5 @@
-//! Results that an experiment may rest on: every planned run once, with its settings, and every file as it was written, or as what is
-//! beside it says.
+//! Results that an experiment may rest on: every planned run once, with its settings, and every file as it was written,
+//! or as what is beside it says.
 
 use super::experiment::{Experiment, PlannedRun};
 use super::folder::{Folder, pooled_sets, sum_of_plan};
@@ -15,7 +15,8 @@ use std::path::Path;
 /// How far files are trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Trust {
-    /// This process has just written them, and another that finishes the same job at once may be replacing what it has measured.
+    /// This process has just written them, and another that finishes the same job at once may be replacing what it has
+    /// measured.
     Fresh,
     /// As far as their checksums say that they are as they were written.
     Sealed,
@@ -26,8 +27,8 @@ pub(super) enum Trust {
 /// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan.
 ///
 /// # Errors
-/// [`Error::File`] with the counts of what is missing, unplanned, there twice or different; with the files that are not as they
-/// were written; for results that were held against another reference.
+/// [`Error::File`] with the counts of what is missing, unplanned, there twice or different; with the files that are not
+/// as they were written; for results that were held against another reference.
 pub(super) fn checked_runs(
     experiment: &Experiment,
     catalogue: &Catalogue,

@@ -4,15 +4,16 @@ use std::time::Duration;
 
 /// Reads the monotonic clock: time since some instant before the program began.
 ///
-/// `Instant` knows only differences, each of which costs as much as looking at the clock; a run looks three times per macro step.
+/// `Instant` knows only differences, each of which costs as much as looking at the clock; a run looks three times per
+/// macro step.
 #[cfg(unix)]
 pub fn monotonic_clock() -> Duration {
     // POSIX demands this clock.
     time_of(nix::time::ClockId::CLOCK_MONOTONIC)
 }
 
-/// Reads the processor time of this thread, which other programs on the machine do not change. Waiting for a subsystem in a process of
-/// its own is not in it. Where the system has no such clock it is [`monotonic_clock`].
+/// Reads the processor time of this thread, which other programs on the machine do not change. Waiting for a subsystem
+/// in a process of its own is not in it. Where the system has no such clock it is [`monotonic_clock`].
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 pub fn processor_clock() -> Duration {
     time_of(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID)

@@ -41,7 +41,8 @@ pub struct Comparison {
     pub rows: Vec<ComparisonRow>,
 }
 
-/// Runs what is missing of an experiment into its folder below `results`, and compares its schemes; `build` is the program's own.
+/// Runs what is missing of an experiment into its folder below `results`, and compares its schemes; `build` is the
+/// program's own.
 ///
 /// References are kept in `results` too: of a case under development none may survive in the user's cache.
 ///

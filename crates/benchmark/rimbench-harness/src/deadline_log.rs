@@ -70,11 +70,13 @@ impl DeadlineLog {
         Ok(DeadlineLog { deadline, rows })
     }
 
-    /// Adds the macro steps that missed the deadline to those of a channel, for a run on a grid. The row of a macro step is that of its
-    /// time divided by H. Returns what is to be said of a log that is longer or shorter than the run.
+    /// Adds the macro steps that missed the deadline to those of a channel, for a run on a grid. The row of a macro
+    /// step is that of its time divided by H. Returns what is to be said of a log that is longer or shorter than the
+    /// run.
     ///
     /// # Errors
-    /// Says which row belongs to no macro step, or which macro step has none; that the channel has missed steps already.
+    /// Says which row belongs to no macro step, or which macro step has none; that the channel has missed steps
+    /// already.
     pub fn replay(&self, grid: &CommunicationGrid, channel: &mut Channel) -> Result<Option<String>, String> {
         if !channel.missed.is_empty() {
             return Err("missed macro steps are given besides: give one of the two".to_owned());

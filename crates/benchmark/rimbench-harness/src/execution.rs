@@ -70,8 +70,8 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     Ok(summary)
 }
 
-/// Runs a shard of a plan that is too large to be laid out at once, part by part. There are no result files of so many runs: their rows stay
-/// tables of the store.
+/// Runs a shard of a plan that is too large to be laid out at once, part by part. There are no result files of so many
+/// runs: their rows stay tables of the store.
 fn run_parts(job: Job<'_>, size: usize, shard: Shard, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
     let places = match shard {
         Shard::Places { first, last } => first..last + 1,
@@ -104,7 +104,8 @@ fn run_parts(job: Job<'_>, size: usize, shard: Shard, progress: Progress<'_>, st
     Ok(all)
 }
 
-/// Computes some runs of a plan and stores them; returns what was done, and the reference that was used last with the place of a run it belongs to.
+/// Computes some runs of a plan and stores them; returns what was done, and the reference that was used last with the
+/// place of a run it belongs to.
 fn compute(
     job: &Job<'_>,
     folder: &Folder<'_>,
@@ -213,8 +214,8 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
     groups
 }
 
-/// Simulates a run and holds it against its reference, micro steps `inside` macro steps as well; all its rows are kept if a trace
-/// `is_wanted`. A defect of ours is a record like others: no reason to lose the other runs.
+/// Simulates a run and holds it against its reference, micro steps `inside` macro steps as well; all its rows are kept
+/// if a trace `is_wanted`. A defect of ours is a record like others: no reason to lose the other runs.
 pub(super) fn evaluated(
     spec: &RunSpec,
     reference: &Reference,

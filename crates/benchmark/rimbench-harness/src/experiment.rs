@@ -90,7 +90,8 @@ pub struct Experiment {
     /// What should come out.
     #[serde(default)]
     claims: Vec<Claim>,
-    /// Logs that `delivery` names, name and text, so that a copy of the file holds them; read from their files if absent.
+    /// Logs that `delivery` names, name and text, so that a copy of the file holds them; read from their files if
+    /// absent.
     #[serde(default)]
     logs: BTreeMap<String, String>,
     /// In a copy: where case files are from there.
@@ -248,8 +249,8 @@ impl Experiment {
         self.with_entry("cases", &format!("name = \"{name}\""))
     }
 
-    /// The same experiment with one more entry of a list, which a file has as tables or, as the shipped ones have their schemes, as lines
-    /// between brackets.
+    /// The same experiment with one more entry of a list, which a file has as tables or, as the shipped ones have their
+    /// schemes, as lines between brackets.
     fn with_entry(&self, list: &str, entry: &str) -> Result<Self> {
         let text = match self.source.split_once(&format!("\n{list} = [\n")) {
             Some((before, rest)) => format!("{before}\n{list} = [\n{{ {entry} }},\n{rest}"),
@@ -258,8 +259,8 @@ impl Experiment {
         Self::parse(&self.path, text)
     }
 
-    /// Reads the copy of an experiment file that lies in a results folder. Its name is that under which the records of the folder
-    /// were stored, else that of the folder.
+    /// Reads the copy of an experiment file that lies in a results folder. Its name is that under which the records of
+    /// the folder were stored, else that of the folder.
     ///
     /// # Errors
     /// Those of [`read`](Self::read).

@@ -1,5 +1,5 @@
-//! The results folder of an experiment: whose it is, the rows that are stored in it, what of a plan is missing, and the result files
-//! when nothing is.
+//! The results folder of an experiment: whose it is, the rows that are stored in it, what of a plan is missing, and the
+//! result files when nothing is.
 //!
 //! ```text
 //! open ─► not somebody else's ─► rows of the store ─► missing
@@ -119,8 +119,8 @@ impl<'a> Folder<'a> {
         }
     }
 
-    /// The same, which need not be computed: it is no defect of another build, and has the trace that is asked for, as it was written with
-    /// it.
+    /// The same, which need not be computed: it is no defect of another build, and has the trace that is asked for, as
+    /// it was written with it.
     pub(super) fn finished(&self, run: &PlannedRun) -> Option<&RunRow> {
         let row = row_of(&self.store, run).filter(|row| !row.is_defect() || row.origin.is_of(self.build))?;
         let Some(every_s) = self.experiment.trace_of(&run.label) else { return Some(row) };
@@ -129,7 +129,8 @@ impl<'a> Folder<'a> {
         row.trace.as_ref().is_some_and(|kept| found().as_ref() == Some(kept)).then_some(row)
     }
 
-    /// Places of the runs that are still to be computed; of one that has several labels the first that asks for its trace, or the first.
+    /// Places of the runs that are still to be computed; of one that has several labels the first that asks for its
+    /// trace, or the first.
     pub(super) fn missing(&self, plan: &[PlannedRun]) -> Vec<usize> {
         let mut places: HashMap<&str, usize> = HashMap::new();
         let traced = |place: usize| self.experiment.trace_of(&plan[place].label).is_some();
@@ -155,9 +156,9 @@ impl<'a> Folder<'a> {
         self.store.append(RunRow::of(&planned.id, &planned.spec, run, origin, mark))
     }
 
-    /// Reads the folder again, for what others have stored meanwhile, and writes the result files if no run is missing. Returns the places
-    /// of those that are, and if any is how many runs are stored that are not of the plan. `held` is a reference that is at hand, with the place of
-    /// a run that it belongs to.
+    /// Reads the folder again, for what others have stored meanwhile, and writes the result files if no run is missing.
+    /// Returns the places of those that are, and if any is how many runs are stored that are not of the plan. `held` is
+    /// a reference that is at hand, with the place of a run that it belongs to.
     ///
     /// # Errors
     /// [`Error::File`] naming the file; whatever makes a reference fail.
@@ -243,7 +244,8 @@ pub(super) fn pooled_sets(plan: &[PlannedRun]) -> PooledSets {
     plan.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string()))).collect()
 }
 
-/// The checksum of a plan, full or quick, which is that at the first draw where settings are drawn until an event happens.
+/// The checksum of a plan, full or quick, which is that at the first draw where settings are drawn until an event
+/// happens.
 ///
 /// # Errors
 /// Those of the plan.
@@ -259,8 +261,8 @@ pub(super) fn sum_of_plan(
     }
 }
 
-/// Copies the rows of other folders into that of a job, writes the result files if all runs are there, and returns what was done with
-/// the first of the runs that are missing, twenty at most.
+/// Copies the rows of other folders into that of a job, writes the result files if all runs are there, and returns what
+/// was done with the first of the runs that are missing, twenty at most.
 ///
 /// # Errors
 /// Folders that belong to something else; a disk that is full.

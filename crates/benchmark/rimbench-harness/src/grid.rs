@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 /// Most runs whose plan and tables are held in memory at once, some 3 kB for each run.
 pub const MOST_RUNS: usize = 100_000;
 
-/// Most runs of one experiment: one that has more than are held at once is planned part by part, and has no tables of all its runs.
+/// Most runs of one experiment: one that has more than are held at once is planned part by part, and has no tables of
+/// all its runs.
 pub const MOST_PLANNED: usize = 1_000_000;
 
 /// Runs of a part.

@@ -64,8 +64,9 @@ pub enum Shard {
         /// Of how many.
         of: usize,
     },
-    /// Neighbours, which mostly share a reference: from one place to another, both included, counted from 0. These are one task of
-    /// many, so none of them looks after the whole: [`collect_shards`](crate::collect_shards) writes the result files.
+    /// Neighbours, which mostly share a reference: from one place to another, both included, counted from 0. These are
+    /// one task of many, so none of them looks after the whole: [`collect_shards`](crate::collect_shards) writes the
+    /// result files.
     Places {
         /// Place of the first run.
         first: usize,
@@ -91,8 +92,8 @@ pub struct Summary {
     pub planned: usize,
     /// Runs that were stored before.
     pub reused: usize,
-    /// Runs that were stored, but have to be computed again: they took too long and may take longer now, or the trace that is asked
-    /// for is not there, not as it was written, or of another step.
+    /// Runs that were stored, but have to be computed again: they took too long and may take longer now, or the trace
+    /// that is asked for is not there, not as it was written, or of another step.
     pub renewed: usize,
     /// Runs computed now.
     pub computed: usize,
@@ -102,10 +103,11 @@ pub struct Summary {
     pub damaged: Vec<Damaged>,
     /// Runs of the whole experiment that are not stored yet.
     pub missing: usize,
-    /// Stored runs that are not of the experiment as it is, where some are missing; only [`collect_shards`](crate::collect_shards) counts
-    /// them.
+    /// Stored runs that are not of the experiment as it is, where some are missing; only
+    /// [`collect_shards`](crate::collect_shards) counts them.
     pub unplanned: usize,
-    /// Whether the experiment has more runs than are planned at once: then all counts are of the shard, and there are no result files.
+    /// Whether the experiment has more runs than are planned at once: then all counts are of the shard, and there are
+    /// no result files.
     pub in_parts: bool,
 }
 

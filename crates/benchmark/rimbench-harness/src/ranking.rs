@@ -1,17 +1,18 @@
-//! Which scheme row has least error over the cases, of those that know as much of the other side: a table made of kept summaries.
+//! Which scheme row has least error over the cases, of those that know as much of the other side: a table made of kept
+//! summaries.
 //!
-//! A problem is a case with its parameters at a macro step. On each of them a row has an error over its phases: the median rms force error
-//! over the reference's peak, at most 1, of the runs that completed, and 1 of those that failed, which are worth no more than no force at
-//! all. Runs that gave no answer (they took too long, or could not be begun) are not charged; a row that has no answer to a problem lacks
-//! it and is not ranked.
+//! A problem is a case with its parameters at a macro step. On each of them a row has an error over its phases: the
+//! median rms force error over the reference's peak, at most 1, of the runs that completed, and 1 of those that failed,
+//! which are worth no more than no force at all. Runs that gave no answer (they took too long, or could not be begun)
+//! are not charged; a row that has no answer to a problem lacks it and is not ranked.
 //!
 //! ```text
 //! score = exp(mean over cases of the mean over its problems of the mean over runs of ln(e + s)) − s          s = 0.1 % of the peak
 //! ```
-//! A row is surely better than another where the 95 % interval of the ratio of their errors lies below one. Cases are drawn,
-//! the same for both, so that what is hard for all tells none apart. Pairs are asked one by one, with no allowance for their number: of
-//! twenty pairs that are equal in truth, one is told apart. Source: Goldstein, Spiegelhalter: League tables and their limitations,
-//! J. R. Stat. Soc. A 159 (1996).
+//! A row is surely better than another where the 95 % interval of the ratio of their errors lies below one. Cases are
+//! drawn, the same for both, so that what is hard for all tells none apart. Pairs are asked one by one, with no
+//! allowance for their number: of twenty pairs that are equal in truth, one is told apart. Source: Goldstein,
+//! Spiegelhalter: League tables and their limitations, J. R. Stat. Soc. A 159 (1996).
 
 use super::experiment::{Experiment, Verdict, check_claim_id};
 use super::files::make_folder;
@@ -60,7 +61,8 @@ struct RankClaim {
     finding: Verdict,
 }
 
-/// A claim with the ratio of the errors of its rows, a geometric mean over cases, the 95 % interval of that, verdict and finding.
+/// A claim with the ratio of the errors of its rows, a geometric mean over cases, the 95 % interval of that, verdict
+/// and finding.
 type Measured<'a> = (&'a RankClaim, f64, [Option<f64>; 2], Verdict, Verdict);
 
 /// A row of the table, with what the summaries say of it.
@@ -121,12 +123,12 @@ impl Ranking {
         self.experiments.iter().map(|file| folder.join(file)).collect()
     }
 
-    /// Ranks the rows of its experiments, whose summaries lie below `results`; writes `ranking.csv` and `claims.csv` with their checksums to
-    /// the folder `out`. Returns ids of claims that come out otherwise than was recorded.
+    /// Ranks the rows of its experiments, whose summaries lie below `results`; writes `ranking.csv` and `claims.csv`
+    /// with their checksums to the folder `out`. Returns ids of claims that come out otherwise than was recorded.
     ///
     /// # Errors
-    /// [`Error::File`] for experiments and summaries that are not there or not as they were written, and for claims about rows that are
-    /// not ranked.
+    /// [`Error::File`] for experiments and summaries that are not there or not as they were written, and for claims
+    /// about rows that are not ranked.
     pub fn write(self, catalogue: &Catalogue, results: &Path, out: &Path) -> Result<Vec<String>> {
         let mut rows: BTreeMap<String, Row> = BTreeMap::new();
         for file in self.experiments() {

@@ -12,11 +12,12 @@ use std::time::{Duration, Instant};
 /// How often the wall limit of a reference is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Computes the reference of a run within the run's wall limit, or takes it from the cache, where no case from outside is kept.
+/// Computes the reference of a run within the run's wall limit, or takes it from the cache, where no case from outside
+/// is kept.
 ///
 /// # Errors
-/// Bad parameters, or parameters for which the monolithic solution itself fails or is [not known](Reference::check); [`Error::Stopped`];
-/// [`Error::Overdue`].
+/// Bad parameters, or parameters for which the monolithic solution itself fails or is [not known](Reference::check);
+/// [`Error::Stopped`]; [`Error::Overdue`].
 pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Result<Reference> {
     if let Some(reference) = within_limit(spec, stop, |stop| Reference::exact(spec, stop))? {
         return Ok(reference);
@@ -43,8 +44,8 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     Ok(reference)
 }
 
-/// Tells whether an error says that a set of parameters has no reference: it leaves its range, or its machine cannot be built. That is a
-/// finding about the machine, and no reason to end an experiment.
+/// Tells whether an error says that a set of parameters has no reference: it leaves its range, or its machine cannot be
+/// built. That is a finding about the machine, and no reason to end an experiment.
 pub(super) fn has_none(error: &Error) -> bool {
     matches!(error, Error::Incompatible(_) | Error::InvalidValue { .. })
 }
@@ -123,8 +124,8 @@ impl References {
         }
     }
 
-    /// Cases and parameters are the outer loops of a plan: runs of one reference are mostly neighbours, unless a case is named again
-    /// behind others.
+    /// Cases and parameters are the outer loops of a plan: runs of one reference are mostly neighbours, unless a case
+    /// is named again behind others.
     pub(super) fn note(&mut self, spec: &RunSpec) {
         let patience = |spec: &RunSpec| spec.wall_limit.unwrap_or(Duration::MAX);
         match self.0.iter_mut().rev().find(|known| known.shares_reference_with(spec)) {

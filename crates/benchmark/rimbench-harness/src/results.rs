@@ -33,7 +33,8 @@ fn has(planned: &[PlannedRun], name: &str) -> bool {
     only_of(name).is_none_or(|only| planned.iter().any(|run| run.spec.has_column(name, only)))
 }
 
-/// Columns of `runs.csv` that the plan says: id and label, what determines a run. An option is asked for by row and case.
+/// Columns of `runs.csv` that the plan says: id and label, what determines a run. An option is asked for by row and
+/// case.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
     let mut seen = HashSet::new();
     let kinds = planned.iter().filter(|run| seen.insert((&run.label, &run.spec.case.name)));
@@ -52,8 +53,8 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
     [run.id.clone(), run.label.clone()].into_iter().chain(kept).collect()
 }
 
-/// Columns of `runs.csv` that say what was found: the same for every experiment, but for those of some runs and of a claim; what does not
-/// apply is empty.
+/// Columns of `runs.csv` that say what was found: the same for every experiment, but for those of some runs and of a
+/// claim; what does not apply is empty.
 fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'static str> {
     let mut names = names_of(|each| Findings::nothing(&Outcome::Completed).columns(each));
     names.retain(|name| match only_of(name) {
@@ -144,9 +145,10 @@ fn tables<'a>(
     Ok(tables)
 }
 
-/// Writes `parameters.csv`, `settings.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
-/// those traces, each with the one of `names` where there are several. A reference that took longer than its runs may take, or that there is none of, has no rows.
-/// `rejected_draws` are those before a setting, by case and set, where an event is required.
+/// Writes `parameters.csv`, `settings.csv`, `reference.csv` and the traces of the references, one reference at a time,
+/// and returns the names of those traces, each with the one of `names` where there are several. A reference that took
+/// longer than its runs may take, or that there is none of, has no rows. `rejected_draws` are those before a setting,
+/// by case and set, where an event is required.
 ///
 /// # Errors
 /// [`Error::File`] naming the file; whatever makes a reference fail.
@@ -192,7 +194,8 @@ pub(super) fn write_references<'a>(
     Ok(traces)
 }
 
-/// What scales the coupling of a setting: frequency and damping ratio of its interface, by how much contacts change its mass.
+/// What scales the coupling of a setting: frequency and damping ratio of its interface, by how much contacts change its
+/// mass.
 fn dimensionless(spec: &RunSpec, reference: &Reference) -> Result<[String; 3]> {
     let oscillation = if spec.case.from_outside { None } else { interface_oscillation(spec)? };
     let [frequency, damping] = oscillation.map_or([String::new(), String::new()], |both| both.map(number));
@@ -205,8 +208,8 @@ fn dimensionless(spec: &RunSpec, reference: &Reference) -> Result<[String; 3]> {
 /// What two processes that finish one job at once do not write alike.
 const MEASURED: [&str; 2] = ["cost.csv", "provenance.csv"];
 
-/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed. What another process has
-/// replaced meanwhile is sealed again, so that the last of them leaves all as it was written.
+/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed. What
+/// another process has replaced meanwhile is sealed again, so that the last of them leaves all as it was written.
 ///
 /// # Errors
 /// [`Error::File`] naming a file that has gone meanwhile.
@@ -223,7 +226,8 @@ pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String
     }
 }
 
-/// Writes a trajectory to the folder's traces, thinned to one row per `every` seconds; first and last rows always stand.
+/// Writes a trajectory to the folder's traces, thinned to one row per `every` seconds; first and last rows always
+/// stand.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.

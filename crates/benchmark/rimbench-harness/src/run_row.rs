@@ -119,8 +119,8 @@ impl RunRow {
         self.origin.columns(each);
     }
 
-    /// Tells whether a run need not be computed again: this row came to its end or was given as much time as that may take, and holds what
-    /// is asked of it besides.
+    /// Tells whether a run need not be computed again: this row came to its end or was given as much time as that may
+    /// take, and holds what is asked of it besides.
     pub fn answers(&self, asked: Asked, wall_limit: Option<Duration>) -> bool {
         let wanted_s = wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
         self.allowed_s() >= wanted_s && self.asked.covers(asked)
@@ -132,7 +132,8 @@ impl RunRow {
         says(self) >= says(earlier)
     }
 
-    /// Whether it ended by a defect of the program: of what was run it says nothing, and another build may say something.
+    /// Whether it ended by a defect of the program: of what was run it says nothing, and another build may say
+    /// something.
     pub(crate) fn is_defect(&self) -> bool {
         self.found.outcome == OutcomeKind::Panicked
     }

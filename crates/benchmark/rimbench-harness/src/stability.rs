@@ -81,15 +81,16 @@ pub struct StabilityLimit {
     pub last_stable: Option<f64>,
     /// Smallest macro step that is unstable at some phase, s.
     pub first_unstable: Option<f64>,
-    /// Smallest macro step below that of which nothing is known, s: the limit lies between the last stable one and the first unstable one,
-    /// and cannot be narrowed down.
+    /// Smallest macro step below that of which nothing is known, s: the limit lies between the last stable one and the
+    /// first unstable one, and cannot be narrowed down.
     pub no_answer: Option<f64>,
 }
 
 /// What to search for, where and how closely.
 #[derive(Clone, Copy)]
 pub struct LimitSearch<'a> {
-    /// The run; at each macro step it is what this asks for there, with what is usual at that macro step where it asks for nothing.
+    /// The run; at each macro step it is what this asks for there, with what is usual at that macro step where it asks
+    /// for nothing.
     pub request: &'a RunRequest,
     /// Where its names are found.
     pub catalogue: &'a Catalogue,
@@ -124,8 +125,8 @@ impl Scan {
     /// The macro steps and the phases.
     ///
     /// # Errors
-    /// Those of resolving the run and of [`logarithmic_grid`]; [`Error::InvalidValue`] for a number of phases that is none, or a
-    /// largest macro step that does not fit into the duration.
+    /// Those of resolving the run and of [`logarithmic_grid`]; [`Error::InvalidValue`] for a number of phases that is
+    /// none, or a largest macro step that does not fit into the duration.
     pub fn resolve(&self, request: &RunRequest, catalogue: &Catalogue) -> Result<(Vec<f64>, Vec<f64>)> {
         if !(1..=10_000).contains(&self.phases) {
             return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 10000"));
@@ -150,8 +151,8 @@ impl Scan {
     }
 }
 
-/// The longest macro step that is scanned within a duration (s) unless one is asked for: what goes on in less than ten of them tells
-/// nothing.
+/// The longest macro step that is scanned within a duration (s) unless one is asked for: what goes on in less than ten
+/// of them tells nothing.
 pub fn longest_macro_step(duration: f64) -> f64 {
     TO_S.min(duration / 10.0)
 }
@@ -176,8 +177,9 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=0.5;
 
 /// Searches the stability limit of a scheme over the macro steps of a search and `phases`.
 ///
-/// A macro step is stable if the run completes within bounds at every phase. The whole grid is scanned, because stability
-/// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is narrow enough.
+/// A macro step is stable if the run completes within bounds at every phase. The whole grid is scanned, because
+/// stability is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is narrow
+/// enough.
 ///
 /// # Errors
 /// Bad input; a scheme that does not apply to the case; a case that runs away by itself; [`Error::Stopped`].
@@ -234,8 +236,8 @@ pub fn spectral_stability_limit(search: LimitSearch<'_>) -> Result<StabilityLimi
     search.run_by_radius(spectral_radius)
 }
 
-/// Predicts the limit without a run, by the growth of the linearised coupling, and tells how that coupling [oscillates]; none where the growth
-/// is not known (see [`predicted_growth`]).
+/// Predicts the limit without a run, by the growth of the linearised coupling, and tells how that coupling
+/// [oscillates]; none where the growth is not known (see [`predicted_growth`]).
 ///
 /// [oscillates]: rimbench_cases::runs::LinearCoupling::oscillation
 ///

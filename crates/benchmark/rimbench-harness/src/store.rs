@@ -7,11 +7,12 @@
 //!     0123456789abcdef,…,completed,…,0.01,…,abc,…,<checksum of the line before it>
 //!     …
 //! ```
-//! Each process appends to a table of its own, so that shards can be run at once; a row is one write and is known by its run id. The
-//! first line says whose the folder is. Tables are read by the names of their columns: a metric that came later is an empty cell.
-//! A row that is cut short or damaged fails its checksum, is named by its place and computed again, as are all below a damaged head. Of
-//! several rows of one run and [what was asked of it](Asked) the one that says most stands, whatever their order: one that came to an end before one that took too long,
-//! of those the one that was given most time, and else the newest.
+//! Each process appends to a table of its own, so that shards can be run at once; a row is one write and is known by
+//! its run id. The first line says whose the folder is. Tables are read by the names of their columns: a metric that
+//! came later is an empty cell. A row that is cut short or damaged fails its checksum, is named by its place and
+//! computed again, as are all below a damaged head. Of several rows of one run and [what was asked of it](Asked) the
+//! one that says most stands, whatever their order: one that came to an end before one that took too long, of those the
+//! one that was given most time, and else the newest.
 //!
 //! All rows are held in memory, which an experiment has no more runs than there is room for
 //! ([`MOST_RUNS`](super::grid::MOST_RUNS)).
@@ -90,8 +91,8 @@ struct Contents {
 }
 
 impl Store {
-    /// Opens the store of the experiment in `file` in its results folder and reads what is there. `reference` says what all runs are held
-    /// against; rows held against something else are another store.
+    /// Opens the store of the experiment in `file` in its results folder and reads what is there. `reference` says what
+    /// all runs are held against; rows held against something else are another store.
     ///
     /// # Errors
     /// [`Error::File`] if the store belongs to another experiment, or to another version of rimbench.
@@ -168,7 +169,8 @@ impl Store {
         self.rows_of(run_id).next()
     }
 
-    /// Appends a row to this process's table with one write; what opens the store next holds it. Safe to call from several threads.
+    /// Appends a row to this process's table with one write; what opens the store next holds it. Safe to call from
+    /// several threads.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be written, for example on a full disk; what was stored before stays.

@@ -1,5 +1,5 @@
-//! The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located, plastic
-//! impacts by projection. The numbers are those of the case's table.
+//! The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located,
+//! plastic impacts by projection. The numbers are those of the case's table.
 
 use super::plain_wedge_box::{
     ATTACHMENT, FRICTION, GRAVITY, LEDGE_HEIGHT, MASS, OTHER_TIP, PIN, PISTON_AREA, RADIUS, TIP, pressure_rates,
@@ -116,7 +116,8 @@ fn actuator(machine: &Machine, s: &State) -> (f64, Vector3<f64>, f64) {
     (from.norm(), direction, (s[7] - s[6]) * PISTON_AREA - FRICTION * direction.dot(&velocity(s)))
 }
 
-/// Solves `M x − Σ rowₖ fₖ = load`, `rowₖ x = −share biasₖ` for x and what the contacts do; none where they depend on each other.
+/// Solves `M x − Σ rowₖ fₖ = load`, `rowₖ x = −share biasₖ` for x and what the contacts do; none where they depend on
+/// each other.
 fn held(
     machine: &Machine,
     s: &State,
@@ -226,7 +227,8 @@ fn event(machine: &Machine, after: &State, closed: &[Contact], disc: Contact) ->
     opens.or(closes)
 }
 
-/// Solves `duration` (s) by Runge and Kutta's method of order four with steps of `h` (s), and keeps every so-manieth state.
+/// Solves `duration` (s) by Runge and Kutta's method of order four with steps of `h` (s), and keeps every so-manieth
+/// state.
 ///
 /// # Panics
 /// Where no set of contacts is consistent, or events do not end.

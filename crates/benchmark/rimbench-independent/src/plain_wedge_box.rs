@@ -1,8 +1,9 @@
-//! The wedge box once more, in the plainest way that is still honest: what speed is measured against, and an independent check.
+//! The wedge box once more, in the plainest way that is still honest: what speed is measured against, and an
+//! independent check.
 //!
-//! Everything is written down as in the textbook: a heap-allocated matrix for each symbol of paper Eqs. 3 and 4, inverses
-//! as inverses, the complementarity problem by trying one active set after the other, nothing kept from one step to the
-//! next. Parameters are those of the case's page.
+//! Everything is written down as in the textbook: a heap-allocated matrix for each symbol of paper Eqs. 3 and 4,
+//! inverses as inverses, the complementarity problem by trying one active set after the other, nothing kept from one
+//! step to the next. Parameters are those of the case's page.
 
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
@@ -89,8 +90,8 @@ pub struct PlainWedgeBox {
     ground_pin: Vector2<f64>,
     start_length: f64,
     impulses: DVector<f64>,
-    /// Velocities of the contacts after the last step plus their gap terms, over the largest such number without impulses; none before
-    /// the first.
+    /// Velocities of the contacts after the last step plus their gap terms, over the largest such number without
+    /// impulses; none before the first.
     slack: Option<DVector<f64>>,
     effort: Effort,
 }

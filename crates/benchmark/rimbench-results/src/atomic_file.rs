@@ -38,8 +38,8 @@ enum Target {
     StandardError,
 }
 
-/// Writes an output: a regular file through a temporary one in the same folder, which is renamed when it is complete; anything
-/// else in place. A reader that closes a pipe early is no error.
+/// Writes an output: a regular file through a temporary one in the same folder, which is renamed when it is complete;
+/// anything else in place. A reader that closes a pipe early is no error.
 ///
 /// # Errors
 /// [`Error::File`] naming the path; nothing is left behind then, and what stood there before still does.
@@ -58,7 +58,8 @@ pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::i
     written.map_err(|error| Error::file(path, format!("cannot be written: {error}")))
 }
 
-/// Checks, before anything is computed, that [`write_atomically`] will be able to write here. Makes no folder and opens no pipe.
+/// Checks, before anything is computed, that [`write_atomically`] will be able to write here. Makes no folder and opens
+/// no pipe.
 ///
 /// # Errors
 /// [`Error::File`] if it is a folder, or lies in none that can be written to.
@@ -175,7 +176,8 @@ fn is_alive(process: &str) -> bool {
     !processes.join("self").exists() || processes.join(process).exists()
 }
 
-/// A file that is replaced keeps its permissions; a new one can be read by all, as results should be (temporary ones are private).
+/// A file that is replaced keeps its permissions; a new one can be read by all, as results should be (temporary ones
+/// are private).
 #[cfg(unix)]
 fn give_permissions(temporary: &std::fs::File, file: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;

@@ -1,4 +1,5 @@
-//! Checksums of a results folder: that its files are those that were written together, all of them, and as they were written.
+//! Checksums of a results folder: that its files are those that were written together, all of them, and as they were
+//! written.
 //!
 //! ```text
 //! <folder>/SHA256SUMS
@@ -103,7 +104,8 @@ pub fn verify(folder: &Path) -> Result<()> {
     verify_with(folder, "runs.csv", "run the experiment again")
 }
 
-/// Does the same for a folder of another kind, which has a file `wanted`; `advice` is what to do if it is not as it was written.
+/// Does the same for a folder of another kind, which has a file `wanted`; `advice` is what to do if it is not as it was
+/// written.
 ///
 /// # Errors
 /// Those of [`verify`].

@@ -63,7 +63,8 @@ pub struct CheckedClaim {
     pub quantity: String,
     /// What was measured.
     pub measured: Option<f64>,
-    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case; of a share of settings, Wilson's.
+    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case; of a share of
+    /// settings, Wilson's.
     pub low: Option<f64>,
     /// Its upper end.
     pub high: Option<f64>,
@@ -103,7 +104,8 @@ impl CheckedClaim {
         bound_of(&self.expected)
     }
 
-    /// Returns the significant digits with which a value of it is to be shown beside its bound, at least `least`: as many as tell the two apart.
+    /// Returns the significant digits with which a value of it is to be shown beside its bound, at least `least`: as
+    /// many as tell the two apart.
     pub fn digits(&self, value: f64, least: usize) -> usize {
         self.bound().map_or(least, |(_, bound)| digits_apart(value, bound, least))
     }
@@ -125,8 +127,8 @@ pub fn bound_of(expected: &str) -> Option<(bool, f64)> {
     Some((sign == "≥", bound.parse().ok()?))
 }
 
-/// Returns the significant digits, at least `least`, from which on a rounded value lies on the same side of a bound, which has all of its
-/// own, as the value itself: 0.895 is not 0.9.
+/// Returns the significant digits, at least `least`, from which on a rounded value lies on the same side of a bound,
+/// which has all of its own, as the value itself: 0.895 is not 0.9.
 pub fn digits_apart(value: f64, bound: f64, least: usize) -> usize {
     let rounded = |digits: usize| format!("{value:.*e}", digits - 1).parse::<f64>().unwrap_or(value);
     (least..MOST_DIGITS)

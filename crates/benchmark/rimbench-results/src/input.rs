@@ -1,4 +1,5 @@
-//! Files that a user names to be read: regular ones only, since a pipe or a device would never end, and of a size that makes sense.
+//! Files that a user names to be read: regular ones only, since a pipe or a device would never end, and of a size that
+//! makes sense.
 
 use rimbench_core::error::{Error, Result};
 use std::fs::File;
@@ -8,7 +9,8 @@ use std::path::{Path, PathBuf};
 /// Most that a file of text may hold, bytes.
 const MOST_TEXT: u64 = 1 << 26;
 
-/// Checks that what stands under a name, if anything does, is a regular file: a pipe would wait for a writer as soon as it is opened.
+/// Checks that what stands under a name, if anything does, is a regular file: a pipe would wait for a writer as soon as
+/// it is opened.
 ///
 /// # Errors
 /// [`Error::File`] if not.
@@ -19,8 +21,8 @@ pub fn check_regular(path: &Path) -> Result<()> {
     }
 }
 
-/// Says where a file is that another one names: in the folder of that one. Of one that is a link it is the folder of what the link
-/// names, and if the file is not there, that of the link.
+/// Says where a file is that another one names: in the folder of that one. Of one that is a link it is the folder of
+/// what the link names, and if the file is not there, that of the link.
 pub fn beside(file: &Path, name: &Path) -> PathBuf {
     let in_folder_of = |file: &Path| file.parent().unwrap_or(Path::new("")).join(name);
     let here = in_folder_of(file);

@@ -1,5 +1,5 @@
-//! What is kept of an experiment's results where its rows are made and not kept: medians, and a digest by which rows that are made
-//! anew can be told to be the same.
+//! What is kept of an experiment's results where its rows are made and not kept: medians, and a digest by which rows
+//! that are made anew can be told to be the same.
 //!
 //! ```text
 //! summary.csv   one row per case, set, scheme row, macro step and tolerance: runs by what they say, quartiles of some metrics;
@@ -127,7 +127,8 @@ pub fn summarise(table: &RunTable, pooled: &PooledSets) -> Vec<SummaryRow> {
     Runs::of(table).by_key(keys).into_iter().map(row).collect()
 }
 
-/// Writes `summary.csv` and `digest.toml` beside `runs.csv`, the rows of what was planned, by its checksum; drawn settings are pooled.
+/// Writes `summary.csv` and `digest.toml` beside `runs.csv`, the rows of what was planned, by its checksum; drawn
+/// settings are pooled.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.

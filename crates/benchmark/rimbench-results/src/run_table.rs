@@ -68,8 +68,8 @@ impl RunTable {
     /// Reads a table of runs. What it has no column of is NaN, or empty.
     ///
     /// # Errors
-    /// [`Error::File`] if it is missing or not rectangular, for a column that runs need and it lacks, and with row, column and what is valid
-    /// for a cell that says something else.
+    /// [`Error::File`] if it is missing or not rectangular, for a column that runs need and it lacks, and with row,
+    /// column and what is valid for a cell that says something else.
     pub fn read(path: &Path) -> Result<Self> {
         check_regular(path)?;
         Self::of(path, csv::Reader::from_path(path).map_err(|error| Error::file(path, error))?)

@@ -99,8 +99,8 @@ impl<'t> Runs<'t> {
         self.select(|row| self.label(row) == label)
     }
 
-    /// Selects the runs of a case with a set of parameters, each by name; [`ALL`], and none, is all of them. Where no set is the one
-    /// named, all that have its words are.
+    /// Selects the runs of a case with a set of parameters, each by name; [`ALL`], and none, is all of them. Where no
+    /// set is the one named, all that have its words are.
     pub fn of_problem(&self, case: Option<&str>, set: Option<&str>) -> Self {
         let of_case = self.select(|row| case.is_none_or(|case| case == ALL || case == self.problem(row)[0]));
         let Some(set) = set.filter(|set| *set != ALL) else { return of_case };
@@ -232,7 +232,8 @@ impl<'t> Runs<'t> {
         groups
     }
 
-    /// Groups runs by what may be drawn independently: cases with what was drawn of their parameters, or phases where there is one case.
+    /// Groups runs by what may be drawn independently: cases with what was drawn of their parameters, or phases where
+    /// there is one case.
     pub fn witnesses(&self, draw_of: &dyn Fn([&'t str; 2]) -> String) -> Vec<Vec<usize>> {
         let by_phase = self.problems().len() == 1;
         let mut witnesses: BTreeMap<_, Vec<usize>> = BTreeMap::new();

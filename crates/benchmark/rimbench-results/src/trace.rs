@@ -10,7 +10,8 @@ use std::path::Path;
 /// What every trace begins with.
 const BEGINNING: &[u8] = b"time_s";
 
-/// Checks, before anything is computed, that a trace can be written here: where there is nothing, or a trace, or no regular file.
+/// Checks, before anything is computed, that a trace can be written here: where there is nothing, or a trace, or no
+/// regular file.
 ///
 /// # Errors
 /// [`Error::File`] if it cannot, or if another file would be lost.
@@ -27,7 +28,8 @@ pub fn check_place_for_trace(path: &Path) -> Result<()> {
     Err(Error::file(path, "is no trace, and would be lost: name another file, or remove it"))
 }
 
-/// Writes a trajectory as CSV, thinned to one row per `every_s` seconds if that is given; first and last rows always stand.
+/// Writes a trajectory as CSV, thinned to one row per `every_s` seconds if that is given; first and last rows always
+/// stand.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.

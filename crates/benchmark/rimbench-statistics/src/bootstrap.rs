@@ -9,10 +9,12 @@ const RESAMPLES: usize = 2000;
 /// Where every sequence of draws starts, so that the same values have the same interval on every machine.
 const SEED: u64 = 0x52_49_4D;
 
-/// Returns the 95 % percentile interval of a statistic of grouped values; none for less than two groups, of which nothing can be said.
+/// Returns the 95 % percentile interval of a statistic of grouped values; none for less than two groups, of which
+/// nothing can be said.
 ///
-/// Whole groups are drawn with replacement, as many as there are: runs of one case at several phases are no independent witnesses.
-/// Values that are, such as the phases of one case, are a group each. Draws that leave nothing to be measured are passed over.
+/// Whole groups are drawn with replacement, as many as there are: runs of one case at several phases are no independent
+/// witnesses. Values that are, such as the phases of one case, are a group each. Draws that leave nothing to be
+/// measured are passed over.
 /// # Source
 /// Efron, Tibshirani: An Introduction to the Bootstrap (1993), chapters 8 and 13.
 pub fn bootstrap_interval<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(Vec<T>) -> Option<f64>) -> Option<[f64; 2]> {

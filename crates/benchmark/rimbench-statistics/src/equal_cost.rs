@@ -21,8 +21,8 @@ pub struct Costed<'a> {
 /// Costs and errors of the phases of a row, by setting.
 type Row = BTreeMap<[u64; 2], [Vec<f64>; 2]>;
 
-/// Computes the factor between the errors of two rows at equal cost on each problem; costs and errors are medians over the runs of a
-/// setting. Problems with nothing to compare are left out.
+/// Computes the factor between the errors of two rows at equal cost on each problem; costs and errors are medians over
+/// the runs of a setting. Problems with nothing to compare are left out.
 pub fn ratios_at_equal_cost<'a>(runs: impl IntoIterator<Item = Costed<'a>>) -> Vec<f64> {
     let mut problems: BTreeMap<[&str; 2], [Row; 2]> = BTreeMap::new();
     for run in runs {
@@ -44,7 +44,8 @@ pub fn ratios_at_equal_cost<'a>(runs: impl IntoIterator<Item = Costed<'a>>) -> V
 /// ```text
 /// exp mean_k ln(e_k / ê(c_k))        ê the straight line through the other's points in ln c, ln e
 /// ```
-/// Points of the one that cost less than the cheapest or more than the dearest of the other are left out; none if none is left.
+/// Points of the one that cost less than the cheapest or more than the dearest of the other are left out; none if none
+/// is left.
 ///
 /// # Shapes and units
 /// Pairs (cost, error), in any order; pairs that are not positive and finite are left out.

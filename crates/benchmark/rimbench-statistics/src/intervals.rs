@@ -12,9 +12,9 @@ pub fn wilson_interval(found: usize, all: usize) -> Option<[f64; 2]> {
     wilson(found as f64, all as f64)
 }
 
-/// Returns Wilson's 95 % interval of a share whose members come in groups that were drawn, of each how many of how many were found; none
-/// of nothing. Members of a group are no independent witnesses: the interval is that of so many independent ones as have the variance
-/// of the groups.
+/// Returns Wilson's 95 % interval of a share whose members come in groups that were drawn, of each how many of how many
+/// were found; none of nothing. Members of a group are no independent witnesses: the interval is that of so many
+/// independent ones as have the variance of the groups.
 ///
 /// ```text
 /// s² = (Σ (f_k − p n_k)²)/n² · K/(K − 1),    n' = p (1 − p)/s², at most n; where groups do not differ, K

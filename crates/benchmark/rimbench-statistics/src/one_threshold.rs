@@ -2,8 +2,8 @@
 
 use crate::by_abscissa;
 
-/// Returns the share of the runs of which one threshold per group says whether they hold: those up to it do, those beyond it do not. Each
-/// group has the threshold that is right most often, chosen after the fact; none without runs.
+/// Returns the share of the runs of which one threshold per group says whether they hold: those up to it do, those
+/// beyond it do not. Each group has the threshold that is right most often, chosen after the fact; none without runs.
 ///
 /// # Shapes and units
 /// Groups of pairs (abscissa in any unit, whether the run holds); what has no finite abscissa is left out.

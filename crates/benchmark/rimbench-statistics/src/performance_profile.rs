@@ -5,8 +5,9 @@
 /// ```text
 /// r_ps = t_ps / min_s t_ps            ρ_s(τ) = |{p : r_ps ≤ τ}| / |{p}|
 /// ```
-/// `costs[s][p]` is the cost of solver s on problem p, +∞ or NaN where it failed. A problem that nobody solves is a failure of
-/// everybody: it stays among the |{p}|, as in the source, so that what nobody can do shows. Two costs of zero have the ratio 1.
+/// `costs[s][p]` is the cost of solver s on problem p, +∞ or NaN where it failed. A problem that nobody solves is a
+/// failure of everybody: it stays among the |{p}|, as in the source, so that what nobody can do shows. Two costs of
+/// zero have the ratio 1.
 ///
 /// # Panics
 /// If the solvers have not been given equally many problems.

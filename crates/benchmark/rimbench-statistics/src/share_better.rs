@@ -25,13 +25,14 @@ pub struct Share {
     pub better: usize,
     /// Settings in which it has more.
     pub worse: usize,
-    /// Settings in which both fail, have as good as the same error, or have none that the reference could tell from zero.
+    /// Settings in which both fail, have as good as the same error, or have none that the reference could tell from
+    /// zero.
     pub ties: usize,
 }
 
 impl Share {
-    /// Compares the medians of each setting; one in which either has no run is left out. What differs by no more than the share `apart`
-    /// of the other is as good as equal.
+    /// Compares the medians of each setting; one in which either has no run is left out. What differs by no more than
+    /// the share `apart` of the other is as good as equal.
     pub fn of<'t>(runs: impl IntoIterator<Item = PairedRun<'t>>, apart: f64) -> Self {
         let mut settings: BTreeMap<_, ([Vec<f64>; 2], f64)> = BTreeMap::new();
         for run in runs {

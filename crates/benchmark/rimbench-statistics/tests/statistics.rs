@@ -40,7 +40,8 @@ fn whatever_rises_with_the_other_has_rank_correlation_one_and_whatever_falls_min
     assert_eq!(rank_correlation(&[[1.0, 2.0], [2.0, 3.0], [f64::NAN, 4.0]]), None);
 }
 
-/// Ranks 0 1 2 3 against 1 0 2 3: 1 − 6·2/(4·15) = 0.8. With the first two equal, 0.5 0.5 2 3 against 0 1 2 3: 4.5/√(4.5·5).
+/// Ranks 0 1 2 3 against 1 0 2 3: 1 − 6·2/(4·15) = 0.8. With the first two equal, 0.5 0.5 2 3 against 0 1 2 3:
+/// 4.5/√(4.5·5).
 #[test]
 fn ranks_are_compared_as_by_hand_and_equal_values_share_theirs() {
     let swapped = [[1.0, 20.0], [2.0, 10.0], [3.0, 30.0], [4.0, 40.0]];
@@ -78,7 +79,8 @@ fn alone(values: impl Iterator<Item = f64>) -> Vec<Vec<f64>> {
 
 #[test]
 fn the_interval_of_a_mean_is_that_of_the_normal_distribution() {
-    // 400 equally spaced values in [0, 1]: standard error √(1/12)/20; a quantile of 2000 draws is uncertain by some 3 % of it.
+    // 400 equally spaced values in [0, 1]: standard error √(1/12)/20; a quantile of 2000 draws is uncertain by some 3 %
+    // of it.
     let values = alone((0..400).map(|k| (f64::from(k) + 0.5) / 400.0));
     let [low, high] = bootstrap_interval(&values, mean).unwrap();
     let reach = 1.96 * (1.0_f64 / 12.0).sqrt() / 20.0;
@@ -92,7 +94,8 @@ fn copies_of_a_witness_are_no_further_witnesses() {
     let grouped: Vec<Vec<f64>> = values.iter().map(|value| vec![*value; 8]).collect();
     let apart = alone(values.iter().flat_map(|value| [*value; 8]));
     let width = |groups: &[Vec<f64>]| bootstrap_interval(groups, mean).map(|[low, high]| high - low).unwrap();
-    // Eight times the witnesses, if they were any: √8 times the certainty; the intervals themselves are uncertain by some 3 %.
+    // Eight times the witnesses, if they were any: √8 times the certainty; the intervals themselves are uncertain by
+    // some 3 %.
     approx::assert_relative_eq!(width(&grouped), 8.0_f64.sqrt() * width(&apart), max_relative = 0.1);
 }
 
@@ -207,7 +210,8 @@ fn each_stratum_of_each_coordinate_holds_one_point() {
 fn a_seed_has_its_points_and_coordinates_are_not_alike() {
     assert_eq!(latin_hypercube(16, 3, 9), latin_hypercube(16, 3, 9));
     assert_ne!(latin_hypercube(16, 3, 9), latin_hypercube(16, 3, 10));
-    // One point has no strata to permute: the first outputs for this seed of the authors' program, as java.util.SplittableRandom has them.
+    // One point has no strata to permute: the first outputs for this seed of the authors' program, as
+    // java.util.SplittableRandom has them.
     let known = [6_457_827_717_110_365_317_u64, 3_203_168_211_198_807_973];
     assert_eq!(latin_hypercube(1, 2, 1_234_567)[0], known.map(|bits| (bits >> 11) as f64 * 2.0_f64.powi(-53)));
     // The correlation of two coordinates has the standard deviation 1/√(n − 1) of random permutations.

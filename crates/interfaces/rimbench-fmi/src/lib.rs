@@ -1,4 +1,5 @@
-//! The boundary to FMI (Functional Mock-up Interface): subsystems of rimbench as FMUs for others, FMUs of others as subsystems.
+//! The boundary to FMI (Functional Mock-up Interface): subsystems of rimbench as FMUs for others, FMUs of others as
+//! subsystems.
 //!
 //! | room | what it holds |
 //! |---|---|
@@ -6,7 +7,8 @@
 //! | `binary` | the functions that a master calls in that library, by hand: no bindgen, no libclang |
 //! | [`import`] | a case file that names FMUs, and what drives them: in a process of their own or in this one |
 //!
-//! `unsafe` stands where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs` and `library/`).
+//! `unsafe` stands where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs`
+//! and `library/`).
 
 // What a master calls is compiled whatever calls it: without it unit tests cost what they reach.
 #[cfg(not(test))]
@@ -19,7 +21,8 @@ mod model_parts;
 /// The library that this crate is built as, and that every exported FMU holds: its name without prefix and ending.
 pub const LIBRARY: &str = "rimbench_fmi";
 
-/// What a library must have been built from to belong to this program: sources of contact, core, cases and this crate, by their hashes.
+/// What a library must have been built from to belong to this program: sources of contact, core, cases and this crate,
+/// by their hashes.
 const SOURCES: [&str; 4] = {
     let [core, contact] = rimbench_core::SOURCES;
     [core, contact, rimbench_cases::SOURCES, env!("RIMBENCH_FMI_SOURCES")]

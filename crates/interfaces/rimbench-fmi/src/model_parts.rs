@@ -217,7 +217,8 @@ impl ModelSize {
         }
     }
 
-    /// Takes the parts of a model that were told one after the other; those of kinks come last, where they were asked for.
+    /// Takes the parts of a model that were told one after the other; those of kinks come last, where they were asked
+    /// for.
     ///
     /// # Errors
     /// Too few numbers, and numbers that say nothing.

@@ -60,8 +60,8 @@ struct Asked {
 }
 
 impl Asked {
-    /// Reads case, scheme, and settings: options of a run and parameters of the case by name. `own` are options that the call itself
-    /// sets.
+    /// Reads case, scheme, and settings: options of a run and parameters of the case by name. `own` are options that
+    /// the call itself sets.
     fn read(
         case: &Bound<'_, PyAny>,
         scheme: Option<&Bound<'_, PyAny>>,

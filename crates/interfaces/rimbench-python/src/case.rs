@@ -88,8 +88,8 @@ fn side(name: &str, side: Side, make: Py<PyAny>, doubted: &Arc<Doubted>) -> Buil
     })
 }
 
-/// Tries a case of which Python makes the sides that are `given`, by a few steps, and notes what is not to be believed of them. Returns
-/// what is odd and may be meant.
+/// Tries a case of which Python makes the sides that are `given`, by a few steps, and notes what is not to be believed
+/// of them. Returns what is odd and may be meant.
 fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> Result<Vec<String>> {
     let solver = everything().solvers()[0].clone();
     let parameters = case.default_parameters().lasting(case.defaults.duration_s);

@@ -20,8 +20,8 @@ struct Raised {
 }
 
 thread_local! {
-    /// The first exception that a callback raised during the call that this thread works for. All callbacks of a call come from one
-    /// thread, so that calls from several threads, with the same case even, have nothing in common.
+    /// The first exception that a callback raised during the call that this thread works for. All callbacks of a call
+    /// come from one thread, so that calls from several threads, with the same case even, have nothing in common.
     static RAISED: Cell<Option<Raised>> = const { Cell::new(None) };
 }
 

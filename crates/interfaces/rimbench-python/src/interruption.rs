@@ -29,9 +29,10 @@ impl Count {
     }
 }
 
-/// Does `work` on a thread of its own, while this one lends the interpreter to whoever needs it, looks at signals, and tells `progress`.
-/// With a part `of_python` one thread works, from which all callbacks come; without one all cores may. Gives out the result, and the first
-/// exception that a callback raised. A signal, or an exception of `progress`, raises the flag that the runs look at in every step.
+/// Does `work` on a thread of its own, while this one lends the interpreter to whoever needs it, looks at signals, and
+/// tells `progress`. With a part `of_python` one thread works, from which all callbacks come; without one all cores
+/// may. Gives out the result, and the first exception that a callback raised. A signal, or an exception of `progress`,
+/// raises the flag that the runs look at in every step.
 ///
 /// # Errors
 /// What the signal or `progress` raised; the error of the work as an exception.
@@ -53,14 +54,16 @@ pub fn interruptible<T: Send>(
                 if !of_python {
                     return (work(), None);
                 }
-                // Several threads would only wait for each other. A pool that takes in this thread would never be freed.
+                // Several threads would only wait for each other. A pool that takes in this thread would never be
+                // freed.
                 let alone = match ThreadPoolBuilder::new().num_threads(1).build() {
                     Ok(alone) => alone,
                     Err(error) => {
                         return (Err(Error::Incompatible(format!("no thread for what Python makes: {error}"))), None);
                     }
                 };
-                // Whoever calls back finds the thread known to the interpreter, which otherwise would be told of it each time.
+                // Whoever calls back finds the thread known to the interpreter, which otherwise would be told of it
+                // each time.
                 alone.install(|| Python::attach(|py| py.detach(|| with_raised(work))))
             });
             let mut asked = None;

@@ -1,8 +1,9 @@
 //! rimbench from Python, and Python inside rimbench.
 //!
-//! The module `rimbench._native`, on which the package in `python/rimbench` stands. A call computes on a thread of its own without the
-//! lock of the interpreter (`interruption`), so that Ctrl-C and other threads of Python get their turn; a side or a scheme that is
-//! an object of Python takes the lock for each callback (`subsystem`, `scheme`) and is run by the same loop as any other.
+//! The module `rimbench._native`, on which the package in `python/rimbench` stands. A call computes on a thread of its
+//! own without the lock of the interpreter (`interruption`), so that Ctrl-C and other threads of Python get their turn;
+//! a side or a scheme that is an object of Python takes the lock for each callback (`subsystem`, `scheme`) and is run
+//! by the same loop as any other.
 
 mod calls;
 mod case;

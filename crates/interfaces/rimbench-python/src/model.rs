@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::interface_model::{ReducedInterfaceModel, TOUCHING};
 
-/// What a model has before it is filled: an empty one, from the attributes `contacts`, `stabilisation` and `restitution`.
+/// What a model has before it is filled: an empty one, from the attributes `contacts`, `stabilisation` and
+/// `restitution`.
 pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInterfaceModel> {
     let number = |name: &str| attribute(object, name)?.map_or(Ok(0.0), |value| value.extract::<f64>());
     let contacts = attribute(object, "contacts")?.map_or(Ok(0), |value| value.extract::<usize>())?;

@@ -4,7 +4,8 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyList, PyTuple};
 
-/// A number that a call gives: of one that has fewer digits than ours those that it has (`np.float32(5e-3)` is 0.005), and of a truth none.
+/// A number that a call gives: of one that has fewer digits than ours those that it has (`np.float32(5e-3)` is 0.005),
+/// and of a truth none.
 pub fn number(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     let kind = value.get_type();
     let wrong = || PyTypeError::new_err(format!("{key} is {kind} and not a number"));

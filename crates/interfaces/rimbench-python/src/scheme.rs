@@ -19,7 +19,8 @@ pub struct PySample {
     /// The outputs of the sending side, a tuple.
     #[pyo3(get)]
     y: Py<PyTuple>,
-    /// The reduced interface model of the mechanics, a dictionary, if the scheme asked for it and this is the sample of the mechanics.
+    /// The reduced interface model of the mechanics, a dictionary, if the scheme asked for it and this is the sample of
+    /// the mechanics.
     #[pyo3(get)]
     model: Option<Py<PyDict>>,
     /// Index of the macro step that starts here, from 0.
@@ -135,7 +136,8 @@ impl CouplingScheme for SchemeObject {
 /// Parameters
 /// ----------
 /// name : kebab-case, not taken by a built-in scheme.
-/// make : called for each run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`; returns an object
+/// make : called for each run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`;
+/// returns an object
 ///     with `receive(side, sample)`, called for each side at each communication point, and `input(side, at, own)`, called for each
 ///     micro step of each side: it returns the numbers that this side gets, in the order of the other side's outputs, as their mean
 ///     over the micro step. `own` is what that side itself puts out.

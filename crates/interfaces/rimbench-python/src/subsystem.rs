@@ -15,7 +15,8 @@ use std::sync::{Arc, OnceLock};
 
 /// An object with `outputs(u)` and `step(t, u, h)`.
 ///
-/// `step` may return the outputs of the state that it has come to: they are used until the next step, and the step costs one callback.
+/// `step` may return the outputs of the state that it has come to: they are used until the next step, and the step
+/// costs one callback.
 pub struct PySubsystem {
     object: Py<PyAny>,
     outputs: Py<PyAny>,
@@ -42,7 +43,8 @@ pub struct PySubsystem {
     doubted: Arc<Doubted>,
 }
 
-/// What is found of a side when its case is made: why there are no copies of it, why its model is none, and from what it says that it is made.
+/// What is found of a side when its case is made: why there are no copies of it, why its model is none, and from what
+/// it says that it is made.
 #[derive(Default)]
 pub struct Doubted {
     pub copies: OnceLock<String>,

@@ -47,7 +47,8 @@ impl Axis {
         Axis { label: label.into(), scale: Scale::Log10, range: Range::Auto }
     }
 
-    /// An axis for values of either sign over many magnitudes: linear within ± `least`, which becomes a power of ten, logarithmic beyond.
+    /// An axis for values of either sign over many magnitudes: linear within ± `least`, which becomes a power of ten,
+    /// logarithmic beyond.
     pub fn symlog(label: impl Into<String>, least: f64) -> Self {
         let power = least.log10().round().clamp(-300.0, 300.0) as i32;
         Axis { label: label.into(), scale: Scale::SymLog(power), range: Range::Auto }
@@ -87,7 +88,8 @@ pub struct Series {
     pub style: LineStyle,
     /// Line, markers, both, or steps.
     pub mode: Mode,
-    /// What it is called in the data behind the picture, where that is not its label: the row of a scheme without remarks on it.
+    /// What it is called in the data behind the picture, where that is not its label: the row of a scheme without
+    /// remarks on it.
     pub name: String,
     /// Thin bars: abscissa, from, to.
     pub bars: Vec<(f64, [f64; 2])>,
@@ -123,8 +125,8 @@ pub enum Guide {
     Horizontal(f64),
     /// A dashed line at a value of x, with what stands beside it.
     Vertical(f64, String),
-    /// The area from the lower end of the axis up to a value of y, shaded, with a dashed line along its upper edge: where values say
-    /// nothing. It does not widen the axis.
+    /// The area from the lower end of the axis up to a value of y, shaded, with a dashed line along its upper edge:
+    /// where values say nothing. It does not widen the axis.
     Below {
         /// Up to where.
         y: f64,
@@ -155,7 +157,8 @@ pub struct Band {
     pub color: Color,
 }
 
-/// Shares of the runs at one abscissa that have no value. These two are never one: a run whose end nobody waited for has not failed.
+/// Shares of the runs at one abscissa that have no value. These two are never one: a run whose end nobody waited for
+/// has not failed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Loss {
     /// Of those with an answer, the share that failed.
@@ -271,7 +274,8 @@ impl Panel {
         Panel { title: title.into(), x, y, series, losses, guides, bands, notes, inset: None }
     }
 
-    /// Whether a series leaves any sign in it: a point inside its axes, as far as these are fixed, or runs that were lost.
+    /// Whether a series leaves any sign in it: a point inside its axes, as far as these are fixed, or runs that were
+    /// lost.
     pub(crate) fn shows(&self, label: &str, name: &str) -> bool {
         let within = |axis: &Axis, value: f64| match axis.range {
             Range::Fixed(low, high) => (low..=high).contains(&value),

@@ -107,8 +107,8 @@ fn size_below(at: Point, later: &[Vec<Point>]) -> f64 {
     MARKER * (1.0 + by * later.iter().filter(touches).count().min(most) as f64)
 }
 
-/// Writes what is said of points beside them, where neither signs nor lines nor other words are in the way: the ends of each series
-/// first.
+/// Writes what is said of points beside them, where neither signs nor lines nor other words are in the way: the ends of
+/// each series first.
 pub fn draw_tags(drawing: &mut Drawing, frame: &Frame, all: &[Series]) {
     if all.iter().all(|series| series.tags.is_empty()) {
         return;
@@ -228,7 +228,8 @@ fn draw_inside(
     }
 }
 
-/// Puts signs on a line of steps, each series at places of its own: where lines lie on each other, one sees the signs of all.
+/// Puts signs on a line of steps, each series at places of its own: where lines lie on each other, one sees the signs
+/// of all.
 fn signs_along(
     drawing: &mut Drawing,
     frame: &Frame,
@@ -254,7 +255,8 @@ pub fn height_of_rows(series: usize) -> f64 {
     BAND.max(LOSS_ROW * series as f64 + 8.0)
 }
 
-/// The height at which a series leaves the frame on its way to the right, or ends: where all of its last runs failed, at their cross.
+/// The height at which a series leaves the frame on its way to the right, or ends: where all of its last runs failed,
+/// at their cross.
 pub fn end(frame: &Frame, series: &Series, losses: &[Losses]) -> Option<f64> {
     let last = |points: &[(f64, f64)]| points.iter().map(|point| point.0).fold(f64::NAN, f64::max);
     let is_lost = |losses: &&Losses| {
@@ -273,8 +275,8 @@ fn height_of_losses(frame: &Frame, row: usize, of: usize) -> f64 {
     frame.whole().top + 4.0 + (row as f64 + 0.5) * (frame.band - 8.0) / of.max(1) as f64
 }
 
-/// Marks in the band where runs were lost, a row for each series: an open triangle for some of them, a cross for all. A line that ends
-/// because all runs of the next point fail goes on to their cross in dots.
+/// Marks in the band where runs were lost, a row for each series: an open triangle for some of them, a cross for all. A
+/// line that ends because all runs of the next point fail goes on to their cross in dots.
 pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses], all: &[Series]) {
     for (row, lost) in losses.iter().enumerate() {
         let up = height_of_losses(frame, row, losses.len());

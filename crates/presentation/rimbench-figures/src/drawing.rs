@@ -253,7 +253,8 @@ impl Drawing {
         }
     }
 
-    /// Adds lines of words below everything else, as many as the width asks for, and the height that they need. No words add nothing.
+    /// Adds lines of words below everything else, as many as the width asks for, and the height that they need. No
+    /// words add nothing.
     pub fn noted(mut self, words: &str) -> Self {
         for line in self.broken(&Text::new(words, (0.5 * self.width, 0.0), NOTE_SIZE).anchored(Anchor::Middle)) {
             self.height += NOTE_LINE;
@@ -262,8 +263,8 @@ impl Drawing {
         self
     }
 
-    /// Adds a title and words on what is shown above everything else, in as many lines as the width asks for, and the height that they
-    /// need. The picture is named by its title, and described by the words.
+    /// Adds a title and words on what is shown above everything else, in as many lines as the width asks for, and the
+    /// height that they need. The picture is named by its title, and described by the words.
     pub fn headed(mut self, title: &str, words: &str) -> Self {
         let title_lines = self.broken(&Text::new(title, (BESIDE, 0.0), HEADING_SIZE).bold());
         let word_lines = self.broken(&Text::new(words, (BESIDE, 0.0), NOTE_SIZE).colored(Color::SOFT_INK));

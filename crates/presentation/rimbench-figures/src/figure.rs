@@ -42,8 +42,8 @@ impl Figure {
         fits(&[("width", self.width, width), ("height", self.height, height)]).map(|()| drawing)
     }
 
-    /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes. Series that would look the same are told
-    /// apart.
+    /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes. Series that would look
+    /// the same are told apart.
     pub fn draw(&self) -> Drawing {
         self.told_apart().drawn().0
     }
@@ -135,7 +135,8 @@ impl Figure {
     }
 }
 
-/// Refuses a picture in which a part has too little room; each entry is an edge, its length, and that of the part along it, px.
+/// Refuses a picture in which a part has too little room; each entry is an edge, its length, and that of the part along
+/// it, px.
 pub(crate) fn fits(edges: &[(&str, f64, f64)]) -> Result<()> {
     let narrow = edges.iter().find(|(_, _, part)| *part < LEAST);
     narrow.map_or(Ok(()), |(edge, length, part)| {

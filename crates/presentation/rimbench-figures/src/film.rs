@@ -1,5 +1,5 @@
-//! A case in motion, a cell for each scheme: every frame is drawn as a still is, and the style sheet of the picture shows one after the
-//! other.
+//! A case in motion, a cell for each scheme: every frame is drawn as a still is, and the style sheet of the picture
+//! shows one after the other.
 
 use super::case_picture::{Motion, View};
 use super::clip::Rect;
@@ -28,8 +28,8 @@ pub struct Take {
     pub failed: Option<(f64, String)>,
 }
 
-/// Draws runs side by side over thin outlines of the reference, at these instants (s), as an SVG that moves. Where motion is not wanted,
-/// the frame `still` stands.
+/// Draws runs side by side over thin outlines of the reference, at these instants (s), as an SVG that moves. Where
+/// motion is not wanted, the frame `still` stands.
 pub fn film(
     (of, reference): (&CaseDrawing, &Motion),
     takes: &[Take],

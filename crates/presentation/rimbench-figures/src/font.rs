@@ -1,7 +1,7 @@
 //! The embedded typeface: Inter (SIL Open Font License, see `font/LICENSE.txt`), regular and semi-bold.
 //!
-//! No system font is read, so a PNG looks the same on every machine. The text of an SVG stays text in a typeface that the viewer has, and
-//! long texts are told their length. Layouts leave the slack that short ones need.
+//! No system font is read, so a PNG looks the same on every machine. The text of an SVG stays text in a typeface that
+//! the viewer has, and long texts are told their length. Layouts leave the slack that short ones need.
 
 use std::sync::Once;
 

@@ -19,15 +19,15 @@
 //! | `paint`, `dash`, `font` | the display list drawn by plotters as smooth pixels; the embedded typeface |
 //! | [`render`] | files: SVG, and PNG for a preview |
 //!
-//! plotters draws the pixels: every shape becomes one of its elements on a drawing area over its bitmap backend, letters
-//! are its text in a registered font. What is left to us is layout, because plotters'
-//! charts have no band for infinite values, no inset, no legend outside the data and no cutting at the frame, and what
-//! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for; its SVG
-//! has neither dashes nor groups, so that is written here.
+//! plotters draws the pixels: every shape becomes one of its elements on a drawing area over its bitmap backend,
+//! letters are its text in a registered font. What is left to us is layout, because plotters' charts have no band for
+//! infinite values, no inset, no legend outside the data and no cutting at the frame, and what its backends lack: dash
+//! patterns, and positions and widths between pixels, which a finer grid makes up for; its SVG has neither dashes nor
+//! groups, so that is written here.
 //!
 //! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
-//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the page of a results folder ([`report`]) with the
-//! part that simulates (`live_part`).
+//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the page of a results folder
+//! ([`report`]) with the part that simulates (`live_part`).
 
 pub mod case_picture;
 pub mod chart;

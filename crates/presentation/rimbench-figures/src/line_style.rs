@@ -62,8 +62,9 @@ pub enum Marker {
     OpenDiamond,
 }
 
-/// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
-/// with a common deficiency of colour vision (tests compute both). Dash and marker tell the series apart in grey.
+/// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all
+/// stand out from white paper, and no two merge for readers with a common deficiency of colour vision (tests compute
+/// both). Dash and marker tell the series apart in grey.
 pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
     ("rim-smooth", "smooth model", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
     (
@@ -131,7 +132,8 @@ impl LineStyle {
         Stroke { color: self.color, width: WIDTH, dash: self.dash.pattern() }
     }
 
-    /// Returns the style of a built-in scheme; for another name a spare one, chosen by its letters, so that it is the same on every machine.
+    /// Returns the style of a built-in scheme; for another name a spare one, chosen by its letters, so that it is the
+    /// same on every machine.
     pub fn of_name(name: &str) -> Self {
         Self::free(name, |_| false)
     }
@@ -216,7 +218,8 @@ mod tests {
 
     #[test]
     fn the_style_of_a_name_is_that_of_its_letters() {
-        // What was drawn with the first version of this program: figures of a user's own scheme must not change their looks.
+        // What was drawn with the first version of this program: figures of a user's own scheme must not change their
+        // looks.
         let mine = LineStyle::new([0x4B, 0x6A, 0x88], Dash::Short, Marker::Triangle);
         assert_eq!(LineStyle::of_name("my-scheme"), mine);
         assert_ne!(LineStyle::of_name("my-other-scheme"), mine);

@@ -1,7 +1,9 @@
-//! The live part of the page: what simulates, with the numerics themselves as a module for the browser; figures and runs.
+//! The live part of the page: what simulates, with the numerics themselves as a module for the browser; figures and
+//! runs.
 //!
-//! The module is the crate `rimbench-web`, compiled by `.ci/web-module` and committed, so that neither of the two commands needs
-//! another compiler; `.ci/page.mjs digits` holds it against the program. Everything stands in the one file of the report.
+//! The module is the crate `rimbench-web`, compiled by `.ci/web-module` and committed, so that neither of the two
+//! commands needs another compiler; `.ci/page.mjs digits` holds it against the program. Everything stands in the one
+//! file of the report.
 
 use crate::drawing::Color;
 use crate::seven_bits::seven_bits;

@@ -19,8 +19,8 @@ const KINDS: [&str; 2] = ["value", "include"];
 /// Fills all markers of a page from the results in a folder.
 ///
 /// # Errors
-/// [`Error::File`] with page, line and what is wrong: a marker that is not closed, a key, a value, a claim or a file that is not there; a
-/// summary that is missing or damaged.
+/// [`Error::File`] with page, line and what is wrong: a marker that is not closed, a key, a value, a claim or a file
+/// that is not there; a summary that is missing or damaged.
 pub fn fill_page(page: &Path, text: &str, results: &Path, tables: &TableList) -> Result<String> {
     let mut filled = String::with_capacity(text.len());
     let mut rest = text;
@@ -48,7 +48,8 @@ pub fn fill_page(page: &Path, text: &str, results: &Path, tables: &TableList) ->
     Ok(filled + rest)
 }
 
-/// Fills what stands in braces in a text, as in `{claim=study/x:floor unit=N}`, with what claims in a folder of results measured.
+/// Fills what stands in braces in a text, as in `{claim=study/x:floor unit=N}`, with what claims in a folder of results
+/// measured.
 ///
 /// # Errors
 /// [`Error::File`] with the text and what is wrong with it.
@@ -70,7 +71,8 @@ pub fn has_markers(text: &str) -> bool {
     next_marker(text).is_some()
 }
 
-/// What stands before the next marker, its kind, and what stands behind that word. In a block of code a marker is an example.
+/// What stands before the next marker, its kind, and what stands behind that word. In a block of code a marker is an
+/// example.
 fn next_marker(text: &str) -> Option<(&str, &'static str, &str)> {
     let (mut at, mut code) = (0, false);
     for line in text.split_inclusive('\n') {

@@ -1,7 +1,8 @@
 //! Draws the display list with plotters, as elements on a drawing area over its bitmap backend.
 //!
-//! plotters places corners and widths on whole units of a backend, so the backend's grid is finer than the page, and is averaged down
-//! to the pixels of the PNG, which smooths all edges. The SVG is written by `vector`, with what plotters' backend lacks.
+//! plotters places corners and widths on whole units of a backend, so the backend's grid is finer than the page, and is
+//! averaged down to the pixels of the PNG, which smooths all edges. The SVG is written by `vector`, with what plotters'
+//! backend lacks.
 
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
@@ -57,8 +58,8 @@ fn averaged(fine: &[u8], width: usize) -> Vec<u8> {
     rgb
 }
 
-/// A grid of so many units per px of the page. Corners are inclusive pixels, a line of several segments is one even-odd polygon, text
-/// hangs from half its size.
+/// A grid of so many units per px of the page. Corners are inclusive pixels, a line of several segments is one even-odd
+/// polygon, text hangs from half its size.
 #[derive(Debug, Clone, Copy)]
 struct Grid(f64);
 

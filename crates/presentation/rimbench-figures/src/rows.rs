@@ -1,5 +1,5 @@
-//! Ranked rows, one per scheme, so that neither lines cross nor colours have to be told apart: a sign per value along an axis, or in
-//! each column a sign for what became of the runs.
+//! Ranked rows, one per scheme, so that neither lines cross nor colours have to be told apart: a sign per value along
+//! an axis, or in each column a sign for what became of the runs.
 
 use super::axes::{
     AXIS, BELOW, GRID, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks, labels, tick_below, ticks_below,

@@ -47,7 +47,8 @@ impl AxisMap {
     }
 }
 
-/// The signed logarithm: linear within ± 10 to the power, with slope 1 there, and one more for each factor of ten beyond.
+/// The signed logarithm: linear within ± 10 to the power, with slope 1 there, and one more for each factor of ten
+/// beyond.
 fn symmetric(value: f64, power: i32) -> f64 {
     let share = value / 10f64.powi(power);
     if share.abs() <= 1.0 { share } else { share.signum() * (1.0 + share.abs().log10()) }

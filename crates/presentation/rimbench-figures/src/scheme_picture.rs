@@ -14,8 +14,8 @@ const NAMES: [&str; 4] = ["t(k−2)", "t(k−1)", "t(k)", "t(k+1)"];
 const USED: Color = Color(0x00, 0x72, 0xB2);
 const TEXT: f64 = 12.0;
 
-/// Draws the timeline of a scheme as it is used by default: samples that it uses, who steps first, what is passed on within the step,
-/// and in two sentences what each side knows of the other meanwhile.
+/// Draws the timeline of a scheme as it is used by default: samples that it uses, who steps first, what is passed on
+/// within the step, and in two sentences what each side knows of the other meanwhile.
 ///
 /// # Errors
 /// As [`SchemeEntry::sequence_and_return`].

@@ -1,7 +1,7 @@
 //! Bytes in the text of a page.
 
-/// Writes bytes as text for a script of the page, seven bits a letter, a sixth shorter than base64. The letters that HTML would change or
-/// take for the beginning of a tag stand 128 further on, where UTF-8 takes two bytes for them.
+/// Writes bytes as text for a script of the page, seven bits a letter, a sixth shorter than base64. The letters that
+/// HTML would change or take for the beginning of a tag stand 128 further on, where UTF-8 takes two bytes for them.
 pub fn seven_bits(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len() * 6 / 5);
     let (mut held, mut bits) = (0_u32, 0);

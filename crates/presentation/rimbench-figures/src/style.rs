@@ -1,7 +1,7 @@
 //! How schemes are drawn, the same in every figure.
 //!
-//! A variant of a scheme (another force return, say) keeps the colour and changes dash and marker. A user's scheme gets a free style, chosen
-//! by the letters of its name.
+//! A variant of a scheme (another force return, say) keeps the colour and changes dash and marker. A user's scheme gets
+//! a free style, chosen by the letters of its name.
 
 use super::drawing::Color;
 use super::line_style::{Dash, LineStyle, Marker, SCHEMES, SPARE_COLORS};
@@ -91,8 +91,8 @@ impl Styles {
         self.of_variant(name, variant)
     }
 
-    /// Finds the style of a row of an experiment, whose label may begin with another name than its scheme's, as in `gap/profile` of
-    /// `rim-nonsmooth-gap`: the scheme's colour all the same.
+    /// Finds the style of a row of an experiment, whose label may begin with another name than its scheme's, as in
+    /// `gap/profile` of `rim-nonsmooth-gap`: the scheme's colour all the same.
     pub fn of_row(&self, label: &str, scheme: &str) -> LineStyle {
         let (name, variant) = label.split_once('/').unwrap_or((label, label));
         let known = |name: &str| self.schemes.iter().any(|entry| entry.name == name);
@@ -107,8 +107,8 @@ impl Styles {
         LineStyle { color: BASELINE, dash: Dash::Solid, ..style }
     }
 
-    /// The style of a scheme's variant: the scheme's colour with another dash and marker. Its own force return, and an empty
-    /// variant, look like the scheme itself.
+    /// The style of a scheme's variant: the scheme's colour with another dash and marker. Its own force return, and an
+    /// empty variant, look like the scheme itself.
     fn of_variant(&self, name: &str, variant: &str) -> LineStyle {
         let known = self.schemes.iter().find(|scheme| scheme.name == name);
         let line = match known {
@@ -120,8 +120,8 @@ impl Styles {
         if variant.is_empty() || variant == usual { line } else { line.of_variant(variant) }
     }
 
-    /// What a legend or table says of a label: the scheme's name and its variant in words, and schemes that cannot run in real time are
-    /// marked.
+    /// What a legend or table says of a label: the scheme's name and its variant in words, and schemes that cannot run
+    /// in real time are marked.
     pub fn shown_name(&self, label: &str) -> String {
         let name = label.split(ENDS).next().unwrap_or_default();
         let ceiling = self.schemes.iter().any(|scheme| scheme.name == name && !scheme.real_time);
@@ -201,8 +201,8 @@ fn margin(variant: &str) -> Option<(&str, &'static str)> {
     width("um").map(|digits| (digits, "µm")).or(width("mm").map(|digits| (digits, "mm")))
 }
 
-/// Changes colours of series of which more than two would share one, then signs, then dashes, of those that would look the same: of one colour no two labels of a figure share a sign while there are
-/// others, and none share dash and sign.
+/// Changes colours of series of which more than two would share one, then signs, then dashes, of those that would look
+/// the same: of one colour no two labels of a figure share a sign while there are others, and none share dash and sign.
 pub fn told_apart(labels: &[&str], styles: &mut [LineStyle]) {
     const MARKERS: [Marker; 11] = [
         Marker::OpenCircle,
@@ -261,8 +261,8 @@ pub fn told_apart(labels: &[&str], styles: &mut [LineStyle]) {
     }
 }
 
-/// A style for the entry at `index` of a list that only grows, and whose names are no schemes: neighbours differ in colour,
-/// dash and marker, and no two of the first 55 agree in both dash and marker.
+/// A style for the entry at `index` of a list that only grows, and whose names are no schemes: neighbours differ in
+/// colour, dash and marker, and no two of the first 55 agree in both dash and marker.
 pub fn style_in_list(index: usize) -> LineStyle {
     const COLORS: [[u8; 3]; 8] = [
         [0x00, 0x72, 0xB2],
@@ -320,8 +320,8 @@ mod tests {
         assert!((0..8).all(|index| contrast(style_in_list(index).color) >= CONTRAST));
     }
 
-    /// How far apart colours are for an eye with all three kinds of cones, and with one kind missing (Machado, Oliveira and Fernandes
-    /// 2009, severity 1), as a distance in CIE L*a*b*; 2.3 is just noticeable.
+    /// How far apart colours are for an eye with all three kinds of cones, and with one kind missing (Machado, Oliveira
+    /// and Fernandes 2009, severity 1), as a distance in CIE L*a*b*; 2.3 is just noticeable.
     fn least_distance(one: Color, other: Color) -> f64 {
         const EYES: [[[f64; 3]; 3]; 4] = [
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

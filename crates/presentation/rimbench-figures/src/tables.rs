@@ -1,7 +1,7 @@
 //! Tables and values of pages, from entries in `paper/tables.toml`: what is shown of which file of results.
 //!
-//! A table is written as Markdown beside the results it is of, as `<folder>/tables/<name>.md`, and pages include it; a value is named by
-//! pages. The keys are told in `docs/development/regenerate.md`.
+//! A table is written as Markdown beside the results it is of, as `<folder>/tables/<name>.md`, and pages include it; a
+//! value is named by pages. The keys are told in `docs/development/regenerate.md`.
 
 use crate::claims_table::significant;
 use crate::figures::valid::{self, is_file_name};
@@ -140,7 +140,8 @@ struct Column {
     heading: Option<String>,
 }
 
-/// What lines or columns of a grid are: values of a column, in its unit; all there are, where none is named; labels, where no column is.
+/// What lines or columns of a grid are: values of a column, in its unit; all there are, where none is named; labels,
+/// where no column is.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Axis {
@@ -225,7 +226,8 @@ impl TableList {
         serde_path_to_error::deserialize(list).map_err(|error| wrong(error.inner().span(), &valid::said(&error)))
     }
 
-    /// The tables that are written below some folders of results (`group/name`, or `group` of what belongs to no experiment).
+    /// The tables that are written below some folders of results (`group/name`, or `group` of what belongs to no
+    /// experiment).
     pub fn of(&self, is_wanted: impl Fn(&str) -> bool) -> impl Iterator<Item = (&Place, &Table)> {
         self.tables.iter().filter(move |(place, _)| is_wanted(&place.folder))
     }
@@ -295,7 +297,8 @@ impl Table {
     /// Makes the table, at a place, from the results in a folder.
     ///
     /// # Errors
-    /// [`Error::File`] for a file that is missing or damaged, a column or a value that is not there, and a cell that is not one.
+    /// [`Error::File`] for a file that is missing or damaged, a column or a value that is not there, and a cell that is
+    /// not one.
     pub fn markdown(&self, place: &Place, results: &Path) -> Result<String> {
         let made = match self {
             Table::Grid(grid) => source(results, &place.folder, &grid.file).and_then(|file| grid.markdown(&file)),
@@ -554,7 +557,8 @@ fn shown(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize],
     }
 }
 
-/// What a page calls something: a scheme as figures call it, where nothing else is said of it, or of what it begins with.
+/// What a page calls something: a scheme as figures call it, where nothing else is said of it, or of what it begins
+/// with.
 fn named(names: &Names, own: &str) -> String {
     static STYLES: LazyLock<Styles> = LazyLock::new(Styles::standard);
     let mut parts = own.split('/');

@@ -80,8 +80,8 @@ pub fn logarithmic(low: f64, high: f64, most: usize) -> Ticks {
     Ticks { ticks, exponent: 0 }
 }
 
-/// Chooses ticks of a signed logarithmic axis that is linear within ± 10 to the power `least`: zero, and powers of ten on either side, as
-/// many as fit, the largest of each side among them.
+/// Chooses ticks of a signed logarithmic axis that is linear within ± 10 to the power `least`: zero, and powers of ten
+/// on either side, as many as fit, the largest of each side among them.
 pub fn symmetric(low: f64, high: f64, least: i32, most: usize) -> Ticks {
     let last = |end: f64| if end > 0.0 { (end.log10() + 1e-9).floor() as i32 } else { i32::MIN };
     let (down, up) = (last(-low), last(high));

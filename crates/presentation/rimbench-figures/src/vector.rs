@@ -23,8 +23,8 @@ pub fn svg(drawing: &Drawing) -> String {
     document(drawing, "", &inside(drawing.shapes.iter()))
 }
 
-/// Formats drawings of one size as a document that shows one after the other, each for some seconds, from the first again after the last.
-/// Where motion is not wanted, or not known, `still` stands.
+/// Formats drawings of one size as a document that shows one after the other, each for some seconds, from the first
+/// again after the last. Where motion is not wanted, or not known, `still` stands.
 pub fn svg_of_frames(frames: &[Drawing], seconds: f64, still: usize) -> String {
     let Some(first) = frames.first() else { return svg(&Drawing::new(0.0, 0.0)) };
     let is_common = |shape: &&Shape| frames.iter().all(|frame| frame.shapes.contains(shape));
@@ -80,7 +80,8 @@ fn document(drawing: &Drawing, sheet: &str, text: &str) -> String {
     )
 }
 
-/// Writes `<name>.svg` into a folder that exists, whole or not at all, and returns where. The bytes depend on the drawing only.
+/// Writes `<name>.svg` into a folder that exists, whole or not at all, and returns where. The bytes depend on the
+/// drawing only.
 ///
 /// # Errors
 /// [`Error::File`](rimbench_core::error::Error::File) if the folder cannot be written to.
@@ -192,7 +193,8 @@ impl Writer {
         self.open = Some((look, [0, 0]));
     }
 
-    /// Adds a path; points after the first are relative, on a grid of tenths (0.026 mm), so that rounding does not add up.
+    /// Adds a path; points after the first are relative, on a grid of tenths (0.026 mm), so that rounding does not add
+    /// up.
     fn path(&mut self, points: &[Point], closed: bool) {
         let Some((_, last)) = &mut self.open else { return };
         for (index, &(x, y)) in points.iter().enumerate() {

@@ -12,8 +12,9 @@ use serde_json::{Value, json};
 ///   force: { column, label, unit, gain },
 ///   drawing: { view: { x, y, follow }, frames: [{ name, parent, x, y, angle }], shapes: [{ kind, … }] } }
 /// ```
-/// A channel is a number or `{ column, gain, plus }`; a point `[x, y, frame or null]`. A scene has the directions of its camera and solids
-/// `{ pose: [six channels], fill, gap, corners, faces }`, `{ …, ball: radius }` or `{ …, rod: [from, to], width }`.
+/// A channel is a number or `{ column, gain, plus }`; a point `[x, y, frame or null]`. A scene has the directions of
+/// its camera and solids `{ pose: [six channels], fill, gap, corners, faces }`, `{ …, ball: radius }` or
+/// `{ …, rod: [from, to], width }`.
 pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> Value {
     let [title, about] = drawing.title;
     let frames = drawing.frames.iter().map(|frame| {

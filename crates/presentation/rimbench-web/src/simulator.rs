@@ -42,10 +42,11 @@ impl Simulator {
     ///   set.PARAMETER VALUE    a parameter of the case
     /// reference                with the same lines: the trajectory that runs are held against
     /// ```
-    /// A run is answered by `run_id`, `outcome`, `outcome_class`, `outcome_at_s`, `reason`, every metric that has a value, the exact counters, `columns`, and its rows
-    /// at communication points; a reference by `columns` and its rows. What runs are held against here are both sides stepped together
-    /// by the case's own reference method at [`COARSER`] times its coarsest step, so that a page need not wait: on the wedge box that
-    /// is within 0.02 N rms of the program's reference.
+    /// A run is answered by `run_id`, `outcome`, `outcome_class`, `outcome_at_s`, `reason`, every metric that has a
+    /// value, the exact counters, `columns`, and its rows at communication points; a reference by `columns` and its
+    /// rows. What runs are held against here are both sides stepped together by the case's own reference method at
+    /// [`COARSER`] times its coarsest step, so that a page need not wait: on the wedge box that is within 0.02 N rms of
+    /// the program's reference.
     pub fn answer(&mut self, request: &str) -> Answer {
         self.try_answer(request).unwrap_or_else(|error| {
             let one_line = error.to_string().replace(char::is_control, " ");

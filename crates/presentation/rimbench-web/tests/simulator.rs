@@ -77,7 +77,8 @@ fn cases_are_listed_in_json_with_the_schemes_they_are_not_run_with() {
     assert!(cases.as_array().unwrap().iter().all(|case| case["refused"].is_array()));
 }
 
-/// Heaps, rows and chains have no columns for their bodies: the page is given coordinates, of runs and of what they are held against.
+/// Heaps, rows and chains have no columns for their bodies: the page is given coordinates, of runs and of what they are
+/// held against.
 #[test]
 fn bodies_of_heaps_rows_and_chains_move() {
     let mut simulator = Simulator::default();

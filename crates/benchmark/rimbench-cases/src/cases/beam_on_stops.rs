@@ -1,5 +1,5 @@
-//! `beam-on-stops`: a flexible beam in N modes that a shaken spring presses against two stops. The mechanics' own step is stable below 2/ω_N.
-//! Shown in `docs/cases/beam-on-stops.md`; modes from Blevins, numbers *ours*.
+//! `beam-on-stops`: a flexible beam in N modes that a shaken spring presses against two stops. The mechanics' own step
+//! is stable below 2/ω_N. Shown in `docs/cases/beam-on-stops.md`; modes from Blevins, numbers *ours*.
 
 use super::prelude::*;
 use rimbench_core::interface_model::{MassMatrix, MatrixForm, Rows};
@@ -46,8 +46,8 @@ const BENT: [[&str; 2]; 8] =
     [["a", "A"], ["b", "B"], ["c", "C"], ["d", "D"], ["e", "E"], ["f", "F"], ["g", "G"], ["h", "H"]];
 
 impl Beam {
-    /// Shares of the deflections at the actuator and at the end in that at x: of the cubic that leaves the clamp straight and has both, or
-    /// of the half sine between two pins.
+    /// Shares of the deflections at the actuator and at the end in that at x: of the cubic that leaves the clamp
+    /// straight and has both, or of the half sine between two pins.
     fn bent(&self, x: f64) -> [f64; 2] {
         let (a, l) = (self.actuator_position_m, self.length_m);
         match self.beam_support {
@@ -114,7 +114,8 @@ impl BeamSupport {
             BeamSupport::Pinned => mode as f64 * PI,
             BeamSupport::Clamped => {
                 let mut beta = (mode as f64 - 0.5) * PI;
-                // Newton on cos β + 1/cosh β, which does not overflow; quadratic from a start that is off by 0.3 at most.
+                // Newton on cos β + 1/cosh β, which does not overflow; quadratic from a start that is off by 0.3 at
+                // most.
                 for _ in 0..20 {
                     let sech = 1.0 / libm::cosh(beta);
                     beta -= (libm::cos(beta) + sech) / (-libm::sin(beta) - sech * libm::tanh(beta));
@@ -151,8 +152,8 @@ impl BeamSupport {
 /// w(x, t) = Σ φ_n(x/L) η_n(t)       ρAL (η̈_n + 2 ζ ω_n η̇_n + ω_n² η_n) = φ_n(x_a/L) F + Σ φ_n(x_s/L) P_s
 /// ω_n = (β_n L)² √(EI/(ρA L⁴))      g_s = w(x_s) + clearance
 /// ```
-/// Deflection is positive upwards. The semi-implicit step is stable below `2/ω_N`; steps of the second order that are too long for that
-/// take all of it implicitly (`K = ρAL ω_n²`, `D = 2 ζ ρAL ω_n`).
+/// Deflection is positive upwards. The semi-implicit step is stable below `2/ω_N`; steps of the second order that are
+/// too long for that take all of it implicitly (`K = ρAL ω_n²`, `D = 2 ζ ρAL ω_n`).
 #[derive(Debug, Clone)]
 struct ModalBeam {
     p: Beam,
@@ -319,8 +320,8 @@ mod tests {
     fn the_static_deflection_tends_to_the_closed_form_with_the_modes_left_out() {
         let (length, stiffness, force): (f64, f64, f64) = (2.0, 350.0, 7.0);
         for modes in [1, 2, 4, 8, 16] {
-            // Each mode adds φ_n² F L³/(EI β⁴), with φ_n(1)² = 4 and β ≥ (n − ½)π − 1e-2 for n ≥ 2: what is left out lies
-            // between zero and the integral of that.
+            // Each mode adds φ_n² F L³/(EI β⁴), with φ_n(1)² = 4 and β ≥ (n − ½)π − 1e-2 for n ≥ 2: what is left out
+            // lies between zero and the integral of that.
             let rest = 4.0 / (3.0 * PI.powi(4) * (f64::from(modes) - 0.01).powi(3)) * 1.05;
             let tip = static_deflection(&beam(BeamSupport::Clamped, modes), length, length, force);
             let closed = force * length.powi(3) / (3.0 * stiffness);

@@ -13,8 +13,8 @@ pub(super) fn trace_columns(own: &'static str) -> Vec<Name> {
     [words(shared), words(own)].concat()
 }
 
-/// What holds a body, drawn: a spring to the carriage and one to the base, each `reach` long where it is relaxed, towards `away` from the body.
-/// Without a base the carriage is what shakes.
+/// What holds a body, drawn: a spring to the carriage and one to the base, each `reach` long where it is relaxed,
+/// towards `away` from the body. Without a base the carriage is what shakes.
 pub(super) fn springs([x, y]: [f64; 2], away: [f64; 2], reach: f64, base: Option<f64>) -> (Vec<Frame>, Vec<Shape>) {
     let place = |column: &'static str, far: f64| {
         let along = |start: f64, away: f64| match away {

@@ -162,7 +162,8 @@ pub type ChooseReference = Arc<dyn Fn(&Parameters) -> Result<ReferenceMethod> + 
 /// Builds both sides. The solver serves the complementarity problems of the mechanics.
 pub type BuildCase = Arc<dyn Fn(&Parameters, &SolverEntry) -> Result<CoupledSystem> + Send + Sync>;
 
-/// Magnitudes that the motion of an interface has in a case: its own scale, against which a motion or a force may be nothing.
+/// Magnitudes that the motion of an interface has in a case: its own scale, against which a motion or a force may be
+/// nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     /// Of positions.
@@ -211,16 +212,20 @@ pub struct Case {
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
     pub linear_state: Vec<StateVariable>,
-    /// Whether mass matrix, applied forces and Jacobians of the mechanics are the same in all states, joints closed, friction at most at
-    /// contacts that are not redundant: an interface model with all contacts then *is* the mechanics (see [`RunSpec::model_is_exact`](crate::runs::RunSpec)).
+    /// Whether mass matrix, applied forces and Jacobians of the mechanics are the same in all states, joints closed,
+    /// friction at most at contacts that are not redundant: an interface model with all contacts then *is* the
+    /// mechanics (see [`RunSpec::model_is_exact`](crate::runs::RunSpec)).
     pub constant_mechanics: bool,
     /// What runs are held against.
     pub reference: ChooseReference,
-    /// The case whose reference runs are held against instead, with the same parameters; none: they are held against their own.
+    /// The case whose reference runs are held against instead, with the same parameters; none: they are held against
+    /// their own.
     pub judged_by: Option<Arc<Case>>,
-    /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that code changes.
+    /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that
+    /// code changes.
     pub from_outside: bool,
-    /// Whether a side is an FMU or a class of Python, perhaps in a process of its own: only the wall clock tells what its steps take.
+    /// Whether a side is an FMU or a class of Python, perhaps in a process of its own: only the wall clock tells what
+    /// its steps take.
     pub waits: bool,
     /// Which steps each side can take.
     pub steps: PerSide<PossibleSteps>,
@@ -237,8 +242,8 @@ impl fmt::Debug for Case {
 }
 
 impl Case {
-    /// Describes a case that records the time only, and whose reference is refined. Its parameters are the fields of what it is built
-    /// from. What is different is changed afterwards.
+    /// Describes a case that records the time only, and whose reference is refined. Its parameters are the fields of
+    /// what it is built from. What is different is changed afterwards.
     pub fn new<P: ParameterSet>(
         name: impl Into<Name>,
         about: impl Into<Name>,
@@ -286,8 +291,8 @@ impl Case {
         Parameters::defaults(self.name.clone(), &self.parameters)
     }
 
-    /// The mechanics' own steps per macro step unless others are asked for: one; on a linear case as many as the actuator takes, so
-    /// that what is seen is the coupling.
+    /// The mechanics' own steps per macro step unless others are asked for: one; on a linear case as many as the
+    /// actuator takes, so that what is seen is the coupling.
     pub fn usual_mechanics_steps(&self) -> MechanicsSteps {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
     }

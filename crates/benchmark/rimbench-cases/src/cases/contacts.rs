@@ -51,7 +51,8 @@ impl Contacts {
     }
 }
 
-/// Contacts from which on a reference does not step from event to event: so many close that its steps would be all events.
+/// Contacts from which on a reference does not step from event to event: so many close that its steps would be all
+/// events.
 const BY_THE_DOZEN: usize = 48;
 
 /// Event-driven where contacts are rigid and without friction, else refined.

@@ -1,5 +1,5 @@
-//! `cradle`: three balls on pendulums under Moreau's impact law, the first held by a carriage on springs. Shown in `docs/cases/cradle.md`, which says
-//! why it ends where it does; after Moreau 1988 and Glocker 2001, numbers *ours*.
+//! `cradle`: three balls on pendulums under Moreau's impact law, the first held by a carriage on springs. Shown in
+//! `docs/cases/cradle.md`, which says why it ends where it does; after Moreau 1988 and Glocker 2001, numbers *ours*.
 
 use super::prelude::*;
 

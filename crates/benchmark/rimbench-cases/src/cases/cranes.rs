@@ -1,5 +1,6 @@
-//! The hydraulic crane with its load on a rope: `crane-set-down`, `crane-drag` and `crane-heap`. Three velocities (θ, load x, y) and those of what
-//! it meets; the rope can pull and not push. Shown in `docs/cases/crane-set-down.md` and `docs/cases/crane-heap.md`.
+//! The hydraulic crane with its load on a rope: `crane-set-down`, `crane-drag` and `crane-heap`. Three velocities (θ,
+//! load x, y) and those of what it meets; the rope can pull and not push. Shown in `docs/cases/crane-set-down.md` and
+//! `docs/cases/crane-heap.md`.
 //!
 //! Geometry, masses and hydraulics of LIM cosim-benchmarks; rope, ground and manoeuvres are *ours*.
 
@@ -169,7 +170,8 @@ pub(super) fn set_down() -> Case {
     Case { drawing, ..case }
 }
 
-/// Drags a load that lies aside over rough ground: it sticks until `T sin φ = μ (m_h g − T cos φ)`, slides and lifts off.
+/// Drags a load that lies aside over rough ground: it sticks until `T sin φ = μ (m_h g − T cos φ)`, slides and lifts
+/// off.
 pub(super) fn drag() -> Case {
     let about = "Hydraulic crane that drags a load over rough ground by its rope until it lifts off";
     let mut case = above_ground("crane-drag", about, |p: &Drag, assembly| {
@@ -233,7 +235,8 @@ pub(super) fn heap() -> Case {
     }
 }
 
-/// Centres of the discs of a heap as seen from the load: hexagonal, one less in each second layer; in a single column one on the other.
+/// Centres of the discs of a heap as seen from the load: hexagonal, one less in each second layer; in a single column
+/// one on the other.
 fn heap_of(columns: u32, layers: u32, radius: f64) -> Vec<[f64; 2]> {
     let middle = f64::from(columns - 1);
     let mut centres = Vec::new();

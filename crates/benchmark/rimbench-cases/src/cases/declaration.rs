@@ -93,8 +93,8 @@ impl SharedSet {
     }
 }
 
-/// Pairs the name of a parameter with its value, for an error that says which one is wrong: `named!(p.belt.speed_m_s)` is
-/// `("speed_m_s", p.belt.speed_m_s)`.
+/// Pairs the name of a parameter with its value, for an error that says which one is wrong: `named!(p.belt.speed_m_s)`
+/// is `("speed_m_s", p.belt.speed_m_s)`.
 #[macro_export]
 macro_rules! named {
     ($value:expr) => {
@@ -102,7 +102,8 @@ macro_rules! named {
     };
 }
 
-/// Declares an enum whose variants are the names that a parameter may have; `for Kind { … }` gives the names to an enum that is there.
+/// Declares an enum whose variants are the names that a parameter may have; `for Kind { … }` gives the names to an enum
+/// that is there.
 ///
 /// ```
 /// rimbench_cases::choices! {
@@ -173,8 +174,8 @@ macro_rules! choices {
 /// let names: Vec<_> = Beam::declared().into_iter().map(|parameter| parameter.name).collect();
 /// assert_eq!(names, ["support", "modes", "length_m", "density_kg_m3", "tilt_rad", "stabilisation", "restitution"]);
 /// ```
-/// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole (`carriage: Carriage;`), or as a
-/// function makes it of the whole [`SharedSet`](crate::cases::SharedSet).
+/// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole
+/// (`carriage: Carriage;`), or as a function makes it of the whole [`SharedSet`](crate::cases::SharedSet).
 #[macro_export]
 macro_rules! parameters {
     (

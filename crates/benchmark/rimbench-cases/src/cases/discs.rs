@@ -1,5 +1,5 @@
-//! Discs that a cylinder pushes: `disc-row`, `disc-pile`, `packed-box`. 1 + 2n velocities (blade; x and y of n discs: without friction they do
-//! not spin). Shown in `docs/cases/disc-row.md` and `docs/cases/packed-box.md`.
+//! Discs that a cylinder pushes: `disc-row`, `disc-pile`, `packed-box`. 1 + 2n velocities (blade; x and y of n discs:
+//! without friction they do not spin). Shown in `docs/cases/disc-row.md` and `docs/cases/packed-box.md`.
 //!
 //! Numbers *ours*; the fluid is that of Naya et al. 2011.
 
@@ -9,8 +9,8 @@ use super::drawing::centres as places;
 use super::prelude::*;
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 
-/// What is recorded of discs: the many contacts show as their least gap, the number closed and the sum of their forces; one at the blade,
-/// one at the wall and one between discs by name.
+/// What is recorded of discs: the many contacts show as their least gap, the number closed and the sum of their forces;
+/// one at the blade, one at the wall and one between discs by name.
 fn recorded(case: Case) -> Case {
     Case {
         trace_columns: hydraulics::trace_columns(
@@ -202,7 +202,8 @@ pub(super) fn row() -> Case {
     })
 }
 
-/// A hexagonal heap settles between blade and wall and is pushed: some 3n contacts, many more than it can carry (2n) without friction.
+/// A hexagonal heap settles between blade and wall and is pushed: some 3n contacts, many more than it can carry (2n)
+/// without friction.
 pub(super) fn pile() -> Case {
     recorded(Case {
         purpose: Purpose::Speed,
@@ -218,8 +219,8 @@ pub(super) fn pile() -> Case {
     })
 }
 
-/// Layers of m and m − 1 discs in turn between two walls, neighbours of a layer apart, each disc on two below it: as many contacts as
-/// unknowns, so that forces at rest are unique.
+/// Layers of m and m − 1 discs in turn between two walls, neighbours of a layer apart, each disc on two below it: as
+/// many contacts as unknowns, so that forces at rest are unique.
 pub(super) fn packed_box() -> Case {
     recorded(Case {
         purpose: Purpose::Speed,
@@ -245,10 +246,10 @@ pub(super) fn packed_box() -> Case {
 /// ```text
 /// P_j = W cot α (1 + j + ⌊j/(2m − 2)⌋)        j layers above, of those layers that have m discs
 /// ```
-/// W is the weight of a disc. A disc with the forces A_l and A_r of the discs above it, from the left and from the right, passes on
-/// `A_r + W/(2 sin α)` to the lower left and `A_l + W/(2 sin α)` to the lower right; at a wall what comes from the one side leaves on the
-/// same side with all of its weight, `A + W/sin α`. So a line of force grows by half a `W/sin α` per layer and by another half each time
-/// a wall turns it back, every 2m − 2 layers.
+/// W is the weight of a disc. A disc with the forces A_l and A_r of the discs above it, from the left and from the
+/// right, passes on `A_r + W/(2 sin α)` to the lower left and `A_l + W/(2 sin α)` to the lower right; at a wall what
+/// comes from the one side leaves on the same side with all of its weight, `A + W/sin α`. So a line of force grows by
+/// half a `W/sin α` per layer and by another half each time a wall turns it back, every 2m − 2 layers.
 /// # Panics
 /// If `columns` is below 2: one disc between two walls has no line of force.
 /// # Source

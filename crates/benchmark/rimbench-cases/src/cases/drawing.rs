@@ -38,7 +38,8 @@ pub enum Channel {
     Fixed(f64),
     /// `gain · column + offset`.
     Column(&'static str, f64, f64),
-    /// A coordinate of the mechanics, for bodies that no column names; see [`coordinate_column`](super::coordinate_column).
+    /// A coordinate of the mechanics, for bodies that no column names; see
+    /// [`coordinate_column`](super::coordinate_column).
     Coordinate(usize),
 }
 
@@ -214,7 +215,8 @@ impl Default for Drawing {
     }
 }
 
-/// What a case is first shown with on which no coupling goes beyond the mechanics' own step: a model, and both sides in one.
+/// What a case is first shown with on which no coupling goes beyond the mechanics' own step: a model, and both sides in
+/// one.
 pub(super) const LIMITED_BY_ITS_STEP: [&str; 2] = ["rim-nonsmooth", "monolithic"];
 
 impl Drawing {
@@ -323,7 +325,8 @@ pub(super) fn prism(profile: &[[f64; 2]], [from, to]: [f64; 2]) -> Form {
     Form::Hull(corners, sides.chain([(0..n).collect(), (n..2 * n).collect()]).collect())
 }
 
-/// A machine in space: its box of this size, its feet, pyramids whose tips are here, and what else there is, over a floor from x, y to x, y.
+/// A machine in space: its box of this size, its feet, pyramids whose tips are here, and what else there is, over a
+/// floor from x, y to x, y.
 pub(super) fn machine_in_space(size: [f64; 3], feet: &[[f64; 3]], more: Vec<Solid>, floor: [[f64; 2]; 2]) -> Drawing {
     const GAPS: [&str; 4] = ["gap_foot_1_m", "gap_foot_2_m", "gap_foot_3_m", "gap_foot_4_m"];
     let [[left, near], [right, far]] = floor;

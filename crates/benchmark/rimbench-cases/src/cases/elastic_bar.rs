@@ -1,6 +1,7 @@
-//! `elastic-bar`: a bar of N lumped elements falls on a rigid floor and leaves again after a wave has run up and down. The mechanics' own step is
-//! stable below the time in which a wave crosses an element, L/(N c). Shown in `docs/cases/elastic-bar.md`; numbers of the impacting bar of the
-//! literature (Doyen, Ern, Piperno 2011), the actuator is *ours*.
+//! `elastic-bar`: a bar of N lumped elements falls on a rigid floor and leaves again after a wave has run up and down.
+//! The mechanics' own step is stable below the time in which a wave crosses an element, L/(N c). Shown in
+//! `docs/cases/elastic-bar.md`; numbers of the impacting bar of the literature (Doyen, Ern, Piperno 2011), the actuator
+//! is *ours*.
 
 use super::prelude::*;
 

@@ -97,9 +97,9 @@ struct Piece {
 /// impact  g = 0, ġ < 0:  ẋ⁺ = −e ẋ⁻
 /// stuck   ẋ = 0 while the acceleration points into the stop
 /// ```
-/// Events are bracketed on a grid and found by bisection to round-off. A rebound slower than [`SLOWEST`] counts as rest: a
-/// Zeno sequence is cut off there. A contact shorter than the grid, which is a graze of a depth below `a Δ²/8`, is missed.
-/// After [`MOST_IMPACTS`] the state is not a number.
+/// Events are bracketed on a grid and found by bisection to round-off. A rebound slower than [`SLOWEST`] counts as
+/// rest: a Zeno sequence is cut off there. A contact shorter than the grid, which is a graze of a depth below `a Δ²/8`,
+/// is missed. After [`MOST_IMPACTS`] the state is not a number.
 pub(super) struct EventDriven {
     system: DrivenMass,
     pieces: Vec<Piece>,

@@ -1,6 +1,6 @@
-//! `falling-chain`: a chain let go above a scale, on which it piles up: a contact and a joint that can only pull per link. Each row knows two
-//! velocities. A bead may be made of p pieces on rigid joints, with the same motion, so that what joints cost and whether they hold can be seen.
-//! Shown in `docs/cases/falling-chain.md`; numbers *ours*.
+//! `falling-chain`: a chain let go above a scale, on which it piles up: a contact and a joint that can only pull per
+//! link. Each row knows two velocities. A bead may be made of p pieces on rigid joints, with the same motion, so that
+//! what joints cost and whether they hold can be seen. Shown in `docs/cases/falling-chain.md`; numbers *ours*.
 
 use super::case::Purpose;
 use super::prelude::*;
@@ -66,7 +66,8 @@ pub(super) fn entry() -> Case {
     }
 }
 
-/// Upper end of the chain at the start, m: positions are rounded to 1e-10 m there, and a step of 0.1 ms from rest goes 1e-7 m.
+/// Upper end of the chain at the start, m: positions are rounded to 1e-10 m there, and a step of 0.1 ms from rest goes
+/// 1e-7 m.
 const HIGHEST: f64 = 1e6;
 
 impl Chain {
@@ -110,13 +111,14 @@ impl Chain {
         }
     }
 
-    /// What lies on the scale at a time (kg), and its force on the chain (N), for many links on a scale that does not give way.
+    /// What lies on the scale at a time (kg), and its force on the chain (N), for many links on a scale that does not
+    /// give way.
     ///
     /// ```text
     /// x = (½ g t² − h)/(1 − d/l) in [0, L],  v = g t       F = ρ g x + ρ v²/(1 − d/l) = 3 ρ g x + 2 ρ g h/(1 − d/l)
     /// ```
-    /// and `ρ g L` when all has landed. A chain of n links lands bead by bead, each within half a link of when its part of the
-    /// continuous one does: the impulse handed on until t differs by at most `½ (M/n) g t`.
+    /// and `ρ g L` when all has landed. A chain of n links lands bead by bead, each within half a link of when its part
+    /// of the continuous one does: the impulse handed on until t differs by at most `½ (M/n) g t`.
     /// # Source
     /// Momentum of what still falls, `ρ (L − x) g t`; Buquoy 1812.
     pub fn landed_and_force(&self, time: f64) -> [f64; 2] {

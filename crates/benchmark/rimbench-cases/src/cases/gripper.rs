@@ -1,5 +1,5 @@
-//! `gripper`: two opposed cylinders close on a box. Two interface rows, six contacts of rank four, over-constrained when closed. Shown in
-//! `docs/cases/gripper.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
+//! `gripper`: two opposed cylinders close on a box. Two interface rows, six contacts of rank four, over-constrained
+//! when closed. Shown in `docs/cases/gripper.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
 
 use super::prelude::*;
 use crate::models::rotation::rotation;
@@ -165,8 +165,8 @@ fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
 /// A = [n_x (jaw), −n_x, −n_y, (p − c)·n_⊥]     Ȧv = 2φ̇ (ṗ − ċ)·n_⊥ − φ̇² (p − c)·n
 /// s₁ = x_left − anchor                          s₂ = anchor − x_right
 /// ```
-/// Four pad contacts and two corners on the floor hold a box with three freedoms between two jaws: six rows of rank four, and the
-/// jaws can only move together.
+/// Four pad contacts and two corners on the floor hold a box with three freedoms between two jaws: six rows of rank
+/// four, and the jaws can only move together.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone)]

@@ -1,5 +1,5 @@
-//! `half-car`: a car on two hydropneumatic struts crosses a washboard; its wheels leave the road. Two interface rows. Shown in
-//! `docs/cases/half-car.md`; numbers *ours*, gas and orifice of the size of a small car's.
+//! `half-car`: a car on two hydropneumatic struts crosses a washboard; its wheels leave the road. Two interface rows.
+//! Shown in `docs/cases/half-car.md`; numbers *ours*, gas and orifice of the size of a small car's.
 
 use super::prelude::*;
 use rimbench_core::interface_model::Rows;
@@ -136,8 +136,8 @@ fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
 /// g_f = z_f − r(x + a_f)               g_r = z_r − r(x − a_r)                   A_f = [−r', 0, 0, 1, 0]
 /// r(x) = ½ h (1 − cos 2π(x − x₀)/ℓ) for x > x₀, else 0                          path of the centre of a rolling wheel
 /// ```
-/// The wheels are rigid and roll without friction or spin; gaps are vertical, so contact forces are vertical components. The road
-/// does not move: the car does, and what it climbs it loses in speed.
+/// The wheels are rigid and roll without friction or spin; gaps are vertical, so contact forces are vertical
+/// components. The road does not move: the car does, and what it climbs it loses in speed.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone)]

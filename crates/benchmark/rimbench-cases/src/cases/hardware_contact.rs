@@ -1,5 +1,6 @@
-//! `hardware-contact`: a simulated mass whose contacts are hardware. It flies to and fro between two of them, or holds to one that is shaken.
-//! Shown in `docs/cases/hardware-contact.md`; mass and contact *published* with a delay of 108 ms at steps of 2 ms, play and start *ours*.
+//! `hardware-contact`: a simulated mass whose contacts are hardware. It flies to and fro between two of them, or holds
+//! to one that is shaken. Shown in `docs/cases/hardware-contact.md`; mass and contact *published* with a delay of 108
+//! ms at steps of 2 ms, play and start *ours*.
 
 use super::prelude::*;
 

@@ -1,12 +1,13 @@
-//! `hydraulic-crane`: a two-link crane lifted by one hydraulic cylinder, the multirate benchmark of the field (Laboratorio de Ingeniería Mecánica,
-//! Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks`; Naya et al. 2011). Two degrees of freedom, two pressures, no contact. Shown in
-//! `docs/cases/hydraulic-crane.md`.
+//! `hydraulic-crane`: a two-link crane lifted by one hydraulic cylinder, the multirate benchmark of the field
+//! (Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks`; Naya et al. 2011). Two
+//! degrees of freedom, two pressures, no contact. Shown in `docs/cases/hydraulic-crane.md`.
 //!
-//! `stale_feedthrough=true`: the force at a communication point is made with the velocity the hydraulics was given for the step before.
-//! `published_driver=true`: that, and the hydraulics is one of its own micro steps ahead, and rows are stamped one macro step late (for every H;
-//! where the micro step is H the two cancel, as the manoeuvre starts from rest). Off by default: they are faults, not the benchmark. With fresh
-//! feedthrough and a zero-order hold, `force-displacement` is the same map as `pressure-displacement`: what separates the published stability limits
-//! of the two is the stale velocity alone.
+//! `stale_feedthrough=true`: the force at a communication point is made with the velocity the hydraulics was given for
+//! the step before. `published_driver=true`: that, and the hydraulics is one of its own micro steps ahead, and rows are
+//! stamped one macro step late (for every H; where the micro step is H the two cancel, as the manoeuvre starts from
+//! rest). Off by default: they are faults, not the benchmark. With fresh feedthrough and a zero-order hold,
+//! `force-displacement` is the same map as `pressure-displacement`: what separates the published stability limits of
+//! the two is the stale velocity alone.
 
 use super::hydraulic_crane_reference::Parts;
 use super::prelude::*;

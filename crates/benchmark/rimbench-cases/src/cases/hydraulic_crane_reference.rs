@@ -36,10 +36,12 @@ impl Parts {
     /// x⁺ = x + ½ h (f(t, x) + f(t + h, x⁺))       x = (θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂)
     /// ```
     /// Second order and free of numerical damping. The published reference is the same rule with the same step, in
-    /// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
+    /// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it
+    /// serves.
     ///
     /// # Errors
-    /// [`Cause::NonFinite`](rimbench_core::error::Cause::NonFinite) where the iteration does not converge; [`Cause::Stopped`].
+    /// [`Cause::NonFinite`](rimbench_core::error::Cause::NonFinite) where the iteration does not converge;
+    /// [`Cause::Stopped`].
     pub(super) fn solve(
         &mut self,
         steps: ReferenceSteps,

@@ -7,8 +7,8 @@ pub(super) fn interface() -> Vec<InterfaceColumns> {
     vec![InterfaceColumns::new("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")]
 }
 
-/// The columns of a trace: time, those of the case's own, the cylinder with the mass that it feels, and what else the case has, contacts
-/// for the most part.
+/// The columns of a trace: time, those of the case's own, the cylinder with the mass that it feels, and what else the
+/// case has, contacts for the most part.
 pub(super) fn trace_columns(own: &'static str, contacts: &'static str) -> Vec<Name> {
     let shared = "actuator_length_m actuator_velocity_m_s actuator_force_n force_to_mechanics_n pressure_1_pa \
                   pressure_2_pa effective_mass_kg";
@@ -48,7 +48,8 @@ impl Ramp {
 /// A spool command through points (parameter that sets the time, time in s, κ).
 ///
 /// # Errors
-/// [`Error::InvalidValue`] naming the first time that lies before the one above it; [`Error::Incompatible`] for a κ outside [0, 1].
+/// [`Error::InvalidValue`] naming the first time that lies before the one above it; [`Error::Incompatible`] for a κ
+/// outside [0, 1].
 pub(super) fn spool(points: &[(&str, f64, f64)]) -> Result<Spool> {
     for pair in points.windows(2) {
         let [(_, earlier, _), (key, later, _)] = [pair[0], pair[1]];
@@ -62,8 +63,8 @@ pub(super) fn spool(points: &[(&str, f64, f64)]) -> Result<Spool> {
     Ok(Spool::new(points.iter().map(|&(_, time, kappa)| (time, kappa)).collect()))
 }
 
-/// A spool at rest at `centre` that goes, within a time (s) from each of these on (name and value of a parameter), to so many times `change`
-/// away from it.
+/// A spool at rest at `centre` that goes, within a time (s) from each of these on (name and value of a parameter), to
+/// so many times `change` away from it.
 ///
 /// # Errors
 /// Those of [`spool`].

@@ -1,5 +1,6 @@
-//! `lift-table`: a box on one to six hydraulic cylinders is lowered unevenly onto two stops, pressed, and lifted. One interface row per
-//! cylinder. Shown in `docs/cases/lift-table.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
+//! `lift-table`: a box on one to six hydraulic cylinders is lowered unevenly onto two stops, pressed, and lifted. One
+//! interface row per cylinder. Shown in `docs/cases/lift-table.md`; numbers *ours*, the fluid is that of Naya et
+//! al. 2011.
 
 use super::prelude::*;
 use rimbench_core::interface_model::Rows;

@@ -1,8 +1,8 @@
 //! The cases: what is simulated, with every number a named parameter. Listed in [`standard_cases`].
 //!
-//! A file holds a family: cases that differ in numbers and in what moves them; pages on them are in `docs/cases`. To add one: declare
-//! its parameters ([`parameters!`](crate::parameters)) and write a function that describes it, in the file of its family or one of its
-//! own, and add it to the list.
+//! A file holds a family: cases that differ in numbers and in what moves them; pages on them are in `docs/cases`. To
+//! add one: declare its parameters ([`parameters!`](crate::parameters)) and write a function that describes it, in the
+//! file of its family or one of its own, and add it to the list.
 
 mod beam_on_stops;
 mod carriage;
@@ -82,10 +82,11 @@ mod prelude {
     pub(super) use std::sync::Arc;
 }
 
-/// Describes every built-in case, each with its scale, which a test compares with its reference, and the macro step at which a page first
-/// shows it, the first of [`offered_steps_ms`] at which the hold fails or, where it never does, its error first exceeds a tenth of the peak.
-/// One step shorter it is better, so that the slider shows how long a step may be. `crane-set-down` and `hardware-contact` are shown with the
-/// first-order hold: no step on their sliders changes what becomes of the zero-order hold.
+/// Describes every built-in case, each with its scale, which a test compares with its reference, and the macro step at
+/// which a page first shows it, the first of [`offered_steps_ms`] at which the hold fails or, where it never does, its
+/// error first exceeds a tenth of the peak. One step shorter it is better, so that the slider shows how long a step may
+/// be. `crane-set-down` and `hardware-contact` are shown with the first-order hold: no step on their sliders changes
+/// what becomes of the zero-order hold.
 pub fn standard_cases() -> Vec<Case> {
     vec![
         wedge_boxes::wedge_box().scaled(3.2, 0.28, 990.0).shown_at(2.0),

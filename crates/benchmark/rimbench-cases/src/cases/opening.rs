@@ -21,14 +21,16 @@ const BEFORE: usize = 2;
 const TWICE: usize = 3;
 /// Share of a step by which it is seen whether what was found depends on its length.
 const SHORTER: f64 = 1.0 / 16.0;
-/// Share of what an output moves in the steps that are taken twice by which it may differ: an integrator of variable step starts anew
-/// from a state that is set.
+/// Share of what an output moves in the steps that are taken twice by which it may differ: an integrator of variable
+/// step starts anew from a state that is set.
 const SAME_STEPS: f64 = 1e-4;
 /// Share of an output's magnitude that is round-off.
 const ROUND_OFF: f64 = 1e-12;
-/// Share by which a position of a model may differ from the output; and, in m and m/s, what is round-off of something at rest.
+/// Share by which a position of a model may differ from the output; and, in m and m/s, what is round-off of something
+/// at rest.
 const SAME_MODEL: [f64; 2] = [1e-6, 1e-9];
-/// Share of a velocity, and of what a step changes it by, by which a model's may differ: it puts right what joints have drifted in a step.
+/// Share of a velocity, and of what a step changes it by, by which a model's may differ: it puts right what joints have
+/// drifted in a step.
 const JOINT_DRIFT: f64 = 1e-2;
 
 /// The steps by which sides are tried.
@@ -85,7 +87,8 @@ struct Exchange {
     y: PerSide<Vec<f64>>,
 }
 
-/// Tries two sides by steps, at most 20 of each. A side that fails in later ones is left to the runs, in which it fails with its reason.
+/// Tries two sides by steps, at most 20 of each. A side that fails in later ones is left to the runs, in which it fails
+/// with its reason.
 pub fn doubts_of(mut sides: Sides<'_>, tried: Tried) -> Doubts {
     let mut doubts = Doubts::default();
     let mut of_mechanics = OfMechanics::default();
@@ -193,8 +196,8 @@ fn try_sides(sides: &mut Sides<'_>, tried: Tried, doubts: &mut Doubts, seen: &mu
     Ok(())
 }
 
-/// What both sides put out at the beginning and after each of the first steps, to be compared with sides that were made alike; the
-/// `others` are those, and step in between, so that what both share shows.
+/// What both sides put out at the beginning and after each of the first steps, to be compared with sides that were made
+/// alike; the `others` are those, and step in between, so that what both share shows.
 pub fn first_outputs(mut sides: Sides<'_>, mut others: Sides<'_>, h: f64) -> Vec<PerSide<Vec<f64>>> {
     let mut seen = Vec::new();
     let mut at = Exchange::of(&sides);
@@ -309,7 +312,8 @@ fn little(quantity: Quantity, input: f64) -> f64 {
     share * input.abs().max(1.0)
 }
 
-/// Why a state that was kept is not the one that comes back, if a side keeps states and it is not. Its steps are added to `moves`.
+/// Why a state that was kept is not the one that comes back, if a side keeps states and it is not. Its steps are added
+/// to `moves`.
 fn lost_state(
     side: &mut dyn Subsystem,
     which: Side,

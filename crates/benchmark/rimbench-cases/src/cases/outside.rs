@@ -14,11 +14,12 @@ use std::sync::Arc;
 pub type BuildSide = Arc<dyn Fn(&Parameters, &Ports) -> Result<Box<dyn Subsystem>> + Send + Sync>;
 
 impl Case {
-    /// The same case under another name, with one side from elsewhere: parameters, times and the other side stay; its reference is refined.
+    /// The same case under another name, with one side from elsewhere: parameters, times and the other side stay; its
+    /// reference is refined.
     ///
-    /// Columns that nobody offers any more are left out, and an interface row whose columns are not all there is not judged; what the
-    /// new side can observe besides becomes columns. It is built once for that, with the default parameters. No reference of it is kept
-    /// ([`from_outside`](Case::from_outside)).
+    /// Columns that nobody offers any more are left out, and an interface row whose columns are not all there is not
+    /// judged; what the new side can observe besides becomes columns. It is built once for that, with the default
+    /// parameters. No reference of it is kept ([`from_outside`](Case::from_outside)).
     ///
     /// # Errors
     /// Those of building it.

@@ -114,7 +114,8 @@ pub struct Parameters {
     given: Arc<Vec<bool>>,
     /// All of them as text, made when it is first asked for and shared as well: a plan asks once per run.
     text: Arc<OnceLock<String>>,
-    /// How long the run is for which a case is built, s, where that is known. Part of the run and not of what it is set to.
+    /// How long the run is for which a case is built, s, where that is known. Part of the run and not of what it is set
+    /// to.
     duration: Option<f64>,
 }
 
@@ -202,7 +203,8 @@ impl Parameters {
         self.declared.iter().zip(self.values.iter())
     }
 
-    /// All parameters with their values, one `name = value` per line, sorted: in which order a case declares them is no part of a run.
+    /// All parameters with their values, one `name = value` per line, sorted: in which order a case declares them is no
+    /// part of a run.
     pub(crate) fn text(&self) -> &str {
         self.text.get_or_init(|| {
             let line = |(parameter, value): (&Parameter, &Value)| format!("{} = {value}\n", parameter.name);

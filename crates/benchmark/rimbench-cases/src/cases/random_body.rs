@@ -59,8 +59,8 @@ pub(super) fn entry() -> Case {
     }
 }
 
-/// A body that moves by small displacements, so that its rows are constant: the corners of a triangle, two with contacts and the third
-/// with the actuator, each with the direction in which it is pushed.
+/// A body that moves by small displacements, so that its rows are constant: the corners of a triangle, two with
+/// contacts and the third with the actuator, each with the direction in which it is pushed.
 #[derive(Debug, Clone)]
 struct Body {
     mass: [f64; 3],

@@ -5,7 +5,8 @@ use rimbench_core::cosim::{CommunicationPoint, Port, Report, Subsystem, Trajecto
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 
-/// Columns of an audited run, behind those of its case: what the model has created so far, and how much heavier it was before.
+/// Columns of an audited run, behind those of its case: what the model has created so far, and how much heavier it was
+/// before.
 pub const AUDIT_COLUMNS: [&str; 2] = ["created_j", "heaviness"];
 
 /// How the name of a column begins that is a coordinate of the mechanics; its index follows.
@@ -45,8 +46,8 @@ pub struct Recorder {
     rows: usize,
 }
 
-/// The names of everything that a communication point shows, derived columns aside, in the order of [`Recorder`]'s `seen`, with the
-/// end of each part.
+/// The names of everything that a communication point shows, derived columns aside, in the order of [`Recorder`]'s
+/// `seen`, with the end of each part.
 fn seen(system: &mut CoupledSystem) -> (Vec<Name>, [usize; 5]) {
     let names_of = |ports: &[Port]| -> Vec<Name> { ports.iter().map(|port| port.name.clone()).collect() };
     let observables = |side: &mut Box<dyn Subsystem>| side.capabilities().observables().to_vec();
@@ -76,8 +77,8 @@ impl Recorder {
     /// Finds the source of each of the case's columns.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] naming a column that neither side offers, with all that there are, or one that is to be judged or
-    /// derived from and is not recorded.
+    /// [`Error::Incompatible`] naming a column that neither side offers, with all that there are, or one that is to be
+    /// judged or derived from and is not recorded.
     pub fn new(case: &Case, system: &mut CoupledSystem) -> Result<Self> {
         let recorded = case.recorded_columns();
         let place = |wanted: &str| {
@@ -149,8 +150,8 @@ impl Recorder {
         self
     }
 
-    /// Appends one row. The effective mass in it is the smooth one of the mechanics, until the scheme has said what its own was in
-    /// the macro step that starts here.
+    /// Appends one row. The effective mass in it is the smooth one of the mechanics, until the scheme has said what its
+    /// own was in the macro step that starts here.
     pub fn record(&mut self, point: CommunicationPoint<'_>, trajectory: &mut Trajectory) {
         let [y_mechanics, y_actuator, received, mechanics, actuator] = self.ends;
         self.seen[0] = point.time;
@@ -199,8 +200,8 @@ impl Recorder {
         self.note_effective_mass(report.scheme.effective_mass, trajectory);
     }
 
-    /// Writes what a scheme says of the macro step that began with the last row. That of a late row stands in the row after it, but for the
-    /// first.
+    /// Writes what a scheme says of the macro step that began with the last row. That of a late row stands in the row
+    /// after it, but for the first.
     fn note_effective_mass(&self, effective_mass: Option<f64>, trajectory: &mut Trajectory) {
         if let (true, Some(column), Some(mass), Some(row)) =
             (self.late.is_none() || self.rows == 1, self.effective_mass, effective_mass, trajectory.last_row_mut())

@@ -1,5 +1,5 @@
-//! A block on two corners that a hydraulic cylinder holds: `rocking-block` without friction, `rocking-block-friction` with corners that stick.
-//! Shown in `docs/cases/rocking-block.md`. Numbers *ours*; hydraulics of Naya et al. 2011.
+//! A block on two corners that a hydraulic cylinder holds: `rocking-block` without friction, `rocking-block-friction`
+//! with corners that stick. Shown in `docs/cases/rocking-block.md`. Numbers *ours*; hydraulics of Naya et al. 2011.
 
 use super::prelude::*;
 
@@ -62,8 +62,8 @@ pub(super) fn entry() -> Case {
     }
 }
 
-/// A corner that sticks leaves the block one way to go, which a strong cylinder would dictate: this one holds with little. Level, the block
-/// keeps Housner's `ω⁺/ω⁻ = 1 − 1.5 sin²α`, α = atan(b/h).
+/// A corner that sticks leaves the block one way to go, which a strong cylinder would dictate: this one holds with
+/// little. Level, the block keeps Housner's `ω⁺/ω⁻ = 1 − 1.5 sin²α`, α = atan(b/h).
 pub(super) fn with_friction() -> Case {
     let mut case = Case {
         name: "rocking-block-friction".into(),

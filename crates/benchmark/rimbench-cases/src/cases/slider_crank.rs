@@ -1,6 +1,7 @@
-//! `slider-crank`: a motor turns a crank through a shaft; the slider has play in its guide and touches it with four corners, with friction. The
-//! motor is a rotor (mass m_a at the crank's radius) between a shaft (k, c) and what it turns against: c_b times what it is slower than its nominal
-//! speed. Shown in `docs/cases/slider-crank.md`; crank, rod, slider and guide of Flores, Leine, Glocker 2010, motor *ours*.
+//! `slider-crank`: a motor turns a crank through a shaft; the slider has play in its guide and touches it with four
+//! corners, with friction. The motor is a rotor (mass m_a at the crank's radius) between a shaft (k, c) and what it
+//! turns against: c_b times what it is slower than its nominal speed. Shown in `docs/cases/slider-crank.md`; crank,
+//! rod, slider and guide of Flores, Leine, Glocker 2010, motor *ours*.
 
 use super::prelude::*;
 use crate::models::rotation::rotation;
@@ -147,8 +148,8 @@ fn build(p: &Crank, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
 /// ```
 /// Where both corners of a side touch, their tangential rows are the same.
 /// # Source
-/// Flores, Leine, Glocker, *Modeling and analysis of planar rigid multibody systems with translational clearance joints based on the non-smooth
-/// dynamics approach* (2010).
+/// Flores, Leine, Glocker, *Modeling and analysis of planar rigid multibody systems with translational clearance joints
+/// based on the non-smooth dynamics approach* (2010).
 #[derive(Debug, Clone)]
 pub struct SliderCrank {
     p: Crank,

@@ -1,5 +1,6 @@
-//! One mass against stops, moved by a carriage on springs: `bouncing-ball`, `impact-oscillator`, `slider-between-stops`. One velocity; the
-//! solution is exact from impact to impact. Shown in `docs/cases/mass-against-stops.md`.
+//! One mass against stops, moved by a carriage on springs: `bouncing-ball`, `impact-oscillator`,
+//! `slider-between-stops`. One velocity; the solution is exact from impact to impact. Shown in
+//! `docs/cases/mass-against-stops.md`.
 
 use super::event_driven::{DrivenMass, EventDriven, Stop};
 use super::prelude::*;
@@ -55,7 +56,8 @@ parameters! {
     }
 }
 
-/// A case of one mass between stops: `start` is the parameter that says where it starts, `stops` are the ends of the names of their columns.
+/// A case of one mass between stops: `start` is the parameter that says where it starts, `stops` are the ends of the
+/// names of their columns.
 fn entry<P: ParameterSet>(
     name: &'static str,
     about: &'static str,
@@ -98,8 +100,8 @@ fn model(mass: &DrivenMass, contact_names: Vec<Name>) -> Result<LineMasses> {
     })
 }
 
-/// The solution: rows of time, interface position and velocity, force of the actuator, force received, carriage position and
-/// velocity, effective mass, gaps, number of closed contacts.
+/// The solution: rows of time, interface position and velocity, force of the actuator, force received, carriage
+/// position and velocity, effective mass, gaps, number of closed contacts.
 ///
 /// What the mechanics received is the force itself, and the effective mass is infinite while a stop holds the mass.
 fn solution(mass: DrivenMass) -> ExactSolution {
@@ -166,7 +168,8 @@ fn ball(p: &Ball) -> DrivenMass {
     }
 }
 
-/// A shaken spring drives the mass against one stop: grazing, and orbits of period n (Shaw and Holmes 1983; numbers ours).
+/// A shaken spring drives the mass against one stop: grazing, and orbits of period n (Shaw and Holmes 1983; numbers
+/// ours).
 ///
 /// ```text
 /// X² = [d + (1 + e) V cot(ΩT/2)/(2Ω)]² + [(1 − e) V/(2ω)]²        V: velocity before the impact, T = 2πn/ω
@@ -258,8 +261,8 @@ mod tests {
         let mut solution = EventDriven::new(ball(&free));
         let impacts = solution.impacts(9.0).to_vec();
         approx::assert_relative_eq!(impacts[0].time, 0.451523641, epsilon = 5e-10);
-        // Rebounds below 1 µm/s are cut off: what is left of the sum is 2 · 1e-6/g/(1 − e) = 2e-6 s; and those 146 or so
-        // that are not are each rounded to 1e-14 m, at 1 µm/s 1e-8 s.
+        // Rebounds below 1 µm/s are cut off: what is left of the sum is 2 · 1e-6/g/(1 − e) = 2e-6 s; and those 146 or
+        // so that are not are each rounded to 1e-14 m, at 1 µm/s 1e-8 s.
         approx::assert_relative_eq!(impacts[impacts.len() - 1].time, 8.578949, epsilon = 4e-6);
         for (n, impact) in impacts.iter().enumerate().take(100) {
             approx::assert_relative_eq!(impact.velocity, -4.429447 * 0.9_f64.powi(n as i32), max_relative = 1e-6);
@@ -317,7 +320,8 @@ mod tests {
             let mut solution = EventDriven::new(mass);
             let impacts = solution.impacts(3.5 * period);
             assert_eq!(impacts.len(), 3);
-            // Bisection to round-off of a gap of 0.05 m at 1 m/s or more; the orbits are stable with multipliers of modulus e.
+            // Bisection to round-off of a gap of 0.05 m at 1 m/s or more; the orbits are stable with multipliers of
+            // modulus e.
             for (k, impact) in impacts.iter().enumerate() {
                 approx::assert_relative_eq!(impact.time, (k + 1) as f64 * period, epsilon = 1e-11);
                 approx::assert_relative_eq!(impact.velocity, v, epsilon = 1e-10);

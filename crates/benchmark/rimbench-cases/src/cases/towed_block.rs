@@ -1,5 +1,6 @@
-//! `towed-block`: a block on a rough floor, towed by a spring whose end moves on at constant speed V: it sticks and slips in turn. Shown in
-//! `docs/cases/towed-block.md`; textbook (Den Hartog; Popp and Stelter), numbers *ours*. With `ω² = k/m`, `Δ = (μ_s − μ_k) m g/k`:
+//! `towed-block`: a block on a rough floor, towed by a spring whose end moves on at constant speed V: it sticks and
+//! slips in turn. Shown in `docs/cases/towed-block.md`; textbook (Den Hartog; Popp and Stelter), numbers *ours*. With
+//! `ω² = k/m`, `Δ = (μ_s − μ_k) m g/k`:
 //!
 //! ```text
 //! slip   e(τ) = μ_k m g/k + Δ cos ωτ + (V/ω) sin ωτ        spring extended by e; ẋ = V − ė

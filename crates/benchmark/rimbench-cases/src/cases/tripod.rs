@@ -1,5 +1,6 @@
-//! `tripod` and `four-legs`: machines on feet in space, pushed and pulled by two cylinders across each other until their slip turns round.
-//! Shown in `docs/cases/tripod.md` and `docs/cases/four-legs.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
+//! `tripod` and `four-legs`: machines on feet in space, pushed and pulled by two cylinders across each other until
+//! their slip turns round. Shown in `docs/cases/tripod.md` and `docs/cases/four-legs.md`; numbers *ours*, the fluid is
+//! that of Naya et al. 2011.
 
 use super::prelude::*;
 use nalgebra::Vector3;

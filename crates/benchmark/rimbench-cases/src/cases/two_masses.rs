@@ -1,5 +1,6 @@
-//! Two masses on springs, the classical test of co-simulation methods: `linear-oscillator`, `precice-oscillator` and `quarter-car`, with their
-//! sides for each coupling, their exact solution and their energy. Shown in `docs/cases/two-masses.md`.
+//! Two masses on springs, the classical test of co-simulation methods: `linear-oscillator`, `precice-oscillator` and
+//! `quarter-car`, with their sides for each coupling, their exact solution and their energy. Shown in
+//! `docs/cases/two-masses.md`.
 
 use super::case::{CaseDefaults, StateVariable};
 use super::prelude::*;
@@ -15,7 +16,8 @@ choices! {
         ForceDisplacement = "force-displacement",
         DisplacementDisplacement = "displacement-displacement",
         ForceForce = "force-force",
-        /// Of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its own.
+        /// Of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its
+        /// own.
         PublishedUnits = "published-units",
     }
 }
@@ -266,7 +268,8 @@ impl QuarterCar {
     }
 }
 
-/// Chassis (mass 1) and wheel over a step in the road, after the demo of the Open Simulation Platform (libcosim); the exponent's n is ours.
+/// Chassis (mass 1) and wheel over a step in the road, after the demo of the Open Simulation Platform (libcosim); the
+/// exponent's n is ours.
 pub(super) fn quarter_car() -> Case {
     Case {
         reference: Arc::new(|parameters| {

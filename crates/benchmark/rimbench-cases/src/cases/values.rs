@@ -81,7 +81,8 @@ impl Range {
     }
 }
 
-/// What a field of a set of parameters may be: a number, a whole number, a switch, or one of some names ([`choices!`](crate::choices)).
+/// What a field of a set of parameters may be: a number, a whole number, a switch, or one of some names
+/// ([`choices!`](crate::choices)).
 pub trait Setting: Copy + 'static {
     /// How its valid values are declared.
     type Valid;

@@ -1,5 +1,5 @@
-//! `wedge-box-space`: the wedge box in space, on four wedges, with a ball on a ledge and its cylinder off-centre. Shown in
-//! `docs/cases/wedge-box-space.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
+//! `wedge-box-space`: the wedge box in space, on four wedges, with a ball on a ledge and its cylinder off-centre. Shown
+//! in `docs/cases/wedge-box-space.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
 
 use super::prelude::*;
 use nalgebra::Vector3;

@@ -1,5 +1,6 @@
-//! The wedge boxes: a hydraulic cylinder pushes a box on wedges, with discs on ledges beside it. `docs/cases/wedge-box.md` shows the first,
-//! the example of the source paper; the others differ from it in how many wedges and discs there are, where it starts, and what the spool does.
+//! The wedge boxes: a hydraulic cylinder pushes a box on wedges, with discs on ledges beside it.
+//! `docs/cases/wedge-box.md` shows the first, the example of the source paper; the others differ from it in how many
+//! wedges and discs there are, where it starts, and what the spool does.
 //!
 //! Geometry and masses are *ours*, the hydraulic constants those of Naya et al. 2011.
 
@@ -244,8 +245,8 @@ pub fn wedge_box_geometry(parameters: &Parameters) -> WedgeBoxGeometry {
     p.body.of_the_paper(&p.rest)
 }
 
-/// With Coulomb friction, pushed and pulled by a spool that swings about its middle, `κ = κ₀ − A sin(2π f (t − t₀))`. Parameters chosen
-/// because it sticks.
+/// With Coulomb friction, pushed and pulled by a spool that swings about its middle, `κ = κ₀ − A sin(2π f (t − t₀))`.
+/// Parameters chosen because it sticks.
 pub(super) fn with_friction() -> Case {
     let about = "Wedge box with friction at its contacts, pushed and pulled by a swinging spool until it sticks";
     let text = ["Wedge box with friction", "A swinging spool pushes and pulls the box until it sticks."];
@@ -267,7 +268,8 @@ pub(super) fn with_friction() -> Case {
 }
 
 impl WithFriction {
-    /// The command from its start `t₀` on for a number of whole swings, drawn in straight pieces: within 1.3e-6 of the amplitude.
+    /// The command from its start `t₀` on for a number of whole swings, drawn in straight pieces: within 1.3e-6 of the
+    /// amplitude.
     fn swing(&self) -> Spool {
         const PIECES: u32 = 2000;
         let points = (0..=self.spool_swings * PIECES).map(|piece| {
@@ -279,8 +281,8 @@ impl WithFriction {
     }
 }
 
-/// Held against the ramp on three contacts by a cylinder that pulls at rest, until the spool is reversed, its force passes through zero and
-/// the disc leaves the ramp.
+/// Held against the ramp on three contacts by a cylinder that pulls at rest, until the spool is reversed, its force
+/// passes through zero and the disc leaves the ramp.
 pub(super) fn reversal() -> Case {
     let about = "Wedge box held against its ramp on three contacts, until the spool is reversed and one opens";
     let text = [

@@ -1,6 +1,6 @@
-//! `woodpecker`: a bird on a spring pecks its way down a pole; its sleeve jams on the pole and lets go, hop by hop. The spring is the actuator, its
-//! length measured on a lever r, so that `k = c/r²`. Shown in `docs/cases/woodpecker.md`; after Glocker 1995 and Leine, Glocker, van Campen 2001;
-//! lever *ours*.
+//! `woodpecker`: a bird on a spring pecks its way down a pole; its sleeve jams on the pole and lets go, hop by hop. The
+//! spring is the actuator, its length measured on a lever r, so that `k = c/r²`. Shown in `docs/cases/woodpecker.md`;
+//! after Glocker 1995 and Leine, Glocker, van Campen 2001; lever *ours*.
 
 use super::prelude::*;
 use rimbench_core::interface_model::{MatrixForm, Rows};
@@ -111,8 +111,8 @@ fn build(p: &Toy, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
 /// ```
 /// All matrices are constant. The lower and the upper edge cannot touch at once.
 /// # Source
-/// Equations: Glocker, *Dynamik von Starrkörpersystemen mit Reibung und Stößen* (1995); Leine, Glocker, van Campen, *Nonlinear dynamics of the
-/// woodpecker toy* (2001). There the spring is part of the mechanics.
+/// Equations: Glocker, *Dynamik von Starrkörpersystemen mit Reibung und Stößen* (1995); Leine, Glocker, van Campen,
+/// *Nonlinear dynamics of the woodpecker toy* (2001). There the spring is part of the mechanics.
 #[derive(Debug, Clone, Copy)]
 struct Woodpecker(Toy);
 

@@ -1,7 +1,7 @@
 //! Distance from the reference at the communication points of the run.
 //!
-//! An interface of several rows is as accurate as its worst row: each metric is taken row by row, and the largest magnitude
-//! counts. A sum over rows would hide one bad row behind many good ones.
+//! An interface of several rows is as accurate as its worst row: each metric is taken row by row, and the largest
+//! magnitude counts. A sum over rows would hide one bad row behind many good ones.
 
 use super::evidence::{Evidence, metrics};
 use super::sums::{InterfaceRow, OfInterface};

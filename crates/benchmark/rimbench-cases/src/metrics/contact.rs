@@ -2,7 +2,8 @@
 
 use super::evidence::metrics;
 
-/// Bound of "stays down", m: a contact that opens by at most this has not lifted off. Claims, figures and page share it.
+/// Bound of "stays down", m: a contact that opens by at most this has not lifted off. Claims, figures and page share
+/// it.
 pub const STAYS_DOWN_M: f64 = 1e-5;
 
 metrics! {

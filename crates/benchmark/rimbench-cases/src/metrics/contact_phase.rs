@@ -2,16 +2,16 @@
 
 use rimbench_core::cosim::Trajectory;
 
-/// A contact closes when its gap falls to this, m. A plastic step ends within round-off and the curvature of one step of
-/// the surface; ours.
+/// A contact closes when its gap falls to this, m. A plastic step ends within round-off and the curvature of one step
+/// of the surface; ours.
 pub(super) const CLOSES_AT: f64 = 1e-5;
 
-/// A closed contact opens when its gap exceeds this, m: smaller hops, and what the curvature of a surface lifts a contact in
-/// one step of 20 ms, are no opening; ours.
+/// A closed contact opens when its gap exceeds this, m: smaller hops, and what the curvature of a surface lifts a
+/// contact in one step of 20 ms, are no opening; ours.
 pub(super) const OPENS_AT: f64 = 2e-4;
 
-/// An open interval no longer than this, s, or than one macro step, is chatter: the phase goes on. The touch-down of the wedge
-/// box rattles for 3 ms; ours.
+/// An open interval no longer than this, s, or than one macro step, is chatter: the phase goes on. The touch-down of
+/// the wedge box rattles for 3 ms; ours.
 pub(super) const CHATTER: f64 = 5e-3;
 
 /// A time during which a contact is closed.
@@ -42,9 +42,9 @@ impl ContactInterval {
 /// The intervals during which a contact is closed, found row by row.
 ///
 /// A contact that the stepper catches in the step in which it closes arrives at its gap of zero only at the end of that
-/// step. So the instant of closing is where the *approach* leads: the line through the last two open rows, held within the
-/// interval in which the gap closed; the line across that interval where there is no approach to extrapolate. The instant of
-/// opening is where the line across the interval leaves 10 µm.
+/// step. So the instant of closing is where the *approach* leads: the line through the last two open rows, held within
+/// the interval in which the gap closed; the line across that interval where there is no approach to extrapolate. The
+/// instant of opening is where the line across the interval leaves 10 µm.
 #[derive(Debug, Clone, Default)]
 pub struct ContactIntervals {
     /// Those so far.

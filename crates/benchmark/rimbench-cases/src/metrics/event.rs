@@ -1,8 +1,9 @@
 //! Contact events of a run held against those of the reference.
 //!
-//! An event is the closing of a contact at the start of a contact phase (see [`phases`]): several impacts in quick succession
-//! are one event. Run and reference are read by the same rules with the same chatter, `max(H, 5 ms)`; the reference at its own
-//! sampling. Only what the run lived to see counts: a run that ended early is compared up to its end.
+//! An event is the closing of a contact at the start of a contact phase (see [`phases`]): several impacts in quick
+//! succession are one event. Run and reference are read by the same rules with the same chatter, `max(H, 5 ms)`; the
+//! reference at its own sampling. Only what the run lived to see counts: a run that ended early is compared up to its
+//! end.
 
 use super::contact_phase::{ContactInterval, ContactPhase, phases};
 use super::evidence::{Evidence, metrics};

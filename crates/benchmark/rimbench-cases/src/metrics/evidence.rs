@@ -59,7 +59,8 @@ pub enum Floor {
     Position,
 }
 
-/// The runs that a metric says something of, where these are not all. Tables without such runs lack it, but for friction.
+/// The runs that a metric says something of, where these are not all. Tables without such runs lack it, but for
+/// friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Only {
     /// Of cases whose contacts have friction.
@@ -80,9 +81,10 @@ pub enum Only {
     Claimed,
 }
 
-/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)`, has its `(ideal_one)` at 1, is both, a `(correlation)`, or tells how a run `(ends)`, the runs that it is for (`of`, where these are not
-/// all), what it must exceed to say more than that it is small (`above`, for errors of force and position), one line about it, and how it is
-/// computed.
+/// Declares metrics, one after the other: the constant, the name in data and the unit, whether it is `(signed)`, has
+/// its `(ideal_one)` at 1, is both, a `(correlation)`, or tells how a run `(ends)`, the runs that it is for (`of`,
+/// where these are not all), what it must exceed to say more than that it is small (`above`, for errors of force and
+/// position), one line about it, and how it is computed.
 macro_rules! metrics {
     (@floor) => { None };
     (@floor $floor:path) => { Some($floor) };

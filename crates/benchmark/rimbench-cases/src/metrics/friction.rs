@@ -56,7 +56,8 @@ metrics! {
     };
 }
 
-/// End of the run, and how long a slip may be that parts no sticks, s; none where the case has no friction or the run no interval.
+/// End of the run, and how long a slip may be that parts no sticks, s; none where the case has no friction or the run
+/// no interval.
 fn span(evidence: &Evidence<'_>) -> Option<(f64, f64)> {
     let end = evidence.sums.end.filter(|end| *end > 0.0 && !evidence.run_friction.is_empty())?;
     Some((end, evidence.sums.chatter))

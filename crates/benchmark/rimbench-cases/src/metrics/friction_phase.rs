@@ -1,8 +1,8 @@
 //! What a contact with friction does when.
 //!
-//! A contact is open, sticks, or slides one way or the other, as the *solver* of the last step has it; a slow slide is a slide. The state of a
-//! row is that of the step which ends there, so it holds from the row before. Run and reference are read by the same rule, the
-//! reference at its own sampling.
+//! A contact is open, sticks, or slides one way or the other, as the *solver* of the last step has it; a slow slide is
+//! a slide. The state of a row is that of the step which ends there, so it holds from the row before. Run and reference
+//! are read by the same rule, the reference at its own sampling.
 
 use rimbench_core::cosim::Trajectory;
 use rimbench_core::friction::ContactState;

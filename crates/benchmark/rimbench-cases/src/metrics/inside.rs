@@ -1,8 +1,8 @@
-//! Distance from the reference inside macro steps: what the actuator did, and what it was told of the motion, micro step by micro
-//! step.
+//! Distance from the reference inside macro steps: what the actuator did, and what it was told of the motion, micro
+//! step by micro step.
 //!
-//! At communication points a scheme has just been told the truth. Between them it guesses, and that is where the actuator's state
-//! goes astray.
+//! At communication points a scheme has just been told the truth. Between them it guesses, and that is where the
+//! actuator's state goes astray.
 
 use super::accuracy::worst;
 use super::evidence::metrics;

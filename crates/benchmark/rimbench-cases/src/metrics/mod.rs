@@ -110,8 +110,8 @@ pub const METRICS: &[Metric] = &[
 ];
 
 impl Metric {
-    /// Tells whether a run may complete with a value that is not finite: of an interface that is locked, and of an account that was asked for
-    /// and could not be drawn up.
+    /// Tells whether a run may complete with a value that is not finite: of an interface that is locked, and of an
+    /// account that was asked for and could not be drawn up.
     pub fn may_be_infinite(&self) -> bool {
         [contact::EFFECTIVE_MASS_MAX, contact::EFFECTIVE_MASS_RATIO, model_energy::HEAVINESS]
             .iter()

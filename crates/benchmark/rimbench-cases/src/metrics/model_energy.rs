@@ -1,5 +1,5 @@
-//! What the interface model of an audited run created, by origin: the parts add up to minus the interface residual. A jump alone is an upper
-//! bound, because the model's own contacts take energy.
+//! What the interface model of an audited run created, by origin: the parts add up to minus the interface residual. A
+//! jump alone is an upper bound, because the model's own contacts take energy.
 
 use super::evidence::metrics;
 

@@ -1,4 +1,5 @@
-//! What is kept of the rows of a run: sums, extremes and events, block by block. A run may have more rows than there is memory.
+//! What is kept of the rows of a run: sums, extremes and events, block by block. A run may have more rows than there is
+//! memory.
 
 use super::contact_phase::{CHATTER, CLOSES_AT, ContactIntervals};
 use super::friction_phase::FrictionPhases;
@@ -154,7 +155,8 @@ impl Sums {
         self.friction.iter()
     }
 
-    /// Takes `rows` of a run, the reference at their times, or at more behind them, and the interface residual there, J, if it is counted.
+    /// Takes `rows` of a run, the reference at their times, or at more behind them, and the interface residual there,
+    /// J, if it is counted.
     pub fn add(&mut self, run: &Trajectory, rows: Range<usize>, reference: &Trajectory, residuals: &[f64]) {
         if rows.is_empty() {
             return;
@@ -258,8 +260,9 @@ impl Sums {
         self.end = Some(last[0]);
     }
 
-    /// Takes micro steps of the actuator, see [`Report::inside`](rimbench_core::cosim::Report::inside), of a run with these columns, and the
-    /// reference at the first two columns of the log, or at more behind them: at the start of each micro step, and in its middle.
+    /// Takes micro steps of the actuator, see [`Report::inside`](rimbench_core::cosim::Report::inside), of a run with
+    /// these columns, and the reference at the first two columns of the log, or at more behind them: at the start of
+    /// each micro step, and in its middle.
     pub fn add_inside(&mut self, names: &[String], log: &Trajectory, reference: [&Trajectory; 2]) {
         for (row, sums) in self.columns.interface.iter().zip(&mut self.interface) {
             for ((column, reference), errors) in

@@ -39,15 +39,15 @@ enum Contact {
     Pair(usize, usize),
 }
 
-/// [`CraneWithRope`], whose load is a disc that lies on the floor of a pit, under and between others. No friction, no spin; the rope passes
-/// in front of the discs.
+/// [`CraneWithRope`], whose load is a disc that lies on the floor of a pit, under and between others. No friction, no
+/// spin; the rope passes in front of the discs.
 ///
 /// ```text
 /// q = (θ, x_0, y_0, x_1, y_1, …)      M = diag(L²(m_l/3 + m_p), m_h, m_h, m, m, …), m_l: the link, m: a disc
 /// g_floor = y_b − R − y_f     g_left = x_b − R − x_l     g_right = x_r − R − x_b     g_ij = |c_j − c_i| − 2R
 /// ```
-/// and the rope as there. Contacts are listed as discs travel: those that are closer than a given number of radii, and always the rope and
-/// the load on the floor. Rows without a contact are as far apart as the list reaches.
+/// and the rope as there. Contacts are listed as discs travel: those that are closer than a given number of radii, and
+/// always the rope and the load on the floor. Rows without a contact are as far apart as the list reaches.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,8 @@ pub struct CraneInHeap {
 }
 
 impl CraneInHeap {
-    /// Largest number of radii up to which contacts may be listed: farther than that there may be more of them than rows.
+    /// Largest number of radii up to which contacts may be listed: farther than that there may be more of them than
+    /// rows.
     pub const LARGEST_REACH: f64 = TravellingContacts::<Contact>::LARGEST_REACH;
 
     /// Lists the contacts: the rope, the load on the floor, then whatever is near.

@@ -53,7 +53,8 @@ impl CraneWithRope {
         Ok(Self::started(geometry, crane, ground_height, load))
     }
 
-    /// Lets the load lie on the ground `offset` (m) further out than the end of the link, the rope straight and without tension.
+    /// Lets the load lie on the ground `offset` (m) further out than the end of the link, the rope straight and without
+    /// tension.
     ///
     /// # Errors
     /// Those of [`Crane::new`]; [`Error::Incompatible`] if the rope does not reach as far.

@@ -46,7 +46,8 @@ impl Apart {
         Apart { distance, normal, convective: across * across / distance }
     }
 
-    /// Writes the row of two discs of this radius, the second seen from the first; their velocities are those in `known`.
+    /// Writes the row of two discs of this radius, the second seen from the first; their velocities are those in
+    /// `known`.
     #[inline]
     pub(super) fn write_pair(&self, rows: &mut Rows, index: usize, known: [usize; 4], radius: f64) {
         let normal = self.normal;
@@ -104,10 +105,11 @@ pub enum ContactList {
 /// ```
 /// A bump is a disc that does not move: `g = |c_d − c_b| − 2R`, `A = nᵀ`.
 ///
-/// A [list](ContactList) made at the start is of whatever is closer than 1.3 radii. It holds for as long as no disc has moved by more
-/// than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says how far that is, and the
-/// observable `largest_displacement_m` how much of it is used. One that is made anew as discs travel is of whatever is closer than 0.8
-/// radii, and of the discs that are nearest to blade and wall at the start, and the nearest pair. A row touches at most two bodies.
+/// A [list](ContactList) made at the start is of whatever is closer than 1.3 radii. It holds for as long as no disc has
+/// moved by more than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says
+/// how far that is, and the observable `largest_displacement_m` how much of it is used. One that is made anew as discs
+/// travel is of whatever is closer than 0.8 radii, and of the discs that are nearest to blade and wall at the start,
+/// and the nearest pair. A row touches at most two bodies.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,8 +124,8 @@ pub struct Discs {
 const WALLS: usize = 3;
 
 impl Discs {
-    /// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours, whose next ones
-    /// are 1.46 radii away, and both discs at the end of each layer.
+    /// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours,
+    /// whose next ones are 1.46 radii away, and both discs at the end of each layer.
     pub const LISTED: f64 = 1.3;
 
     /// Lists the contacts. The first rows are a disc at the blade, one at the wall and a pair: those have names.
@@ -224,7 +226,8 @@ impl Discs {
         self.contacts.rows().len()
     }
 
-    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m; infinite where it is made anew.
+    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m; infinite where it
+    /// is made anew.
     pub fn reach(&self) -> f64 {
         self.reach
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::SMatrix;
 
-/// Largest entry of which there is an exponential: the tenth power of a larger one, by which its scaling is chosen, is beyond every number,
-/// and the scaling would never end.
+/// Largest entry of which there is an exponential: the tenth power of a larger one, by which its scaling is chosen, is
+/// beyond every number, and the scaling would never end.
 const LARGEST: f64 = 1e28;
 
 /// Returns the exponential; not a number where an entry is not finite, or beyond what there is one of.

@@ -29,7 +29,8 @@ pub(super) struct TwoChambers {
 }
 
 impl TwoChambers {
-    /// Returns `β(p)/V` for volumes `V`, Pa/m³; with one division instead of two, because this is evaluated in each micro step.
+    /// Returns `β(p)/V` for volumes `V`, Pa/m³; with one division instead of two, because this is evaluated in each
+    /// micro step.
     #[inline(always)]
     pub(super) fn stiffness(&self, p: f64x2, volumes: f64x2) -> f64x2 {
         (f64x2::splat(1.0) + self.a * p + self.b * p * p) / (self.softness(p) * volumes)

@@ -148,8 +148,8 @@ impl HeldOscillator {
         }
     }
 
-    /// Advances by `h` where `pull(x, v)` (m/s²) adds to `load` and depends on the state in any way: semi-implicit Euler
-    /// if that was asked for, else the classical Runge–Kutta rule of order 4.
+    /// Advances by `h` where `pull(x, v)` (m/s²) adds to `load` and depends on the state in any way: semi-implicit
+    /// Euler if that was asked for, else the classical Runge–Kutta rule of order 4.
     #[inline]
     pub fn advance_with(&mut self, load: f64, pull: impl Fn(f64, f64) -> f64, h: f64) {
         let (k, c) = (self.stiffness, self.damping);

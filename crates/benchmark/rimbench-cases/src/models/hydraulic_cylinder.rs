@@ -15,14 +15,16 @@ use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use wide::f64x2;
 
-/// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line, or grows smoothly.
+/// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line, or grows
+/// smoothly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spool {
     points: Vec<(f64, f64)>,
     sine: Option<Sine>,
 }
 
-/// `κ = centre (1 − A(t) sin(2π f t))`, or `κ = centre − A s(t) sin(2π (f t + turns))` with the smooth step `s = x² (3 − 2x)`, `x = t/ramp`.
+/// `κ = centre (1 − A(t) sin(2π f t))`, or `κ = centre − A s(t) sin(2π (f t + turns))` with the smooth step
+/// `s = x² (3 − 2x)`, `x = t/ramp`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sine {
     Line { centre: f64, frequency: f64 },
@@ -42,8 +44,8 @@ impl Spool {
         Spool { sine: Some(Sine::Line { centre, frequency }), ..Spool::new(amplitude) }
     }
 
-    /// Builds the command `κ = centre − amplitude · s(t) sin(2π (f t + turns))` with frequency `f` (Hz), whose amplitude grows within `ramp`
-    /// (s) without a jump of its rate.
+    /// Builds the command `κ = centre − amplitude · s(t) sin(2π (f t + turns))` with frequency `f` (Hz), whose
+    /// amplitude grows within `ramp` (s) without a jump of its rate.
     pub fn swing(centre: f64, amplitude: f64, frequency: f64, turns: f64, ramp: f64) -> Self {
         Spool {
             sine: Some(Sine::Smooth { centre, amplitude, frequency, turns, ramp }),
@@ -99,11 +101,12 @@ impl Spool {
 /// ṗ₂ = β₂/(A l₂) [ −A ṡ + a_out c_d √(2(p_P − p₂)/ρ)₊ − a_in  c_d √(2(p₂ − p_T)/ρ)₊ ]
 /// a_in = a_v κ,  a_out = a_v (1 − κ)
 /// ```
-/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step, or the explicit midpoint rule with the
-/// inputs of the middle.
+/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step, or the explicit midpoint
+/// rule with the inputs of the middle.
 /// # Outcomes
-/// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
-/// absolute pressure would be cavitation; above `p_max` the fluid law loses its meaning).
+/// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the piston reaches an end of its stroke, or a
+/// pressure leaves `[0, p_max]` (a negative absolute pressure would be cavitation; above `p_max` the fluid law loses
+/// its meaning).
 /// # Source
 /// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
 #[derive(Debug, Clone, PartialEq)]

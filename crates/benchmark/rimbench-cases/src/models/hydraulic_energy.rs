@@ -29,8 +29,8 @@ pub(super) struct PressureStep {
 
 /// Books the steps of a cylinder.
 ///
-/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see [`Oil`](super::fluid::Oil)). For
-/// an open chamber whose mass is conserved, `V ṗ = β (Q − V̇)`, this is exact:
+/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see
+/// [`Oil`](super::fluid::Oil)). For an open chamber whose mass is conserved, `V ṗ = β (Q − V̇)`, this is exact:
 ///
 /// ```text
 /// d(V ε)/dt = −p V̇ + φ J(p) Q              work of the wall, and enthalpy of the fluid that flows in
@@ -39,8 +39,8 @@ pub(super) struct PressureStep {
 /// tank      = φ J(p_T) Q_out
 /// interface = −h (F(p_j, w) w),  viscous = h c w²                       w: the velocity given for the step
 /// ```
-/// Powers are taken at the pressure `p` at which the step takes its rates: that of its start `p_j` for explicit Euler, that of its middle
-/// for the midpoint rule. What that leaves is booked where it arises:
+/// Powers are taken at the pressure `p` at which the step takes its rates: that of its start `p_j` for explicit Euler,
+/// that of its middle for the midpoint rule. What that leaves is booked where it arises:
 ///
 /// ```text
 /// curvature   V (ε(p_{j+1}) − ε(p_j) − ε'(p)(p_{j+1} − p_j))            a straight line through a curved energy

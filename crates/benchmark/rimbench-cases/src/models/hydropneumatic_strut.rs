@@ -26,7 +26,8 @@ parameters! {
 /// ```
 /// `F > 0` extends; it depends directly on `ṡ`. The oil is incompressible. Explicit Euler at the micro step.
 /// # Outcomes
-/// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the gas volume falls to zero: the piston has reached the end of its stroke.
+/// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the gas volume falls to zero: the piston has
+/// reached the end of its stroke.
 /// # Source
 /// Textbook gas spring (for example Bauer, *Hydropneumatic Suspension Systems*, 2011).
 #[derive(Debug, Clone, PartialEq)]

@@ -62,7 +62,8 @@ impl Ledge {
         }
     }
 
-    /// Returns distance (m) and rate (m/s) of a disc's centre beyond the borders of the corner: ledge to vertex, vertex to ramp.
+    /// Returns distance (m) and rate (m/s) of a disc's centre beyond the borders of the corner: ledge to vertex, vertex
+    /// to ramp.
     pub fn borders(&self, centre: Vector2<f64>, velocity: Vector2<f64>) -> [[f64; 2]; 2] {
         let from_corner = centre - self.corner;
         [[from_corner.x, velocity.x], [from_corner.dot(&self.down), velocity.dot(&self.down)]]

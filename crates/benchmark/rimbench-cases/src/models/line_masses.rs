@@ -1,4 +1,5 @@
-//! Point masses on one axis, with springs between them and to the ground, joints among them, and contacts among them and with stops.
+//! Point masses on one axis, with springs between them and to the ground, joints among them, and contacts among them
+//! and with stops.
 
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, MatrixForm, Rows};
@@ -101,7 +102,8 @@ pub struct LineDescription {
 /// ```text
 /// m_i ẍ_i = load_i − k_i (x_i − anchor_i) − c_i ẋ_i + springs + contacts + F [i driven]
 /// ```
-/// Where masses are tied to each other, steps of the second order that are long for that take springs and dampers implicitly.
+/// Where masses are tied to each other, steps of the second order that are long for that take springs and dampers
+/// implicitly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineMasses {
     line: LineDescription,

@@ -34,13 +34,13 @@ impl Places {
 /// ```text
 /// √2 max |q_k − q_k'| + √2 h max |v_k| > r/4        q': when they were listed; h the step to come
 /// ```
-/// so that a contact that is not listed has a gap of `r/2` left, as long as discs go less than `r/4` in that step. One that has closed all
-/// the same is found at its end, and is an error. What stays listed keeps its row.
+/// so that a contact that is not listed has a gap of `r/2` left, as long as discs go less than `r/4` in that step. One
+/// that has closed all the same is found at its end, and is an error. What stays listed keeps its row.
 ///
-/// Discs of radius R that do not overlap, with those joined whose centres are less than `2√2 R` apart, are a planar graph: of four whose
-/// connections cross two are closer than 2 R. So are the walls that they are near. Of N discs and walls there are 3 N − 6 contacts at most.
-/// Should there be more, which takes discs that overlap by a fiftieth of their radius, the farthest are not listed, and r is the gap of the
-/// nearest of those.
+/// Discs of radius R that do not overlap, with those joined whose centres are less than `2√2 R` apart, are a planar
+/// graph: of four whose connections cross two are closer than 2 R. So are the walls that they are near. Of N discs and
+/// walls there are 3 N − 6 contacts at most. Should there be more, which takes discs that overlap by a fiftieth of
+/// their radius, the farthest are not listed, and r is the gap of the nearest of those.
 /// # Source
 /// Verlet, Phys. Rev. 159 (1967), for lists with a reach; the bound is Euler's.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,8 @@ pub(super) struct TravellingContacts<C> {
 }
 
 impl<C: Copy + Ord> TravellingContacts<C> {
-    /// Largest reach in radii for which there are never more contacts than rows: `2√2 − 2`, and a little less, for discs that overlap.
+    /// Largest reach in radii for which there are never more contacts than rows: `2√2 − 2`, and a little less, for
+    /// discs that overlap.
     pub(super) const LARGEST_REACH: f64 = 0.8;
 
     /// Returns how many contacts discs and walls may be near to at a time.
@@ -81,15 +82,16 @@ impl<C: Copy + Ord> TravellingContacts<C> {
         self.reach
     }
 
-    /// Tells whether contacts must be listed anew before a step of `h` (s), for bodies with these coordinates and velocities.
+    /// Tells whether contacts must be listed anew before a step of `h` (s), for bodies with these coordinates and
+    /// velocities.
     pub(super) fn is_due(&self, q: &[f64], v: &[f64], h: f64) -> bool {
         let moved = q.iter().zip(&self.listed_at).fold(0.0_f64, |most, (now, then)| most.max((now - then).abs()));
         let speed = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         SQRT_2 * (moved + h * speed) > 0.25 * self.complete_to
     }
 
-    /// Lists these contacts, each with its gap (m), for bodies with these coordinates; tells whether a row stands for another one than before,
-    /// and the least gap of those that are new.
+    /// Lists these contacts, each with its gap (m), for bodies with these coordinates; tells whether a row stands for
+    /// another one than before, and the least gap of those that are new.
     pub(super) fn list(&mut self, q: &[f64], mut near: Vec<(f64, C)>) -> Listed {
         self.listed_at.clear();
         self.listed_at.extend_from_slice(q);

@@ -43,8 +43,8 @@ impl Subsystem for PressureOutput {
     }
 }
 
-/// Only what the cylinder shows: it is the force that it knows rates of. Its account books the work of a force that the mechanics
-/// makes here, and friction at a velocity that it has not.
+/// Only what the cylinder shows: it is the force that it knows rates of. Its account books the work of a force that the
+/// mechanics makes here, and friction at a velocity that it has not.
 impl Capabilities for PressureOutput {
     fn observables(&mut self) -> &[Name] {
         self.cylinder.observables()

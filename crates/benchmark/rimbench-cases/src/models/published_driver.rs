@@ -34,9 +34,9 @@ impl<S: Subsystem + Clone + 'static> Subsystem for PublishedClock<S> {
 
 /// Lets a subsystem with direct feedthrough answer with the input of its last step instead of the one it is asked with.
 ///
-/// Two independent public codes do so: the driver of the LIM crane makes the force at a communication point with the velocity that
-/// the hydraulics was given for the step before, and so does the wheel of the OSP quarter truck. Before the first step there is none:
-/// then the answer is the usual one.
+/// Two independent public codes do so: the driver of the LIM crane makes the force at a communication point with the
+/// velocity that the hydraulics was given for the step before, and so does the wheel of the OSP quarter truck. Before
+/// the first step there is none: then the answer is the usual one.
 #[derive(Debug, Clone)]
 pub struct StaleFeedthrough<S> {
     inner: S,
@@ -67,8 +67,9 @@ impl<S: Subsystem + Clone + 'static> Subsystem for StaleFeedthrough<S> {
     }
 }
 
-/// Lets a subsystem that is driven by position and velocity of the other side keep a position of its own, the integral of the
-/// velocities it was given, which it never compares with the one it is sent. The wheel of the OSP quarter truck does so.
+/// Lets a subsystem that is driven by position and velocity of the other side keep a position of its own, the integral
+/// of the velocities it was given, which it never compares with the one it is sent. The wheel of the OSP quarter truck
+/// does so.
 #[derive(Debug, Clone)]
 pub struct OwnPosition<S> {
     inner: S,

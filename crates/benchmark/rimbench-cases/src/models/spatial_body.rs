@@ -113,7 +113,8 @@ impl SpatialBodyGeometry {
     }
 }
 
-/// A body with coordinates `q = (x, y, z, quaternion)` and velocities `v = (ẋ, ω)`, ω in body axes, so that M is diagonal and constant.
+/// A body with coordinates `q = (x, y, z, quaternion)` and velocities `v = (ẋ, ω)`, ω in body axes, so that M is
+/// diagonal and constant.
 ///
 /// ```text
 /// M v̇ = (m g, −ω × I ω) + ..           q⁺ = (x + h ẋ, quaternion · exp(h ω))
@@ -121,7 +122,8 @@ impl SpatialBodyGeometry {
 /// pin   s = |p − p₀|,  e = (p − p₀)/s   row of d = e,  Ȧv = e · R (ω × (ω × r)) + (|ṗ|² − (e·ṗ)²)/s
 /// ball  p = its centre at the joint     rows d·ṗ: [dᵀ, (−r n × d)ᵀ],  Ȧv = (κ u², −κ u (n·ṗ), −κ r u (n·ω)),   u = t₁·ṗ, t₂ = y
 /// ```
-/// A ball adds its centre to q, and its velocity and ω in axes of space to v; κ is the curvature of the path of its centre at a corner.
+/// A ball adds its centre to q, and its velocity and ω in axes of space to v; κ is the curvature of the path of its
+/// centre at a corner.
 #[derive(Debug, Clone)]
 pub struct SpatialBody {
     geometry: SpatialBodyGeometry,
@@ -409,8 +411,8 @@ mod tests {
         }
     }
 
-    /// Rows and convective terms against differences of gaps and lengths along the motion of a body that turns freely, its ball about the
-    /// corner of the ledge.
+    /// Rows and convective terms against differences of gaps and lengths along the motion of a body that turns freely,
+    /// its ball about the corner of the ledge.
     #[test]
     fn rows_are_the_rates_of_gaps_and_lengths_and_convective_terms_those_of_rows() {
         let mut model = SpatialBody::new(body()).unwrap();

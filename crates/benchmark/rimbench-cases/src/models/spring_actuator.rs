@@ -56,9 +56,9 @@ impl Carriage {
 ///   base ──k_b,c_b──[m_a]──k,c──• interface        F = k (x_a − s) + c (ẋ_a − ṡ)
 ///   x_b(t)           x_a        s                  m_a ẍ_a = k_b (x_b − x_a) + c_b (ẋ_b − ẋ_a) − F
 /// ```
-/// All springs are relaxed where the positions agree. `F > 0` pushes the interface along +s, and depends directly on `s`
-/// and `ṡ`. Each micro step is exact for inputs that are polynomials of time, with the base where it is in the middle of the step. A carriage
-/// without mass moves with the base.
+/// All springs are relaxed where the positions agree. `F > 0` pushes the interface along +s, and depends directly on
+/// `s` and `ṡ`. Each micro step is exact for inputs that are polynomials of time, with the base where it is in the
+/// middle of the step. A carriage without mass moves with the base.
 #[derive(Debug, Clone)]
 pub struct SpringActuator {
     parameters: Carriage,
@@ -118,13 +118,15 @@ impl SpringActuator {
         SpringActuator { drift, ..self }
     }
 
-    /// Gives a carriage without mass this play (m) to the interface, on either side: they touch or do not, and never pull.
+    /// Gives a carriage without mass this play (m) to the interface, on either side: they touch or do not, and never
+    /// pull.
     pub fn with_play(self, play: f64) -> Self {
         debug_assert!(self.parameters.carriage_mass_kg == 0.0);
         SpringActuator { play, ..self }
     }
 
-    /// Tells by how much spring and damper are deflected, m and m/s; not at all where there is play and nothing touches.
+    /// Tells by how much spring and damper are deflected, m and m/s; not at all where there is play and nothing
+    /// touches.
     #[inline]
     fn deflection(&self, u: &[f64]) -> [f64; 2] {
         let [position, velocity] = self.carriage();

@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-/// Height of the floor, `f(x) = ½ a (1 − cos(2π (x − x₀)/λ))` for `x > x₀`, else 0; slope and height join, the bend does not.
+/// Height of the floor, `f(x) = ½ a (1 − cos(2π (x − x₀)/λ))` for `x > x₀`, else 0; slope and height join, the bend
+/// does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Washboard {
     start: f64,

@@ -1,5 +1,5 @@
-//! Mechanics of the wedge box: a box on wedges, with discs on revolute joints, each on a ledge with a ramp; and a block without discs. With
-//! tangential rows for friction where the floor is level.
+//! Mechanics of the wedge box: a box on wedges, with discs on revolute joints, each on a ledge with a ramp; and a block
+//! without discs. With tangential rows for friction where the floor is level.
 
 use super::ledge::{Ledge, SurfaceContact};
 use super::rotation::rotation;
@@ -10,7 +10,8 @@ use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 use rimbench_core::name::{Name, names};
 
-/// A disc on a revolute joint of the box, with its own ledge: discs roll on tracks of their own, beside that of the supports.
+/// A disc on a revolute joint of the box, with its own ledge: discs roll on tracks of their own, beside that of the
+/// supports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LedgeDisc {
     /// kg.
@@ -62,14 +63,14 @@ impl WedgeBoxGeometry {
     }
 }
 
-/// Velocities: box `(ẋ, ẏ, ω)`, then each disc `(ẋ, ẏ, ω)`. Contacts: right and left wedge, then ledge and floor of each disc,
-/// then the other wedges.
+/// Velocities: box `(ẋ, ẏ, ω)`, then each disc `(ẋ, ẏ, ω)`. Contacts: right and left wedge, then ledge and floor of
+/// each disc, then the other wedges.
 ///
 /// ```text
 /// wedge      g = y_tip − f(x_tip),  ġ = (−f', 1)·v_tip      vertical distance from the floor y = f(x)
 /// ```
-/// The gap of a wedge is vertical, and so is its force: on a slope both are off from the normal ones by a factor that the
-/// product, the work, does not see.
+/// The gap of a wedge is vertical, and so is its force: on a slope both are off from the normal ones by a factor that
+/// the product, the work, does not see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WedgeBox {
     geometry: WedgeBoxGeometry,
@@ -100,21 +101,22 @@ impl WedgeBox {
     /// two discs    both discs on their ledges, the wedges above the floor
     /// ```
     /// # Errors
-    /// [`Error::Incompatible`] if no angle satisfies this, if a wedge or a disc would start inside the ground, or if the
-    /// actuator would start with no length.
+    /// [`Error::Incompatible`] if no angle satisfies this, if a wedge or a disc would start inside the ground, or if
+    /// the actuator would start with no length.
     pub fn new(geometry: WedgeBoxGeometry) -> Result<Self> {
         let pose = start_pose(&geometry)?;
         Self::at_rest(geometry, pose, |disc, centre| Ok(centre.x + disc.ledge_lead))
     }
 
-    /// Places the box at rest and level, its first wedge on the floor and its discs against their ramps; the ledges are where they then
-    /// must be, whatever their lead.
+    /// Places the box at rest and level, its first wedge on the floor and its discs against their ramps; the ledges are
+    /// where they then must be, whatever their lead.
     ///
     /// ```text
     /// (c_disc − corner)·n_ramp = R
     /// ```
     /// # Errors
-    /// [`Error::Incompatible`] if a disc would not touch its ramp between its corner and the floor; those of [`new`](Self::new).
+    /// [`Error::Incompatible`] if a disc would not touch its ramp between its corner and the floor; those of
+    /// [`new`](Self::new).
     pub fn against_ramp(geometry: WedgeBoxGeometry) -> Result<Self> {
         let height = -geometry.wedges[0][1];
         Self::at_rest(geometry, (0.0, height), |disc, centre| {
@@ -134,7 +136,8 @@ impl WedgeBox {
         })
     }
 
-    /// Places the box at rest at this angle and height; `corner_x` says where the ledge of a disc with this centre ends.
+    /// Places the box at rest at this angle and height; `corner_x` says where the ledge of a disc with this centre
+    /// ends.
     fn at_rest(
         geometry: WedgeBoxGeometry,
         (angle, height): (f64, f64),

@@ -231,7 +231,8 @@ impl RunSettings {
     /// Checks the steps of the reference: one that would never end is found before it is begun.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for a duration with too many points, or a step longer than their distance or shorter than any use.
+    /// [`Error::InvalidValue`] for a duration with too many points, or a step longer than their distance or shorter
+    /// than any use.
     pub fn check_reference(&self) -> Result<()> {
         let (step, sampling) = (self.case.defaults.reference_step_s, self.case.defaults.reference_sampling_s);
         if self.duration / sampling > MOST_STEPS {

@@ -39,7 +39,8 @@ impl EvaluatedRun {
         }
     }
 
-    /// Lists the metrics that the case of the run has, each with its value; nothing where it does not apply to this run.
+    /// Lists the metrics that the case of the run has, each with its value; nothing where it does not apply to this
+    /// run.
     pub fn metrics_of(&self, case: &Case) -> impl Iterator<Item = (&'static Metric, Option<f64>)> + '_ {
         let friction = case.records_friction();
         let all = METRICS.iter().zip(self.found.metrics.iter().copied());
@@ -203,7 +204,8 @@ fn evaluated(
     metrics: Box<[Option<f64>]>,
 ) -> Result<EvaluatedRun> {
     let columns = &spec.case.interface_columns;
-    // A run whose account of energy or errors cannot be drawn up has not come to its end within bounds, whatever its interface quantities say.
+    // A run whose account of energy or errors cannot be drawn up has not come to its end within bounds, whatever its
+    // interface quantities say.
     let all = METRICS.iter().zip(&metrics);
     let not_finite =
         all.filter(|(metric, value)| value.is_some_and(|value| !value.is_finite()) && !metric.may_be_infinite());

@@ -44,7 +44,8 @@ pub struct Fact {
     pub name: &'static str,
     /// What it says.
     pub value: Option<FactValue>,
-    /// Whether a run without it has the id, and a table of such runs the columns, that it had before there was such an option.
+    /// Whether a run without it has the id, and a table of such runs the columns, that it had before there was such an
+    /// option.
     pub of_some_runs: bool,
 }
 

@@ -29,7 +29,8 @@ impl RunSpec {
         }
     }
 
-    /// Lists everything that determines the run: what options say, the parameters of the case behind the case, and the audit.
+    /// Lists everything that determines the run: what options say, the parameters of the case behind the case, and the
+    /// audit.
     pub fn facts(&self) -> Vec<Fact> {
         let mut facts: Vec<Fact> = facts_of(self).collect();
         facts.insert(1, Fact::text("set", self.parameters.given()));
@@ -37,8 +38,8 @@ impl RunSpec {
         facts
     }
 
-    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
-    /// numerics. A parameter that is set to its default is as one that is not set.
+    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version
+    /// of the numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
         let counted = self.in_one_form();
         if counted != self.mechanics_steps {

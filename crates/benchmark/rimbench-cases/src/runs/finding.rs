@@ -18,7 +18,8 @@ pub enum Finding {
     Uncertainty(usize),
     /// An exact count of the work, by its place among all.
     Counter(usize),
-    /// 1 of a run that completed, 0 of one that failed; no column, and of a run without an answer nothing, as the two that follow.
+    /// 1 of a run that completed, 0 of one that failed; no column, and of a run without an answer nothing, as the two
+    /// that follow.
     Completed,
     /// The reverse.
     Failed,
@@ -109,7 +110,8 @@ impl Findings {
         value.unwrap_or(f64::NAN)
     }
 
-    /// Returns what an error must exceed to be known; NaN where nothing is known of the reference, none of what has no such bound.
+    /// Returns what an error must exceed to be known; NaN where nothing is known of the reference, none of what has no
+    /// such bound.
     pub fn floor(&self, error: Finding) -> Option<f64> {
         let [force, position] = self.reference_uncertainty.map(|value| value.unwrap_or(f64::NAN));
         Some(match error.metric()?.floor? {
@@ -119,8 +121,8 @@ impl Findings {
         })
     }
 
-    /// Tells whether an order of convergence may be fitted to an error: it is finite and above what the reference is uncertain by, which is
-    /// rounding at least. Of what has no such uncertainty none may.
+    /// Tells whether an order of convergence may be fitted to an error: it is finite and above what the reference is
+    /// uncertain by, which is rounding at least. Of what has no such uncertainty none may.
     pub fn has_order(&self, error: Finding) -> bool {
         let value = self.value(error);
         self.floor(error).is_some_and(|floor| value.is_finite() && (floor.is_nan() || value > floor))
@@ -144,7 +146,7 @@ mod tests {
         let number = |value| match value {
             FactValue::Number(number) => Some(number),
             FactValue::Count(count) => Some(count as f64),
-            FactValue::Text(_) => None,
+            FactValue::Text(_) | FactValue::Truth(_) => None,
         };
         let facts = found.facts().into_iter();
         let numbers: Vec<_> = facts.filter_map(|fact| Some((fact.name, fact.value.and_then(number)?))).collect();

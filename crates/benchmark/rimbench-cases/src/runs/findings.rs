@@ -1,4 +1,5 @@
-//! What is kept of a run, as one list of columns: tables, the store and JSON write it by that list, and the store reads it back.
+//! What is kept of a run, as one list of columns: tables, the store and JSON write it by that list, and the store reads
+//! it back.
 
 use super::fact::{Fact, FactValue};
 use super::options::RunRequest;
@@ -38,7 +39,8 @@ pub struct Costs {
     pub latency: Option<Latency>,
 }
 
-/// Latency of single macro steps: the wall time from the exchange at `t_k` until both sides have covered the macro step.
+/// Latency of single macro steps: the wall time from the exchange at `t_k` until both sides have covered the macro
+/// step.
 ///
 /// What observers do at the communication point is not part of it. Depends on machine and load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,8 +87,8 @@ pub fn facts_of(columns: impl FnOnce(Columns<'_>)) -> Vec<Fact> {
     facts
 }
 
-/// Tells whether a name means something already where parameters of a case are asked for or told: an option of a run, or what is said of
-/// one.
+/// Tells whether a name means something already where parameters of a case are asked for or told: an option of a run,
+/// or what is said of one.
 pub fn is_taken(name: &str) -> bool {
     const SAID: [&str; 8] = ["run_id", "case", "set", "label", "scheme", "parameters", "not_finite", "diverged_at_s"];
     let is_column = || Findings::nothing(&Outcome::Completed).facts().iter().any(|fact| fact.name == name);

@@ -1,8 +1,8 @@
 //! A run: what is asked for, what that resolves to, what comes of it, and what that is worth.
 //!
-//! A file or the command line makes a [`RunRequest`], which a [`Catalogue`](crate::catalogue::Catalogue) resolves to a [`RunSpec`];
-//! [`simulate`] makes a [`RunResult`] of it, and [`evaluate`] holds that against a [`Reference`]. What determines a run is one
-//! list, [`RunSpec::facts`], from which run id, tables, JSON and plans are made.
+//! A file or the command line makes a [`RunRequest`], which a [`Catalogue`](crate::catalogue::Catalogue) resolves to a
+//! [`RunSpec`]; [`simulate`] makes a [`RunResult`] of it, and [`evaluate`] holds that against a [`Reference`]. What
+//! determines a run is one list, [`RunSpec::facts`], from which run id, tables, JSON and plans are made.
 //!
 //! To add an option: a line in the list of [`RunRequest`], and a field where its value goes, in
 //! [`Exchange`](rimbench_core::cosim::Exchange) or [`ModelOptions`](rimbench_core::schemes::ModelOptions).

@@ -1,5 +1,5 @@
-//! The options of a run, in one list: what each takes and does, what it is of, when it is in vain, where its value goes, and what it
-//! says of a run. Command line, experiments, Python, run ids and tables read it.
+//! The options of a run, in one list: what each takes and does, what it is of, when it is in vain, where its value
+//! goes, and what it says of a run. Command line, experiments, Python, run ids and tables read it.
 
 use super::fact::{Fact, FactValue};
 use super::given::Given;
@@ -84,9 +84,10 @@ pub(super) struct Parts {
     pub(super) model: ModelOptions,
 }
 
-/// Defines the request and the list of its options. Of each: name, type, what it takes in a word, what it is of and what that needs,
-/// the part in which its value has the same name, and what it says: of `all` runs, of `some`, so that others keep their ids, or of `none`;
-/// the value itself if that is left out, of `some` only where it is not the usual one.
+/// Defines the request and the list of its options. Of each: name, type, what it takes in a word, what it is of and
+/// what that needs, the part in which its value has the same name, and what it says: of `all` runs, of `some`, so that
+/// others keep their ids, or of `none`; the value itself if that is left out, of `some` only where it is not the usual
+/// one.
 macro_rules! run_options {
     ($($(#[doc = $about:literal])+ $key:ident: $kind:ident, $takes:literal, $of:ident $(($needs:ident))?
         $(=> $part:ident)?, $whose:ident $(|$run:ident| $says:expr)?;)+) => {
@@ -175,7 +176,8 @@ run_options! {
     /// What the mechanics receives: held, end, mean, profile, pieces
     force_return: ForceReturn, "RETURN", Loop(Exchange),
         all |run| text(run.force_return);
-    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
+    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear
+    /// cases all
     mechanics_steps: MechanicsSteps, "N", Loop(Exchange),
         all |run| run.mechanics_steps.longest().is_none().then(|| text(run.mechanics_steps))?;
     /// Longest step of the mechanics, s, in place of their number
@@ -188,12 +190,15 @@ run_options! {
     actuator_integrator: ActuatorIntegrator, "RULE", Loop => exchange, all;
     /// Dependent bilateral contacts: drop, pseudo-inverse, regularised:EPS
     redundancy: Redundancy, "TREATMENT", Model(Condensing) => model, all;
-    /// Within a macro step: frozen, extrapolated, half-kick (springs and dampers act at t_k), piecewise (from kink to kink)
+    /// Within a macro step: frozen, extrapolated, half-kick (springs and dampers act at t_k), piecewise (from kink to
+    /// kink)
     model_motion: ModelMotion, "MOTION", Model(Model) => model, all;
-    /// Contacts that it takes for closed: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
+    /// Contacts that it takes for closed: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M
+    /// metres)
     contact_detection: ContactDetection, "DETECTION", Model,
         all |run| text(run.model.as_ref()?.detection?);
-    /// What a model for one of several actuators has of the others: mean or blind, with :rows, :shares or :body; law; joint
+    /// What a model for one of several actuators has of the others: mean or blind, with :rows, :shares or :body; law;
+    /// joint
     split: Split, "SPLIT", Model(Split) => model,
         some |run| text(run.model.as_ref().filter(|_| run.scheme.splits)?.split);
     /// Friction in space within it: cone (two rows per contact), slip-direction (one row along the slip at t_k)
@@ -201,13 +206,15 @@ run_options! {
         some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
     /// Step over which its contacts act: micro-step (at once), mechanics-step (spread over the mechanics' own)
     contacts_act: ContactsAct, "OVER", Model(Model) => model, some;
-    /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L; in time if not given
+    /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L;
+    /// in time if not given
     delivery_up: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.up);
     /// How forces reach the mechanics, likewise
     delivery_down: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.down);
-    /// Late samples: catch-up (by their time, a model runs forward to the present), catch-up-coarse (at constant cost), raw
+    /// Late samples: catch-up (by their time, a model runs forward to the present), catch-up-coarse (at constant cost),
+    /// raw
     late_samples: LateRule, "RULE", Model,
         some |run| text(run.delivery.as_ref()?.late);
     /// Late forces: hold (if not given), linear, rates (of a model)
@@ -219,7 +226,8 @@ run_options! {
     /// Its factor of mass is learned: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
     mass_learning: MassLearning, "HOW", Model(Model),
         some |run| text(run.mass_learning.as_ref()?);
-    /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step, noise:V (m/s)
+    /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step,
+    /// noise:V (m/s)
     trials: TrialSettings, "HOW", Scheme(Trials) => exchange, some;
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
@@ -230,7 +238,8 @@ run_options! {
     /// Macro step H, s
     macro_step_s: f64, "S", Run,
         all |run| number(run.macro_step);
-    /// What shortens macro steps below H: none, energy-residual, energy-residual-libcosim, model-defect, model-defect-blind
+    /// What shortens macro steps below H: none, energy-residual, energy-residual-libcosim, model-defect,
+    /// model-defect-blind
     step_control: StepControl, "HOW", Loop,
         all |run| text(run.step_control.map_or(StepControl::None, |rule| rule.control));
     /// Error allowed per macro step that is controlled, a pure number
@@ -259,7 +268,8 @@ impl RunRequest {
         RunRequest { case: Some(case.into()), scheme: Some(scheme.into()), ..RunRequest::default() }
     }
 
-    /// Asks the same at one of the macro steps (s) that are gone through: one shorter than the mechanics' longest step is one step.
+    /// Asks the same at one of the macro steps (s) that are gone through: one shorter than the mechanics' longest step
+    /// is one step.
     pub fn at_macro_step(&self, macro_step: f64) -> Self {
         let mechanics_step_s = self.mechanics_step_s.map(|step| step.min(macro_step));
         RunRequest { macro_step_s: Some(macro_step), mechanics_step_s, ..self.clone() }
@@ -288,7 +298,8 @@ pub(super) fn facts_of(run: &RunSpec) -> impl Iterator<Item = Fact> {
     RunRequest::OPTIONS.iter().filter_map(|option| (option.fact)(run))
 }
 
-/// An error about the value of an option, under the name by which it was given: what is read does not know for which one.
+/// An error about the value of an option, under the name by which it was given: what is read does not know for which
+/// one.
 fn of_option(error: Error, option: &str) -> Error {
     match error {
         Error::InvalidValue { found, expected, .. } => Error::InvalidValue { key: option.to_owned(), found, expected },

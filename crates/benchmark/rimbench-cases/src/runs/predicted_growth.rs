@@ -15,7 +15,8 @@ pub const NEUTRAL: f64 = 1e-9;
 /// ```text
 /// m ẇ = λ − k x − d w,  ẋ = w          λ = F − c w,  Ḟ = −K w − ν F
 /// ```
-/// The mechanics takes one semi-implicit step of H. The actuator is exact for an input that is held over its micro step δ.
+/// The mechanics takes one semi-implicit step of H. The actuator is exact for an input that is held over its micro step
+/// δ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearCoupling {
     /// Mass m of the mechanics at the interface, kg.
@@ -67,8 +68,8 @@ impl LinearCoupling {
         map.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max)
     }
 
-    /// Returns natural frequency `ω = √(K/m)`, 1/s, and damping ratio `ζ = c/(2√(K m))` of the actuator on the mechanics; none of a locked
-    /// interface.
+    /// Returns natural frequency `ω = √(K/m)`, 1/s, and damping ratio `ζ = c/(2√(K m))` of the actuator on the
+    /// mechanics; none of a locked interface.
     pub fn oscillation(&self) -> Option<[f64; 2]> {
         let frequency = (self.stiffness / self.mass).sqrt();
         (frequency > 0.0).then(|| [frequency, 0.5 * self.damping / (frequency * self.mass)])
@@ -108,12 +109,13 @@ impl LinearCoupling {
     }
 }
 
-/// Predicts how much a run grows per macro step, and by which linear coupling, from mass and actuator at its start with the contacts that are
-/// closed there. A mechanics is taken to have no springs and dampers of its own. None: there is no such map of its scheme, or of its sides;
-/// or the case is linear, and its spectral radius is probed instead.
+/// Predicts how much a run grows per macro step, and by which linear coupling, from mass and actuator at its start with
+/// the contacts that are closed there. A mechanics is taken to have no springs and dampers of its own. None: there is
+/// no such map of its scheme, or of its sides; or the case is linear, and its spectral radius is probed instead.
 ///
 /// # Errors
-/// What fails in building a side, or in its numerics at its start; one that does not offer what is asked, or says that it cannot, has no such map.
+/// What fails in building a side, or in its numerics at its start; one that does not offer what is asked, or says that
+/// it cannot, has no such map.
 pub fn predicted_growth(spec: &RunSpec) -> Result<Option<(f64, LinearCoupling)>> {
     let Some(recurrence) = recurrence(spec).filter(|_| spec.case.linear_state.is_empty()) else { return Ok(None) };
     let micro_steps = division(spec.macro_step, spec.micro_step);
@@ -121,8 +123,8 @@ pub fn predicted_growth(spec: &RunSpec) -> Result<Option<(f64, LinearCoupling)>>
     Ok(linear_coupling(spec)?.map(growth))
 }
 
-/// Returns the [oscillation](LinearCoupling::oscillation) of a run at its start, with the contacts that are closed there; none where the sides do
-/// not tell.
+/// Returns the [oscillation](LinearCoupling::oscillation) of a run at its start, with the contacts that are closed
+/// there; none where the sides do not tell.
 ///
 /// # Errors
 /// Those of [`predicted_growth`].
@@ -164,8 +166,8 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
     }
 }
 
-/// Linearises both sides at the start of a run of this macro step (s), where they have one interface row and the actuator remembers its own
-/// deflection.
+/// Linearises both sides at the start of a run of this macro step (s), where they have one interface row and the
+/// actuator remembers its own deflection.
 fn linearise(sides: Sides<'_>, macro_step: f64) -> std::result::Result<Option<LinearCoupling>, Failure> {
     let ports = sides.ports();
     if (ports.actuator.outputs.len(), ports.actuator.inputs.len()) != (1, 2) {
@@ -192,8 +194,8 @@ fn linearise(sides: Sides<'_>, macro_step: f64) -> std::result::Result<Option<Li
         damping: -rates.feedthrough[1],
         leak: 0.0,
     };
-    // The leak: how the rate of the force follows the force, on a copy that is pushed a little. Without a copy there is none, which is on the
-    // safe side.
+    // The leak: how the rate of the force follows the force, on a copy that is pushed a little. Without a copy there is
+    // none, which is on the safe side.
     let Ok(mut pushed) = sides.actuator.try_clone() else { return Ok(Some(coupling)) };
     let (mut forces, rate) = ([[0.0; 1]; 2], rates.rate[0]);
     pushed.outputs(&u, &mut forces[0])?;
@@ -205,7 +207,7 @@ fn linearise(sides: Sides<'_>, macro_step: f64) -> std::result::Result<Option<Li
     Ok(Some(LinearCoupling { leak: if leak.is_finite() { leak.max(0.0) } else { 0.0 }, ..coupling }))
 }
 
-/// By how far an actuator is pushed to find its leak, m, and for how long, s: far above the rounding of a length of a metre, far below one
-/// that would bend a curve.
+/// By how far an actuator is pushed to find its leak, m, and for how long, s: far above the rounding of a length of a
+/// metre, far below one that would bend a curve.
 const PUSH: f64 = 1e-7;
 const PUSHED_FOR: f64 = 1e-4;

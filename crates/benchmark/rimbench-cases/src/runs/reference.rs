@@ -22,8 +22,8 @@ use std::sync::Arc;
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
 pub const DIVERGENCE_FACTOR: f64 = 3.0;
 
-/// Share of a case's own scale that counts as the maximum of a reference that stays below it, where divergence is judged: of a
-/// system near rest, the first macro step under a held force moves more than all of the reference. Ours.
+/// Share of a case's own scale that counts as the maximum of a reference that stays below it, where divergence is
+/// judged: of a system near rest, the first macro step under a held force moves more than all of the reference. Ours.
 const STIRRED: f64 = 0.1;
 
 /// Share of a case's own scale below which a peak is none to relate an error to. Ours.
@@ -67,9 +67,9 @@ const MAY_BE_INFINITE: &str = "effective_mass";
 ///                                                             or [0.5, 2] where the solution is of the second order
 /// ```
 /// The coarser pair has a say because jumps of the force move with the grid: two solutions can agree by chance there.
-/// Norms are root mean squares over the stored points, column by column. No column of the interface is known better than to
-/// rounding, not even by a closed form, and differences that are rounding have no order. Every value is finite but an effective
-/// mass, or there is no reference.
+/// Norms are root mean squares over the stored points, column by column. No column of the interface is known better
+/// than to rounding, not even by a closed form, and differences that are rounding have no order. Every value is finite
+/// but an effective mass, or there is no reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// The solution with step h/4.
@@ -80,8 +80,8 @@ pub struct Reference {
     pub order: Vec<f64>,
     /// Largest magnitude of each column.
     pub largest: Vec<f64>,
-    /// What runs are judged by: time, the interface's columns and the gaps, at the same points. A run looks up as many rows as it
-    /// has macro steps, and narrow rows stay in the processor's cache.
+    /// What runs are judged by: time, the interface's columns and the gaps, at the same points. A run looks up as many
+    /// rows as it has macro steps, and narrow rows stay in the processor's cache.
     pub judged: Trajectory,
     /// When each contact is closed, one list per gap column.
     pub contacts: Vec<Vec<ContactInterval>>,
@@ -106,7 +106,8 @@ impl Reference {
     /// Computes the reference of a run, one solution after the other.
     ///
     /// # Errors
-    /// Bad parameters, or parameters for which the solution itself fails or is [not known](Self::check); [`Error::Stopped`].
+    /// Bad parameters, or parameters for which the solution itself fails or is [not known](Self::check);
+    /// [`Error::Stopped`].
     pub fn compute(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Self> {
         if let Some(reference) = Self::exact(spec, stop)? {
             return Ok(reference);
@@ -118,8 +119,9 @@ impl Reference {
         Ok(reference)
     }
 
-    /// Checks that it is known what runs are held against: no force and no position of the interface is uncertain by more than a tenth of
-    /// its peak, where that is above the case's own scale. A run that is unbounded is not held against it, but against its own energy.
+    /// Checks that it is known what runs are held against: no force and no position of the interface is uncertain by
+    /// more than a tenth of its peak, where that is above the case's own scale. A run that is unbounded is not held
+    /// against it, but against its own energy.
     ///
     /// # Errors
     /// [`Error::Incompatible`] naming the column; those of building the case.
@@ -167,8 +169,9 @@ impl Reference {
         Self::sample(&spec, &solution, stop).map(Some)
     }
 
-    /// Tells whether a solution with one step per stored point has an event; none where no contact of the case could have it. It is a seventh
-    /// of the work of the reference or less, and differs from it only where an event barely happens.
+    /// Tells whether a solution with one step per stored point has an event; none where no contact of the case could
+    /// have it. It is a seventh of the work of the reference or less, and differs from it only where an event barely
+    /// happens.
     ///
     /// # Errors
     /// As for [`compute`](Self::compute).
@@ -235,8 +238,8 @@ impl Reference {
 
     /// Compares the solutions of [`REFINEMENTS`](Self::REFINEMENTS), the coarsest first.
     ///
-    /// Three equal solutions say nothing where a side may take steps of its own: a fourth one, by the case's macro step, then tells
-    /// what the length of a step does.
+    /// Three equal solutions say nothing where a side may take steps of its own: a fourth one, by the case's macro
+    /// step, then tells what the length of a step does.
     ///
     /// # Errors
     /// Bad parameters; a value that is not finite; a side that does not move in the steps of the reference.
@@ -271,7 +274,8 @@ impl Reference {
         Ok(Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h, contact_gaps))
     }
 
-    /// Tells by how much a solution by the case's macro step differs from one that is the same for all steps of a reference.
+    /// Tells by how much a solution by the case's macro step differs from one that is the same for all steps of a
+    /// reference.
     fn by_longer_steps(spec: &RunSpec, fine: &Trajectory, stop: StopFlag<'_>) -> Result<Vec<f64>> {
         let steps = (spec.duration / spec.case.defaults.macro_step_s).ceil().max(1.0) as usize;
         let longer = ReferenceSteps { h: spec.duration / steps as f64, steps, every: 1 };
@@ -356,8 +360,8 @@ impl Reference {
     }
 
     /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling
-    /// variable, if the case's runs are to be bounded. A largest one below a tenth of the case's own scale counts as that, and one
-    /// that is not known as ten times its uncertainty.
+    /// variable, if the case's runs are to be bounded. A largest one below a tenth of the case's own scale counts as
+    /// that, and one that is not known as ten times its uncertainty.
     ///
     /// # Errors
     /// Those of building the case.
@@ -382,7 +386,8 @@ impl Reference {
         })
     }
 
-    /// The scale of a case that declares none: the speed at which its interface would cover its own position within the run.
+    /// The scale of a case that declares none: the speed at which its interface would cover its own position within the
+    /// run.
     fn own_scale(&self, case: &Case) -> Scale {
         let columns = case.interface_columns.iter().filter_map(|row| self.trajectory.index_of(&row.position));
         let position = columns.map(|column| self.largest[column]).fold(0.0, f64::max);
@@ -390,8 +395,8 @@ impl Reference {
         Scale { position_m: 0.0, velocity_m_s: position / duration, force_n: 0.0 }
     }
 
-    /// Tells whether it runs away itself: force and velocity of a row grow from quarter to quarter of the run by twice or more, and by no
-    /// less in the last ones than before, as an exponential does and no power of time.
+    /// Tells whether it runs away itself: force and velocity of a row grow from quarter to quarter of the run by twice
+    /// or more, and by no less in the last ones than before, as an exponential does and no power of time.
     pub fn runs_away(&self, case: &Case) -> bool {
         let grows = |name: &str| {
             let Some(column) = self.trajectory.index_of(name) else { return false };
@@ -434,7 +439,8 @@ impl Reference {
         })
     }
 
-    /// Tells whether a column of a run is the gap of one contact; of a column that the reference lacks its name says so.
+    /// Tells whether a column of a run is the gap of one contact; of a column that the reference lacks its name says
+    /// so.
     pub fn is_contact_gap(&self, column: &str) -> bool {
         column.starts_with(GAP) && (self.contact_gaps.iter().any(|gap| gap == column) || !self.has(column))
     }
@@ -458,8 +464,8 @@ impl Reference {
         self.judged.index_of(column).map_or(0.0, |index| self.touch_down_peaks[index])
     }
 
-    /// Returns some of the columns that runs are judged by, by position and the time first, at these times at least; made once for all runs on
-    /// these times.
+    /// Returns some of the columns that runs are judged by, by position and the time first, at these times at least;
+    /// made once for all runs on these times.
     pub(super) fn judged_at<I>(&self, columns: Vec<usize>, times: I) -> Arc<Trajectory>
     where
         I: ExactSizeIterator<Item = f64> + Clone,
@@ -565,8 +571,8 @@ fn with_impulses(case: &Case, judged: Trajectory) -> Trajectory {
 /// How the name of a gap column begins.
 pub(super) const GAP: &str = "gap_";
 
-/// The recorded columns that are the gap of one contact each: those of the contacts that the mechanics names; all gap columns of a
-/// mechanics from outside that names none.
+/// The recorded columns that are the gap of one contact each: those of the contacts that the mechanics names; all gap
+/// columns of a mechanics from outside that names none.
 fn contact_gaps(spec: &RunSpec) -> Result<Vec<String>> {
     let gaps: Vec<String> = spec.case.recorded_columns().into_iter().filter(|name| name.starts_with(GAP)).collect();
     if spec.case.from_outside || gaps.is_empty() {

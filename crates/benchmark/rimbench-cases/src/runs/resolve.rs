@@ -18,7 +18,8 @@ impl RunRequest {
     /// Finds everything by name, fills in what is usual, and checks all that can be checked without running.
     ///
     /// # Errors
-    /// [`Error::UnknownName`], [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    /// [`Error::UnknownName`], [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would
+    /// be valid.
     pub fn resolve(&self, catalogue: &Catalogue) -> Result<RunSpec> {
         let case = catalogue.case(named("case", &self.case)?)?;
         let mut parameters = case.default_parameters();

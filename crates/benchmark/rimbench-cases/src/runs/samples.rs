@@ -12,8 +12,8 @@ const MOST_NUMBERS: usize = 1 << 21;
 pub(super) struct Samples(Mutex<VecDeque<(Vec<usize>, Arc<Trajectory>)>>);
 
 impl Samples {
-    /// Returns some columns of `of`, the time first, at these times at least: a run that ended early has fewer than others of its grid.
-    /// Only what was made of this trajectory must be here.
+    /// Returns some columns of `of`, the time first, at these times at least: a run that ended early has fewer than
+    /// others of its grid. Only what was made of this trajectory must be here.
     pub(super) fn at<I>(&self, of: &Trajectory, columns: Vec<usize>, times: I) -> Arc<Trajectory>
     where
         I: ExactSizeIterator<Item = f64> + Clone,

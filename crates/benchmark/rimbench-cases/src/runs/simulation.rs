@@ -13,8 +13,8 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
 use std::time::Duration;
 
-/// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
-/// machine has.
+/// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that
+/// every machine has.
 pub type Clock = fn() -> Duration;
 
 /// A run with both sides built.
@@ -33,7 +33,8 @@ impl RunSpec {
         Ok(PreparedRun { spec: self, system })
     }
 
-    /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of the trajectory.
+    /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of
+    /// the trajectory.
     ///
     /// # Errors
     /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
@@ -70,8 +71,8 @@ impl PreparedRun<'_> {
         names.iter().map(|name| name.replace('_', " ")).collect()
     }
 
-    /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate) against a reference,
-    /// whose bounds say beyond what it counts as diverged; with a `clock` macro steps are timed.
+    /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate)
+    /// against a reference, whose bounds say beyond what it counts as diverged; with a `clock` macro steps are timed.
     ///
     /// # Errors
     /// As for [`simulate`].
@@ -80,8 +81,8 @@ impl PreparedRun<'_> {
         run(self, bounds, clock, RunControl { stop, inside: Some(usize::MAX), ..RunControl::default() }, None)
     }
 
-    /// Runs and [evaluates](super::evaluate) block by block, so that memory does not grow with the number of rows; all rows are kept if a
-    /// trace `is_wanted`, else the last ones.
+    /// Runs and [evaluates](super::evaluate) block by block, so that memory does not grow with the number of rows; all
+    /// rows are kept if a trace `is_wanted`, else the last ones.
     ///
     /// # Errors
     /// As for [`simulate`], and those of evaluating.
@@ -108,7 +109,8 @@ impl PreparedRun<'_> {
 /// Runs one simulation. `bounds` say beyond what it counts as diverged; with a `clock` its macro steps are timed.
 ///
 /// # Errors
-/// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in [`Report::outcome`].
+/// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in
+/// [`Report::outcome`].
 pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
     run(spec.prepare()?, bounds, clock, RunControl { stop, ..RunControl::default() }, None)
 }
@@ -130,7 +132,8 @@ fn recorded_columns(spec: &RunSpec) -> Vec<String> {
     columns
 }
 
-/// Runs; a judge is shown all rows as they are complete, and those that it has seen are forgotten unless they are wanted.
+/// Runs; a judge is shown all rows as they are complete, and those that it has seen are forgotten unless they are
+/// wanted.
 fn run(
     prepared: PreparedRun<'_>,
     bounds: Bounds,

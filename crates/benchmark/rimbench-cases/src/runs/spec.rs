@@ -72,7 +72,8 @@ pub struct RunSettings {
     pub duration: f64,
     /// Whether there is an account of what its interface model creates (see [`audited`](RunSpec::audited)).
     pub audit: bool,
-    /// Whether the growth of its linearised coupling is [predicted](super::predicted_growth). No part of what the run is.
+    /// Whether the growth of its linearised coupling is [predicted](super::predicted_growth). No part of what the run
+    /// is.
     pub predict_growth: bool,
     /// Wall time after which the run ends with outcome `timeout`. No part of what the run is.
     pub wall_limit: Option<Duration>,
@@ -101,7 +102,8 @@ impl RunSpec {
         RunSpec { settings, grid: self.grid }
     }
 
-    /// The same run, which records the coordinates as well that the drawing of its case reads. They have no part in what it is.
+    /// The same run, which records the coordinates as well that the drawing of its case reads. They have no part in
+    /// what it is.
     pub fn with_drawn_coordinates(&self) -> Self {
         let drawing = (self.case.drawing)(&self.parameters);
         let Some(more) = drawing.map(|drawing| drawing.coordinates()).filter(|more| !more.is_empty()) else {
@@ -119,8 +121,9 @@ impl RunSpec {
 }
 
 impl RunSettings {
-    /// The mechanics' steps, a longest step as the count that it is in every macro step, a count that is the actuator's in every macro step
-    /// as `all` of them: one run has one id. One step is left as it is, because it is exact at that macro step only.
+    /// The mechanics' steps, a longest step as the count that it is in every macro step, a count that is the actuator's
+    /// in every macro step as `all` of them: one run has one id. One step is left as it is, because it is exact at that
+    /// macro step only.
     pub(super) fn in_one_form(&self) -> MechanicsSteps {
         let even = || self.step_control.is_none() && self.grid().is_ok_and(|grid| grid.is_even());
         match self.mechanics_steps {
@@ -136,12 +139,12 @@ impl RunSettings {
         }
     }
 
-    /// Whether the model is exact: the co-simulation then takes the same steps as the monolithic stepper, for every H, and its error
-    /// says nothing about coupling.
+    /// Whether the model is exact: the co-simulation then takes the same steps as the monolithic stepper, for every H,
+    /// and its error says nothing about coupling.
     ///
-    /// Mass, forces and Jacobians that do not change, all contacts in the frozen model under the mechanics' law, the actuator first
-    /// with its profile returned, and as many steps of the mechanics as micro steps: model and mechanics run the same recursion with
-    /// the same complementarity data.
+    /// Mass, forces and Jacobians that do not change, all contacts in the frozen model under the mechanics' law, the
+    /// actuator first with its profile returned, and as many steps of the mechanics as micro steps: model and mechanics
+    /// run the same recursion with the same complementarity data.
     pub fn model_is_exact(&self) -> bool {
         self.case.constant_mechanics
             && self.scheme.has_mechanics_law
@@ -189,9 +192,9 @@ impl RunSettings {
 
     /// Power of H with which the defect of the scheme's model falls in a macro step of a smooth motion.
     ///
-    /// A model of order p is off by `O(τ^p)` in its velocity after a time τ, and by `O(H^(p+1))` in its position at the end, if the
-    /// mechanics itself is no worse: one step of the first order misses its position by `O(H²)`. As many steps as the actuator takes
-    /// are those of the model too, and what they miss is missed by both.
+    /// A model of order p is off by `O(τ^p)` in its velocity after a time τ, and by `O(H^(p+1))` in its position at the
+    /// end, if the mechanics itself is no worse: one step of the first order misses its position by `O(H²)`. As many
+    /// steps as the actuator takes are those of the model too, and what they miss is missed by both.
     fn defect_order(&self) -> u32 {
         let coarse =
             self.mechanics_integrator.second_order().is_none() && self.in_one_form() != MechanicsSteps::AsActuator;

@@ -1,4 +1,5 @@
-//! What an affine step asks of contacts without friction, of all of them in order: two numbers at once, and none looked for by its place.
+//! What an affine step asks of contacts without friction, of all of them in order: two numbers at once, and none looked
+//! for by its place.
 
 use super::two_rows::{by_two, put_two, two, with_two};
 use super::{ActiveSetFactor, AffineStep, StepContactLaw};

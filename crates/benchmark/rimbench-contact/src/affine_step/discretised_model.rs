@@ -6,8 +6,8 @@ use std::sync::Arc;
 /// A linear model of contact rows `u` and interface rows `i`, as it stands: `ẇ = a + H_·u Ṗ + H_·i λ`.
 ///
 /// # Shapes and units
-/// Rows stacked `[u; i]`: `a` m/s²; `h` 1/kg, row-major. With a `pattern`, `h` holds the entries of `H_uu` where the pattern says, then `H_ui`
-/// column by column, then `H_ii`.
+/// Rows stacked `[u; i]`: `a` m/s²; `h` 1/kg, row-major. With a `pattern`, `h` holds the entries of `H_uu` where the
+/// pattern says, then `H_ui` column by column, then `H_ii`.
 #[derive(Debug, Clone, Copy)]
 pub struct LinearModel<'a> {
     /// `H`.
@@ -140,7 +140,8 @@ impl DiscretisedModel {
         &self.force_columns[j * rows..(j + 1) * rows]
     }
 
-    /// Discretises `model` over `length` (s) for the rows `set`: contacts, then their tangential rows where they have friction.
+    /// Discretises `model` over `length` (s) for the rows `set`: contacts, then their tangential rows where they have
+    /// friction.
     pub fn discretise(&mut self, model: LinearModel<'_>, set: &[usize], length: f64) {
         let (n, n_u, n_i) = (set.len(), model.contact_rows, model.interface);
         let rows = n + n_i;
@@ -208,8 +209,8 @@ impl DiscretisedModel {
         DiscretisedColumns { free_increment, force_columns, impulse_columns, h_uu }
     }
 
-    /// Discretises a model of interface rows alone, `w⁺ = w + δ a + δ H λ`, over `length` (s); `h` is row-major. Of a symmetric one rows are
-    /// taken as columns.
+    /// Discretises a model of interface rows alone, `w⁺ = w + δ a + δ H λ`, over `length` (s); `h` is row-major. Of a
+    /// symmetric one rows are taken as columns.
     pub fn discretise_interface(&mut self, a: &[f64], h: &[f64], symmetric: bool, length: f64) {
         (self.contacts, self.length) = (0, length);
         for (free_increment, a) in self.free_increment.iter_mut().zip(a) {
@@ -238,7 +239,8 @@ impl DiscretisedModel {
         }
     }
 
-    /// Writes the velocities after a step without contact impulses to `w_plus`; returns true, as no contact problem is left.
+    /// Writes the velocities after a step without contact impulses to `w_plus`; returns true, as no contact problem is
+    /// left.
     #[inline(never)]
     pub fn step_without_contacts(&self, w: &[f64], lambda: &[f64], w_plus: &mut [f64]) -> bool {
         if let &[force] = lambda {

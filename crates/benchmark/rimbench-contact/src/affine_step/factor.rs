@@ -11,8 +11,8 @@ pub trait ActiveSetFactor: Clone + Sized {
     const ROWS: usize = 1;
     /// Below this part of the velocities that a micro step gives, `r` is rounding.
     const NEGLIGIBLE: f64 = NEGLIGIBLE;
-    /// Whether contacts are many: then sizes known to the compiler are not worth their code, and rounding in the gaps of a heap must not keep `r`
-    /// from decaying.
+    /// Whether contacts are many: then sizes known to the compiler are not worth their code, and rounding in the gaps
+    /// of a heap must not keep `r` from decaying.
     const MANY: bool = false;
 
     /// Factorises `H_AA` of an active set and lists its rows; false if they depend on each other.
@@ -53,12 +53,14 @@ pub trait ActiveSetFactor: Clone + Sized {
         tolerance: f64,
     ) -> bool;
 
-    /// Keeps the forces for which impulses, in a step from `w`, are admissible; velocities up to `rounding` (m/s) are zero.
+    /// Keeps the forces for which impulses, in a step from `w`, are admissible; velocities up to `rounding` (m/s) are
+    /// zero.
     fn keep_admissible(step: &AffineStep<Self>, _w: &[f64], _rounding: f64, region: &mut ForceRegion) {
         (0..step.active.len()).for_each(|slot| region.keep(|column| step.impulse(slot, column)));
     }
 
-    /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date where they no longer do.
+    /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date
+    /// where they no longer do.
     #[inline(always)]
     fn skip(_: &mut AffineStep<Self>, _: &StepContactLaw, _lambda: &[f64], _: &mut ModelState) -> bool {
         false

@@ -3,7 +3,8 @@
 use super::discretised_model::DiscretisedModel;
 use super::{ActiveSetFactor, AffineStep, StepContactLaw};
 
-/// The critical region of a step from one state in the space of the interface's forces, and the velocities of the interface after it.
+/// The critical region of a step from one state in the space of the interface's forces, and the velocities of the
+/// interface after it.
 ///
 /// ```text
 /// region: A λ + b ≥ 0        of one force: from ≤ λ ≤ to        w_i⁺ = w_0 + W λ
@@ -26,7 +27,8 @@ impl ForceRegion {
     /// Makes room for `contact_rows` contact rows and `interface` interface rows; it has no force yet.
     pub fn new(contact_rows: usize, interface: usize) -> Self {
         let columns = interface + 1;
-        // An open contact has one condition, one that sticks four, one that slides three; and one more says that zero is no solution.
+        // An open contact has one condition, one that sticks four, one that slides three; and one more says that zero
+        // is no solution.
         let rows = if interface > 1 { (3 * contact_rows + 2) * columns } else { 0 };
         let (rows, answer) = (Vec::with_capacity(rows), vec![0.0; interface * columns]);
         ForceRegion { range: Self::NONE, rows, known: false, answer, interface }
@@ -79,8 +81,8 @@ fn value(row: &[f64], forces: &[f64]) -> f64 {
 }
 
 impl<F: ActiveSetFactor> AffineStep<F> {
-    /// Finds the region around the forces of the last step, which kept its active set from `w` and `gap` under a law that leaves gaps as they
-    /// are.
+    /// Finds the region around the forces of the last step, which kept its active set from `w` and `gap` under a law
+    /// that leaves gaps as they are.
     pub fn find_force_region(
         &self,
         model: &DiscretisedModel,
@@ -131,7 +133,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         if column == 0 { p[slot] + self.sigma * p[n + slot] } else { p[(column + 1) * n + slot] }
     }
 
-    /// Writes the velocities after a step from `w` under `lambda` (N) with the active set of the last tangents, wherever it is valid.
+    /// Writes the velocities after a step from `w` under `lambda` (N) with the active set of the last tangents,
+    /// wherever it is valid.
     pub fn velocities_with_set(&self, w: &[f64], lambda: &[f64], w_plus: &mut [f64]) {
         let rows = self.rows + lambda.len();
         self.velocities_after(&w[..rows], lambda, &mut w_plus[..rows]);

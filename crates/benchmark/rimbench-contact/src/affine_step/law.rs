@@ -38,7 +38,8 @@ impl StepContactLaw {
         w.iter().zip(gap).any(|(&w, &gap)| w < -rounding && gap + self.closing_time * w <= 0.0)
     }
 
-    /// Returns the part of `r` of a contact that decays by `decay` in each micro step: `−δ (γ/h)² g / ρ` of one that is penetrated, m/s.
+    /// Returns the part of `r` of a contact that decays by `decay` in each micro step: `−δ (γ/h)² g / ρ` of one that is
+    /// penetrated, m/s.
     #[inline]
     pub(super) fn decaying_part(&self, decay: f64, gap: f64) -> f64 {
         let decays = gap < 0.0 && decay > 0.0;

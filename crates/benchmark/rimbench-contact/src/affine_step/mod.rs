@@ -1,7 +1,8 @@
-//! The micro step on a critical region: while the active set of the contacts stays, the solution of Eq. 4 is affine and nothing is solved.
+//! The micro step on a critical region: while the active set of the contacts stays, the solution of Eq. 4 is affine and
+//! nothing is solved.
 //!
-//! Within a macro step `H` and `a` are frozen. With the active set `A`, gap terms `t` and `r = w_A + t_A`, the solution of the contact
-//! problem is affine in the state and in the interface force λ:
+//! Within a macro step `H` and `a` are frozen. With the active set `A`, gap terms `t` and `r = w_A + t_A`, the solution
+//! of the contact problem is affine in the state and in the interface force λ:
 //!
 //! ```text
 //! P_A  = −H_AA⁻¹ [ r + δ (a_A + H_Ai λ) ]                         region: P_A ≥ 0
@@ -9,20 +10,22 @@
 //! w_A⁺ = −t_A
 //! â_x  = a_x − H_xA H_AA⁻¹ a_A        Ĥ_xi = H_xi − H_xA H_AA⁻¹ H_Ai
 //! ```
-//! `1 + n_i` solves per active set are enough for as many micro steps as it lasts. Outside the region the contact problem is solved, and its
-//! active set gives the next region. `r` is
+//! `1 + n_i` solves per active set are enough for as many micro steps as it lasts. Outside the region the contact
+//! problem is solved, and its active set gives the next region. `r` is
 //!
 //! - zero for a contact that rests;
 //! - the old gap's `−g/δ` in the micro step after one that closed, zero from then on;
-//! - `−δ (γ/h)² g` for one that is penetrated: it shrinks by `ρ = 1 − γδ/h` from one micro step to the next, alike for all contacts.
+//! - `−δ (γ/h)² g` for one that is penetrated: it shrinks by `ρ = 1 − γδ/h` from one micro step to the next, alike for
+//!   all contacts.
 //!
 //! One more solve therefore serves for as long as `r` keeps its direction.
 //!
-//! [`ActiveSetFactor`] holds what differs between dense, sparse and frictional contact problems. Under Coulomb's law the modes (open, stick,
-//! slip) take the place of A, and `F_σ K⁻¹ E_σ` that of `H_AA⁻¹`, see [`StateSystem`](crate::friction::StateSystem).
+//! [`ActiveSetFactor`] holds what differs between dense, sparse and frictional contact problems. Under Coulomb's law
+//! the modes (open, stick, slip) take the place of A, and `F_σ K⁻¹ E_σ` that of `H_AA⁻¹`, see
+//! [`StateSystem`](crate::friction::StateSystem).
 //! # Source
-//! Critical regions of a parametric complementarity problem: Bemporad, Morari, Dua, Pistikopoulos, *The explicit linear quadratic
-//! regulator for constrained systems* (2002). The decay of `r` is ours.
+//! Critical regions of a parametric complementarity problem: Bemporad, Morari, Dua, Pistikopoulos, *The explicit linear
+//! quadratic regulator for constrained systems* (2002). The decay of `r` is ours.
 
 mod by_contact;
 mod coulomb;
@@ -53,18 +56,20 @@ use wide::f64x2;
 const DEPENDENT: f64 = 1e-11;
 /// Below this part of the velocity that acceleration and force give in a micro step, `r` is rounding.
 const NEGLIGIBLE: f64 = 1e-12;
-/// Up to this part of it a contact may violate its bound: the natural residual that is accepted of a solver. Contacts that depend on the
-/// active ones follow them only to rounding, times the condition of the set: in a heap 1e-10 and more.
+/// Up to this part of it a contact may violate its bound: the natural residual that is accepted of a solver. Contacts
+/// that depend on the active ones follow them only to rounding, times the condition of the set: in a heap 1e-10 and
+/// more.
 const ACCEPTED: f64 = 1e-9;
-/// Up to this multiple of the violation that the solver left, a contact may violate its bound as well: dependent contacts with different
-/// penetrations cannot all be satisfied, and solving again would change nothing.
+/// Up to this multiple of the violation that the solver left, a contact may violate its bound as well: dependent
+/// contacts with different penetrations cannot all be satisfied, and solving again would change nothing.
 const AS_LEFT: f64 = 2.0;
 /// Less than this part left of a column is rounding: a contact that depends on the active ones does not move.
 const CANCELLED: f64 = 1e-12;
 /// A tangent that misses its equations by more than this part is rejected, like the answer of a solver.
 const INEXACT: f64 = 1e-9;
 
-/// The state that a micro step changes, contacts in the order of the set, with friction their tangential rows after them.
+/// The state that a micro step changes, contacts in the order of the set, with friction their tangential rows after
+/// them.
 #[derive(Clone)]
 pub struct ModelState {
     /// `w = [w_u; w_i]` at its start, m/s.
@@ -101,7 +106,8 @@ pub struct AffineStep<F> {
     /// `A`.
     active: Vec<usize>,
     factor: F,
-    /// Columns `δ â`, `−H_·A H_AA⁻¹ r`, `δ Ĥ_·i`: changes of velocities. At active rows the second is `−r`, the others are zero.
+    /// Columns `δ â`, `−H_·A H_AA⁻¹ r`, `δ Ĥ_·i`: changes of velocities. At active rows the second is `−r`, the others
+    /// are zero.
     velocities: Vec<f64>,
     /// Columns `−δ H_AA⁻¹ a_A`, `−H_AA⁻¹ r`, `−δ H_AA⁻¹ H_Ai`: impulses of the active rows.
     impulses: Vec<f64>,
@@ -137,7 +143,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         }
     }
 
-    /// Leaves the region, as model or active set are no longer those of the tangents; velocities and gaps are then those of all contacts.
+    /// Leaves the region, as model or active set are no longer those of the tangents; velocities and gaps are then
+    /// those of all contacts.
     #[inline]
     pub fn leave_region(&mut self, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
         F::end_skips(self, law, w, gap);
@@ -155,8 +162,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         self.steps
     }
 
-    /// Finds the tangents for an active set; there are none if its rows depend on each other. `violation_left` (m/s) is what the solver
-    /// left in the micro step that it solved.
+    /// Finds the tangents for an active set; there are none if its rows depend on each other. `violation_left` (m/s) is
+    /// what the solver left in the micro step that it solved.
     pub fn linearise(
         &mut self,
         model: &DiscretisedModel,
@@ -197,15 +204,16 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         self.factor.record_tangent(1, &[], &[]);
     }
 
-    /// Takes a micro step without a look at the contacts, if that is known to stay in the region; of `w_plus` then only interface rows are
-    /// those at its end.
+    /// Takes a micro step without a look at the contacts, if that is known to stay in the region; of `w_plus` then only
+    /// interface rows are those at its end.
     #[inline(always)]
     pub fn skip(&mut self, law: &StepContactLaw, lambda: &[f64], state: &mut ModelState) -> bool {
         F::skip(self, law, lambda, state)
     }
 
-    /// Takes a micro step under the force `lambda` (N) inside the region, with `remaining` more to come; `w_plus`, gaps and impulses are then
-    /// those at its end. Returns false outside of the region, where only `w_plus` and the impulses have lost their meaning.
+    /// Takes a micro step under the force `lambda` (N) inside the region, with `remaining` more to come; `w_plus`, gaps
+    /// and impulses are then those at its end. Returns false outside of the region, where only `w_plus` and the
+    /// impulses have lost their meaning.
     #[inline]
     pub fn step(
         &mut self,
@@ -222,7 +230,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         stays
     }
 
-    /// One text for all sizes. With one force and a few contacts the compiler knows the size, which takes a third of the instructions.
+    /// One text for all sizes. With one force and a few contacts the compiler knows the size, which takes a third of
+    /// the instructions.
     #[inline]
     fn step_in_region(
         &mut self,
@@ -319,7 +328,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         true
     }
 
-    /// Takes the micro step where either r has another direction, or another contact closes; none then. Returns the tolerance.
+    /// Takes the micro step where either r has another direction, or another contact closes; none then. Returns the
+    /// tolerance.
     #[cold]
     fn step_with_other_r(
         &mut self,
@@ -408,7 +418,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         })
     }
 
-    /// Finds a new direction of `r` from the state, and its tangent unless it is zero; false if σ times the old one was right.
+    /// Finds a new direction of `r` from the state, and its tangent unless it is zero; false if σ times the old one was
+    /// right.
     fn update_r(
         &mut self,
         model: &DiscretisedModel,
@@ -428,8 +439,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
             return false;
         }
         if F::MANY {
-            // As part of the direction of `r`, rounding would return with the opposite sign a few micro steps later, and again, each time with
-            // a solve.
+            // As part of the direction of `r`, rounding would return with the opposite sign a few micro steps later,
+            // and again, each time with a solve.
             for (r, &contact) in self.r[..k].iter_mut().zip(&self.active) {
                 let decaying = law.decaying_part(self.decay, gap[contact]);
                 if (*r - decaying).abs() <= tolerance {
@@ -460,8 +471,8 @@ impl<F: ActiveSetFactor> AffineStep<F> {
     }
 }
 
-/// Writes the impulses `−H_AA⁻¹ c_A` and the velocities `c_x − H_xA H_AA⁻¹ c_A` that follow a column c; returns whether they are as exact
-/// as a solved problem must be. At active rows no velocity is left.
+/// Writes the impulses `−H_AA⁻¹ c_A` and the velocities `c_x − H_xA H_AA⁻¹ c_A` that follow a column c; returns whether
+/// they are as exact as a solved problem must be. At active rows no velocity is left.
 fn find_tangent<F: ActiveSetFactor>(
     model: &DiscretisedModel,
     active: &[usize],

@@ -8,7 +8,8 @@ use super::{ActiveSetFactor, AffineStep, ModelState, StepContactLaw};
 use crate::linear_algebra::SparseFactor;
 use skip_bound::SkipBound;
 
-/// `H_AA = L D Lᵀ` by its pattern; conditions are checked over all contacts in order, which is several times as fast as by active ones.
+/// `H_AA = L D Lᵀ` by its pattern; conditions are checked over all contacts in order, which is several times as fast as
+/// by active ones.
 #[derive(Clone)]
 pub struct SparseSetFactor(pub(super) Box<ManyContacts>);
 
@@ -35,8 +36,9 @@ impl SparseSetFactor {
 impl ActiveSetFactor for SparseSetFactor {
     /// The factor with which the last problem was solved, and its impulses.
     type Active<'a> = (&'a SparseFactor, &'a [f64]);
-    /// Gaps of a heap give a part of 1e-12 of rounding, divided by the micro step, back and forth; a look at `r` for that takes a solve
-    /// each time. This is a tenth of the residual accepted of a solver, and is seen once gaps have added it up.
+    /// Gaps of a heap give a part of 1e-12 of rounding, divided by the micro step, back and forth; a look at `r` for
+    /// that takes a solve each time. This is a tenth of the residual accepted of a solver, and is seen once gaps have
+    /// added it up.
     const NEGLIGIBLE: f64 = 1e-10;
     const MANY: bool = true;
 

@@ -9,8 +9,8 @@ const CONTACTS: usize = 60;
 const DELTA: f64 = 5e-5;
 const PULL: f64 = 10.0;
 
-/// Contacts side by side, each with its two neighbours: pressed and at rest up to `active`, and open from there on. Model, its law,
-/// and the response of those at rest.
+/// Contacts side by side, each with its two neighbours: pressed and at rest up to `active`, and open from there on.
+/// Model, its law, and the response of those at rest.
 fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<SparseSetFactor>) {
     let neighbours: Vec<Vec<usize>> =
         (0..CONTACTS).map(|i| vec![i.saturating_sub(1), (i + 1).min(CONTACTS - 1)]).collect();
@@ -52,7 +52,8 @@ fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<Sparse
     (discretised, law, step)
 }
 
-/// Takes a micro step as a scheme does, with a bound over `ahead` more; tells whether it was one without a look at the contacts.
+/// Takes a micro step as a scheme does, with a bound over `ahead` more; tells whether it was one without a look at the
+/// contacts.
 fn go(
     step: &mut AffineStep<SparseSetFactor>,
     (discretised, law): (&DiscretisedModel, &StepContactLaw),

@@ -2,7 +2,8 @@
 
 use wide::f64x2;
 
-/// Does something for every two of so many rows, and for the last one as both; text that is in the loop, where a function would be called.
+/// Does something for every two of so many rows, and for the last one as both; text that is in the loop, where a
+/// function would be called.
 macro_rules! by_two {
     ($rows:expr, $both:ident => $each:expr) => {{
         let rows = $rows;

@@ -99,8 +99,8 @@ impl ActiveSet {
         &self.set[..self.len]
     }
 
-    /// Computes the natural residual of an answer to a problem with the matrix of the one before: by its non-zeros, once they have been
-    /// read.
+    /// Computes the natural residual of an answer to a problem with the matrix of the one before: by its non-zeros,
+    /// once they have been read.
     #[inline(always)]
     pub(super) fn residual_again(&self, lcp: Lcp<'_>, p: &[f64]) -> f64 {
         if self.seen && self.rows_read { residual_of_rows(lcp, &self.rows, p) } else { lcp.natural_residual(p) }
@@ -168,9 +168,9 @@ impl ActiveSet {
         Unsolved::NotFound { residual: f64::INFINITY }
     }
 
-    /// Makes an [`attempt`](ComplementaritySolver::attempt) at a problem whose `H` is, if it comes `again`, to the last bit that of the call
-    /// before; only `b` may differ. The problems of one macro step share their matrix, and with many contacts finding that out takes longer
-    /// than the solution (`benches/solvers.rs`, against size).
+    /// Makes an [`attempt`](ComplementaritySolver::attempt) at a problem whose `H` is, if it comes `again`, to the last
+    /// bit that of the call before; only `b` may differ. The problems of one macro step share their matrix, and with
+    /// many contacts finding that out takes longer than the solution (`benches/solvers.rs`, against size).
     #[inline(always)]
     pub(super) fn solve_from_last_set(
         &mut self,

@@ -15,7 +15,8 @@ pub struct SolverCounters {
     pub factorisations: u64,
     /// Problems given to the fallback.
     pub fallbacks: u64,
-    /// Problems answered by the affine form of an active set instead, and not among those given: micro steps of a scheme.
+    /// Problems answered by the affine form of an active set instead, and not among those given: micro steps of a
+    /// scheme.
     pub parametric: u64,
     /// Problems that stayed unsolved.
     pub failures: u64,
@@ -51,7 +52,8 @@ impl SolverCounters {
     }
 }
 
-/// A solver whose every answer is measured by the natural residual, and replaced by the fallback's if it is not good enough.
+/// A solver whose every answer is measured by the natural residual, and replaced by the fallback's if it is not good
+/// enough.
 ///
 /// Solving it means: `r(P) ≤ tolerance`, or [`Unsolved::NotFound`] with the least residual of all attempts.
 #[derive(Debug, Clone)]

@@ -1,7 +1,8 @@
 //! Lemke's complementary pivoting with the lexicographic rule: slow, and hard to defeat.
 //!
-//! An artificial impulse `z₀` that pushes all contacts apart makes `w − M z − e z₀ = q` solvable at once, in the letters of the method:
-//! `M = H`, `q = b`, `z = P`. Then always the complement of the variable that just left enters, until `z₀` leaves:
+//! An artificial impulse `z₀` that pushes all contacts apart makes `w − M z − e z₀ = q` solvable at once, in the
+//! letters of the method: `M = H`, `q = b`, `z = P`. Then always the complement of the variable that just left enters,
+//! until `z₀` leaves:
 //!
 //! ```text
 //! tableau   [ I  −M  −e | q ]        n rows, 2n + 2 columns
@@ -29,7 +30,8 @@ pub struct Lemke {
     capacity: usize,
     tableau: LemkeTableau<144, 8>,
     scale: Buffer<f64, 8>,
-    /// For the impulses of the final basis, computed from `M` and `q` instead of the tableau: its members, and what becomes of them.
+    /// For the impulses of the final basis, computed from `M` and `q` instead of the tableau: its members, and what
+    /// becomes of them.
     members: Buffer<usize, 8>,
     factor: Factor,
     fresh: Buffer<f64, 8>,

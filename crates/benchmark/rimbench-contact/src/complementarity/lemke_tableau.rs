@@ -15,8 +15,8 @@ const TIE: f64 = 1e-12;
 /// ```text
 /// [ I  −M  −e | q ]        n rows, 2n + 2 columns
 /// ```
-/// Variable `w_i` is column `i`, `z_i` is `n + i`, `z₀` is `2n`; the right-hand side is the last column. `INLINE` numbers and `ROWS` rows
-/// live inside.
+/// Variable `w_i` is column `i`, `z_i` is `n + i`, `z₀` is `2n`; the right-hand side is the last column. `INLINE`
+/// numbers and `ROWS` rows live inside.
 #[derive(Debug, Clone)]
 pub(crate) struct LemkeTableau<const INLINE: usize, const ROWS: usize> {
     n: usize,
@@ -42,7 +42,8 @@ impl<const INLINE: usize, const ROWS: usize> LemkeTableau<INLINE, ROWS> {
         2 * self.n + 2
     }
 
-    /// Fills the tableau with `−M` and `q`, which `fill` writes row by row: to the second slice `−M`, as the result `q`.
+    /// Fills the tableau with `−M` and `q`, which `fill` writes row by row: to the second slice `−M`, as the result
+    /// `q`.
     pub(crate) fn start(&mut self, n: usize, mut fill: impl FnMut(usize, &mut [f64]) -> f64) {
         self.n = n;
         let width = self.width();

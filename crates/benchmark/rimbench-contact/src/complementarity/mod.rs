@@ -12,9 +12,10 @@
 //! | `A` | | active set: the indices with `w = 0` and `P ≥ 0` free | |
 //! | `r` | | [natural residual](ContactProblem::natural_residual) | |
 //!
-//! A solver only proposes impulses ([`ComplementaritySolver::attempt`]); whether they are a solution is decided by the natural
-//! residual, one for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is
-//! known by its [`SolverEntry`](crate::solver_entry::SolverEntry); those that a program may choose from stand in its catalogue.
+//! A solver only proposes impulses ([`ComplementaritySolver::attempt`]); whether they are a solution is decided by the
+//! natural residual, one for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is known
+//! by its [`SolverEntry`](crate::solver_entry::SolverEntry); those that a program may choose from stand in its
+//! catalogue.
 
 mod active_set;
 mod checked;
@@ -59,8 +60,8 @@ pub struct SolveStats {
 
 /// Solves linear complementarity problems of one size class, reusing its workspace.
 ///
-/// Per problem [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`], as [`Checked`] does. Every solver
-/// answers `P = 0` when `b ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
+/// Per problem [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`], as [`Checked`] does. Every
+/// solver answers `P = 0` when `b ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
 pub trait ComplementaritySolver: DynClone + Send {
     /// Writes a proposal for P to `impulses`; the residual in the returned stats is meaningless.
     ///

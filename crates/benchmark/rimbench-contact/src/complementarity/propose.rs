@@ -15,11 +15,12 @@ pub trait ProposeImpulses {
     /// What proposes where its own answer is not good enough.
     type Fallback;
 
-    /// Writes a proposal for P; the stats have its natural residual. `same_matrix` tells that H and K are those of the problem before, and
-    /// `tolerance` is the residual up to which the proposal will be accepted.
+    /// Writes a proposal for P; the stats have its natural residual. `same_matrix` tells that H and K are those of the
+    /// problem before, and `tolerance` is the residual up to which the proposal will be accepted.
     ///
     /// # Errors
-    /// [`Unsolved::NonFinite`] if `b` is not finite, and [`Unsolved::NotFound`] without a proposal, whose work is then not counted.
+    /// [`Unsolved::NonFinite`] if `b` is not finite, and [`Unsolved::NotFound`] without a proposal, whose work is then
+    /// not counted.
     fn propose(
         &mut self,
         problem: ProblemOf<'_, Self>,
@@ -28,8 +29,8 @@ pub trait ProposeImpulses {
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved>;
 
-    /// Writes what the fallback's method number `turn` proposes in place of an answer that is not good enough, as [`propose`](Self::propose);
-    /// none after the last method.
+    /// Writes what the fallback's method number `turn` proposes in place of an answer that is not good enough, as
+    /// [`propose`](Self::propose); none after the last method.
     fn fall_back(
         &mut self,
         fallback: &mut Self::Fallback,

@@ -1,6 +1,8 @@
-//! Which of many contacts push, found for all of them at once: the guess from which [`SparseActiveSet`](super::SparseActiveSet) goes on.
+//! Which of many contacts push, found for all of them at once: the guess from which
+//! [`SparseActiveSet`](super::SparseActiveSet) goes on.
 //!
-//! One proximal step of the contact problem, from the impulses `p_0`, is the problem of contacts that give way a little:
+//! One proximal step of the contact problem, from the impulses `p_0`, is the problem of contacts that give way a
+//! little:
 //!
 //! ```text
 //! w = H P + b,   w + μ (P − p_0) ≥ 0 ⟂ P ≥ 0        μ = 1e-4 max H_ii
@@ -10,11 +12,13 @@
 //! ```text
 //! φ(P) = ½ Pᵀ H P + 1/(2μ) Σ max(0, μ p_0 − w)²
 //! ```
-//! changes all wrong contacts at once, and goes along each direction as far as φ decreases: φ is convex and made of parabolas, so that the
-//! exact minimum takes one pass over the contacts that change on the way. Without that, contacts of a heap throw each other over.
+//! changes all wrong contacts at once, and goes along each direction as far as φ decreases: φ is convex and made of
+//! parabolas, so that the exact minimum takes one pass over the contacts that change on the way. Without that, contacts
+//! of a heap throw each other over.
 //! # Source
-//! Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); the Newton method with the exact
-//! search is that of Qi, Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993), on a quadratic made of pieces.
+//! Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); the Newton
+//! method with the exact search is that of Qi, Sun, *A nonsmooth version of Newton's method*, Math. Programming 58
+//! (1993), on a quadratic made of pieces.
 
 use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 
@@ -60,8 +64,8 @@ impl ProximalGuess {
         self.factor.change_pattern(pattern);
     }
 
-    /// Writes the impulses of the proximal step from `p_0` to `P`, looked for from the contacts of which `pushes` says so; returns the number
-    /// of factorisations.
+    /// Writes the impulses of the proximal step from `p_0` to `P`, looked for from the contacts of which `pushes` says
+    /// so; returns the number of factorisations.
     pub(super) fn find(
         &mut self,
         h: SymmetricRows<'_>,
@@ -114,7 +118,8 @@ impl ProximalGuess {
     }
 }
 
-/// Writes where φ would be least if the contacts in the factor pushed, and no others: `P = (H + μ)_AA⁻¹ (μ p_0 − b)_A` and `w = H P + b`.
+/// Writes where φ would be least if the contacts in the factor pushed, and no others: `P = (H + μ)_AA⁻¹ (μ p_0 − b)_A`
+/// and `w = H P + b`.
 fn minimum_of_piece(
     h: SymmetricRows<'_>,
     b: &[f64],

@@ -1,4 +1,5 @@
-//! The solver that an entry of the list builds: the default solver under its own type, all others behind a trait object.
+//! The solver that an entry of the list builds: the default solver under its own type, all others behind a trait
+//! object.
 
 use super::active_set::residual_of_rows;
 use super::{ActiveSet, ComplementaritySolver, Lcp, Lemke, ProposeImpulses, SolveStats, Unsolved};
@@ -8,8 +9,8 @@ use crate::problem::{DenseDelassus, Signorini};
 /// A solver by value.
 ///
 /// The default solver answers in some ten nanoseconds (`benches/solvers.rs`), of which a call through a table of
-/// functions would be a part worth having; so it is named. Problems for the others are put together where they are handed on: an address
-/// of the caller's problem would keep it in memory for the default, for 30 % of its time.
+/// functions would be a part worth having; so it is named. Problems for the others are put together where they are
+/// handed on: an address of the caller's problem would keep it in memory for the default, for 30 % of its time.
 #[derive(Clone)]
 pub enum Solver {
     /// The default.
@@ -26,7 +27,8 @@ pub enum Solver {
 }
 
 impl Solver {
-    /// Tells whether it goes from one active set to the next: then a problem that has the set of the last one needs no solver.
+    /// Tells whether it goes from one active set to the next: then a problem that has the set of the last one needs no
+    /// solver.
     #[inline]
     pub fn goes_by_active_sets(&self) -> bool {
         matches!(self, Solver::ActiveSet(_))

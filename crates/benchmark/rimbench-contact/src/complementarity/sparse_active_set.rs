@@ -1,13 +1,16 @@
-//! Keller's pivots for many contacts of which few are coupled: the method of [`ActiveSet`](super::ActiveSet) on a sparse factor.
+//! Keller's pivots for many contacts of which few are coupled: the method of [`ActiveSet`](super::ActiveSet) on a
+//! sparse factor.
 //!
-//! Unlike the dense one, the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
-//! path in the elimination tree; several enter one after the other before velocities are computed anew; whatever would push with the wrong
-//! sign after a change of the matrix leaves at once, as long as it is not by far less than the worst; and every answer is measured here by
-//! the natural residual. An answer that is not good enough is looked for once more with the set factorised anew, then from the empty set.
+//! Unlike the dense one, the factor keeps one order for all sets, so that a contact enters or leaves by a change along
+//! its path in the elimination tree; several enter one after the other before velocities are computed anew; whatever
+//! would push with the wrong sign after a change of the matrix leaves at once, as long as it is not by far less than
+//! the worst; and every answer is measured here by the natural residual. An answer that is not good enough is looked
+//! for once more with the set factorised anew, then from the empty set.
 //!
-//! Where many contacts change at once, and in the first problem, pivots one by one are many. Then a [`ProximalGuess`] tells which contacts
-//! push. More may push than can be told apart; of those that depend on others each hands its impulse over to them, along a ray on which no
-//! velocity changes, until it has none or another one has none and leaves in its place. From there it goes on as ever.
+//! Where many contacts change at once, and in the first problem, pivots one by one are many. Then a [`ProximalGuess`]
+//! tells which contacts push. More may push than can be told apart; of those that depend on others each hands its
+//! impulse over to them, along a ray on which no velocity changes, until it has none or another one has none and leaves
+//! in its place. From there it goes on as ever.
 
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
@@ -19,16 +22,19 @@ use crate::problem::Signorini;
 const TOGETHER: f64 = 0.1;
 /// Contacts that promise at least this part of the best enter one after the other, before velocities are computed anew.
 const ENTER: f64 = 0.5;
-/// Changes of the factor before it is computed anew: a change takes a thirtieth of the time and less, and answers are measured.
+/// Changes of the factor before it is computed anew: a change takes a thirtieth of the time and less, and answers are
+/// measured.
 const REFRESH: u32 = 512;
-/// More than one in so many contacts that pull or go too far are too many to be changed one by one. With fewer, in the hard micro steps
-/// of a heap, handing impulses over takes what the guess has saved.
+/// More than one in so many contacts that pull or go too far are too many to be changed one by one. With fewer, in the
+/// hard micro steps of a heap, handing impulses over takes what the guess has saved.
 const MANY_WRONG: usize = 4;
-/// Of the contacts that a guess lets push, what is left of a row when the others are taken out of it must be more than this: a guess is not
-/// exact, and those that can hardly be told apart would make thousands of newtons of what is missing.
+/// Of the contacts that a guess lets push, what is left of a row when the others are taken out of it must be more than
+/// this: a guess is not exact, and those that can hardly be told apart would make thousands of newtons of what is
+/// missing.
 const NEARLY_DEPENDENT: f64 = 1e-7;
 
-/// With at most so many wrong contacts a set is changed as it is: a factor of another one takes as long as dozens of changes.
+/// With at most so many wrong contacts a set is changed as it is: a factor of another one takes as long as dozens of
+/// changes.
 const FEW_WRONG: usize = 8;
 
 /// Where the next problem stands in its series.
@@ -114,8 +120,8 @@ impl SparseActiveSet {
         &self.w
     }
 
-    /// Goes over to matrices of another pattern for as many contacts. Those that pushed in the last problems still are what the next one is
-    /// looked for from.
+    /// Goes over to matrices of another pattern for as many contacts. Those that pushed in the last problems still are
+    /// what the next one is looked for from.
     pub fn change_pattern(&mut self, pattern: &SymmetricPattern) {
         self.factor.change_pattern(pattern);
         self.guess.change_pattern(pattern);
@@ -127,8 +133,9 @@ impl SparseActiveSet {
         self.age = None;
     }
 
-    /// Says that a series of problems with another matrix starts, the first like the first of the last series and the others like the last
-    /// of it: each is looked for from the set of the one that it is like, unless that fits badly and the other one fits better.
+    /// Says that a series of problems with another matrix starts, the first like the first of the last series and the
+    /// others like the last of it: each is looked for from the set of the one that it is like, unless that fits badly
+    /// and the other one fits better.
     pub fn start_series(&mut self) {
         match self.next {
             Series::Starts => {}
@@ -174,8 +181,8 @@ impl SparseActiveSet {
         set.len() == last_set.len() && last_set.iter().all(|&contact| y[contact] == 1.0)
     }
 
-    /// Takes the other set if many contacts are wrong with the one at hand, and fewer with that; says whether none is, so that `P` is the
-    /// answer.
+    /// Takes the other set if many contacts are wrong with the one at hand, and fewer with that; says whether none is,
+    /// so that `P` is the answer.
     fn take_closer(&mut self, h: SymmetricRows<'_>, b: &[f64], p: &mut [f64], stats: &mut SolveStats) -> bool {
         let wrong = self.count_wrong(h, b, p, stats);
         if wrong <= FEW_WRONG {
@@ -263,7 +270,8 @@ impl SparseActiveSet {
         anew
     }
 
-    /// Factorises the matrix of the set anew, without the members whose pivot is at most `dependent` times their diagonal.
+    /// Factorises the matrix of the set anew, without the members whose pivot is at most `dependent` times their
+    /// diagonal.
     fn factorise_independent(&mut self, h: SymmetricRows<'_>, dependent: f64, stats: &mut SolveStats) {
         let Self { factor, set, y, .. } = self;
         y.fill(0.0);
@@ -337,8 +345,8 @@ impl SparseActiveSet {
                 solved = false;
                 continue;
             };
-            // Of the first problem nothing is known. Where contacts of a wall hold all others few go too far at first, and in the end most of
-            // them.
+            // Of the first problem nothing is known. Where contacts of a wall hold all others few go too far at first,
+            // and in the end most of them.
             let knows_nothing = self.problems == 1 && self.set.is_empty();
             if !self.guessed && (knows_nothing || self.violated.len() * MANY_WRONG > n) {
                 self.start_from_proximal(h, b, p, stats);
@@ -411,7 +419,8 @@ impl SparseActiveSet {
         }
     }
 
-    /// Lowers `P_j` of a contact that depends on the members, which take over what it carries, until it or one of them carries nothing.
+    /// Lowers `P_j` of a contact that depends on the members, which take over what it carries, until it or one of them
+    /// carries nothing.
     fn exchange_dependent(&mut self, h: SymmetricRows<'_>, p: &mut [f64], j: usize) {
         self.factor.response(h, j, &mut self.y);
         let (mut t, mut blocking) = (p[j], None);
@@ -438,9 +447,9 @@ impl SparseActiveSet {
         }
     }
 
-    /// Lists the contacts that go further than they may, those first that promise the largest decrease of the objective, `w²/m`, and
-    /// returns what they must promise to enter together with the first; with `bland` only the first of all contacts is listed. Violations
-    /// within the rounding of `w` do not count.
+    /// Lists the contacts that go further than they may, those first that promise the largest decrease of the
+    /// objective, `w²/m`, and returns what they must promise to enter together with the first; with `bland` only the
+    /// first of all contacts is listed. Violations within the rounding of `w` do not count.
     fn list_violated(&mut self, h: SymmetricRows<'_>, p: &[f64], negligible: f64, bland: bool) -> Option<f64> {
         let Self { violated, w, factor, .. } = self;
         violated.clear();
@@ -480,8 +489,8 @@ impl SparseActiveSet {
             // After a tie w_j may be above zero, by rounding.
             let mut t = if independent { (-w_j / d).max(0.0) } else { f64::INFINITY };
             let mut blocking = None;
-            // Of others than members it is zero. Where y is not positive nothing is less than its multiple, and no second question is
-            // asked: its sign is as good as random.
+            // Of others than members it is zero. Where y is not positive nothing is less than its multiple, and no
+            // second question is asked: its sign is as good as random.
             for (&y, &i) in y.iter().zip(factor.rows_in_order()) {
                 let i = i as usize;
                 if p[i] < t * y && y * y * h.diagonal(i) > NO_MOTION * h_jj {

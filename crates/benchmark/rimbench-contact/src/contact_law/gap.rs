@@ -46,8 +46,8 @@ impl GapRates {
 /// ```
 /// A contact that is hit rebounds if the rebound lasts, see [`Rebounds`](super::Rebounds), and has the gap law if not.
 /// # Shapes and units
-/// `gap` m; `w` the velocity before, m/s; `own` the approach w₀ ≥ 0 of contacts that rest, m/s, see [`discretisation_approach`] and
-/// [`rounding_velocity`]; `h` s.
+/// `gap` m; `w` the velocity before, m/s; `own` the approach w₀ ≥ 0 of contacts that rest, m/s, see
+/// [`discretisation_approach`] and [`rounding_velocity`]; `h` s.
 /// # Source
 /// Ours.
 #[inline]
@@ -60,10 +60,11 @@ pub fn is_hit(gap: f64, w: f64, own: f64, h: f64) -> bool {
 /// ```text
 /// (1 − e²) t + ½e (1 + e) w          t the gap law: g⁺ = e² g + ½e (1 + e) h |w|
 /// ```
-/// Its velocity at the end is that of Newton's law, `w⁺ = −e w`, which says nothing of where it is by then. To leave it where the velocity
-/// takes it, `g⁺ = g + e h |w|`, is to turn it round before it has touched: with e = 0 it would hang above its surface by up to h |w|. The
-/// semi-implicit step keeps `½w² + b g − ½h b w` under any constant acceleration b towards the surface; a law of impact is to leave e² of that,
-/// and that makes the position above, whatever b is. With e = 0 it is the gap law, with e = 1 Newton's.
+/// Its velocity at the end is that of Newton's law, `w⁺ = −e w`, which says nothing of where it is by then. To leave it
+/// where the velocity takes it, `g⁺ = g + e h |w|`, is to turn it round before it has touched: with e = 0 it would hang
+/// above its surface by up to h |w|. The semi-implicit step keeps `½w² + b g − ½h b w` under any constant acceleration
+/// b towards the surface; a law of impact is to leave e² of that, and that makes the position above, whatever b is.
+/// With e = 0 it is the gap law, with e = 1 Newton's.
 /// # Shapes and units
 /// `gap_term` t, `w` the velocity before, m/s.
 /// # Source
@@ -73,24 +74,28 @@ pub fn landing_velocity(restitution: f64, gap_term: f64, w: f64) -> f64 {
     (1.0 - restitution * restitution) * gap_term + 0.5 * restitution * (1.0 + restitution) * w
 }
 
-/// Returns the approach that a semi-implicit step makes by itself of a contact at rest, m/s: up to this, it is taken for one that still rests.
+/// Returns the approach that a semi-implicit step makes by itself of a contact at rest, m/s: up to this, it is taken
+/// for one that still rests.
 ///
 /// ```text
 /// w₀ = h |c| + max(0, A (v − v̂))        c = Ȧ v
 /// ```
-/// **The row turns.** A contact at rest over a step ends it with `A v⁺ = −h c − g/h`: the convective term is foreseen, and an open gap may be
-/// used up. Along the row as it then stands the velocity is `w = A v⁺ + h c' = h (c' − c) − g/h`, with c' that of v⁺, and the gap, of
-/// which the step's straight way leaves out the curvature, is `g' = g + h A v⁺ + ½h² c' = h² (½c' − c)`. While c stays that is a gap of
-/// `½h²|c|` and an approach of `½h|c|` in every step, which together fulfil the condition of an impact, `g + h w = 0`. Where c comes to be
-/// within a step, from the geometry or from a velocity that jumps, the approach is `h|c'|`. Where it ceases to be a gap of `h²|c|` is left,
-/// the next step uses it up, and the one after finds the approach `h|c|`: two steps later than the row has turned.
+/// **The row turns.** A contact at rest over a step ends it with `A v⁺ = −h c − g/h`: the convective term is foreseen,
+/// and an open gap may be used up. Along the row as it then stands the velocity is
+/// `w = A v⁺ + h c' = h (c' − c) − g/h`, with c' that of v⁺, and the gap, of which the step's straight way leaves out
+/// the curvature, is `g' = g + h A v⁺ + ½h² c' = h² (½c' − c)`. While c stays that is a gap of `½h²|c|` and an approach
+/// of `½h|c|` in every step, which together fulfil the condition of an impact, `g + h w = 0`. Where c comes to be
+/// within a step, from the geometry or from a velocity that jumps, the approach is `h|c'|`. Where it ceases to be a gap
+/// of `h²|c|` is left, the next step uses it up, and the one after finds the approach `h|c|`: two steps later than the
+/// row has turned.
 ///
-/// **The joints turn.** Velocities are made consistent with the joints, `v̂`, before contacts see them: what that adds to the approach of a
-/// row is known to the bit, and is of order h as well.
+/// **The joints turn.** Velocities are made consistent with the joints, `v̂`, before contacts see them: what that adds
+/// to the approach of a row is known to the bit, and is of order h as well.
 ///
-/// Of order h both: an impact of any speed is one if the step is short enough. The mechanics takes the largest of this step and the last two,
-/// for contacts that touched in one of the last two; to all others any approach is an impact. It is an estimate: a bend of the row between two
-/// points of the steps is not seen, and what is hit again within two steps at less than w₀ does not rebound.
+/// Of order h both: an impact of any speed is one if the step is short enough. The mechanics takes the largest of this
+/// step and the last two, for contacts that touched in one of the last two; to all others any approach is an impact. It
+/// is an estimate: a bend of the row between two points of the steps is not seen, and what is hit again within two
+/// steps at less than w₀ does not rebound.
 /// # Shapes and units
 /// `h` s; `convective` c of the row, m/s²; `corrected` `A (v̂ − v)` m/s; returns m/s.
 /// # Source
@@ -105,10 +110,11 @@ pub fn discretisation_approach(h: f64, convective: f64, corrected: f64) -> f64 {
 /// ```text
 /// τ max_j (|w_j| + |h a_j|)
 /// ```
-/// Along the normal a rebound of rounding is rounding. But it would take a contact that rests for one on its way out; and along the surface
-/// it is the whole velocity of a contact that slides, and would turn it round with e.
+/// Along the normal a rebound of rounding is rounding. But it would take a contact that rests for one on its way out;
+/// and along the surface it is the whole velocity of a contact that slides, and would turn it round with e.
 /// # Shapes and units
-/// `tolerance` τ of the solver; `rows` velocity before the step and its change by the free acceleration, of all rows of contacts, m/s.
+/// `tolerance` τ of the solver; `rows` velocity before the step and its change by the free acceleration, of all rows of
+/// contacts, m/s.
 #[inline]
 pub fn rounding_velocity(tolerance: f64, rows: impl Iterator<Item = (f64, f64)>) -> f64 {
     tolerance * rows.fold(0.0, |largest: f64, (w, change)| largest.max(w.abs() + change.abs()))

@@ -1,4 +1,5 @@
-//! The contact law over a step: gap term, impact and compliance, the parts of `b` and of the diagonal of `H` that are not free motion.
+//! The contact law over a step: gap term, impact and compliance, the parts of `b` and of the diagonal of `H` that are
+//! not free motion.
 //!
 //! ```text
 //! 0 ≤ w⁺ + t(g) ⟂ P ≥ 0        t = g/h of an open contact, γ g/h of a penetrated one; e w⁻ of one that rebounds

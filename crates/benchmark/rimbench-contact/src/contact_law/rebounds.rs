@@ -47,17 +47,19 @@ pub enum Solved {
 ///     u = −e w of contacts that are hit, w⁺ + t of all others: forces alone
 ///     u = w⁺ of contacts that are hit, w⁺ plus the gap law of g + h w⁺ of all others: the next step
 /// ```
-/// Of the contacts that are hit, those rebound that neither of what follows closes. The others have the gap law, as if they did not bounce; the
-/// rest is asked again until all last. Of a single contact both say `e |w| > h b`, b its acceleration towards the surface; of several the
-/// forces of those that stay closed are in it. The first one counts no rebound that is one of others which throw the contact up, the second
-/// none that is stopped by others which are still closing.
+/// Of the contacts that are hit, those rebound that neither of what follows closes. The others have the gap law, as if
+/// they did not bounce; the rest is asked again until all last. Of a single contact both say `e |w| > h b`, b its
+/// acceleration towards the surface; of several the forces of those that stay closed are in it. The first one counts no
+/// rebound that is one of others which throw the contact up, the second none that is stopped by others which are still
+/// closing.
 /// # Shapes and units
 /// Velocities m/s, in rows `[n; t]`, without friction `[n]`.
 /// # Source
 /// Newton's law of impact, in the form of Moreau; which rebound, ours.
 ///
-/// A plastic contact among them has e = 0 and stops in the step in which it is hit, w⁺ ≥ 0, while its position follows the gap law. By the gap
-/// law alone an impact takes two steps, and with friction those may slide where one blow sticks.
+/// A plastic contact among them has e = 0 and stops in the step in which it is hit, w⁺ ≥ 0, while its position follows
+/// the gap law. By the gap law alone an impact takes two steps, and with friction those may slide where one blow
+/// sticks.
 #[derive(Debug, Clone, Default)]
 pub struct Rebounds {
     rebounding: Vec<bool>,
@@ -111,8 +113,8 @@ impl Rebounds {
         if self.plastic[contact] { 0.0 } else { restitution }
     }
 
-    /// Notes which contacts are hit, and says whether one is; `own` tells the approach (m/s) up to which a contact rests, and whether it is
-    /// plastic.
+    /// Notes which contacts are hit, and says whether one is; `own` tells the approach (m/s) up to which a contact
+    /// rests, and whether it is plastic.
     #[inline]
     pub fn record_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> (f64, bool)) -> bool {
         let changes = rows.w.iter().zip(rows.free).map(|(w, free)| (*w, free - w));
@@ -127,8 +129,8 @@ impl Rebounds {
         self.any
     }
 
-    /// Finds out which of the contacts that are hit rebound; says whether one does. `solve` writes impulses and velocities `H P + b` for a
-    /// right-hand side b.
+    /// Finds out which of the contacts that are hit rebound; says whether one does. `solve` writes impulses and
+    /// velocities `H P + b` for a right-hand side b.
     ///
     /// # Errors
     /// As `solve` reports.
@@ -196,7 +198,8 @@ impl Rebounds {
         }
     }
 
-    /// Returns the term in the normal row of a contact, m/s, of which the gap law says `gap_term`, and which moves with `w`.
+    /// Returns the term in the normal row of a contact, m/s, of which the gap law says `gap_term`, and which moves with
+    /// `w`.
     #[inline]
     pub fn term(&self, step: &ImpactStep, contact: usize, gap_term: f64, w: f64, solved: Solved) -> f64 {
         match solved {
@@ -266,11 +269,13 @@ mod tests {
 
     #[test]
     fn a_contact_must_not_rebound_where_others_press_it_that_stay_closed() {
-        // A body of 1 kg on another one that lies on the ground: its contact has no acceleration of its own, both fall alike.
+        // A body of 1 kg on another one that lies on the ground: its contact has no acceleration of its own, both fall
+        // alike.
         let stack = [[1.0, -1.0], [-1.0, 2.0]];
         let (h, g) = (0.01, 9.81);
         let rows = |w: f64| rebounding(stack, [0.0, 0.0], [0.0, w], [-h * g, w]);
-        // The ground holds the lower one: the upper one falls with g, and 0.09 m/s are over in a step, 0.11 m/s are not.
+        // The ground holds the lower one: the upper one falls with g, and 0.09 m/s are over in a step, 0.11 m/s are
+        // not.
         assert_eq!(rows(-0.18), [false, false]);
         assert_eq!(rows(-0.22), [false, true]);
     }

@@ -9,15 +9,15 @@ use super::gap::GapRates;
 /// open, g > 0            P = h max(0, −(k + c/h) g⁺)         0 ≤ w⁺ + g/h           + P/(h (h k + c)) ⟂ P ≥ 0
 /// g⁺ = g + h w⁺
 /// ```
-/// The complementarity problem of the rigid contact, with `k/(h k + c)` for `γ/h` and something on the diagonal of `H_uu`, so that the
-/// forces of redundant contacts are unique. A resting contact is slightly penetrated. Simulators make such contacts on overlap; ours are
-/// there beforehand, and of an open one the damper takes only what it goes too far. With the first line for both, it would push as soon
-/// as `g < c |w|/k`, millimetres before anything touches.
+/// The complementarity problem of the rigid contact, with `k/(h k + c)` for `γ/h` and something on the diagonal of
+/// `H_uu`, so that the forces of redundant contacts are unique. A resting contact is slightly penetrated. Simulators
+/// make such contacts on overlap; ours are there beforehand, and of an open one the damper takes only what it goes too
+/// far. With the first line for both, it would push as soon as `g < c |w|/k`, millimetres before anything touches.
 /// # Shapes and units
 /// `stiffness` k, N/m, above 0; `damping` c, N·s/m; gaps m; steps s.
 /// # Source
-/// Implicit Euler on spring and damper; in interactive simulators usually given as constraint force mixing and error reduction. What open
-/// contacts do is ours.
+/// Implicit Euler on spring and damper; in interactive simulators usually given as constraint force mixing and error
+/// reduction. What open contacts do is ours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactSpring {
     /// k, N/m.
@@ -33,7 +33,8 @@ impl ContactSpring {
         GapRates { open: 1.0 / h, closed: self.stiffness / (h * self.stiffness + self.damping) }
     }
 
-    /// Returns what a step `step` adds to the diagonal of `H_uu` where the law is that of a step `h`, `1/(step (h k + c))`, 1/kg.
+    /// Returns what a step `step` adds to the diagonal of `H_uu` where the law is that of a step `h`,
+    /// `1/(step (h k + c))`, 1/kg.
     #[inline]
     pub fn diagonal(self, step: f64, h: f64) -> f64 {
         1.0 / (step * (h * self.stiffness + self.damping))
@@ -45,8 +46,8 @@ impl ContactSpring {
         0.5 * self.stiffness * gap.min(0.0) * gap.min(0.0)
     }
 
-    /// Returns the energy that the damper takes in a step `h` from `gap` with velocity `w` at its end, J: the work of the `impulse` less the
-    /// spring's; where nothing presses, the energy that the spring still held.
+    /// Returns the energy that the damper takes in a step `h` from `gap` with velocity `w` at its end, J: the work of
+    /// the `impulse` less the spring's; where nothing presses, the energy that the spring still held.
     #[inline]
     pub fn loss(self, impulse: f64, gap: f64, w: f64, h: f64) -> f64 {
         let after = gap + h * w;

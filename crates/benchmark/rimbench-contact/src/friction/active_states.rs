@@ -5,19 +5,21 @@ use crate::complementarity::{SolveStats, Unsolved};
 use crate::known_size;
 use crate::problem::{Cone, Coulomb};
 
-/// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold start can cycle.
+/// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold
+/// start can cycle.
 const MOST_CHANGES: u32 = 12;
 /// A violation below this part of `‖b‖_∞` is rounding; the accepted residual is 1e-9.
 const NEGLIGIBLE: f64 = 1e-11;
 
-/// Solves the equations of the states at hand, and changes the state of the contact that violates its own most, until none does.
+/// Solves the equations of the states at hand, and changes the state of the contact that violates its own most, until
+/// none does.
 ///
 /// ```text
 /// open     −w_n > 0          → stick                 slip±   ∓w_t > 0   → stick
 /// closed   −H_nn P_n > 0     → open                  stick   H_tt (|P_t| − μ max(P_n, 0)) > 0   → slip against P_t
 /// ```
-/// `P = 0` where that is a solution. With the states of the last problem of a simulation the first solve is almost always the last. No guarantee: what it proposes is checked,
-/// and there are other methods.
+/// `P = 0` where that is a solution. With the states of the last problem of a simulation the first solve is almost
+/// always the last. No guarantee: what it proposes is checked, and there are other methods.
 /// # Source
 /// Ours; states as in Glocker's *Set-Valued Force Laws* (2001).
 #[derive(Debug, Clone)]
@@ -34,8 +36,9 @@ impl ActiveStates {
         ActiveStates { system: StateSystem::new(contacts), seen: false, w: vec![0.0; 2 * contacts] }
     }
 
-    /// Goes on from `states`; writes a proposal to `impulses`, and its states. The stats have its natural residual. `same_matrix` tells that
-    /// matrix and coefficients are those of the problem before: in its states nothing is factorised.
+    /// Goes on from `states`; writes a proposal to `impulses`, and its states. The stats have its natural residual.
+    /// `same_matrix` tells that matrix and coefficients are those of the problem before: in its states nothing is
+    /// factorised.
     ///
     /// # Errors
     /// [`Unsolved::NotFound`] without a proposal, [`Unsolved::NonFinite`] if `b` is not finite.
@@ -152,7 +155,8 @@ fn most_violated(
             ContactState::SlipPositive => (-w_t, ContactState::Stick),
             ContactState::SlipNegative => (w_t, ContactState::Stick),
         };
-        // A closed contact can violate its state in two ways; a pull that is rounding must not hide that it slides the wrong way.
+        // A closed contact can violate its state in two ways; a pull that is rounding must not hide that it slides the
+        // wrong way.
         let pull = (-p_n * problem.delassus.row(contact)[contact], ContactState::Open);
         for (violation, rather) in [own, pull] {
             if violation > worst {

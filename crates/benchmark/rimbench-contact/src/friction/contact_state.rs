@@ -13,7 +13,8 @@ pub enum ContactState {
     Open,
     /// It does not move: `w_n = w_t = 0`, `|P_t| ≤ μ P_n`.
     Stick,
-    /// It slides forwards: `w_n = 0`, `w_t ≥ 0`, `P_t = −μ P_n`. In space it slides, along a direction that is kept beside the state.
+    /// It slides forwards: `w_n = 0`, `w_t ≥ 0`, `P_t = −μ P_n`. In space it slides, along a direction that is kept
+    /// beside the state.
     SlipPositive,
     /// It slides backwards: `w_n = 0`, `w_t ≤ 0`, `P_t = +μ P_n`.
     SlipNegative,
@@ -44,10 +45,11 @@ impl ContactState {
         }
     }
 
-    /// Returns what the contact did in a solution in which it moves by `w_t` (m/s), standing still up to `tolerance` (m/s).
+    /// Returns what the contact did in a solution in which it moves by `w_t` (m/s), standing still up to `tolerance`
+    /// (m/s).
     ///
-    /// One of several redundant contacts may be loaded up to its border and stand still with the others: it has not slid. States are not unique
-    /// there, velocities are.
+    /// One of several redundant contacts may be loaded up to its border and stand still with the others: it has not
+    /// slid. States are not unique there, velocities are.
     #[inline]
     pub fn moving(self, w_t: f64, tolerance: f64) -> Self {
         match self {

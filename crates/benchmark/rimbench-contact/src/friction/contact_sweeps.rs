@@ -8,11 +8,12 @@ const MOST_BISECTIONS: u32 = 100;
 
 /// Non-smooth Gauss–Seidel with an exact solution of each contact, which has T tangential rows.
 ///
-/// Converges linearly, for most problems with few redundant contacts; where these stick near the border of their cones it needs thousands
-/// of sweeps.
+/// Converges linearly, for most problems with few redundant contacts; where these stick near the border of their cones
+/// it needs thousands of sweeps.
 /// # Source
-/// Jourdan, Alart, Jean, *A Gauss–Seidel like algorithm to solve frictional contact problems* (1998); the solution of one contact in space
-/// by one scalar equation after Bonnefon, Daviet, *Quartic formulation of Coulomb 3D frictional contact* (2011).
+/// Jourdan, Alart, Jean, *A Gauss–Seidel like algorithm to solve frictional contact problems* (1998); the solution of
+/// one contact in space by one scalar equation after Bonnefon, Daviet, *Quartic formulation of Coulomb 3D frictional
+/// contact* (2011).
 #[derive(Debug, Clone, Default)]
 pub struct ContactSweeps<const T: usize = 1> {
     w: Vec<f64>,
@@ -24,7 +25,8 @@ impl<const T: usize> ContactSweeps<T> {
         ContactSweeps { w: vec![0.0; (1 + T) * contacts] }
     }
 
-    /// Sweeps from `impulses` until the natural residual is at most `tolerance`, at most `most` times; returns sweeps and residual.
+    /// Sweeps from `impulses` until the natural residual is at most `tolerance`, at most `most` times; returns sweeps
+    /// and residual.
     pub fn sweep(
         &mut self,
         problem: FrictionProblem<'_, T>,
@@ -74,7 +76,8 @@ fn product<const T: usize>(a: [f64; 3], b: [f64; 3]) -> f64 {
     (1..=T).fold(a[0] * b[0], |sum, axis| sum + a[axis] * b[axis])
 }
 
-/// Returns the impulses of one contact in the plane exactly: the first of open, stick, slip that holds; without friction if none does.
+/// Returns the impulses of one contact in the plane exactly: the first of open, stick, slip that holds; without
+/// friction if none does.
 fn in_plane([[a, x, _], [y, d, _], _]: [[f64; 3]; 3], [b_n, b_t, _]: [f64; 3], mu: f64) -> [f64; 3] {
     if b_n >= 0.0 {
         return [0.0; 3];
@@ -98,8 +101,8 @@ fn in_plane([[a, x, _], [y, d, _], _]: [[f64; 3]; 3], [b_n, b_t, _]: [f64; 3], m
     [-b_n / a, 0.0, 0.0]
 }
 
-/// Returns the impulses of one contact in space exactly: open, sticking, or sliding with `w_t = −α P_t`, whose `α > 0` is the root of
-/// `|P_t(α)| = μ P_n(α)` with `(S + α I) P_t = −c`; S and c are H_tt and b_t with `w_n = 0` eliminated.
+/// Returns the impulses of one contact in space exactly: open, sticking, or sliding with `w_t = −α P_t`, whose `α > 0`
+/// is the root of `|P_t(α)| = μ P_n(α)` with `(S + α I) P_t = −c`; S and c are H_tt and b_t with `w_n = 0` eliminated.
 fn in_space(h: [[f64; 3]; 3], b: [f64; 3], mu: f64) -> [f64; 3] {
     if b[0] >= 0.0 {
         return [0.0; 3];

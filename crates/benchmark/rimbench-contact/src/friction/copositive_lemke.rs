@@ -8,12 +8,14 @@
 //!     ⎢−H_tn  −H_tt   H_tt   1 ⎥         if no jam loads itself
 //!     ⎣  μ     −1     −1     0 ⎦
 //! ```
-//! Exact in the plane. `M` is not symmetric, so the final basis is read as states, and their equations are solved afresh. Each contact is
-//! scaled by its own `H_nn`, and `b` by its largest entry: a step with right-hand sides of round-off must not end on thresholds.
+//! Exact in the plane. `M` is not symmetric, so the final basis is read as states, and their equations are solved
+//! afresh. Each contact is scaled by its own `H_nn`, and `b` by its largest entry: a step with right-hand sides of
+//! round-off must not end on thresholds.
 //!
 //! # Source
-//! Stewart, Trinkle, *An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction* (1996);
-//! Anitescu, Potra, *Formulating dynamic multi-rigid-body contact problems with friction as solvable LCPs* (1997).
+//! Stewart, Trinkle, *An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb
+//! friction* (1996); Anitescu, Potra, *Formulating dynamic multi-rigid-body contact problems with friction as solvable
+//! LCPs* (1997).
 
 use super::active_states::solve_states;
 use super::{ContactState, FrictionProblem, StateSystem};

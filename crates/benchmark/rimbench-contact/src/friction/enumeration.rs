@@ -34,7 +34,8 @@ impl Enumeration {
         Enumeration { system: StateSystem::new(n), trial: vec![0.0; 2 * n], states: vec![ContactState::Open; n] }
     }
 
-    /// Writes the impulses and states of the first combination with a natural residual up to `tolerance`, or of the best.
+    /// Writes the impulses and states of the first combination with a natural residual up to `tolerance`, or of the
+    /// best.
     ///
     /// # Errors
     /// [`Unsolved::TooLarge`] above [`ENUMERATION_LIMIT`].

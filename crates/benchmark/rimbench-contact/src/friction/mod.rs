@@ -1,11 +1,13 @@
-//! Contact problems with Coulomb friction, in the plane here, in space in [`space`]: `w = H P + b`, contact by contact open, sticking or sliding.
+//! Contact problems with Coulomb friction, in the plane here, in space in [`space`]: `w = H P + b`, contact by contact
+//! open, sticking or sliding.
 //!
 //! ```text
 //! 0 ≤ w_n ⟂ P_n ≥ 0        |P_t| ≤ μ P_n,  w_t P_t = −μ P_n |w_t|
 //! ```
-//! In the plane the law is exact: a contact can do four things, and once it is known which, all is linear. `H` is symmetric positive
-//! semidefinite, the law is not: sliding makes the equations unsymmetric, and beyond a coefficient that depends on the geometry there may be
-//! several solutions, or none (Painlevé). Velocities and the resultant are then compared, never single impulses.
+//! In the plane the law is exact: a contact can do four things, and once it is known which, all is linear. `H` is
+//! symmetric positive semidefinite, the law is not: sliding makes the equations unsymmetric, and beyond a coefficient
+//! that depends on the geometry there may be several solutions, or none (Painlevé). Velocities and the resultant are
+//! then compared, never single impulses.
 //!
 //! | symbol | here | unit |
 //! |---|---|---|
@@ -16,7 +18,8 @@
 //! | `E_σ`, `F_σ` | rows that stand still, columns that push, for a combination σ of states; see [`StateSystem`] | |
 //! | `r` | [natural residual](crate::problem::ContactProblem::natural_residual) | |
 //!
-//! A coefficient at rest above that in motion is [`Stiction`]: each problem has the one of the two that its history says.
+//! A coefficient at rest above that in motion is [`Stiction`]: each problem has the one of the two that its history
+//! says.
 //!
 //! Methods propose, the natural residual decides: [`FrictionSolver`] asks the warm active set first, then the others.
 //!

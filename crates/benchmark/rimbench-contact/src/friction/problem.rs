@@ -3,8 +3,9 @@
 use crate::linear_algebra::dot;
 use crate::problem::{ContactProblem, Coulomb, DenseDelassus};
 
-/// One problem `w = H P + b` under Coulomb's law, `H = [H_nn H_nt; H_tn H_tt]` and `b = [b_n; b_t]`: normal rows before tangential ones, the
-/// normal part of `b` with its gap terms, the tangential one with none. T tangential rows per contact: 1 in the plane, 2 in space.
+/// One problem `w = H P + b` under Coulomb's law, `H = [H_nn H_nt; H_tn H_tt]` and `b = [b_n; b_t]`: normal rows before
+/// tangential ones, the normal part of `b` with its gap terms, the tangential one with none. T tangential rows per
+/// contact: 1 in the plane, 2 in space.
 pub type FrictionProblem<'a, const T: usize = 1> = ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a, T>>;
 
 impl<const T: usize> FrictionProblem<'_, T> {

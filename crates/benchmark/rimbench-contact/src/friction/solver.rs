@@ -117,10 +117,12 @@ impl ColdMethods {
     }
 }
 
-/// Solves one problem after the other, each from the states of the last; every answer is measured by the natural residual.
+/// Solves one problem after the other, each from the states of the last; every answer is measured by the natural
+/// residual.
 ///
-/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`] (up to five
-/// contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of contacts it was made for.
+/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`]
+/// (up to five contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of
+/// contacts it was made for.
 pub type FrictionSolver = Checked<WarmStates>;
 
 impl FrictionSolver {

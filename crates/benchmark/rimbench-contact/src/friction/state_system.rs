@@ -5,8 +5,8 @@ use crate::known_size;
 
 /// A pivot below this part of the first one is zero: its row depends on those before.
 const DEPENDENT: f64 = 1e-11;
-/// Pivots in the order of the last matrix serve while no row is subtracted more often than this: complete pivoting, which searches all
-/// that is left at every step, has 1.
+/// Pivots in the order of the last matrix serve while no row is subtracted more often than this: complete pivoting,
+/// which searches all that is left at every step, has 1.
 const GROWTH: f64 = 8.0;
 
 /// The equations that hold once it is known what each contact does.
@@ -16,16 +16,17 @@ const GROWTH: f64 = 8.0;
 ///                      F_σ: columns n, t where a contact sticks; n ∓ μ t where it slides
 /// P = F_σ x,  K x = −E_σ b
 /// ```
-/// `K` is unsymmetric where a contact slides. Rows that depend on others drop out with their unknowns (elimination with complete pivoting):
-/// redundant contacts are the rule. Serves the contact problem and what is condensed from it alike.
+/// `K` is unsymmetric where a contact slides. Rows that depend on others drop out with their unknowns (elimination with
+/// complete pivoting): redundant contacts are the rule. Serves the contact problem and what is condensed from it alike.
 ///
-/// Matrices of one combination of states after the other are much alike: they are taken apart in the order of the last one, and searched
-/// for pivots only where that order does not serve.
+/// Matrices of one combination of states after the other are much alike: they are taken apart in the order of the last
+/// one, and searched for pivots only where that order does not serve.
 /// # Shapes and units
 /// `K` up to 2n×2n, 1/kg; `x` N·s.
 #[derive(Debug, Clone)]
 pub struct StateSystem {
-    /// Stacked row of each unknown: the contact, or n plus the contact where it is tangential, 2n plus it for a second tangential row.
+    /// Stacked row of each unknown: the contact, or n plus the contact where it is tangential, 2n plus it for a second
+    /// tangential row.
     rows: Vec<usize>,
     /// Of each unknown what its column is made of: `H_·row`, plus so many times the tangential one.
     columns: Vec<Column>,
@@ -39,7 +40,8 @@ pub struct StateSystem {
     slides: bool,
     /// Tangential rows of a contact: 1 in the plane, 2 in space.
     tangents: usize,
-    /// `K` in the order of its pivots, then its upper factor, from the diagonal on; row after row, as the lower one, and one over the pivots.
+    /// `K` in the order of its pivots, then its upper factor, from the diagonal on; row after row, as the lower one,
+    /// and one over the pivots.
     matrix: Vec<f64>,
     lower: Vec<f64>,
     inverse: Vec<f64>,
@@ -136,13 +138,15 @@ impl StateSystem {
         self.states == states
     }
 
-    /// Takes the equations of these states and factorises them; `line` gives a stacked row of `H`, contacts and tangential rows first.
+    /// Takes the equations of these states and factorises them; `line` gives a stacked row of `H`, contacts and
+    /// tangential rows first.
     #[inline]
     pub fn factorise<'a>(&mut self, friction: &[f64], states: &[ContactState], line: impl Fn(usize) -> &'a [f64]) {
         self.factorise_along(friction, states, &[], line);
     }
 
-    /// Takes them where contacts that slide in space do so along these `directions`, of length 1; none are needed in the plane.
+    /// Takes them where contacts that slide in space do so along these `directions`, of length 1; none are needed in
+    /// the plane.
     #[inline]
     pub fn factorise_along<'a>(
         &mut self,
@@ -206,7 +210,8 @@ impl StateSystem {
         }
     }
 
-    /// Elimination in the order of the last matrix; says whether that serves this one: as many pivots, and none too small.
+    /// Elimination in the order of the last matrix; says whether that serves this one: as many pivots, and none too
+    /// small.
     #[inline]
     fn eliminate_in_order<'a>(&mut self, line: &impl Fn(usize) -> &'a [f64]) -> bool {
         // Searched each time: models in space are condensed once per macro step.

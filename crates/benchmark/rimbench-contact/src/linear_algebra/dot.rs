@@ -1,5 +1,5 @@
-//! Inner products: of long rows, with independent partial sums so that they are not bound by the latency of one addition, and
-//! of the few numbers of two bodies.
+//! Inner products: of long rows, with independent partial sums so that they are not bound by the latency of one
+//! addition, and of the few numbers of two bodies.
 
 /// Returns `Σ a_k b_k` over the shorter of the two lengths.
 ///
@@ -26,8 +26,8 @@ fn long(a: &[f64], b: &[f64]) -> f64 {
 
 /// Returns `Σ a_k b_k` for vectors of two planar bodies or few numbers.
 ///
-/// In order; six elements, the coordinates of two planar bodies and the most frequent size, body by body: a length known to the
-/// compiler halves the work.
+/// In order; six elements, the coordinates of two planar bodies and the most frequent size, body by body: a length
+/// known to the compiler halves the work.
 #[inline]
 pub fn body_dot(a: &[f64], b: &[f64]) -> f64 {
     if let (Ok(a), Ok(b)) = (<&[f64; 6]>::try_from(a), <&[f64; 6]>::try_from(b)) {

@@ -13,11 +13,11 @@ use super::dot::dot;
 /// type on its own: [`Factor::border`] returns `d` and the caller decides whether to [`Factor::push`] it. It is
 /// a Cholesky factor with Givens rotations, but without square roots, which would be half of the work at n = 4.
 ///
-/// A dense `M_AA` faer would factorise faster, 1.8 times at 16 indices and 3.6 times at 128 (`benches/solvers.rs`). But many
-/// independent contacts need many bodies, and then few pairs of contacts share one: in those of the cases at most 3 in 10 entries
-/// of an active set of 16 or more differ from zero, less than 1 in 10 from 48 on. There the rows' leading zeros, left out
-/// here, are worth as much: 1.5 to 3 times faster than faer at 128, at most twice as slow from 16 to 64. And a factor by rows can
-/// be taken further by one contact, and tells which of them depend.
+/// A dense `M_AA` faer would factorise faster, 1.8 times at 16 indices and 3.6 times at 128 (`benches/solvers.rs`). But
+/// many independent contacts need many bodies, and then few pairs of contacts share one: in those of the cases at most
+/// 3 in 10 entries of an active set of 16 or more differ from zero, less than 1 in 10 from 48 on. There the rows'
+/// leading zeros, left out here, are worth as much: 1.5 to 3 times faster than faer at 128, at most twice as slow from
+/// 16 to 64. And a factor by rows can be taken further by one contact, and tells which of them depend.
 ///
 /// # Source
 /// Gill, Golub, Murray, Saunders, *Methods for modifying matrix factorizations*, Math. Comp. 28 (1974), method C1,
@@ -59,8 +59,8 @@ impl Factor {
         let row = &mut rest[..len];
         let (y, d_inverse) = (&mut self.y[..len], &self.d_inverse[..len]);
         let mut d = column[j];
-        // In a pile row j is coupled to few of the others, and y begins with zeros. A multiple of eight, so that the partial sums
-        // of the products do not change.
+        // In a pile row j is coupled to few of the others, and y begins with zeros. A multiple of eight, so that the
+        // partial sums of the products do not change.
         let first = if len < 8 { 0 } else { set[..len].iter().take_while(|&&i| column[i] == 0.0).count() / 8 * 8 };
         y[..first].fill(0.0);
         row[..first].fill(0.0);

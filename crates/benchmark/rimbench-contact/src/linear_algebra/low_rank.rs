@@ -3,8 +3,8 @@
 /// Diagonal, in parts of the largest entry, below which what is left of A is rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// `L` of `A = L Lᵀ`, by Cholesky's method with the largest diagonal entry as pivot: n rows, as many columns as A has rank. The contacts of
-/// one body have at most rank 6, however many there are.
+/// `L` of `A = L Lᵀ`, by Cholesky's method with the largest diagonal entry as pivot: n rows, as many columns as A has
+/// rank. The contacts of one body have at most rank 6, however many there are.
 #[derive(Debug, Clone, Default)]
 pub struct LowRank {
     /// Column after column.

@@ -87,8 +87,8 @@ fn is_pivot(entry: f64, largest: f64) -> bool {
     entry.abs() > f64::EPSILON * largest
 }
 
-/// Replaces `b` by `A⁻¹ b` and destroys `a`, row by row, so that every sum has one order on every machine; `row` is room for one. False if
-/// A is singular to working precision.
+/// Replaces `b` by `A⁻¹ b` and destroys `a`, row by row, so that every sum has one order on every machine; `row` is
+/// room for one. False if A is singular to working precision.
 pub(crate) fn eliminate_by_rows(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -> bool {
     let n = b.len();
     let largest = largest_entry(a);
@@ -120,8 +120,8 @@ pub(crate) fn eliminate_by_rows(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -
     true
 }
 
-/// Does what [`eliminate_by_rows`] does, to the same bits, for a size that the compiler knows: whole rows are subtracted, also where they
-/// are not read any more.
+/// Does what [`eliminate_by_rows`] does, to the same bits, for a size that the compiler knows: whole rows are
+/// subtracted, also where they are not read any more.
 pub(crate) fn eliminate_few<const N: usize>(a: &mut [f64], b: &mut [f64]) -> bool {
     let (a, b) = (&mut a.as_chunks_mut::<N>().0[..N], &mut b[..N]);
     let mut most = [0.0_f64; N];

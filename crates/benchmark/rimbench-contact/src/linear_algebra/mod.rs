@@ -1,5 +1,5 @@
-//! Linear algebra of contacts: no allocation after construction, plain loops where matrices are small, faer above, and where most
-//! contacts are not coupled only what is not zero.
+//! Linear algebra of contacts: no allocation after construction, plain loops where matrices are small, faer above, and
+//! where most contacts are not coupled only what is not zero.
 //!
 //! | type | what it does |
 //! |---|---|

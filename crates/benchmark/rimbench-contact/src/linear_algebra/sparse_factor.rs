@@ -12,8 +12,8 @@ fn scatter(l: &[f64], y: f64, positions: &[u32], x: &mut [f64]) {
     }
 }
 
-/// `c − Σ l x` over the positions of the entries. The first one is subtracted last: it is mostly that which has just been computed, and all
-/// others need not wait for it.
+/// `c − Σ l x` over the positions of the entries. The first one is subtracted last: it is mostly that which has just
+/// been computed, and all others need not wait for it.
 #[inline(always)]
 fn less_gathered(mut c: f64, l: &[f64], positions: &[u32], x: &[f64]) -> f64 {
     let (Some((&l_first, l)), Some((&first, positions))) = (l.split_first(), positions.split_first()) else { return c };
@@ -37,12 +37,12 @@ fn less_gathered(mut c: f64, l: &[f64], positions: &[u32], x: &[f64]) -> f64 {
 /// k enters:  l_k, d_k and the column below by one pass over row k;   L₃₃ D₃₃ L₃₃ᵀ − d_k c cᵀ
 /// k leaves:  L₃₃ D₃₃ L₃₃ᵀ + d_k c cᵀ                                 c: column k of L, below k
 /// ```
-/// Rows that are not in A are unit rows of L. Of a column the entries of members are kept, in order, from where it starts for all rows:
-/// of all that L has room for these are two fifths in a heap that presses, and a fifth where half of the contacts are open. Nothing is
-/// allocated after construction, unless for another pattern.
+/// Rows that are not in A are unit rows of L. Of a column the entries of members are kept, in order, from where it
+/// starts for all rows: of all that L has room for these are two fifths in a heap that presses, and a fifth where half
+/// of the contacts are open. Nothing is allocated after construction, unless for another pattern.
 /// # Source
-/// Davis, Hager, *Row modifications of a sparse Cholesky factorization*, SIAM J. Matrix Anal. Appl. 26 (2005); the change of rank one
-/// is method C1 of Gill, Golub, Murray, Saunders 1974.
+/// Davis, Hager, *Row modifications of a sparse Cholesky factorization*, SIAM J. Matrix Anal. Appl. 26 (2005); the
+/// change of rank one is method C1 of Gill, Golub, Murray, Saunders 1974.
 #[derive(Debug, Clone)]
 pub struct SparseFactor {
     order: Arc<EliminationOrder>,
@@ -54,7 +54,8 @@ pub struct SparseFactor {
     active: Vec<bool>,
     /// By positions; zero between calls.
     x: Vec<f64>,
-    /// While factorising: the first column whose next entry is that of a row, the next such column after it, and where that entry stands.
+    /// While factorising: the first column whose next entry is that of a row, the next such column after it, and where
+    /// that entry stands.
     first: Vec<u32>,
     next: Vec<u32>,
     at: Vec<usize>,
@@ -118,8 +119,8 @@ impl SparseFactor {
         start..start + self.counts[k] as usize
     }
 
-    /// Factorises `m` plus `shift` on its diagonal anew for the rows of which `wanted` says so, leaving out those whose pivot is at most
-    /// `dependent` times their diagonal; returns how many are in.
+    /// Factorises `m` plus `shift` on its diagonal anew for the rows of which `wanted` says so, leaving out those whose
+    /// pivot is at most `dependent` times their diagonal; returns how many are in.
     pub fn factorise(
         &mut self,
         m: SymmetricRows<'_>,
@@ -382,8 +383,8 @@ impl SparseFactor {
         }
     }
 
-    /// Solves among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs
-    /// of `b` are read and replaced, and it costs no more than they do.
+    /// Solves among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only
+    /// theirs of `b` are read and replaced, and it costs no more than they do.
     pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
         for &row in rows {
             let k = self.order.position_of[row as usize] as usize;

@@ -7,8 +7,8 @@ const ENTRIES_PER_NON_ZERO: usize = 4;
 
 /// Row by row, the entries of an n×n matrix that are not zero and their columns.
 ///
-/// Contacts of a pile share a body with few others, so most entries of `M` are zero. Allocates only where it is made and
-/// where the size grows.
+/// Contacts of a pile share a body with few others, so most entries of `M` are zero. Allocates only where it is made
+/// and where the size grows.
 #[derive(Debug, Clone, Default)]
 pub struct SparseRows {
     /// Where each row ends in `columns` and `entries`.

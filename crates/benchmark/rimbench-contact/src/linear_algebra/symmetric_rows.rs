@@ -73,7 +73,8 @@ impl SymmetricPattern {
     }
 }
 
-/// A symmetric matrix with a fixed [`SymmetricPattern`], its entries borrowed. Both triangles are there, so that a row is a column.
+/// A symmetric matrix with a fixed [`SymmetricPattern`], its entries borrowed. Both triangles are there, so that a row
+/// is a column.
 #[derive(Debug, Clone, Copy)]
 pub struct SymmetricRows<'a> {
     /// Where the entries stand.

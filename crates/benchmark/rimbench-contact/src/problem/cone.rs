@@ -6,24 +6,25 @@
 /// K ∋ P ⟂ w + s ∈ K*        s = 0 (Signorini), s_n = μ |w_t| (Coulomb; De Saxcé's correction, as friction is not associated)
 /// ```
 /// # Source
-/// De Saxcé, Feng, *The bipotential method: a constructive approach to design the complete contact law with friction and improved
-/// numerical algorithms* (Mathematical and Computer Modelling 28, 1998) for s. With `s = 0` under friction the law would be associated: a
-/// contact that slides would lift off with μ |w_t|.
+/// De Saxcé, Feng, *The bipotential method: a constructive approach to design the complete contact law with friction
+/// and improved numerical algorithms* (Mathematical and Computer Modelling 28, 1998) for s. With `s = 0` under friction
+/// the law would be associated: a contact that slides would lift off with μ |w_t|.
 pub trait Cone: Copy {
-    /// Rows of a contact; of all contacts the normal rows come first, then the first tangential rows, then the second ones.
+    /// Rows of a contact; of all contacts the normal rows come first, then the first tangential rows, then the second
+    /// ones.
     const ROWS: usize;
     /// To which part of their size entries of contacts count that would not close.
     const FAR: f64 = 1e-3;
 
-    /// Returns the velocity S that residuals are relative to, m/s, that is the fastest entry of the contacts that would close in this
-    /// step, and `‖b‖_∞`.
+    /// Returns the velocity S that residuals are relative to, m/s, that is the fastest entry of the contacts that would
+    /// close in this step, and `‖b‖_∞`.
     ///
     /// ```text
     /// S = max( ‖b_c‖_∞ over contacts c with b_n < 0,  FAR ‖b‖_∞ )        ‖b‖_∞ where none would close, and P = 0 is the solution
     /// ```
-    /// A far gap puts `g/h` into b: 60 mm over 50 µs are 1200 m/s, of which 1e-9 are 1.2 µm/s of a contact that rests. It counts to a
-    /// thousandth in the plane, for the rounding of the velocity of a contact that only others push shut, and not at all in space, whose
-    /// problems have few rows. S does not exceed `‖b‖_∞`.
+    /// A far gap puts `g/h` into b: 60 mm over 50 µs are 1200 m/s, of which 1e-9 are 1.2 µm/s of a contact that rests.
+    /// It counts to a thousandth in the plane, for the rounding of the velocity of a contact that only others push
+    /// shut, and not at all in space, whose problems have few rows. S does not exceed `‖b‖_∞`.
     #[inline(always)]
     fn scale_and_largest(b: &[f64]) -> [f64; 2] {
         let (contacts, mut closing, mut all) = (b.len() / Self::ROWS, 0.0, 0.0);
@@ -71,8 +72,8 @@ impl Cone for Signorini {
     }
 }
 
-/// Contacts with Coulomb friction and T tangential rows each, 1 in the plane, 2 in space: `0 ≤ w_n ⟂ P_n ≥ 0`, `|P_t| ≤ μ P_n`,
-/// `P_t = −μ P_n w_t / |w_t|` where it slides.
+/// Contacts with Coulomb friction and T tangential rows each, 1 in the plane, 2 in space: `0 ≤ w_n ⟂ P_n ≥ 0`,
+/// `|P_t| ≤ μ P_n`, `P_t = −μ P_n w_t / |w_t|` where it slides.
 ///
 /// The friction disc is a Euclidean ball, which is an interval in the plane; nothing is replaced by facets.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,8 +86,8 @@ impl<const T: usize> Cone for Coulomb<'_, T> {
     const ROWS: usize = 1 + T;
     const FAR: f64 = if T == 1 { 1e-3 } else { 0.0 };
 
-    /// Returns `max( |min(H_nn P_n, w_n)|,  H_tt |P_t − proj_B(P_t − w_t / H_tt)| )`, B being the ball of radius μ P_n, or 0 for an impulse
-    /// that pulls, and H_tt the largest diagonal entry of the tangential rows.
+    /// Returns `max( |min(H_nn P_n, w_n)|, H_tt |P_t − proj_B(P_t − w_t / H_tt)| )`, B being the ball of radius μ P_n,
+    /// or 0 for an impulse that pulls, and H_tt the largest diagonal entry of the tangential rows.
     #[inline(always)]
     fn violation(
         &self,

@@ -22,7 +22,8 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
         self.b.len() / K::ROWS
     }
 
-    /// Returns the velocity S that residuals are relative to, m/s: that of the contacts that would close ([`Cone::scale_and_largest`]).
+    /// Returns the velocity S that residuals are relative to, m/s: that of the contacts that would close
+    /// ([`Cone::scale_and_largest`]).
     #[inline(always)]
     pub fn scale(&self) -> f64 {
         K::scale_and_largest(self.b)[0]
@@ -65,25 +66,29 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
 }
 
 impl<'a, K: Cone> ContactProblem<'a, DenseDelassus<'a>, K> {
-    /// Measures how far `P` is from solving the problem, in velocities relative to those of the contacts that would close.
+    /// Measures how far `P` is from solving the problem, in velocities relative to those of the contacts that would
+    /// close.
     ///
     /// ```text
     /// w = H P + b        r = max_c |natural map of contact c| / max(S, tiny)        S: Cone::scale_and_largest
     /// ```
-    /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`; [`Coulomb`] adds
-    /// the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would cause, so every term is one: a change
-    /// of the unit of mass (`H → H/s`, `P → s P`) or of velocity leaves `r` unchanged, and a negative impulse, a penetrating velocity, an
-    /// impulse at an opening contact and friction along the motion count alike. A row with `H_ii ≤ 0` (in a semidefinite matrix a row of
-    /// zeros) is measured with the impulse itself.
+    /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`;
+    /// [`Coulomb`] adds the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would
+    /// cause, so every term is one: a change of the unit of mass (`H → H/s`, `P → s P`) or of velocity leaves `r`
+    /// unchanged, and a negative impulse, a penetrating velocity, an impulse at an opening contact and friction along
+    /// the motion count alike. A row with `H_ii ≤ 0` (in a semidefinite matrix a row of zeros) is measured with the
+    /// impulse itself.
     ///
-    /// `w` is recomputed from `H`, `b` and `P`; nothing is taken from the solver. Anything that is not finite makes the result infinite.
+    /// `w` is recomputed from `H`, `b` and `P`; nothing is taken from the solver. Anything that is not finite makes the
+    /// result infinite.
     ///
     /// # Shapes and units
     /// `impulses` n (N·s); returns a pure number.
     /// # Panics
     /// If the lengths do not fit.
     /// # Source
-    /// Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), section 5.10 (`min(z, w)`); the weight `H_ii` is ours.
+    /// Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), section 5.10 (`min(z, w)`); the weight `H_ii`
+    /// is ours.
     #[inline(always)]
     pub fn natural_residual(&self, impulses: &[f64]) -> f64 {
         assert!(impulses.len() == self.b.len() && self.b.len() == self.delassus.rows, "one impulse per row of H and b");
@@ -133,8 +138,8 @@ impl<'a> ContactProblem<'a, SymmetricRows<'a>, Signorini> {
 }
 
 impl<'a, const T: usize> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a, T>> {
-    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, (1+T)n × (1+T)n, `b` is `[b_n; b_t]`, and `friction` the coefficient
-    /// μ of each contact. With two tangential rows `b_t = [b_t1; b_t2]`.
+    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, (1+T)n × (1+T)n, `b` is `[b_n; b_t]`, and
+    /// `friction` the coefficient μ of each contact. With two tangential rows `b_t = [b_t1; b_t2]`.
     ///
     /// # Panics
     /// If the lengths do not fit.

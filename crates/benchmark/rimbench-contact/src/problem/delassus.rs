@@ -35,8 +35,8 @@ impl DelassusOperator for DenseDelassus<'_> {
 }
 
 impl<K: Cone> ContactProblem<'_, DenseDelassus<'_>, K> {
-    /// Writes `w = H P + b`. How the products of a row are added to `b` is part of the digits: `few` where the compiler knows the size,
-    /// `many` elsewhere.
+    /// Writes `w = H P + b`. How the products of a row are added to `b` is part of the digits: `few` where the compiler
+    /// knows the size, `many` elsewhere.
     #[inline]
     pub(crate) fn velocities_by(
         &self,
@@ -73,7 +73,8 @@ fn rows(n: usize, h: &[f64], b: &[f64], impulses: &[f64], w: &mut [f64], row: im
     }
 }
 
-/// Computes [`ContactProblem::natural_residual`]; the problem comes as slices, as it would be passed through memory as one.
+/// Computes [`ContactProblem::natural_residual`]; the problem comes as slices, as it would be passed through memory as
+/// one.
 #[inline(always)]
 pub(super) fn natural_residual<K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
     known_size!(

@@ -1,4 +1,5 @@
-//! The contact problem `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ + s ∈ K*` ([`Cone`]): operator H, right-hand side b, cone K, and the natural residual.
+//! The contact problem `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ + s ∈ K*` ([`Cone`]): operator H, right-hand side b, cone K, and the
+//! natural residual.
 
 mod cone;
 mod contact_problem;

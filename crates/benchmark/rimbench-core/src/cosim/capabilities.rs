@@ -10,7 +10,8 @@ use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use crate::name::Name;
 
-/// Offers what one subsystem may have and another may not. Each default offers nothing, so that an implementation names only what there is.
+/// Offers what one subsystem may have and another may not. Each default offers nothing, so that an implementation names
+/// only what there is.
 ///
 /// A wrapper returns the capabilities of the subsystem inside it as a whole
 /// ([`Subsystem::capabilities`](super::Subsystem::capabilities)), so that none is lost.
@@ -20,7 +21,8 @@ pub trait Capabilities {
         None
     }
 
-    /// Fills `model` with the subsystem reduced to its interface, for its own step `h` (s). False: it has none to offer now.
+    /// Fills `model` with the subsystem reduced to its interface, for its own step `h` (s). False: it has none to offer
+    /// now.
     ///
     /// # Errors
     /// [`Cause::Singular`](crate::error::Cause::Singular) if the constraints do not allow the reduction.
@@ -67,7 +69,8 @@ pub trait Capabilities {
     /// Writes the observables of the present state; `h` is the subsystem's own step, s.
     fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
 
-    /// Returns the work received through the interface since the start, J, as the subsystem's own discretisation counts it.
+    /// Returns the work received through the interface since the start, J, as the subsystem's own discretisation counts
+    /// it.
     fn interface_work(&mut self) -> Option<f64> {
         None
     }

@@ -23,8 +23,8 @@ pub trait JointActuator {
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure>;
 }
 
-/// Offers what only [`NonSmoothMechanics`](crate::mechanics::NonSmoothMechanics) has, whatever its model. Without defaults, as it is no trait
-/// for others to implement.
+/// Offers what only [`NonSmoothMechanics`](crate::mechanics::NonSmoothMechanics) has, whatever its model. Without
+/// defaults, as it is no trait for others to implement.
 pub trait ContactMechanics {
     /// Names the contacts of the interface model, whose gaps are `gap_<contact>_m`.
     fn contact_names(&self) -> &[Name];
@@ -32,21 +32,24 @@ pub trait ContactMechanics {
     /// Returns its coordinates q, in the units of the model.
     fn coordinates(&self) -> &[f64];
 
-    /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model; none after steps of the second order.
+    /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model; none after steps
+    /// of the second order.
     fn contact_impulses(&self) -> Option<&[f64]>;
 
-    /// Keeps every entry of the matrices of its contacts from now on, before the first step: asked for by what cannot use sparse ones. Where
-    /// memory does not hold them they stay as they are.
+    /// Keeps every entry of the matrices of its contacts from now on, before the first step: asked for by what cannot
+    /// use sparse ones. Where memory does not hold them they stay as they are.
     fn keep_every_entry(&mut self);
 
-    /// Tells whether it steps by a rule of the second order. Only then it takes steps together with the actuator, or under a profile.
+    /// Tells whether it steps by a rule of the second order. Only then it takes steps together with the actuator, or
+    /// under a profile.
     fn is_of_second_order(&self) -> bool;
 
-    /// Advances both sides from `time` by `h` (s): each piece is taken by both, with the force that belongs to its own motion.
+    /// Advances both sides from `time` by `h` (s): each piece is taken by both, with the force that belongs to its own
+    /// motion.
     ///
     /// # Errors
-    /// A [`Failure`] of either side, or [`Cause::NotConverged`](crate::error::Cause::NotConverged) where force and motion do not
-    /// agree.
+    /// A [`Failure`] of either side, or [`Cause::NotConverged`](crate::error::Cause::NotConverged) where force and
+    /// motion do not agree.
     fn step_together(
         &mut self,
         actuator: &mut dyn JointActuator,

@@ -71,7 +71,8 @@ impl CoupledPair<'_> {
         Ok(())
     }
 
-    /// Outputs of both sides. The side without direct feedthrough speaks first, so that the other can answer with fresh input.
+    /// Outputs of both sides. The side without direct feedthrough speaks first, so that the other can answer with fresh
+    /// input.
     pub(crate) fn evaluate_outputs(&mut self) -> Result<(), Failure> {
         let first = self.state.without_feedthrough;
         let (u_first, u_second) = self.state.u.split_mut(first);
@@ -83,7 +84,8 @@ impl CoupledPair<'_> {
         Ok(())
     }
 
-    /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every communication point.
+    /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every
+    /// communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
         let PairState { exchange, u, audit, .. } = &mut *self.state;
         if let Some(model) = &mut exchange.interface_model
@@ -143,7 +145,8 @@ impl CoupledPair<'_> {
         self.scheme.receive(from, &sample)
     }
 
-    /// Shows the communication point at which `step` starts; `effective_mass` is what the scheme says of the macro step before.
+    /// Shows the communication point at which `step` starts; `effective_mass` is what the scheme says of the macro step
+    /// before.
     pub(crate) fn show(
         &mut self,
         step: MacroStep,
@@ -180,8 +183,8 @@ impl CoupledPair<'_> {
         InterfaceWork { sent_j: self.state.work_sent.sent(), received_j }
     }
 
-    /// Returns what the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of the sides unless
-    /// a rule wants to know.
+    /// Returns what the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of
+    /// the sides unless a rule wants to know.
     #[inline]
     pub(crate) fn estimate(&mut self, by: StepControl, end: f64) -> Result<ErrorEstimate, Failure> {
         match by {
@@ -193,8 +196,8 @@ impl CoupledPair<'_> {
         }
     }
 
-    /// By how much what each side says crosses a row of the interface differs: its outputs at the end of a macro step, with the inputs that it
-    /// had.
+    /// By how much what each side says crosses a row of the interface differs: its outputs at the end of a macro step,
+    /// with the inputs that it had.
     fn bond_residuals(&mut self) -> Result<BondResiduals, Failure> {
         let PairState { own, u, work_sent, .. } = &mut *self.state;
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
@@ -205,7 +208,8 @@ impl CoupledPair<'_> {
         ))
     }
 
-    /// By how much the motion that the actuator was given by the scheme's model is wrong at the `end` (s) of a macro step.
+    /// By how much the motion that the actuator was given by the scheme's model is wrong at the `end` (s) of a macro
+    /// step.
     #[cold]
     fn model_defect(&mut self, end: f64) -> Result<ModelDefect, Failure> {
         let PairState { own, u, y, defect, .. } = &mut *self.state;

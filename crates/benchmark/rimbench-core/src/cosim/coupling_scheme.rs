@@ -17,12 +17,14 @@ pub struct Sample<'a> {
     pub time: f64,
     /// The outputs of the sending side.
     pub y: &'a [f64],
-    /// The sender reduced to its interface, if the scheme needs it and this is the mechanics' sample of the communication point.
+    /// The sender reduced to its interface, if the scheme needs it and this is the mechanics' sample of the
+    /// communication point.
     pub model: Option<&'a ReducedInterfaceModel>,
-    /// How the actuator's outputs move, if the scheme needs it and this is the actuator's sample of the communication point.
+    /// How the actuator's outputs move, if the scheme needs it and this is the actuator's sample of the communication
+    /// point.
     pub rates: Option<&'a OutputRates>,
-    /// The action of lines in the place of the actuator's oil on the mechanics over the macro step that starts here, if the scheme needs
-    /// it and this is the actuator's sample of the communication point.
+    /// The action of lines in the place of the actuator's oil on the mechanics over the macro step that starts here, if
+    /// the scheme needs it and this is the actuator's sample of the communication point.
     pub line_forces: Option<&'a LineForces>,
     /// The macro step that starts here.
     pub step: MacroStep,
@@ -33,8 +35,8 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// Makes the sample of a side that sends its outputs `y` and nothing else, at the start of `step`, in which the mechanics takes one step; δ
-    /// of the actuator in s.
+    /// Makes the sample of a side that sends its outputs `y` and nothing else, at the start of `step`, in which the
+    /// mechanics takes one step; δ of the actuator in s.
     pub fn of_outputs(step: MacroStep, y: &'a [f64], actuator_micro_step: f64) -> Self {
         Sample {
             time: step.start,
@@ -49,7 +51,8 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// How the rows of an interface feel each other, at its largest since the start: `C = D^(−½) H_ii D^(−½)` with the diagonal `D` of `H_ii`.
+/// How the rows of an interface feel each other, at its largest since the start: `C = D^(−½) H_ii D^(−½)` with the
+/// diagonal `D` of `H_ii`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct InterfaceCorrelation {
     /// Largest eigenvalue λ of `C`: from 1, for rows that do not feel each other, to their number.
@@ -61,8 +64,9 @@ pub struct InterfaceCorrelation {
 /// The report of a scheme.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SchemeReport {
-    /// Effective mass with the model received last, kg; `+inf` for a locked interface. Where contacts are free to open, it is that
-    /// with the contacts that carried impulse in the first micro step since; if there has been none yet, in the last one before.
+    /// Effective mass with the model received last, kg; `+inf` for a locked interface. Where contacts are free to open,
+    /// it is that with the contacts that carried impulse in the first micro step since; if there has been none yet, in
+    /// the last one before.
     pub effective_mass: Option<f64>,
     /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
     pub dissipated_j: Option<f64>,
@@ -90,7 +94,8 @@ pub struct ModelEnd<'a> {
     pub rows: &'a [usize],
     /// Their velocities, m/s.
     pub w: &'a [f64],
-    /// All velocities with which the model started, in the order of the model that was sent: with a half-kick, those after it.
+    /// All velocities with which the model started, in the order of the model that was sent: with a half-kick, those
+    /// after it.
     pub start: &'a [f64],
     /// What bilateral contacts with friction do; none where there are none.
     pub bilateral_modes: Option<ContactModes<'a>>,
@@ -99,8 +104,9 @@ pub struct ModelEnd<'a> {
 /// A picture of the other side between communication points: an input for each micro step.
 ///
 /// At each communication point the loop calls [`receive`](Self::receive) for the mechanics, then for the actuator; then
-/// [`input`](Self::input) once per micro step of each side. In the Gauss–Seidel sequence that starts with the mechanics,
-/// the mechanics' new sample arrives before the actuator's micro steps: what was extrapolation becomes interpolation.
+/// [`input`](Self::input) once per micro step of each side. In the Gauss–Seidel sequence that starts with the
+/// mechanics, the mechanics' new sample arrives before the actuator's micro steps: what was extrapolation becomes
+/// interpolation.
 pub trait CouplingScheme: Send {
     /// Takes note of what `from` sends at a communication point.
     ///
@@ -108,15 +114,16 @@ pub trait CouplingScheme: Send {
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure>;
 
-    /// Writes to `u` the input of side `to` for one micro step, its mean where it changes within the step. `own` is what that side puts out at the start of the
-    /// micro step; `u` holds the input used last (at the first micro step, the fresh exchange value).
+    /// Writes to `u` the input of side `to` for one micro step, its mean where it changes within the step. `own` is
+    /// what that side puts out at the start of the micro step; `u` holds the input used last (at the first micro step,
+    /// the fresh exchange value).
     ///
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure>;
 
-    /// Asks the mechanics, which still stands at the communication point, before an [`input`](Self::input) of the actuator with the same `own`:
-    /// called of schemes that need [`Trials`](crate::schemes::Requirement::Trials).
+    /// Asks the mechanics, which still stands at the communication point, before an [`input`](Self::input) of the
+    /// actuator with the same `own`: called of schemes that need [`Trials`](crate::schemes::Requirement::Trials).
     ///
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
@@ -124,8 +131,8 @@ pub trait CouplingScheme: Send {
         Ok(())
     }
 
-    /// Says how the outputs of the actuator follow its inputs directly, before an [`input`](Self::input) whose `own` is what the
-    /// actuator puts out in the middle of the micro step with the inputs `u` of its start (see
+    /// Says how the outputs of the actuator follow its inputs directly, before an [`input`](Self::input) whose `own` is
+    /// what the actuator puts out in the middle of the micro step with the inputs `u` of its start (see
     /// [`ActuatorIntegrator::Midpoint`](super::ActuatorIntegrator::Midpoint)).
     ///
     /// ```text
@@ -139,20 +146,22 @@ pub trait CouplingScheme: Send {
         Ok(())
     }
 
-    /// Writes the input at the end of the micro step whose mean [`input`](Self::input) has just written, for a scheme that knows both.
+    /// Writes the input at the end of the micro step whose mean [`input`](Self::input) has just written, for a scheme
+    /// that knows both.
     #[inline]
     fn input_at_end(&self, _to: Side, _u: &mut [f64]) {}
 
-    /// Writes the polynomials of the inputs within the micro step whose mean [`input`](Self::input) has just written, for a subsystem
-    /// that integrates polynomials (see [`InputPolynomials`](super::InputPolynomials)). False: what `input` wrote is held, in this
-    /// and all other micro steps of the macro step.
+    /// Writes the polynomials of the inputs within the micro step whose mean [`input`](Self::input) has just written,
+    /// for a subsystem that integrates polynomials (see [`InputPolynomials`](super::InputPolynomials)). False: what
+    /// `input` wrote is held, in this and all other micro steps of the macro step.
     #[inline]
     fn input_polynomials(&self, _to: Side, _at: MicroStep, _polynomials: &mut [Cubic]) -> bool {
         false
     }
 
-    /// Changes the macro step that the micro steps to come, of length `micro_step` (s), belong to, in which the mechanics takes so many steps
-    /// of its own: for a model that is brought to the present over macro steps of several lengths.
+    /// Changes the macro step that the micro steps to come, of length `micro_step` (s), belong to, in which the
+    /// mechanics takes so many steps of its own: for a model that is brought to the present over macro steps of several
+    /// lengths.
     ///
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
@@ -165,14 +174,14 @@ pub trait CouplingScheme: Send {
         Ok(())
     }
 
-    /// Says where the scheme's own model of the mechanics has come to with the actuator's force; none from a scheme that moves no
-    /// such model.
+    /// Says where the scheme's own model of the mechanics has come to with the actuator's force; none from a scheme
+    /// that moves no such model.
     fn forecast(&self) -> Option<Forecast<'_>> {
         None
     }
 
-    /// Says where the contacts of the scheme's own model end the macro step; none from a scheme without one, or whose model does not stay as it
-    /// was sent.
+    /// Says where the contacts of the scheme's own model end the macro step; none from a scheme without one, or whose
+    /// model does not stay as it was sent.
     fn model_end(&mut self) -> Option<ModelEnd<'_>> {
         None
     }

@@ -14,8 +14,8 @@ pub const MOST_LATE: u32 = 100_000;
 /// ```text
 /// sample m arrives at communication point m + delay + j_m + missed_m, or never        j_m uniform in 0, …, jitter
 /// ```
-/// The newest sample that has arrived counts. `j_m` and losses are drawn from a hash of seed, direction and m: they depend neither on
-/// the order of calls nor on the scheme, so that two schemes lose the same samples.
+/// The newest sample that has arrived counts. `j_m` and losses are drawn from a hash of seed, direction and m: they
+/// depend neither on the order of calls nor on the scheme, so that two schemes lose the same samples.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Channel {
     /// Macro steps by which every sample is late.
@@ -26,7 +26,8 @@ pub struct Channel {
     pub loss: f64,
     /// Seed of jitter and losses.
     pub seed: u64,
-    /// Samples of macro steps that missed their deadline: index, and macro steps by which each is late on top; in the order of time.
+    /// Samples of macro steps that missed their deadline: index, and macro steps by which each is late on top; in the
+    /// order of time.
     pub missed: Vec<(u32, u32)>,
 }
 
@@ -173,11 +174,12 @@ fn missed(text: &str) -> std::result::Result<Vec<(u32, u32)>, String> {
 /// What a receiver makes of a sample that is late.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LateRule {
-    /// An extrapolation uses the time at which the sample was taken; an interface model is run forward to the present with the forces
-    /// that the actuator has had since, contacts included.
+    /// An extrapolation uses the time at which the sample was taken; an interface model is run forward to the present
+    /// with the forces that the actuator has had since, contacts included.
     #[default]
     CatchUp,
-    /// As catching up, but the delay takes a model as many steps as one macro step, and at most one more for each macro step of age.
+    /// As catching up, but the delay takes a model as many steps as one macro step, and at most one more for each macro
+    /// step of age.
     CatchUpCoarse,
     /// The sample is taken for one of now.
     Raw,

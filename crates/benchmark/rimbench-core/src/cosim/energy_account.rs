@@ -9,10 +9,10 @@ use super::side::PerSide;
 /// ```text
 /// stored = interface − contact − friction − viscous + pump − valve − tank + integration + closure
 /// ```
-/// Every bucket is booked on its own: `stored` is a difference of two values of a function of state, the works and losses
-/// are sums over steps of force (or flow) times displacement (or pressure), and `integration` is a sum of the defects of the
-/// discretisation, each worked out where it arises. None of them is "what is left", so that [`closure`](Self::closure) is
-/// round-off if, and only if, nothing was forgotten or booked twice.
+/// Every bucket is booked on its own: `stored` is a difference of two values of a function of state, the works and
+/// losses are sums over steps of force (or flow) times displacement (or pressure), and `integration` is a sum of the
+/// defects of the discretisation, each worked out where it arises. None of them is "what is left", so that
+/// [`closure`](Self::closure) is round-off if, and only if, nothing was forgotten or booked twice.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EnergyAccount {
     /// Change of the stored energy: kinetic and potential, or elastic.
@@ -29,7 +29,8 @@ pub struct EnergyAccount {
     pub valve: f64,
     /// Carried out by the fluid that went to the tank.
     pub tank: f64,
-    /// Energy that the subsystem's own discretisation created (above 0) or lost (below 0). Vanishes with the subsystem's step.
+    /// Energy that the subsystem's own discretisation created (above 0) or lost (below 0). Vanishes with the
+    /// subsystem's step.
     pub integration: f64,
     /// Lost in friction of contacts.
     pub friction: f64,
@@ -115,8 +116,8 @@ mod tests {
 
     #[test]
     fn a_forgotten_bucket_shows_in_the_closure() {
-        // By hand: 10 J from the pump, 2 to the valve, 1 to the tank, 1 to friction, 5 sent; 4 of them arrive, 1.5 end in a
-        // contact, 2.5 are kinetic; 1 J stays as pressure. Nothing is created.
+        // By hand: 10 J from the pump, 2 to the valve, 1 to the tank, 1 to friction, 5 sent; 4 of them arrive, 1.5 end
+        // in a contact, 2.5 are kinetic; 1 J stays as pressure. Nothing is created.
         let actuator = EnergyAccount {
             stored: 1.0,
             interface: -5.0,

@@ -3,8 +3,8 @@
 /// Coefficients of one input: powers of time from 0 to 3.
 pub type Cubic = [f64; 4];
 
-/// Room for the inputs within the next micro step as polynomials of the time since its start, for a subsystem that integrates
-/// them exactly. Others receive the mean, as the `u` of [`Subsystem::step`](super::Subsystem::step).
+/// Room for the inputs within the next micro step as polynomials of the time since its start, for a subsystem that
+/// integrates them exactly. Others receive the mean, as the `u` of [`Subsystem::step`](super::Subsystem::step).
 ///
 /// ```text
 /// u_i(t_j + τ) = Σ_p c_ip τ^p,   p = 0 … 3,   0 ≤ τ ≤ δ

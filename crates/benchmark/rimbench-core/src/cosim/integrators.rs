@@ -37,7 +37,8 @@ pub enum ActuatorIntegrator {
     Midpoint,
 }
 
-/// A rule of the second order, asked of a subsystem (see [`Capabilities::use_second_order`](super::Capabilities::use_second_order)).
+/// A rule of the second order, asked of a subsystem (see
+/// [`Capabilities::use_second_order`](super::Capabilities::use_second_order)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SecondOrder {
     /// A midpoint rule.

@@ -1,4 +1,5 @@
-//! What both sides know of each other where samples are late: the samples kept until they arrive, and what is made of them then.
+//! What both sides know of each other where samples are late: the samples kept until they arrive, and what is made of
+//! them then.
 
 use super::communication_grid::{MacroStep, MicroStep};
 use super::coupling_scheme::CouplingScheme;
@@ -26,7 +27,8 @@ pub(crate) struct LateSamples {
     initial: Vec<f64>,
     /// Mean force over a coarse step.
     mean: Vec<f64>,
-    /// By age from 1: `Σ ā·a`, `Σ ā·ā` and `Σ a·a` of free accelerations that many macro steps apart, within what samples age.
+    /// By age from 1: `Σ ā·a`, `Σ ā·ā` and `Σ a·a` of free accelerations that many macro steps apart, within what
+    /// samples age.
     accelerations: Vec<[f64; 3]>,
     /// Means and their times of the newest two macro steps whose forces have arrived, the newest first.
     arrived: [(f64, Vec<f64>); 2],
@@ -107,7 +109,8 @@ impl LateSamples {
         self.newest.mechanics[k].unwrap_or(0)
     }
 
-    /// Returns the newest sample of the actuator's outputs at communication point `k`; the first is known from the start.
+    /// Returns the newest sample of the actuator's outputs at communication point `k`; the first is known from the
+    /// start.
     pub(crate) fn newest_force(&self, k: usize) -> usize {
         self.newest.actuator[k].unwrap_or(0)
     }
@@ -122,8 +125,8 @@ impl LateSamples {
         &mut self.ring[m % length]
     }
 
-    /// Keeps the fresh sample of the mechanics at the start of `step`, for which both sides have steps of their own: δ of the actuator in s,
-    /// the mechanics' by number.
+    /// Keeps the fresh sample of the mechanics at the start of `step`, for which both sides have steps of their own: δ
+    /// of the actuator in s, the mechanics' by number.
     pub(crate) fn keep(
         &mut self,
         step: MacroStep,
@@ -176,7 +179,8 @@ impl LateSamples {
         Ok(())
     }
 
-    /// Compares the free acceleration at communication point `k` with those since point `m`, rows weighed by the masses that they move.
+    /// Compares the free acceleration at communication point `k` with those since point `m`, rows weighed by the masses
+    /// that they move.
     pub(crate) fn compare_accelerations(&mut self, m: usize, k: usize) {
         let LateSamples { ring, accelerations, .. } = self;
         let model = |index: usize| ring[index % ring.len()].model.as_ref();
@@ -191,15 +195,15 @@ impl LateSamples {
         }
     }
 
-    /// Returns the least correlation of free accelerations that are no farther apart than samples are old: 1 if they stay, below 0 if they
-    /// turn round. None where no sample was late.
+    /// Returns the least correlation of free accelerations that are no farther apart than samples are old: 1 if they
+    /// stay, below 0 if they turn round. None where no sample was late.
     pub(crate) fn acceleration_correlation(&self) -> Option<f64> {
         let of_age = self.accelerations.iter().map(|[both, old, now]| both / (old * now).sqrt());
         of_age.filter(|correlation| correlation.is_finite()).reduce(f64::min)
     }
 
-    /// Brings the scheme's model from communication point `m` to `k`, with the forces that the actuator has had since. `u` becomes where it is then;
-    /// returned are the micro steps that it took.
+    /// Brings the scheme's model from communication point `m` to `k`, with the forces that the actuator has had since.
+    /// `u` becomes where it is then; returned are the micro steps that it took.
     ///
     /// # Errors
     /// Those of the scheme.
@@ -264,7 +268,8 @@ impl LateSamples {
         }
     }
 
-    /// Goes on along the means of the newest two macro steps whose forces have arrived, to the middle of the present one.
+    /// Goes on along the means of the newest two macro steps whose forces have arrived, to the middle of the present
+    /// one.
     fn go_on(&mut self, n: usize, step: MacroStep, count: usize, u: &mut [f64]) {
         let slot = n % self.ring.len();
         let Kept { step: sent, returned, .. } = &self.ring[slot];
@@ -287,7 +292,8 @@ impl LateSamples {
         }
     }
 
-    /// Follows the actuator from the end of macro step `n` to the middle of an own step of the mechanics, with the motion of the mechanics.
+    /// Follows the actuator from the end of macro step `n` to the middle of an own step of the mechanics, with the
+    /// motion of the mechanics.
     ///
     /// ```text
     /// F = F_n + r τ + D (u − u_n) + R ∫ (u − u_n) dt        trapezoids between communication points

@@ -6,7 +6,8 @@ use std::time::Duration;
 /// The longest that is told apart; a longer one counts as this much in a percentile.
 const LONGEST: Duration = Duration::from_secs(3600);
 
-/// Wall times of macro steps, counted in classes that are at most a thousandth wide, and how many took longer than a deadline.
+/// Wall times of macro steps, counted in classes that are at most a thousandth wide, and how many took longer than a
+/// deadline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Latencies {
     nanoseconds: Histogram<u64>,

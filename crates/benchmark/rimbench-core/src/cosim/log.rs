@@ -41,8 +41,8 @@ impl Log {
         self.model_defect.push([time, defect]);
     }
 
-    /// Notes the communication point at which `step` starts, and shows it; that is no part of the macro step. `effective_mass` is
-    /// what the scheme says of the macro step before.
+    /// Notes the communication point at which `step` starts, and shows it; that is no part of the macro step.
+    /// `effective_mass` is what the scheme says of the macro step before.
     pub(crate) fn note(
         &mut self,
         pair: &mut CoupledPair<'_>,

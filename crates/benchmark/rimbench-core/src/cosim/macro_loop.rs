@@ -21,8 +21,8 @@ use crate::error::Failure;
 /// Runs two subsystems coupled by a scheme, and calls `observe` at each communication point.
 ///
 /// The ports must fit (see [`check_coupling`](super::check_coupling)), the force return must suit the sequence (see
-/// [`ForceReturn::check`](super::ForceReturn::check)), and `exchange` must be what the scheme needs. Nothing is allocated once
-/// the first macro step has begun, and no step is ever taken back.
+/// [`ForceReturn::check`](super::ForceReturn::check)), and `exchange` must be what the scheme needs. Nothing is
+/// allocated once the first macro step has begun, and no step is ever taken back.
 pub fn cosimulate(
     setup: &Setup,
     mut sides: Sides<'_>,
@@ -93,7 +93,8 @@ pub(crate) fn macro_steps<P>(
     }
 }
 
-/// Exchanges at the last communication point; `step` would follow it, and `effective_mass` is that of the macro step before.
+/// Exchanges at the last communication point; `step` would follow it, and `effective_mass` is that of the macro step
+/// before.
 pub(crate) fn finish(
     pair: &mut CoupledPair<'_>,
     log: &mut Log,

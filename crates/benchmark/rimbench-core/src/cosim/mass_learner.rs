@@ -1,4 +1,5 @@
-//! A receiver that learns the mass: by how much the mechanics' new velocity is not what its interface model forecast from the forces sent.
+//! A receiver that learns the mass: by how much the mechanics' new velocity is not what its interface model forecast
+//! from the forces sent.
 //!
 //! ```text
 //! H ← f H                        f a factor on the mobility, 1/f on the mass
@@ -6,8 +7,8 @@
 //! s = Ĥ p / f                    how the forecast depends on f: Ĥ with the closed contacts eliminated, p the impulse sent
 //! K = P s / (φ R + s · s P)      f ← f + K · e,  P ← (1 − K · s) P / φ         R = (ε max |s|)²
 //! ```
-//! Recursive least squares with forgetting φ and three numbers of state, (f, P, R). A jump is left out where a contact has opened,
-//! closed, or changed between stick and slip in the mechanics: what a contact did there is no mass.
+//! Recursive least squares with forgetting φ and three numbers of state, (f, P, R). A jump is left out where a contact
+//! has opened, closed, or changed between stick and slip in the mechanics: what a contact did there is no mass.
 //! # Source
 //! `docs/method/learning-the-mass.md`.
 
@@ -24,10 +25,12 @@ const UNKNOWN: f64 = 4.0;
 /// Its largest once something is: forgetting makes nothing unknown again where no force moves the mechanics.
 const FORGOTTEN: f64 = 0.01;
 
-/// What a forecast may be off for other reasons than the mass, as a share of the most that the force has ever moved it, ε.
+/// What a forecast may be off for other reasons than the mass, as a share of the most that the force has ever moved it,
+/// ε.
 const OTHER_REASONS: f64 = 0.1;
 
-/// Most by which one sample changes the factor: what is no mass does little harm, and a factor of 4 takes seven samples.
+/// Most by which one sample changes the factor: what is no mass does little harm, and a factor of 4 takes seven
+/// samples.
 const MOST_AT_ONCE: f64 = 1.25;
 
 /// How a receiver learns by which factor the mass of its interface model is wrong.
@@ -49,7 +52,8 @@ impl MassLearning {
     /// Checks that the model is one whose mass can be learned.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for matrices that keep their non-zeros only, and for contacts within the model that it does not list.
+    /// [`Error::Incompatible`] for matrices that keep their non-zeros only, and for contacts within the model that it
+    /// does not list.
     pub fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
         let why = if model.delassus_pattern().is_some() {
             "a model with contacts by the dozen is taken as it is"
@@ -145,7 +149,8 @@ impl MassLearner {
         }
     }
 
-    /// Takes the sample of communication point `m`, learns from it if it is new and was forecast, and returns its model with the mass learned.
+    /// Takes the sample of communication point `m`, learns from it if it is new and was forecast, and returns its model
+    /// with the mass learned.
     pub(crate) fn receive(&mut self, m: usize, sent: &ReducedInterfaceModel) -> &ReducedInterfaceModel {
         let next = self.sample.is_some_and(|before| before + 1 == m);
         let same = self.model.at_bound == sent.at_bound
@@ -186,7 +191,8 @@ impl MassLearner {
         }
     }
 
-    /// Notes where the scheme's model, started from the newest sample, stands at the end of `step`, which starts there, under these forces.
+    /// Notes where the scheme's model, started from the newest sample, stands at the end of `step`, which starts there,
+    /// under these forces.
     pub(crate) fn forecast(&mut self, step: MacroStep, forces: &OutputHistory, w: &[f64]) {
         if self.sample != Some(step.index) {
             return;
@@ -215,7 +221,8 @@ mod tests {
 
     const STEP: f64 = 1e-2;
 
-    /// A mass of 2 kg whose model is `belief` times as heavy, under a force of 3 N and its weight, with a contact or without.
+    /// A mass of 2 kg whose model is `belief` times as heavy, under a force of 3 N and its weight, with a contact or
+    /// without.
     fn learned(belief: f64, steps: usize, touches: impl Fn(usize) -> bool, push: f64) -> MassLearner {
         let mut sent = ReducedInterfaceModel::zeros(1, 1);
         sent.h.copy_from_slice(&[1.0, 0.0, 0.0, 1.0].map(|h| h / (2.0 * belief)));

@@ -45,7 +45,8 @@ impl MechanicsSteps {
         }
     }
 
-    /// Counts them in a macro step of this length, in which the micro steps of the actuator are no longer than `micro_step` (s).
+    /// Counts them in a macro step of this length, in which the micro steps of the actuator are no longer than
+    /// `micro_step` (s).
     pub fn within(self, length: f64, micro_step: f64) -> usize {
         match self {
             MechanicsSteps::Count(count) => count.get() as usize,

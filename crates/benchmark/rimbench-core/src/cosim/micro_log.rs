@@ -5,10 +5,11 @@ use super::setup::Setup;
 use super::subsystem::Sides;
 use super::trajectory::Trajectory;
 
-/// Makes room for the micro steps of a run, or for `most` of them. Where a rule sets its macro steps, each may add a micro step to those of the grid.
+/// Makes room for the micro steps of a run, or for `most` of them. Where a rule sets its macro steps, each may add a
+/// micro step to those of the grid.
 ///
-/// One row per micro step: when it starts, its middle, the actuator's outputs at its start, its inputs over it (their mean). Of one of the
-/// second order the outputs are those of its middle, which then stands in both columns.
+/// One row per micro step: when it starts, its middle, the actuator's outputs at its start, its inputs over it (their
+/// mean). Of one of the second order the outputs are those of its middle, which then stands in both columns.
 pub(crate) fn micro_log(setup: &Setup, sides: &Sides<'_>, most: usize) -> Trajectory {
     let ports = sides.ports().actuator;
     let names = ports.outputs.iter().chain(&ports.inputs).map(|port| port.name.to_string());

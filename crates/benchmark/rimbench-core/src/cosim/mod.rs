@@ -1,5 +1,5 @@
-//! Co-simulation of two subsystems: what they are, how they exchange, and the one macro loop. Non-iterative: nothing here takes a
-//! step back. What does, stands beside it, in [`iterative`](crate::iterative).
+//! Co-simulation of two subsystems: what they are, how they exchange, and the one macro loop. Non-iterative: nothing
+//! here takes a step back. What does, stands beside it, in [`iterative`](crate::iterative).
 //!
 //! | symbol | unit | meaning |
 //! |---|---|---|

@@ -1,4 +1,5 @@
-//! Where the energy comes from that an interface model creates: the jump from the end of the model to that of the mechanics, by contact.
+//! Where the energy comes from that an interface model creates: the jump from the end of the model to that of the
+//! mechanics, by contact.
 //!
 //! ```text
 //! received − sent = jump + first moment + mass + contacts + unfrozen + age
@@ -9,8 +10,9 @@
 //! unfrozen      what the mechanics received beyond the frozen model's account of its own steps: rows that turn
 //! age           what the model would have been sent had its samples been in time, under the same forces, less what it was sent
 //! ```
-//! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro steps. A model that
-//! started with a half-kick k has `a − 2k/H` inside, and ends k short of the mechanics: `w_u⁺ − k_u` takes the place of `w_u⁺`.
+//! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro
+//! steps. A model that started with a half-kick k has `a − 2k/H` inside, and ends k short of the mechanics:
+//! `w_u⁺ − k_u` takes the place of `w_u⁺`.
 //! # Source
 //! `docs/method/no-heavier-than-the-mechanics.md`.
 
@@ -23,7 +25,8 @@ use crate::interface_model::{
 use rimbench_contact::friction::{ContactState, StateSystem};
 use rimbench_contact::linear_algebra::body_dot;
 
-/// Below this fraction of the largest an impulse counts as zero, and a change of velocity below this fraction of what it is a difference of.
+/// Below this fraction of the largest an impulse counts as zero, and a change of velocity below this fraction of what
+/// it is a difference of.
 const ROUNDING: f64 = 1e-11;
 
 /// How a contact of an interface model creates energy.
@@ -52,11 +55,12 @@ pub struct Jump {
     pub by: Creation,
 }
 
-/// Energy that an interface model created (above 0) or lost since the start, J, by origin; the sum is minus the interface residual.
+/// Energy that an interface model created (above 0) or lost since the start, J, by origin; the sum is minus the
+/// interface residual.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelEnergy {
-    /// Gained as the end of the model was replaced by that of the mechanics: `Σ (T⁺ − T̂)`. What contacts take in the model is in
-    /// `contacts`.
+    /// Gained as the end of the model was replaced by that of the mechanics: `Σ (T⁺ − T̂)`. What contacts take in the
+    /// model is in `contacts`.
     pub jump: f64,
     /// Created by the bias, because the mechanics received the force at other times than it acted.
     pub first_moment: f64,
@@ -68,8 +72,8 @@ pub struct ModelEnergy {
     pub unfrozen: f64,
     /// Created because the samples that the model was made of were late.
     pub age: f64,
-    /// Largest eigenvalue of `H_mech − H_model` over all macro steps, each with the contacts that carried impulse, relative to the largest
-    /// entry of `H_ii`: above 0 the model was heavier than the mechanics in some direction.
+    /// Largest eigenvalue of `H_mech − H_model` over all macro steps, each with the contacts that carried impulse,
+    /// relative to the largest entry of `H_ii`: above 0 the model was heavier than the mechanics in some direction.
     pub heaviness: f64,
     /// The jump that gained most.
     pub largest: Option<Jump>,
@@ -188,8 +192,9 @@ impl ModelAudit {
         self.contacts.iter_mut().zip(impulses).for_each(|(sum, own)| *sum += own);
     }
 
-    /// Closes a macro step under `forces`, with the work sent and received since the start (J). Of a half-kick the loop counts the share
-    /// `kicked` in the first micro step: all of it with the mean velocity, half with the velocities before and after.
+    /// Closes a macro step under `forces`, with the work sent and received since the start (J). Of a half-kick the loop
+    /// counts the share `kicked` in the first micro step: all of it with the mean velocity, half with the velocities
+    /// before and after.
     pub(crate) fn finish(
         &mut self,
         model: &ReducedInterfaceModel,
@@ -292,7 +297,8 @@ impl ModelAudit {
         self.contacts.fill(0.0);
     }
 
-    /// Returns how much heavier the model is with the contacts that carried impulse; nothing to find where those of the mechanics are these.
+    /// Returns how much heavier the model is with the contacts that carried impulse; nothing to find where those of the
+    /// mechanics are these.
     fn heaviness(&mut self, model: &ReducedInterfaceModel) -> f64 {
         let (first, n_i) = (model.interface_start(), model.interface());
         let closed = |impulses: &[f64], contact: usize| impulses[contact] != 0.0;

@@ -20,9 +20,9 @@ pub(crate) struct ModelDefect {
 /// ```text
 /// e = |K (s_model − s)|  at t_{k+1}        K = −∂Ḟ/∂w = −(R_w + D_s)
 /// ```
-/// `Ḟ = r + D u̇` with `u = (s, w)` and `ṡ = w`: `R_w = ∂r/∂w` is what the velocity does to the state (oil that is displaced), `D_s` what
-/// the position does to the force at once (a spring). s_model is the motion that the actuator was given, s the mechanics' own, known at
-/// the communication point without being asked for: no exchange is added.
+/// `Ḟ = r + D u̇` with `u = (s, w)` and `ṡ = w`: `R_w = ∂r/∂w` is what the velocity does to the state (oil that is
+/// displaced), `D_s` what the position does to the force at once (a spring). s_model is the motion that the actuator
+/// was given, s the mechanics' own, known at the communication point without being asked for: no exchange is added.
 #[derive(Debug, Clone)]
 pub(crate) struct DefectMeter {
     rates: OutputRates,
@@ -81,8 +81,8 @@ mod tests {
         })
     }
 
-    /// A spring of 3 N/m at once, and oil of 5 N/m that follows the velocity: 8 N/m. A model that is 2 mm ahead is off by 16 mN, which is
-    /// 1/250 of the 4 N that there have been.
+    /// A spring of 3 N/m at once, and oil of 5 N/m that follows the velocity: 8 N/m. A model that is 2 mm ahead is off
+    /// by 16 mN, which is 1/250 of the 4 N that there have been.
     #[test]
     fn the_defect_is_the_stiffness_times_how_far_the_model_is_off() {
         let mut meter = meter(1);

@@ -1,7 +1,7 @@
 //! The actuator's outputs over a macro step, as the mechanics receives them.
 
-/// Lists the parts, of `others` equal ones, that part `index` of `parts` equal parts of the same macro step overlaps, each with the overlap in
-/// units of 1/(parts·others) of the macro step, in which all borders are integers.
+/// Lists the parts, of `others` equal ones, that part `index` of `parts` equal parts of the same macro step overlaps,
+/// each with the overlap in units of 1/(parts·others) of the macro step, in which all borders are integers.
 #[inline]
 pub(crate) fn overlaps(index: usize, parts: usize, others: usize) -> impl Iterator<Item = (usize, usize)> {
     let (from, to) = (index * others, (index + 1) * others);
@@ -9,8 +9,8 @@ pub(crate) fn overlaps(index: usize, parts: usize, others: usize) -> impl Iterat
         .map(move |other| (other, to.min((other + 1) * parts) - from.max(other * parts)))
 }
 
-/// Numbers that are held over each of so many equal parts of a macro step, as the means over any others: the actuator's outputs, handed to
-/// the mechanics as the force return says.
+/// Numbers that are held over each of so many equal parts of a macro step, as the means over any others: the actuator's
+/// outputs, handed to the mechanics as the force return says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputHistory {
     width: usize,
@@ -65,8 +65,8 @@ impl OutputHistory {
         &self.outputs[micro_step * self.width..(micro_step + 1) * self.width]
     }
 
-    /// Returns the mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a border
-    /// count with the share that lies inside.
+    /// Returns the mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a
+    /// border count with the share that lies inside.
     pub fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
         mean.fill(0.0);
         if parts == 1 {
@@ -86,13 +86,15 @@ impl OutputHistory {
 }
 
 impl OutputHistory {
-    /// Returns the profile of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its mean is `mean`.
+    /// Returns the profile of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its
+    /// mean is `mean`.
     pub(crate) fn profile<'a>(&'a self, index: usize, parts: usize, mean: &'a [f64]) -> ForceProfile<'a> {
         let border = |index: usize| (index * self.count) as f64 / parts as f64;
         ForceProfile { history: self, from: border(index), to: border(index + 1), mean }
     }
 
-    /// Calls `act` with each micro step's output, and from where to where it acts between `from` and `to` (in micro steps).
+    /// Calls `act` with each micro step's output, and from where to where it acts between `from` and `to` (in micro
+    /// steps).
     fn each_between(&self, from: f64, to: f64, mut act: impl FnMut(&[f64], f64, f64)) {
         let (first, end) = (from as usize, (to.ceil() as usize).min(self.count));
         for (j, output) in self.outputs.chunks_exact(self.width).enumerate().take(end).skip(first) {
@@ -112,13 +114,14 @@ pub struct ForceProfile<'a> {
 }
 
 impl ForceProfile<'_> {
-    /// Writes the mean force (N) over the share `from` to `to` of the step, and its first moment about the middle of that time.
+    /// Writes the mean force (N) over the share `from` to `to` of the step, and its first moment about the middle of
+    /// that time.
     ///
     /// ```text
     /// κ = ∫ (x_m − x) F dx        x the share of the step, x_m the middle, κ in N
     /// ```
-    /// Over the whole step the mean is that of the step, to the bit; pieces that make up the step hand over its impulse to round-off,
-    /// wherever the borders are.
+    /// Over the whole step the mean is that of the step, to the bit; pieces that make up the step hand over its impulse
+    /// to round-off, wherever the borders are.
     pub fn over(&self, from: f64, to: f64, mean: &mut [f64], moment: &mut [f64]) {
         let (length, whole) = (self.to - self.from, from <= 0.0 && to >= 1.0);
         let [start, end] = [from, to].map(|share| self.from + share * length);
@@ -184,8 +187,8 @@ mod tests {
                 profile.over(piece[0], piece[1], &mut force, &mut moment);
                 total += (piece[1] - piece[0]) * force[0];
             }
-            // Each of at most 13 pieces sums at most 60 shares of up to 3e4 N, rounded a few times: 3e4 * 800 * 1e-16 * a few; what
-            // is left out is 13 pieces of 3e4 * 1e-9.
+            // Each of at most 13 pieces sums at most 60 shares of up to 3e4 N, rounded a few times: 3e4 * 800 * 1e-16 *
+            // a few; what is left out is 13 pieces of 3e4 * 1e-9.
             assert!((total - mean[0]).abs() < 1e-3, "{turn}: {total} against {}", mean[0]);
         }
     }

@@ -6,8 +6,8 @@
 /// ẏ = r + D u̇        r = ∂y/∂x ẋ(x, u) + ∂y/∂t,   D = ∂y/∂u,   R = ∂r/∂u
 /// ```
 /// # Shapes and units
-/// `rate` p (output per s); `feedthrough` p×n, row-major (output per input); `rate_gain` p×n (output per input and s), for
-/// p outputs and n inputs.
+/// `rate` p (output per s); `feedthrough` p×n, row-major (output per input); `rate_gain` p×n (output per input and s),
+/// for p outputs and n inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputRates {
     /// `r`, with the input held.

@@ -18,7 +18,8 @@ use super::trial_steps::TrialRoom;
 use super::work::CosimCounters;
 use super::work_meter::WorkMeter;
 
-/// Inputs, outputs, and what is counted along the way. A copy of it with copies of sides and scheme is a copy of the run.
+/// Inputs, outputs, and what is counted along the way. A copy of it with copies of sides and scheme is a copy of the
+/// run.
 #[derive(Debug, Clone)]
 pub(crate) struct PairState {
     /// The side that does not depend on the other at the instant itself.

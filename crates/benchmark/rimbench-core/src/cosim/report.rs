@@ -22,17 +22,18 @@ pub struct Report {
     pub audit: EnergyAudit,
     /// The scheme's own picture at the end.
     pub scheme: SchemeReport,
-    /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step: see
-    /// [`StepControl::ModelDefect`](super::StepControl::ModelDefect). Empty under any other rule.
+    /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step:
+    /// see [`StepControl::ModelDefect`](super::StepControl::ModelDefect). Empty under any other rule.
     pub model_defect: Vec<[f64; 2]>,
     /// The factor on the mass of the interface model that the actuator has learned, where it learns.
     pub learned_mass: Option<f64>,
-    /// Least correlation of the mechanics' free accelerations that are no farther apart than samples are old; none where none is late.
+    /// Least correlation of the mechanics' free accelerations that are no farther apart than samples are old; none
+    /// where none is late.
     pub late_acceleration_correlation: Option<f64>,
     /// Wall times of the macro steps; none unless asked for. They depend on machine and load.
     pub latencies: Option<Latencies>,
-    /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
-    /// unless asked for, and where steps are taken again or both sides step together.
+    /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over
+    /// it. None unless asked for, and where steps are taken again or both sides step together.
     pub inside: Option<Trajectory>,
 }
 

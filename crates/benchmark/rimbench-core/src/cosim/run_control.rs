@@ -1,5 +1,5 @@
-//! Limits that end a run from outside, and how long its macro steps take: the only place where the loop looks at a clock, which
-//! it is given.
+//! Limits that end a run from outside, and how long its macro steps take: the only place where the loop looks at a
+//! clock, which it is given.
 
 use super::latencies::Latencies;
 use crate::error::{Cause, Failure};
@@ -50,8 +50,9 @@ pub struct RunControl<'a> {
     pub stop: StopFlag<'a>,
     /// The clock, if it may know one.
     pub timer: Option<Timer>,
-    /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see [`Report::inside`](super::Report)), with
-    /// room for at most this many: of a longer run an observer takes them out as it goes on.
+    /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see
+    /// [`Report::inside`](super::Report)), with room for at most this many: of a longer run an observer takes them out
+    /// as it goes on.
     pub inside: Option<usize>,
     /// Keep account of the energy that the scheme's interface model creates, where the loop itself runs it (see
     /// [`ModelEnergy`](super::ModelEnergy)).
@@ -66,8 +67,8 @@ impl Default for RunControl<'_> {
 
 /// The stopwatch of one run.
 ///
-/// The latency of a macro step is the wall time from the end of the macro step before until both sides have covered this one; what
-/// observers do at the communication point is not part of it.
+/// The latency of a macro step is the wall time from the end of the macro step before until both sides have covered
+/// this one; what observers do at the communication point is not part of it.
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
     timer: Option<Timer>,
@@ -97,7 +98,8 @@ impl Stopwatch {
         self.timer.filter(|timer| timer.deadline.is_some()).map(|timer| timer.now)
     }
 
-    /// Begins a macro step where the one before ended: what the loop does in between belongs to it, and a clock is not free.
+    /// Begins a macro step where the one before ended: what the loop does in between belongs to it, and a clock is not
+    /// free.
     #[inline]
     pub(crate) fn begin(&mut self) {
         self.so_far = Duration::ZERO;

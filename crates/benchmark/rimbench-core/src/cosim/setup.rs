@@ -37,7 +37,8 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Exchanges in time: one step of the mechanics per macro step, micro steps of the actuator up to `micro_step` (s) by its own rule.
+    /// Exchanges in time: one step of the mechanics per macro step, micro steps of the actuator up to `micro_step` (s)
+    /// by its own rule.
     pub fn new(micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Self {
         Exchange {
             micro_step,
@@ -72,8 +73,8 @@ impl DerefMut for Setup {
 pub struct Setup {
     /// The communication points.
     pub grid: CommunicationGrid,
-    /// How far the error that a run finds of itself may go, if the length of the macro steps is to follow it. The first macro step of
-    /// `grid` is then the start, its `H` the longest.
+    /// How far the error that a run finds of itself may go, if the length of the macro steps is to follow it. The first
+    /// macro step of `grid` is then the start, its `H` the longest.
     pub step_rule: Option<StepRule>,
     /// How both sides step and exchange.
     pub exchange: Exchange,
@@ -88,8 +89,8 @@ const MOST_EXPECTED: usize = 100_000;
 pub type Bounds = PerSide<Vec<f64>>;
 
 impl Setup {
-    /// Sets up equal macro steps without bounds: one step of the mechanics in each, micro steps of the actuator up to `micro_step` (s) by
-    /// its own rule.
+    /// Sets up equal macro steps without bounds: one step of the mechanics in each, micro steps of the actuator up to
+    /// `micro_step` (s) by its own rule.
     pub fn new(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Self {
         Setup {
             grid,
@@ -99,8 +100,8 @@ impl Setup {
         }
     }
 
-    /// Returns the number of macro steps; where a rule sets their length, the most that there can be, as far as room is made for them
-    /// beforehand.
+    /// Returns the number of macro steps; where a rule sets their length, the most that there can be, as far as room is
+    /// made for them beforehand.
     pub fn expected_macro_steps(&self) -> usize {
         let most = self.step_rule.map(|rule| division(self.grid.duration(), rule.shortest).min(MOST_EXPECTED));
         most.unwrap_or(0).max(self.grid.macro_steps())

@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::name::by_name;
 
-/// How what is found of a macro step is made into the length of the next. Nothing is taken back, and nothing is exchanged for it.
+/// How what is found of a macro step is made into the length of the next. Nothing is taken back, and nothing is
+/// exchanged for it.
 ///
 /// ```text
 /// audited    δE = sent − received as both sides count it         ε = |δE|/H / (tolerance · P_k),  P_k the largest mean power so far
@@ -16,13 +17,16 @@ use crate::name::by_name;
 ///            H ← min(H, 1.05 τ)                              τ the time until a contact closes in the model, if that is looked at
 /// all        H ← H σ ε^(−k_I−k_P) ε_before^(k_P),  k_I = 0.3/p, k_P = 0.4/p, by no less than 0.2 and no more than 1.5
 /// ```
-/// p is the power of H with which the error of one macro step falls: 2 for the energy residual, which makes k_I = 0.15 and k_P = 0.2, the
-/// gains of libcosim's examples; of the model's defect 3, or 2 where the mechanics' own step is of the first order.
+/// p is the power of H with which the error of one macro step falls: 2 for the energy residual, which makes k_I = 0.15
+/// and k_P = 0.2, the gains of libcosim's examples; of the model's defect 3, or 2 where the mechanics' own step is of
+/// the first order.
 ///
-/// *published* is what libcosim's `ecco_algorithm` does, with the parameters of its quarter-truck example (one tolerance for both
-/// of its two); the tolerance is the level at which the residual settles, and ε is at most one over it. In *audited* the residual and its reference are ours.
+/// *published* is what libcosim's `ecco_algorithm` does, with the parameters of its quarter-truck example (one
+/// tolerance for both of its two); the tolerance is the level at which the residual settles, and ε is at most one over
+/// it. In *audited* the residual and its reference are ours.
 /// # Source
-/// open-simulation-platform/libcosim, `ecco_algorithm.cpp` as released in v0.11.0 (commit 5c2c7c14, March 2025), and its test configuration.
+/// open-simulation-platform/libcosim, `ecco_algorithm.cpp` as released in v0.11.0 (commit 5c2c7c14, March 2025), and
+/// its test configuration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum StepControl {
     /// The communication grid.
@@ -32,7 +36,8 @@ pub enum StepControl {
     EnergyResidual,
     /// *published*: products of the last values, as in libcosim.
     EnergyResidualLibcosim,
-    /// *defect*: the force by which the actuator goes astray because the scheme's model of the mechanics was not where the mechanics is.
+    /// *defect*: the force by which the actuator goes astray because the scheme's model of the mechanics was not where
+    /// the mechanics is.
     ModelDefect,
     /// The same, without a communication point just after the next closing of a contact that the model foresees.
     ModelDefectBlind,
@@ -60,8 +65,8 @@ by_name!(StepControl, NAMES, "step control");
 pub struct StepRule {
     /// By what the length is found; not the grid.
     pub control: StepControl,
-    /// Error allowed per macro step, a pure number: by the energy residual relative to the largest mean power that has crossed the
-    /// interface in a macro step, by the model's defect to the largest force of each row so far.
+    /// Error allowed per macro step, a pure number: by the energy residual relative to the largest mean power that has
+    /// crossed the interface in a macro step, by the model's defect to the largest force of each row so far.
     pub tolerance: f64,
     /// Shortest macro step, s. One this short is taken whatever its error; only the last one may be shorter.
     pub shortest: f64,
@@ -77,8 +82,8 @@ const TOLERANCE: &str = "a finite number above 0: the error allowed per macro st
 const RESIDUAL_ORDER: u32 = 2;
 
 impl StepRule {
-    /// Puts a rule together; none for the grid. `macro_step` is H (s), which is the longest; the shortest step is H/100 unless one is
-    /// given.
+    /// Puts a rule together; none for the grid. `macro_step` is H (s), which is the longest; the shortest step is H/100
+    /// unless one is given.
     ///
     /// # Errors
     /// [`Error::InvalidValue`] for a tolerance that is missing or not above 0, or a shortest step outside (0, H];

@@ -58,8 +58,8 @@ const SAFETY: f64 = 0.8;
 const PUBLISHED_SAFETY: f64 = 0.99;
 /// No step is rejected, so there is nothing to be kept clear of: the tolerance is where the defect settles.
 const DEFECT_SAFETY: f64 = 1.0;
-/// Where a communication point is placed that is to lie just after a closing: a twentieth of the way behind it, which is what the
-/// forecast may be wrong by. Before it the actuator would be told of the impact a macro step late.
+/// Where a communication point is placed that is to lie just after a closing: a twentieth of the way behind it, which
+/// is what the forecast may be wrong by. Before it the actuator would be told of the impact a macro step late.
 const AFTER_CLOSING: f64 = 1.05;
 /// Least and greatest ratio of one macro step to the one before, as libcosim's examples have them.
 const CHANGE: [f64; 2] = [0.2, 1.5];
@@ -72,12 +72,13 @@ const CHANGE: [f64; 2] = [0.2, 1.5];
 /// H_{k+1} = H_k σ ε_k^(−k_I−k_P) ε_{k−1}^(k_P)          held within [0.2, 1.5] H_k and [shortest, H]
 /// ```
 /// The power residual is that of the energy audit: each side counts the work in its own discretisation, instead of the
-/// product of the last values. The reference power is the largest so far instead of the present one, so that a power that
-/// passes through zero does not stop the run. Both are *ours*; form, gains and limits are the published ones.
-/// [`StepControl::EnergyResidualLibcosim`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
-/// the result.
+/// product of the last values. The reference power is the largest so far instead of the present one, so that a power
+/// that passes through zero does not stop the run. Both are *ours*; form, gains and limits are the published ones.
+/// [`StepControl::EnergyResidualLibcosim`] has the published residual, too. Nothing is taken back: a first step that is
+/// too long stays in the result.
 /// # Source
-/// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
+/// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33
+/// (2017).
 #[derive(Debug, Clone)]
 pub(crate) struct StepSizeControl {
     grid: CommunicationGrid,
@@ -119,8 +120,8 @@ impl StepSizeControl {
         MacroInterval { step: self.grid.step(index), end: self.grid.time(index + 1) }
     }
 
-    /// Returns the macro step after `done`, given the work across the interface until its end and what the rule wants to know besides; none
-    /// after the last.
+    /// Returns the macro step after `done`, given the work across the interface until its end and what the rule wants
+    /// to know besides; none after the last.
     #[inline]
     pub(crate) fn after(
         &mut self,
@@ -161,8 +162,8 @@ impl StepSizeControl {
 
     /// Length by the defect of the last macro step, which was `done` (s) long.
     ///
-    /// A step that was cut short for a closing says nothing about how long one may be, and is not remembered, unless its defect was too
-    /// large nevertheless.
+    /// A step that was cut short for a closing says nothing about how long one may be, and is not remembered, unless
+    /// its defect was too large nevertheless.
     #[cold]
     fn length_by_defect(&mut self, rule: StepRule, done: f64, defect: ModelDefect) -> f64 {
         let error = within_decades(defect.relative / rule.tolerance);
@@ -188,13 +189,14 @@ impl StepSizeControl {
     }
 }
 
-/// An error in units of what is allowed, held within six decades, so that one vanishing error does not make the controller's memory
-/// useless; what is not a number asks for the shortest step.
+/// An error in units of what is allowed, held within six decades, so that one vanishing error does not make the
+/// controller's memory useless; what is not a number asks for the shortest step.
 fn within_decades(error: f64) -> f64 {
     if error.is_nan() { 1e3 } else { error.clamp(1e-3, 1e3) }
 }
 
-/// Ratio of the next macro step to the last, from the errors of the last and of the one before, which fall with H to the power `order`.
+/// Ratio of the next macro step to the last, from the errors of the last and of the one before, which fall with H to
+/// the power `order`.
 fn change(safety: f64, order: u32, [error, last]: [f64; 2]) -> f64 {
     let [k_i, k_p] = [INTEGRAL_GAIN, PROPORTIONAL_GAIN].map(|gain| gain / f64::from(order));
     let change = safety * libm::pow(error, -k_i - k_p) * libm::pow(last, k_p);
@@ -208,8 +210,8 @@ fn published_error(tolerance: f64, length: f64, residuals: BondResiduals) -> f64
 
 /// Returns the macro step of `length` (s) from `start`, or what is left until the `duration`; none if nothing is left.
 ///
-/// The times of a controlled run are sums: no integer knows them beforehand. What is left after a step is never a sliver of
-/// round-off.
+/// The times of a controlled run are sums: no integer knows them beforehand. What is left after a step is never a
+/// sliver of round-off.
 pub(crate) fn following(index: usize, start: f64, length: f64, duration: f64) -> Option<MacroInterval> {
     let left = duration - start;
     if left <= 0.0 {
@@ -253,7 +255,8 @@ mod tests {
         // The first residual only sets the memory: the step stays.
         let second = control.after(control.first(), nothing, residuals(&[1.0])).unwrap();
         assert_eq!(second.step.length, 0.1);
-        // ε₁ = 0.1/(0.01 + 0.01·0.1); then 0.3 J and −0.4 J in two rows, whose squares have the mean 0.125 J², against the level of 0.4 J.
+        // ε₁ = 0.1/(0.01 + 0.01·0.1); then 0.3 J and −0.4 J in two rows, whose squares have the mean 0.125 J², against
+        // the level of 0.4 J.
         let third = control.after(second, nothing, residuals(&[3.0, -4.0])).unwrap();
         let (before, now) = (0.1_f64 / 0.011, 0.125_f64.sqrt() / (0.01 + 0.01 * 0.4));
         let expected = 0.1 * 0.99 * libm::pow(now, -0.35) * libm::pow(before, 0.2);

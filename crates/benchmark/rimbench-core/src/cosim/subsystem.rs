@@ -46,8 +46,9 @@ impl SubsystemCounters {
 /// One side of a co-simulation, with its own solver.
 ///
 /// The macro loop calls, at each communication point, [`outputs`](Self::outputs), then, if the scheme needs one, the
-/// [`interface_model`](Capabilities::interface_model); then for each micro step `outputs` and [`step`](Self::step). There is no
-/// way back: non-iterative coupling is a property of this trait. What iterates, or tries a step, works on copies.
+/// [`interface_model`](Capabilities::interface_model); then for each micro step `outputs` and [`step`](Self::step).
+/// There is no way back: non-iterative coupling is a property of this trait. What iterates, or tries a step, works on
+/// copies.
 ///
 /// No method has a default: a wrapper that forgets to hand one on does not compile.
 pub trait Subsystem: Send {
@@ -75,8 +76,8 @@ pub trait Subsystem: Send {
     /// Returns a copy in the present state, counters included.
     ///
     /// # Errors
-    /// [`Cause::NotCopied`](crate::error::Cause::NotCopied) if it cannot be copied, [`Cause::NotOffered`](crate::error::Cause::NotOffered) where
-    /// more is to be said of why.
+    /// [`Cause::NotCopied`](crate::error::Cause::NotCopied) if it cannot be copied,
+    /// [`Cause::NotOffered`](crate::error::Cause::NotOffered) where more is to be said of why.
     fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure>;
 }
 

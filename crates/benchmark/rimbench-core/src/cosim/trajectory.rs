@@ -149,8 +149,8 @@ impl Trajectory {
         resampled
     }
 
-    /// Number of rows with time ≤ `t`, of which there were `passed` at the time that was looked for before: mostly there are as many, or
-    /// one more.
+    /// Number of rows with time ≤ `t`, of which there were `passed` at the time that was looked for before: mostly
+    /// there are as many, or one more.
     #[inline]
     fn rows_until_after(&self, passed: usize, t: f64) -> usize {
         let (width, rows) = (self.columns.len(), self.len());

@@ -16,8 +16,8 @@ pub struct LineForces {
 }
 
 impl LineForces {
-    /// Makes lines for an interface of some rows, with room for a number of micro steps per macro step; `smoothing` is the share α of
-    /// the wave before that each wave keeps.
+    /// Makes lines for an interface of some rows, with room for a number of micro steps per macro step; `smoothing` is
+    /// the share α of the wave before that each wave keeps.
     pub fn new(rows: usize, micro_steps: usize, smoothing: f64) -> Self {
         LineForces { smoothing, impedance: vec![0.0; rows], history: OutputHistory::new(rows, micro_steps) }
     }
@@ -68,10 +68,12 @@ impl LineForces {
 
 /// A subsystem whose volumes of oil can be replaced by lines.
 pub trait TransmissionLines {
-    /// Replaces the volumes by lines, from the next communication point on, with room for a number of micro steps per macro step.
+    /// Replaces the volumes by lines, from the next communication point on, with room for a number of micro steps per
+    /// macro step.
     fn lay(&mut self, micro_steps: usize, smoothing: f64);
 
-    /// Lets arrive what was sent over the last macro step, given the motion now (`u`, as the subsystem's input), and writes what the
-    /// lines will do over `step`, which has `micro_steps`. What leaves its range fails in the next micro step.
+    /// Lets arrive what was sent over the last macro step, given the motion now (`u`, as the subsystem's input), and
+    /// writes what the lines will do over `step`, which has `micro_steps`. What leaves its range fails in the next
+    /// micro step.
     fn exchange(&mut self, step: MacroStep, micro_steps: usize, u: &[f64], forces: &mut LineForces);
 }

@@ -7,13 +7,16 @@ use std::str::FromStr;
 /// How a scheme that tries steps of the mechanics uses them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrialSettings {
-    /// How far a force may be from one that was tried before it is tried itself, of the largest mean force of the run so far.
+    /// How far a force may be from one that was tried before it is tried itself, of the largest mean force of the run
+    /// so far.
     pub range: f64,
-    /// By how much the velocity at the end of the macro step may be off, of what it has moved, before there is another tangent.
+    /// By how much the velocity at the end of the macro step may be off, of what it has moved, before there is another
+    /// tangent.
     pub tolerance: f64,
     /// Most trials per macro step.
     pub most: usize,
-    /// Standard deviation of velocities that are read, m/s: forces are changed by the whole range then, and six times this is no error.
+    /// Standard deviation of velocities that are read, m/s: forces are changed by the whole range then, and six times
+    /// this is no error.
     pub noise: f64,
 }
 
@@ -98,7 +101,8 @@ pub trait Trials {
         self.taken() + more <= self.settings().most
     }
 
-    /// Writes the velocities of the interface at the end of the macro step to `w`, m/s, if `force` (N) acts during all of it.
+    /// Writes the velocities of the interface at the end of the macro step to `w`, m/s, if `force` (N) acts during all
+    /// of it.
     ///
     /// # Errors
     /// That of copying the mechanics, and that of its step, with the force.

@@ -6,9 +6,9 @@
 /// t_j = t_k − d_j/ḋ_j          d_j distance from the kink, ḋ_j < 0 its rate at t_k
 /// Δa_x = (Ȧ_x v)⁺ − (Ȧ_x v)⁻     at q + (t_j − t_k) v, on both sides of the kink
 /// ```
-/// Gaps and rows are continuous there: a plane becomes an arc, or an arc a plane, and the gap's second derivative jumps with the curvature
-/// under one velocity. Both numbers are those of a motion with constant velocity, and off by `O((t_j − t_k)²)` and `O(t_j − t_k)`: the
-/// velocity of the model by `O(H²)`, as it is without a kink.
+/// Gaps and rows are continuous there: a plane becomes an arc, or an arc a plane, and the gap's second derivative jumps
+/// with the curvature under one velocity. Both numbers are those of a motion with constant velocity, and off by
+/// `O((t_j − t_k)²)` and `O(t_j − t_k)`: the velocity of the model by `O(H²)`, as it is without a kink.
 /// # Shapes and units
 /// Times since `t_k`, s; jumps `[n; t; i]` like [`a`](super::ReducedInterfaceModel::a), m/s².
 #[derive(Debug, Default, PartialEq)]
@@ -24,8 +24,8 @@ pub struct AccelerationJumps {
 }
 
 impl Clone for AccelerationJumps {
-    /// Copies with the capacity: a vector's own copy has capacity for its entries and no more, and a model that is copied before the loop must
-    /// not allocate for its first kink within it.
+    /// Copies with the capacity: a vector's own copy has capacity for its entries and no more, and a model that is
+    /// copied before the loop must not allocate for its first kink within it.
     fn clone(&self) -> Self {
         let mut copy = AccelerationJumps {
             requested: self.requested,
@@ -66,7 +66,8 @@ impl AccelerationJumps {
         &mut self.jumps[first..]
     }
 
-    /// Returns the kinks: when each is reached, s after the communication point, and by how much accelerations of all rows jump there.
+    /// Returns the kinks: when each is reached, s after the communication point, and by how much accelerations of all
+    /// rows jump there.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[f64])> {
         self.times.iter().copied().zip(self.jumps.chunks_exact(self.rows.max(1)))
     }

@@ -52,8 +52,8 @@ impl Belief {
     /// Checks that the model has the contacts and the friction that are wrong.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for a contact that there is not; [`Error::Incompatible`] for friction where there is none, and for a model
-    /// whose matrices keep their non-zeros only.
+    /// [`Error::InvalidValue`] for a contact that there is not; [`Error::Incompatible`] for friction where there is
+    /// none, and for a model whose matrices keep their non-zeros only.
     pub fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
         let contacts = model.contacts();
         for (what, contact) in [("missing", self.missing), ("closed", self.closed)] {

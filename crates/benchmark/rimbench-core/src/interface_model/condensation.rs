@@ -26,8 +26,8 @@ const EIGENVALUE_LIMIT: usize = 8;
 /// m_eff = 1 / λ_min(Ĥ_ii)            for one interface row simply 1 / Ĥ_ii
 /// ```
 /// With friction the closed contacts stick or slide as the model says: `Ĥ_ii = H_ii − H_i· F_σ K⁻¹ E_σ H_·i`, see
-/// [`StateSystem`](rimbench_contact::friction::StateSystem); then it is unsymmetric, and an effective mass below 0, an interface that locks by its own
-/// friction, counts as infinite.
+/// [`StateSystem`](rimbench_contact::friction::StateSystem); then it is unsymmetric, and an effective mass below 0, an
+/// interface that locks by its own friction, counts as infinite.
 ///
 /// # Shapes and units
 /// `h` n_i×n_i (1/kg), `a` n_i (m/s²), `w` n_i (m/s), `effective_mass` kg.
@@ -43,7 +43,8 @@ pub struct Condensation {
     pub rank: usize,
     /// Effective mass of the heaviest interface direction; `+inf` when it is locked.
     pub effective_mass: f64,
-    /// Whether an entry was below 0, and not by round-off: the interface locks by its own friction, which no motion of the body does.
+    /// Whether an entry was below 0, and not by round-off: the interface locks by its own friction, which no motion of
+    /// the body does.
     pub locks_itself: bool,
     work: Work,
 }
@@ -56,7 +57,8 @@ struct Work {
     eliminated: Vec<bool>,
     /// `H_cc⁺`.
     pseudo_inverse: Vec<f64>,
-    /// In place of the tableau, where few of many contacts are coupled; a column over the contacts, and which of them are closed.
+    /// In place of the tableau, where few of many contacts are coupled; a column over the contacts, and which of them
+    /// are closed.
     factor: Option<SparseFactor>,
     column: Vec<f64>,
     closed: Vec<bool>,
@@ -108,13 +110,15 @@ impl Condensation {
 
 /// Closes the contacts `closed` of `model` for good and writes what the interface then looks like to `out`.
 ///
-/// Dependent contacts are handled as `redundancy` says. [`Redundancy::PseudoInverse`] has room for [`PSEUDO_INVERSE_LIMIT`] of them, and
-/// beyond that the result is NaN; schemes refuse it for models that may have more.
+/// Dependent contacts are handled as `redundancy` says. [`Redundancy::PseudoInverse`] has room for
+/// [`PSEUDO_INVERSE_LIMIT`] of them, and beyond that the result is NaN; schemes refuse it for models that may have
+/// more.
 pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
     condense_in_modes(model, model.modes(), closed, redundancy, out);
 }
 
-/// Closes the contacts `closed` of `model` for good, with friction in these modes instead of those that the model says; see [`condense`].
+/// Closes the contacts `closed` of `model` for good, with friction in these modes instead of those that the model says;
+/// see [`condense`].
 pub fn condense_in_modes(
     model: &ReducedInterfaceModel,
     modes: ContactModes<'_>,
@@ -169,8 +173,8 @@ pub fn condense_in_modes(
     };
 }
 
-/// Returns the rank of `H_cc` of the normal rows of contacts, of which fewer than contacts are redundant: by Cholesky's factor with the
-/// largest pivot left, in `rows`, which is overwritten.
+/// Returns the rank of `H_cc` of the normal rows of contacts, of which fewer than contacts are redundant: by Cholesky's
+/// factor with the largest pivot left, in `rows`, which is overwritten.
 pub(crate) fn rank_of_normal_rows(model: &ReducedInterfaceModel, closed: &[usize], rows: &mut Vec<f64>) -> usize {
     let n = closed.len();
     rows.clear();
@@ -206,7 +210,8 @@ fn condense_frictional(
     *rank = work.condense(model, modes, closed, [h, a, w]);
 }
 
-/// Condenses contacts of a model whose `H_uu` has a pattern. Contacts are left out that depend on those before them in the factor's order.
+/// Condenses contacts of a model whose `H_uu` has a pattern. Contacts are left out that depend on those before them in
+/// the factor's order.
 fn condense_by_pattern(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, out: &mut Condensation) {
     let (n_u, n_i) = (model.contacts(), model.interface());
     let Work { factor: Some(factor), column, closed: marks, .. } = &mut out.work else { return };

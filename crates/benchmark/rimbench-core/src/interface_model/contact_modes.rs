@@ -13,7 +13,8 @@ pub struct ContactModes<'a> {
     pub directions: &'a [[f64; 2]],
 }
 
-/// Returns state and direction of a closed contact that moves so in space (m/s), standing still up to `tolerance` (m/s).
+/// Returns state and direction of a closed contact that moves so in space (m/s), standing still up to `tolerance`
+/// (m/s).
 pub(crate) fn closed_in_space(w_t: [f64; 2], tolerance: f64) -> (ContactState, [f64; 2]) {
     let speed = (w_t[0] * w_t[0] + w_t[1] * w_t[1]).sqrt();
     if speed <= tolerance {
@@ -23,9 +24,8 @@ pub(crate) fn closed_in_space(w_t: [f64; 2], tolerance: f64) -> (ContactState, [
 }
 
 impl ContactModes<'_> {
-    /// Writes the states of all contacts with those of `closed` closed: one that the mechanics' last step found open slides as it moves, at
-    /// its velocity in the rows `w` (m/s).
-    /// In space `directions` are then theirs.
+    /// Writes the states of all contacts with those of `closed` closed: one that the mechanics' last step found open
+    /// slides as it moves, at its velocity in the rows `w` (m/s). In space `directions` are then theirs.
     pub(crate) fn close(&self, w: &[f64], closed: &[usize], states: &mut [ContactState], directions: &mut [[f64; 2]]) {
         let n = self.states.len();
         states.fill(ContactState::Open);

@@ -24,9 +24,9 @@ use std::sync::Arc;
 /// With `Y` no row needs a solve of its own: two products with `n_b` rows replace forward and backward substitution.
 ///
 /// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row has few of
-/// the bodies in its support, so that other blocks are skipped; one or two bodies are a single block, unrolled, three times
-/// as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. One text
-/// serves all.
+/// the bodies in its support, so that other blocks are skipped; one or two bodies are a single block, unrolled, three
+/// times as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. One text serves
+/// all.
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors
@@ -103,8 +103,8 @@ impl Elimination {
         }
     }
 
-    /// Returns the pattern of `H_uu`, if unilateral and bilateral rows of Eq. 3 keep only their non-zeros and it is then sparse; the mass must
-    /// be diagonal, and the model that is filled must have this pattern.
+    /// Returns the pattern of `H_uu`, if unilateral and bilateral rows of Eq. 3 keep only their non-zeros and it is
+    /// then sparse; the mass must be diagonal, and the model that is filled must have this pattern.
     pub fn delassus_pattern(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
         let Linearisation { bilateral, unilateral, .. } = linearisation;
         let pattern = if bilateral.is_empty() {
@@ -244,7 +244,8 @@ impl Elimination {
         }
     }
 
-    /// Reduces a system of `k` blocks of `L` velocities, with `n_b` joint rows and so many others; `diagonal` if its mass is known to be.
+    /// Reduces a system of `k` blocks of `L` velocities, with `n_b` joint rows and so many others; `diagonal` if its
+    /// mass is known to be.
     #[inline(always)]
     fn reduce_in_blocks<const L: usize>(
         &mut self,

@@ -1,4 +1,5 @@
-//! Contacts with friction closed for good inside the model: those that stick stand still, those that slide push as they press.
+//! Contacts with friction closed for good inside the model: those that stick stand still, those that slide push as they
+//! press.
 
 use super::contact_modes::ContactModes;
 use super::reduced_interface_model::ReducedInterfaceModel;

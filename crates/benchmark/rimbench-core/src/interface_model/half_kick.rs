@@ -17,7 +17,8 @@ impl HalfKick {
         HalfKick { closed: Vec::with_capacity(n), rows: IndependentRows::new(n, empty) }
     }
 
-    /// Kicks a model without friction over a macro step of `length` (s), along its closed contacts; what they balance stays in `a`.
+    /// Kicks a model without friction over a macro step of `length` (s), along its closed contacts; what they balance
+    /// stays in `a`.
     ///
     /// ```text
     /// a_t = a_s − H_·c H_cc⁺ a_s,c        w ← w + ½ H a_t        a ← a − a_t

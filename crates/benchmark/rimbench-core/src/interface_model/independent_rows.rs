@@ -21,7 +21,8 @@ impl IndependentRows {
         IndependentRows { factor: Factor::new(stride), kept: Vec::with_capacity(rows), x: Vec::with_capacity(rows) }
     }
 
-    /// Returns the independent ones of `rows` with their `x`; a row that depends on those before it has no part in the answer.
+    /// Returns the independent ones of `rows` with their `x`; a row that depends on those before it has no part in the
+    /// answer.
     pub(crate) fn solve(
         &mut self,
         model: &ReducedInterfaceModel,

@@ -18,15 +18,16 @@ const ENTRIES_PER_MEETING: usize = 4;
 /// g_x  = G A_xᵀ = y − M⁻¹ A_bᵀ S⁻¹ A_b y          y = M⁻¹ A_xᵀ; only of the groups of joints that y moves
 /// H_xz = A_z g_x                                  x, z ∈ {u, t, i}
 /// ```
-/// No `g_x` is kept: after a step all impulses together take one more solve. Two contacts are coupled that share a velocity or reach
-/// one group. Where that leaves few of many, a group of any size costs what it has; where all contacts reach one group, `H_uu` is
-/// full, and n_u solves are what it takes.
+/// No `g_x` is kept: after a step all impulses together take one more solve. Two contacts are coupled that share a
+/// velocity or reach one group. Where that leaves few of many, a group of any size costs what it has; where all
+/// contacts reach one group, `H_uu` is full, and n_u solves are what it takes.
 #[derive(Debug, Clone)]
 pub(super) struct JointedElimination {
     joints: Joints,
     inverse_mass: Vec<f64>,
     rows: CsrRows,
-    /// Where few of many contacts are coupled: of each contact the others before it, where their entry stands and where its mirror image.
+    /// Where few of many contacts are coupled: of each contact the others before it, where their entry stands and where
+    /// its mirror image.
     products: Option<(Vec<usize>, Vec<[u32; 3]>)>,
     /// `S⁻¹ (A_b v + γ g_b / h)` and `S⁻¹ (A_b M⁻¹ f + Ȧ_b v)`.
     joint_start: Vec<f64>,

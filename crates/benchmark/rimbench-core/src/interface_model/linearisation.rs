@@ -8,7 +8,8 @@ use rimbench_contact::linear_algebra::body_dot;
 pub struct Rows {
     count: usize,
     columns: usize,
-    /// Where only few entries of a row are not zero for good: where each row starts in `jacobian`, and the columns of its entries.
+    /// Where only few entries of a row are not zero for good: where each row starts in `jacobian`, and the columns of
+    /// its entries.
     known: Option<(Vec<usize>, Vec<u32>)>,
     /// `A`, row-major, `count × columns`; with known columns only what stands in those.
     pub jacobian: Vec<f64>,

@@ -1,4 +1,5 @@
-//! From Eq. 3 to Eq. 4 where few of many contacts are coupled: no joints, a diagonal mass, and rows that involve few velocities each.
+//! From Eq. 3 to Eq. 4 where few of many contacts are coupled: no joints, a diagonal mass, and rows that involve few
+//! velocities each.
 
 use super::delassus_products::DelassusProducts;
 use super::linearisation::{Linearisation, MassMatrix, Rows};

@@ -19,7 +19,8 @@
 //! | `A_t`, `P_t` | n_u×n, n_u | –, N·s | tangential rows and impulses, where there is friction |
 //! | `λ_i` | n_i | N | interface forces |
 
-/// Memory that mechanics or scheme of one run may need, bytes. Several run side by side, so that this is not what a machine has.
+/// Memory that mechanics or scheme of one run may need, bytes. Several run side by side, so that this is not what a
+/// machine has.
 pub const MEMORY_LIMIT: u64 = 4 << 30;
 
 mod acceleration_jumps;

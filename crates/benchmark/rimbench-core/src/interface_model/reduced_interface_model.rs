@@ -9,8 +9,8 @@ use rimbench_contact::friction::{ContactState, Stiction};
 use rimbench_contact::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
-/// A contact that starts with a gap up to this counts as closed before the first step: positions of a metre are rounded to
-/// 1e-16 m, and start poses are computed to a few of those. m.
+/// A contact that starts with a gap up to this counts as closed before the first step: positions of a metre are rounded
+/// to 1e-16 m, and start poses are computed to a few of those. m.
 pub const TOUCHING: f64 = 1e-9;
 
 /// A mechanical system condensed to its contacts and its interface, frozen at one communication point.
@@ -21,8 +21,9 @@ pub const TOUCHING: f64 = 1e-9;
 /// ```
 /// # Shapes and units
 /// The rows of `u` and `i` are stacked, contacts first: `h` is `(n_u+n_i)²` (1/kg), `a` (m/s²) and `w` (m/s) have
-/// length `n_u+n_i`; `gap` n_u (m); `position` n_i (m). With friction the tangential rows stand between the two, `[n; t; i]`, as many as
-/// contacts, in space `[n; t1; t2; i]`, twice as many: see [`interface_start`](Self::interface_start).
+/// length `n_u+n_i`; `gap` n_u (m); `position` n_i (m). With friction the tangential rows stand between the two,
+/// `[n; t; i]`, as many as contacts, in space `[n; t1; t2; i]`, twice as many: see
+/// [`interface_start`](Self::interface_start).
 /// # Source
 /// Raoofian, Kövecses, Teichmann, Eq. 4.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,12 +38,13 @@ pub struct ReducedInterfaceModel {
     listing: u64,
     /// The non-zeros of `H_uu`, where it is sparse.
     delassus_pattern: Option<Arc<SymmetricPattern>>,
-    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where `H_uu` is sparse, its non-zeros, then `H_ui` column by column, then `H_ii`:
-    /// see [`entry`](Self::entry).
+    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where `H_uu` is sparse, its non-zeros, then `H_ui` column by column,
+    /// then `H_ii`: see [`entry`](Self::entry).
     pub h: Vec<f64>,
     /// Free accelerations `[a_u; a_i]`.
     pub a: Vec<f64>,
-    /// The part of `a` that depends on the state, by the mechanics' own springs and dampers; empty where that is not asked for, or not known.
+    /// The part of `a` that depends on the state, by the mechanics' own springs and dampers; empty where that is not
+    /// asked for, or not known.
     pub state_bias: Vec<f64>,
     /// Velocities `[w_u; w_i]`, consistent with the bilateral constraints.
     pub w: Vec<f64>,
@@ -50,8 +52,8 @@ pub struct ReducedInterfaceModel {
     pub gap: Vec<f64>,
     /// Interface coordinates, for example the actuator's length.
     pub position: Vec<f64>,
-    /// Contacts whose row was at its bound in the mechanics' last step, loaded or not; before the first step, those with
-    /// `gap ≤` [`TOUCHING`].
+    /// Contacts whose row was at its bound in the mechanics' last step, loaded or not; before the first step, those
+    /// with `gap ≤` [`TOUCHING`].
     pub at_bound: Vec<bool>,
     /// Fraction γ of a penetration that the mechanics removes in one of its own steps.
     pub stabilisation: f64,
@@ -59,8 +61,8 @@ pub struct ReducedInterfaceModel {
     pub restitution: f64,
     /// Which contacts are plastic whatever the restitution of the others; empty where none is.
     pub plastic: Vec<bool>,
-    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s; empty where nothing rebounds, or where it is not known. See
-    /// [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach).
+    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s; empty where nothing rebounds, or where
+    /// it is not known. See [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach).
     pub discretisation_approach: Vec<f64>,
     /// The mechanics' own step, s.
     pub mechanics_step: f64,
@@ -68,23 +70,28 @@ pub struct ReducedInterfaceModel {
     pub spring: Option<ContactSpring>,
     /// Coefficient of friction of each contact in the step that starts here; empty where there is no friction.
     pub friction: Vec<f64>,
-    /// The coefficients at rest and in motion, where they differ: `friction` then is what the last step has left of them.
+    /// The coefficients at rest and in motion, where they differ: `friction` then is what the last step has left of
+    /// them.
     pub stiction: Option<Stiction>,
-    /// State of each contact in the mechanics' last step: open, or, at its bound, stick or slip; empty without friction.
+    /// State of each contact in the mechanics' last step: open, or, at its bound, stick or slip; empty without
+    /// friction.
     pub states: Vec<ContactState>,
-    /// States from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
-    /// contact that is closed without an impulse. Of several solutions a solver that starts here reaches that one; empty without friction.
+    /// States from which the mechanics' next contact problem starts, as its solver found them in the last. They differ
+    /// from `states` for a contact that is closed without an impulse. Of several solutions a solver that starts here
+    /// reaches that one; empty without friction.
     pub solved_states: Vec<ContactState>,
-    /// Direction in which each contact slid in the mechanics' last step, of length 1, in its two tangential rows; empty in the plane.
+    /// Direction in which each contact slid in the mechanics' last step, of length 1, in its two tangential rows; empty
+    /// in the plane.
     pub directions: Vec<[f64; 2]>,
-    /// Forces of all contact rows in the mechanics' last step, N, from which contact problems in space start; empty in the plane.
+    /// Forces of all contact rows in the mechanics' last step, N, from which contact problems in space start; empty in
+    /// the plane.
     pub solved_forces: Vec<f64>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
     /// Coming jumps of `a`, from the curvature of the geometry, where they are asked for.
     pub acceleration_jumps: AccelerationJumps,
-    /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none opens or closes. Only
-    /// schemes whose contacts are bilateral can use it.
+    /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none
+    /// opens or closes. Only schemes whose contacts are bilateral can use it.
     pub smooth: bool,
 }
 
@@ -286,8 +293,9 @@ impl ReducedInterfaceModel {
         Ok(())
     }
 
-    /// Takes out of a symmetric, dense `H` that was measured what is none: eigenvalues that are nothing beside the `largest` magnitude of the run
-    /// so far (1/kg), and those below 0 that errors may make. Returns the largest magnitude from now on.
+    /// Takes out of a symmetric, dense `H` that was measured what is none: eigenvalues that are nothing beside the
+    /// `largest` magnitude of the run so far (1/kg), and those below 0 that errors may make. Returns the largest
+    /// magnitude from now on.
     ///
     /// A reversed force leaves eigenvalues far below 0, which [`check`](Self::check) refuses.
     pub fn clear_round_off(&mut self, largest: f64) -> f64 {
@@ -315,7 +323,8 @@ impl ReducedInterfaceModel {
         largest
     }
 
-    /// Returns one entry of the stacked `H`, 1/kg; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
+    /// Returns one entry of the stacked `H`, 1/kg; contacts come first, then tangential rows, interface row `j` is
+    /// `interface_start() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         self.linear().entry(row, column)
@@ -389,14 +398,15 @@ impl ReducedInterfaceModel {
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact]));
     }
 
-    /// Lists the closed contacts and, where contacts rebound, those that may have rebounded in the last step, for unilateral models.
+    /// Lists the closed contacts and, where contacts rebound, those that may have rebounded in the last step, for
+    /// unilateral models.
     ///
     /// ```text
     /// w > 0,  g ≤ 2 h w
     /// ```
     /// A rebound leaves a gap of at most `(e² + ½e (1 + e)) h |w⁻| ≤ 2 h w`, see
-    /// [`landing_velocity`](rimbench_contact::contact_law::landing_velocity). Most close again within a macro step; for the
-    /// others the condition on closing has no effect.
+    /// [`landing_velocity`](rimbench_contact::contact_law::landing_velocity). Most close again within a macro step; for
+    /// the others the condition on closing has no effect.
     pub fn closed_and_leaving_contacts(&self, list: &mut Vec<usize>) {
         let bounces = self.restitution > 0.0 && self.spring.is_none() && !self.has_friction();
         let leaves = |contact: usize| {

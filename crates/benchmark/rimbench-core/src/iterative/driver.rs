@@ -31,8 +31,8 @@ impl IterativeDriver {
 
     /// Runs a pair beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)).
     ///
-    /// Iterated steps go on with copies and leave the subsystems given where they were: what is to be known of them then is what
-    /// `observe` sees and what the report holds.
+    /// Iterated steps go on with copies and leave the subsystems given where they were: what is to be known of them
+    /// then is what `observe` sees and what the report holds.
     pub(crate) fn run(
         self,
         mut given: CoupledPair<'_>,

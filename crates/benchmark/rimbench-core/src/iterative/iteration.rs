@@ -13,9 +13,10 @@ use nalgebra::DVector;
 /// both sides cover the macro step from copies of their state at t_k;  G(x): their outputs at t_{k+1}
 /// done when |G(x) − x| ≤ tolerance · size, variable by variable
 /// ```
-/// The size of a variable is its largest magnitude so far, at least [`Quantity::negligible`](crate::cosim::Quantity::negligible).
-/// The guess is of the inputs of the side that goes first; in the Jacobi sequence those of both sides. The
-/// first guess is the value at `t_k`. A guess with which a step fails is drawn back half way to the last one that went well.
+/// The size of a variable is its largest magnitude so far, at least
+/// [`Quantity::negligible`](crate::cosim::Quantity::negligible). The guess is of the inputs of the side that goes
+/// first; in the Jacobi sequence those of both sides. The first guess is the value at `t_k`. A guess with which a step
+/// fails is drawn back half way to the last one that went well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Iteration {
     /// Relative residual at which the iteration ends.

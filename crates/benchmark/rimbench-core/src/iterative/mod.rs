@@ -1,5 +1,6 @@
-//! Drivers that real-time schemes are held against: macro steps repeated until both sides agree, or both sides in one loop. They take steps on copies, beside the loop of [`cosim`](crate::cosim), which knows nothing of them; they use its
-//! exchange and its way through a macro step.
+//! Drivers that real-time schemes are held against: macro steps repeated until both sides agree, or both sides in one
+//! loop. They take steps on copies, beside the loop of [`cosim`](crate::cosim), which knows nothing of them; they use
+//! its exchange and its way through a macro step.
 
 mod copied_pair;
 mod driver;

@@ -4,9 +4,9 @@ use crate::cosim::{CoupledPair, LentActuator, MacroInterval, MicroStep, PairStat
 use crate::error::Failure;
 
 impl CoupledPair<'_> {
-    /// Lets both sides cover a macro step in one loop at the micro step, as [`monolithic`](crate::mechanics::monolithic) does it:
-    /// the mechanics with the force of the state before, the actuator with the motion after; or piece by piece where the mechanics is of
-    /// the second order.
+    /// Lets both sides cover a macro step in one loop at the micro step, as
+    /// [`monolithic`](crate::mechanics::monolithic) does it: the mechanics with the force of the state before, the
+    /// actuator with the motion after; or piece by piece where the mechanics is of the second order.
     pub(super) fn advance_together(&mut self, MacroInterval { step, .. }: MacroInterval) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
         let PairState { received, work_sent, y, u, .. } = &mut *self.state;

@@ -8,11 +8,11 @@ use nalgebra::DVector;
 /// x: guess     G(x): what comes back     r = G(x) − x, sought: r = 0
 /// x_{n+1} = x_n + ω_n r_n         ω_n = −(Δx · Δr)/(Δr · Δr),   Δ: last minus the one before,  ω_0 = 1
 /// ```
-/// It is the usual recursion `ω_n = −ω_{n−1} (r_{n−1} · Δr)/(Δr · Δr)` with `Δx = ω_{n−1} r_{n−1}` put in, and stays right where a
-/// guess was drawn back. For one variable it is the secant rule.
+/// It is the usual recursion `ω_n = −ω_{n−1} (r_{n−1} · Δr)/(Δr · Δr)` with `Δx = ω_{n−1} r_{n−1}` put in, and stays
+/// right where a guess was drawn back. For one variable it is the secant rule.
 /// # Source
-/// Irons, Tuck 1969; Küttler, Wall, *Fixed-point fluid–structure interaction solvers with dynamic relaxation*, Comput. Mech.
-/// 43 (2008).
+/// Irons, Tuck 1969; Küttler, Wall, *Fixed-point fluid–structure interaction solvers with dynamic relaxation*, Comput.
+/// Mech. 43 (2008).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Relaxation {
     /// The last guess of the macro step that led somewhere, and its residual, in units of each variable's size.

@@ -41,8 +41,8 @@ pub(super) struct ContactStepper {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     v_next: Vec<f64>,
-    /// Velocity v′ by which positions change: `q⁺ = q + h v′` where a contact rebounds, `q⁺ = q + ½h (v + v′)` where the force varies within a
-    /// midpoint step.
+    /// Velocity v′ by which positions change: `q⁺ = q + h v′` where a contact rebounds, `q⁺ = q + ½h (v + v′)` where
+    /// the force varies within a midpoint step.
     pub(super) v_displacement: Vec<f64>,
     pub(super) eq3: Linearisation,
     elimination: Elimination,
@@ -70,7 +70,8 @@ pub(super) struct ContactStepper {
 }
 
 impl ContactStepper {
-    /// Makes the stepper of a system of this size at its start state `(q, v)`; `eq3` gives the form of Eq. 3, still empty.
+    /// Makes the stepper of a system of this size at its start state `(q, v)`; `eq3` gives the form of Eq. 3, still
+    /// empty.
     pub(super) fn new(
         size: ModelSize,
         eq3: Linearisation,

@@ -32,7 +32,8 @@ impl HermiteCubic {
         [0.0, a.min(b), a.max(b), 1.0]
     }
 
-    /// Returns when it first falls below zero, s; where it starts below, when it first falls at all. None: not within the length.
+    /// Returns when it first falls below zero, s; where it starts below, when it first falls at all. None: not within
+    /// the length.
     pub(super) fn first_fall(&self) -> Option<f64> {
         let pieces = self.pieces();
         pieces.windows(2).find_map(|piece| {
@@ -96,7 +97,8 @@ mod tests {
 
     #[test]
     fn what_starts_below_zero_falls_when_it_turns() {
-        // −0.1 + t − t² has its top of 0.15 at 0.5 and crosses zero after it; −1 + t − t² never gets there and turns at 0.5.
+        // −0.1 + t − t² has its top of 0.15 at 0.5 and crosses zero after it; −1 + t − t² never gets there and turns at
+        // 0.5.
         let crossing = 0.5 + 0.15_f64.sqrt();
         approx::assert_relative_eq!(of([-0.1, 1.0, -1.0, 0.0], 2.0).first_fall().unwrap(), crossing, epsilon = 1e-14);
         approx::assert_relative_eq!(of([-1.0, 1.0, -1.0, 0.0], 2.0).first_fall().unwrap(), 0.5, epsilon = 1e-14);

@@ -19,8 +19,8 @@ pub struct EnergyLedger {
     pub bilateral: f64,
     /// Work of contacts; negative means dissipated in impacts, J.
     pub contact: f64,
-    /// Work of friction, with the mean velocity of each step, J. In a step that ends in stick it can be above 0: what is done to a contact
-    /// that is stopped on its way back.
+    /// Work of friction, with the mean velocity of each step, J. In a step that ends in stick it can be above 0: what
+    /// is done to a contact that is stopped on its way back.
     pub friction: f64,
     /// `Σ w_t⁺ P_t`, with the velocities that the law of friction speaks of, J. Never above 0.
     pub slip: f64,
@@ -28,8 +28,8 @@ pub struct EnergyLedger {
     pub interface: f64,
     /// Change of kinetic energy by impulses, J.
     pub kinetic: f64,
-    /// Change of kinetic energy by the change of `M`, `Σ ½ v⁺ᵀ (M(q⁺) − M(q)) v⁺`, J. In continuous time the Coriolis terms
-    /// in `f` balance it.
+    /// Change of kinetic energy by the change of `M`, `Σ ½ v⁺ᵀ (M(q⁺) − M(q)) v⁺`, J. In continuous time the Coriolis
+    /// terms in `f` balance it.
     pub inertia: f64,
     /// Largest violation of the identity in one step, J.
     pub identity_residual: f64,
@@ -57,10 +57,11 @@ impl EnergyLedger {
     /// stored      = Δ(T + V)
     /// integration = applied + ΔV + bilateral + inertia
     /// ```
-    /// In continuous time the applied forces do the work `−ΔV`, joints none, and Coriolis terms (booked with the applied
-    /// forces) balance the inertia: what they do in discrete time is the integration residual of the semi-implicit step.
-    /// Applied forces without a potential would show there too. `T` is that of the state, not a sum of works: that both
-    /// agree is what the closure tests. `V` stands on both sides and is tested by nothing but that the residual vanishes.
+    /// In continuous time the applied forces do the work `−ΔV`, joints none, and Coriolis terms (booked with the
+    /// applied forces) balance the inertia: what they do in discrete time is the integration residual of the
+    /// semi-implicit step. Applied forces without a potential would show there too. `T` is that of the state, not a sum
+    /// of works: that both agree is what the closure tests. `V` stands on both sides and is tested by nothing but that
+    /// the residual vanishes.
     pub fn account(&self, stored: f64, potential_change: f64) -> EnergyAccount {
         EnergyAccount {
             stored,

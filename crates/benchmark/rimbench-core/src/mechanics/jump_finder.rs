@@ -3,8 +3,8 @@
 use super::mechanical_model::{MechanicalModel, ModelSize};
 use crate::interface_model::{AccelerationJumps, Rows};
 
-/// How far from a kink, in the switch's own unit, its two sides are looked at: well above the round-off of a coordinate of a metre, and a curvature
-/// of 100/m is resolved to a millionth.
+/// How far from a kink, in the switch's own unit, its two sides are looked at: well above the round-off of a coordinate
+/// of a metre, and a curvature of 100/m is resolved to a millionth.
 const ASIDE: f64 = 1e-8;
 
 /// Room to evaluate the rows of a model where it is not yet.
@@ -28,8 +28,8 @@ impl JumpFinder {
         })
     }
 
-    /// Adds to `kinks` those that the motion from the state `(q, v)` comes to, as [`AccelerationJumps`] says. Afterwards the model knows the state
-    /// again.
+    /// Adds to `kinks` those that the motion from the state `(q, v)` comes to, as [`AccelerationJumps`] says.
+    /// Afterwards the model knows the state again.
     pub(super) fn find<M: MechanicalModel>(
         &mut self,
         model: &mut M,

@@ -14,28 +14,32 @@ pub struct ModelSize {
     pub bilateral: usize,
     /// Unilateral rows n_u (possible contacts, open ones included).
     pub unilateral: usize,
-    /// Tangential rows: one per unilateral row in the plane, two in space, or none if the model has no friction to offer.
+    /// Tangential rows: one per unilateral row in the plane, two in space, or none if the model has no friction to
+    /// offer.
     pub tangential: usize,
     /// Interface rows n_i.
     pub interface: usize,
-    /// Quantities at whose change of sign geometry or forces have a kink, such as the place where a corner turns into a ramp.
+    /// Quantities at whose change of sign geometry or forces have a kink, such as the place where a corner turns into a
+    /// ramp.
     pub switches: usize,
     /// Which entries the mass matrix has.
     pub mass: MatrixForm,
-    /// Which entries the stiffness and damping have that a step of the second order is to take implicitly; none where all forces are taken as
-    /// they are. A model whose fastest oscillation is of no interest, but sets the step, has some.
+    /// Which entries the stiffness and damping have that a step of the second order is to take implicitly; none where
+    /// all forces are taken as they are. A model whose fastest oscillation is of no interest, but sets the step, has
+    /// some.
     pub stiff_forces: Option<MatrixForm>,
     /// Contacts that are plastic, whatever the restitution of the others.
     pub plastic: &'static [usize],
-    /// Whether unilateral rows may come to stand for other contacts than at the start, see [`MechanicalModel::remap_contacts`].
+    /// Whether unilateral rows may come to stand for other contacts than at the start, see
+    /// [`MechanicalModel::remap_contacts`].
     pub relists: bool,
 }
 
-/// Columns of the velocities that each row can involve, in the order of the slots that [`Rows::set`] is given, where a row involves few of many;
-/// none where all rows may involve all.
+/// Columns of the velocities that each row can involve, in the order of the slots that [`Rows::set`] is given, where a
+/// row involves few of many; none where all rows may involve all.
 ///
-/// With many contacts or joints and a diagonal mass only those entries are then kept, of contacts if joints say so too or there are none: the
-/// rows must be written by [`Rows::set`].
+/// With many contacts or joints and a diagonal mass only those entries are then kept, of contacts if joints say so too
+/// or there are none: the rows must be written by [`Rows::set`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Sparsity {
     /// Of bilateral rows.
@@ -49,8 +53,9 @@ pub struct Sparsity {
 pub struct ModelNames {
     /// What [`observe`](MechanicalModel::observe) writes, with units.
     pub observables: Vec<Name>,
-    /// The contacts of the first unilateral rows: of `left_wedge` the gap is `gap_left_wedge_m`, the force `contact_force_left_wedge_n`. A model
-    /// with a few contacts names them all; one with many names the first, and shows the least gap of the others among its observables.
+    /// The contacts of the first unilateral rows: of `left_wedge` the gap is `gap_left_wedge_m`, the force
+    /// `contact_force_left_wedge_n`. A model with a few contacts names them all; one with many names the first, and
+    /// shows the least gap of the others among its observables.
     pub contacts: Vec<Name>,
 }
 
@@ -64,8 +69,8 @@ impl ModelNames {
 /// A mechanical system in coordinates `q` with velocities `v`.
 ///
 /// [`prepare`](Self::prepare) is called once per state, before the others; a model keeps there what several of them
-/// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again. What a model
-/// has none of, it need not write: joints, contacts, observables.
+/// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again. What a
+/// model has none of, it need not write: joints, contacts, observables.
 pub trait MechanicalModel: Send {
     /// Numbers of velocities, rows and switches, and what else is constant.
     fn size(&self) -> ModelSize;
@@ -73,11 +78,13 @@ pub trait MechanicalModel: Send {
     /// Returns q and v at the start; their units are the model's, those of rows and gaps m and m/s.
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>);
 
-    /// Adds to q what velocities v give in `h` (s): `q + h v` where each velocity is the rate of a coordinate, as it is unless a model says
-    /// otherwise. Orientations in space are unit quaternions, of four coordinates for three velocities.
+    /// Adds to q what velocities v give in `h` (s): `q + h v` where each velocity is the rate of a coordinate, as it is
+    /// unless a model says otherwise. Orientations in space are unit quaternions, of four coordinates for three
+    /// velocities.
     ///
     /// # Panics
-    /// If there are as many coordinates as velocities for that, and the model has another number and does not say otherwise.
+    /// If there are as many coordinates as velocities for that, and the model has another number and does not say
+    /// otherwise.
     #[inline]
     fn advance_positions(&self, q: &mut [f64], v: &[f64], h: f64) {
         assert_eq!(
@@ -99,7 +106,8 @@ pub trait MechanicalModel: Send {
     /// Writes `f_a − c`, one entry per velocity: applied forces minus Coriolis and centrifugal terms.
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
 
-    /// Writes the part of [`forces`](Self::forces) that depends on the state: springs and dampers, not gravity. False: it is not known.
+    /// Writes the part of [`forces`](Self::forces) that depends on the state: springs and dampers, not gravity. False:
+    /// it is not known.
     fn state_forces(&self, _q: &[f64], _v: &[f64], _force: &mut [f64]) -> bool {
         false
     }
@@ -115,11 +123,12 @@ pub trait MechanicalModel: Send {
         Sparsity::default()
     }
 
-    /// Lists the possible contacts anew if bodies have moved so far that some which are not listed may close within a step of `h` (s); tells
-    /// whether a row now stands for another contact. Asked after each step, with the state at its end.
+    /// Lists the possible contacts anew if bodies have moved so far that some which are not listed may close within a
+    /// step of `h` (s); tells whether a row now stands for another contact. Asked after each step, with the state at
+    /// its end.
     ///
-    /// There are as many rows as ever. A contact that stays listed keeps its row, and one that is closed is not given up. A row without a
-    /// contact has a gap above zero, no velocity and no entries.
+    /// There are as many rows as ever. A contact that stays listed keeps its row, and one that is closed is not given
+    /// up. A row without a contact has a gap above zero, no velocity and no entries.
     ///
     /// # Errors
     /// If bodies have gone where what is listed says nothing of what they touch.
@@ -127,9 +136,10 @@ pub trait MechanicalModel: Send {
         Ok(false)
     }
 
-    /// Writes `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned clockwise, without positions.
-    /// In space first those along a direction of each surface, then those along a second one: both and the normal are orthonormal.
-    /// Called only for models that have tangential rows, and only with friction.
+    /// Writes `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned
+    /// clockwise, without positions. In space first those along a direction of each surface, then those along a second
+    /// one: both and the normal are orthonormal. Called only for models that have tangential rows, and only with
+    /// friction.
     fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     /// Writes `A_i`, `Ȧ_i v` and interface coordinates.

@@ -4,27 +4,31 @@ use super::contact_stepper::ContactLaw;
 use super::mechanical_model::{MechanicalModel, Sparsity};
 use crate::interface_model::{Elimination, Linearisation, MassMatrix, MatrixForm, Rows};
 
-/// Square matrices over all rows that mechanics and a scheme with a model keep between them, where every entry is kept: models, their
-/// packed and condensed forms, contact problems, and the workspaces of two solvers.
+/// Square matrices over all rows that mechanics and a scheme with a model keep between them, where every entry is kept:
+/// models, their packed and condensed forms, contact problems, and the workspaces of two solvers.
 const SQUARES: u64 = 24;
 /// Matrices with an entry for each row and velocity.
 const WIDE: u64 = 3;
-/// Bytes per contact where few are coupled: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
+/// Bytes per contact where few are coupled: some 10 entries of `H_uu` and 30 of a factor, each in several copies with
+/// its place.
 const PER_CONTACT: u64 = 16 << 10;
 /// Bytes per entry of `H_uu` at most: more where many contacts share a velocity.
 const PER_PRODUCT: u64 = 400;
-/// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their places.
+/// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their
+/// places.
 const PER_JOINT: u64 = 2 << 10;
 
-/// Joints from which on only what is not zero is kept of them, where each involves few velocities (`benches/scaling.rs`).
+/// Joints from which on only what is not zero is kept of them, where each involves few velocities
+/// (`benches/scaling.rs`).
 pub const MANY_JOINTS: usize = 12;
 
 /// Products fewer than n² from which on a sparse `H_uu` is worth its overhead.
 const LEAST_SAVED: u64 = 16;
 
 impl Sparsity {
-    /// Tells what is kept of a model's rows: of contacts where few are coupled, without springs and without a solver that is given whole
-    /// matrices; of joints, if they are many or the contacts so kept. With joints that keep everything contacts do so, too.
+    /// Tells what is kept of a model's rows: of contacts where few are coupled, without springs and without a solver
+    /// that is given whole matrices; of joints, if they are many or the contacts so kept. With joints that keep
+    /// everything contacts do so, too.
     fn kept(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Self {
         let size = model.size();
         if size.mass != MatrixForm::Diagonal {
@@ -48,10 +52,12 @@ impl Sparsity {
         }
     }
 
-    /// Tells whether few contacts are coupled, so that `H_uu` is sparse: Σ k² ≤ ¾ n² products, and [`LEAST_SAVED`] fewer at least, of n contacts
-    /// of which k share a velocity; with joints as [`Elimination::delassus_pattern`] says.
+    /// Tells whether few contacts are coupled, so that `H_uu` is sparse: Σ k² ≤ ¾ n² products, and [`LEAST_SAVED`]
+    /// fewer at least, of n contacts of which k share a velocity; with joints as [`Elimination::delassus_pattern`]
+    /// says.
     ///
-    /// Bounds from rows and heaps (`benches/scaling.rs`): with fewer contacts the mechanics' step loses what the reduction saves.
+    /// Bounds from rows and heaps (`benches/scaling.rs`): with fewer contacts the mechanics' step loses what the
+    /// reduction saves.
     fn few_are_coupled(&self, velocities: usize) -> bool {
         let Some(contacts) = &self.unilateral else { return false };
         if self.bilateral.is_none() {
@@ -71,7 +77,8 @@ impl Sparsity {
     }
 }
 
-/// Returns how many products `A M⁻¹ Aᵀ` of contacts with these columns has at most: the sum of k² over velocities that k contacts share.
+/// Returns how many products `A M⁻¹ Aᵀ` of contacts with these columns has at most: the sum of k² over velocities that
+/// k contacts share.
 fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
     let mut knowing = vec![0_u64; velocities];
     columns.iter().flatten().for_each(|&column| knowing[column] += 1);
@@ -91,8 +98,8 @@ pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_
     }
 }
 
-/// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts are coupled, which has a
-/// solver of its own.
+/// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts are
+/// coupled, which has a solver of its own.
 pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
     let size = model.size();
     if Sparsity::kept(model, law, by_active_sets).unilateral.is_some() { 0 } else { size.unilateral }
@@ -105,8 +112,8 @@ pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_se
 /// 16 kiB per contact               where few of many contacts are coupled, or 400 bytes for each k² of a velocity that k share, if that is more
 /// 2 kiB per joint and velocity     in place of its rows above, where joints are many and involve few velocities each
 /// ```
-/// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from above, for which only
-/// the columns are listed.
+/// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from
+/// above, for which only the columns are listed.
 pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> u64 {
     let (size, kept) = (model.size(), Sparsity::kept(model, law, by_active_sets));
     let contacts = (size.unilateral + size.tangential + size.interface) as u64;

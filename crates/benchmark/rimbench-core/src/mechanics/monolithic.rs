@@ -28,8 +28,9 @@ impl ReferenceSteps {
 ///                                   actuator:  x_k → x_{k+1} with (s, w)_{k+1}
 /// ```
 /// This is the semi-implicit Euler rule for the whole system: first order, and free of numerical damping of the
-/// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error. Where the mechanics steps by a rule
-/// of the second order, both sides take each piece of a step together ([`ContactMechanics`](crate::cosim::ContactMechanics)), cut at its events.
+/// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error. Where the
+/// mechanics steps by a rule of the second order, both sides take each piece of a step together
+/// ([`ContactMechanics`](crate::cosim::ContactMechanics)), cut at its events.
 ///
 /// # Errors
 /// The first [`Failure`] of either side; [`Cause::Stopped`](crate::error::Cause::Stopped).

@@ -99,8 +99,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     ///
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
-    /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts kept by the dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a mechanics that steps at
-    /// the second order.
+    /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts kept by
+    /// the dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a
+    /// mechanics that steps at the second order.
     pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
         if self.model.size().relists {
             return Err(Error::Incompatible(
@@ -119,7 +120,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         Ok(self)
     }
 
-    /// Returns the friction impulses of the last step, along the surface, N·s; none without friction. Not unique where contacts are redundant.
+    /// Returns the friction impulses of the last step, along the surface, N·s; none without friction. Not unique where
+    /// contacts are redundant.
     pub fn friction_impulses(&self) -> &[f64] {
         self.stepper.friction_impulses()
     }

@@ -10,7 +10,8 @@ use rimbench_contact::complementarity::SolverCounters;
 use rimbench_contact::linear_algebra::largest_entry;
 use rimbench_contact::solver_entry::SolverEntry;
 
-/// Solves the contacts that are closed at `t_k` once, over one step `h` of the mechanics with the actuator's force held.
+/// Solves the contacts that are closed at `t_k` once, over one step `h` of the mechanics with the actuator's force
+/// held.
 ///
 /// ```text
 /// w_c⁺ = w_c + h a_c + h H_ci λ + H_cc P_c      0 ≤ w_c⁺ ⟂ P_c ≥ 0      active = {α : P_α > 0}
@@ -99,8 +100,8 @@ impl ActiveContacts {
         ActiveContacts { solver, problem: Problem { discretised, free: w.clone(), w, impulses: vec![0.0; rows] } }
     }
 
-    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), by the law of the mechanics' step or without, and
-    /// records their modes where they have friction.
+    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), by the law of the mechanics'
+    /// step or without, and records their modes where they have friction.
     ///
     /// # Errors
     /// As the contact solver reports.
@@ -181,8 +182,8 @@ mod tests {
         }
     }
 
-    /// A level block of 1 kg on two corners, pushed with less than both hold and more than one: their tangential rows are equal, and the
-    /// solver loads one of them up to its border. Neither has slid.
+    /// A level block of 1 kg on two corners, pushed with less than both hold and more than one: their tangential rows
+    /// are equal, and the solver loads one of them up to its border. Neither has slid.
     #[test]
     fn a_contact_at_the_border_of_its_cone_that_does_not_move_must_stick() {
         let mut model = ReducedInterfaceModel::zeros_with_friction(&[0.4, 0.4], 1);

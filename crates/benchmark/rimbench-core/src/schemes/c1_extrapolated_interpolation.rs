@@ -1,8 +1,8 @@
 //! `c1-extrapolated-interpolation`: extrapolate to the end of the macro step, and get there without a jump or a kink.
 //!
 //! The line through the last two samples gives value and slope at `t_{k+1}`; a cubic joins them to the value and slope
-//! that the input ended with at `t_k`. The input is continuously differentiable over the whole run, where an extrapolation
-//! jumps at each communication point.
+//! that the input ended with at `t_k`. The input is continuously differentiable over the whole run, where an
+//! extrapolation jumps at each communication point.
 //!
 //! ```text
 //! p_k        line through y(t_k) and y(t_{k−1})
@@ -12,7 +12,8 @@
 //! **Needs** two samples; holds until it has them. **Order** 2 in H. **Known weakness**: a sample is fully
 //! used only at the end of the macro step that it begins, so the input lags more than an extrapolation's, which costs
 //! stability; overshoots after a kink like the extrapolation it is made from.
-//! **Source**: extrapolated interpolation, Busch 2016 (continuous approximation techniques). The start is ours: with the first two samples the input begins anew, with a jump.
+//! **Source**: extrapolated interpolation, Busch 2016 (continuous approximation techniques). The start is ours: with
+//! the first two samples the input begins anew, with a jump.
 
 use super::entry::SchemeEntry;
 use super::input_polynomial::shifted;
@@ -129,7 +130,8 @@ impl Signal {
 
     #[inline]
     fn evaluate(&self, at: MicroStep, u: &mut [f64]) {
-        // The mean over the micro step, of width 1/n in x: the value at the middle and 1/(12 n²) of half the second derivative.
+        // The mean over the micro step, of width 1/n in x: the value at the middle and 1/(12 n²) of half the second
+        // derivative.
         let (x, bend) = ((at.index as f64 + 0.5) / at.count as f64, 1.0 / (12.0 * (at.count * at.count) as f64));
         for (u, Variable { cubic: [c0, c1, c2, c3], .. }) in u.iter_mut().zip(&self.variables) {
             *u = c0 + x * (c1 + x * (c2 + x * c3)) + bend * (c2 + 3.0 * c3 * x);

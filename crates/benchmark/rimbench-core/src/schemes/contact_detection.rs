@@ -13,8 +13,8 @@ use std::str::FromStr;
 /// ```
 /// A model that makes contacts bilateral puts `=` for `≥` and leaves `P` free.
 /// # Source
-/// The paper has one contact set and one law for mechanics (Eq. 3) and model (Eq. 4); each of these is one way to read that. See
-/// `docs/method/contact-detection.md`.
+/// The paper has one contact set and one law for mechanics (Eq. 3) and model (Eq. 4); each of these is one way to read
+/// that. See `docs/method/contact-detection.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum ContactDetection {
     /// The contacts that the mechanics' own last step found closed. Nothing to choose.

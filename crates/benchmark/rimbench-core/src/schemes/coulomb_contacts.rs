@@ -5,14 +5,15 @@ use rimbench_contact::friction::space::SpaceSolver;
 use rimbench_contact::friction::{FrictionSolver, Stiction};
 use rimbench_contact::solver_entry::SolverEntry;
 
-/// A set of contacts with their coefficients and a solver, which starts in the plane from the states that the mechanics' own solver would
-/// start from, in space from the forces of the mechanics' last step.
+/// A set of contacts with their coefficients and a solver, which starts in the plane from the states that the
+/// mechanics' own solver would start from, in space from the forces of the mechanics' last step.
 #[derive(Clone)]
 pub(super) struct ContactsWithFriction<S> {
     /// Rows of the model: the contacts, then their tangential rows.
     pub(super) rows: Vec<usize>,
     pub(super) friction: Vec<f64>,
-    /// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left.
+    /// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before
+    /// has left.
     pub(super) stiction: Option<Stiction>,
     /// In space, forces of these rows in the mechanics' last step, N.
     pub(super) forces: Vec<f64>,

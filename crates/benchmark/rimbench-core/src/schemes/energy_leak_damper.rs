@@ -1,25 +1,25 @@
 //! `energy-leak-damper`: count the energy that the interface creates, and dissipate it in a virtual damper.
 //!
-//! Between the sides stands a hold. What the mechanics receives as work and what the actuator sends differ; the difference
-//! accumulates in a pool. As long as the pool is positive, a damper on the interface takes it out of the mechanics, never more
-//! per macro step than it holds, and never with more force than a share of the coupling force.
+//! Between the sides stands a hold. What the mechanics receives as work and what the actuator sends differ; the
+//! difference accumulates in a pool. As long as the pool is positive, a damper on the interface takes it out of the
+//! mechanics, never more per macro step than it holds, and never with more force than a share of the coupling force.
 //!
 //! ```text
 //! received  Σ u_λ · ½ (w⁻ + w⁺) δ_m        sent  Σ λ_j · ½ (w_j⁻ + w_j⁺) δ        pool E ← E + received − sent
 //! damper    f = −μ w(t_k),   μ = E⁺ / (H w(t_k)²),   |f| ≤ γ |λ(t_k)|           u_λ = λ(t_k) + f
 //! ```
 //! The work of the damper is part of what is received, so a joule taken out leaves E by itself. −E is the interface
-//! residual of the energy audit, to round-off where the interface row `A_i` is constant; where it turns, the audit has the row of
-//! the start of a step and the pool, which sees velocities only, that of both ends. [`SchemeReport::dissipated_j`] says how much the damper took: the ledger.
-//! Where samples of the mechanics are late the actuator works against where it was, and the damper, which acts at the mechanics, takes out what
-//! the macro step to come will create as well: `E ← E + λ · (w − w_late) H`, `w` the velocity there.
-//! **Needs** a force–displacement coupling and force return `held`, else its force would not arrive. **Order** 1 in H, that of
-//! the hold, up to a logarithm (error ∝ H ln(1/H)): the force that takes a given energy out grows as the interface slows down.
-//! **Known weakness**: acts after the harm is done and only on moving
-//! interfaces; a negative pool (energy lost) is not given back, only counted against later gains; the bound, which keeps the
-//! explicit damper from adding energy itself, decides how much it can do.
-//! **Source**: after González et al. 2019 (energy-leak monitoring and correction), Rodríguez et al. 2022; deviations are in
-//! `docs/schemes/energy-leak-damper.md`.
+//! residual of the energy audit, to round-off where the interface row `A_i` is constant; where it turns, the audit has
+//! the row of the start of a step and the pool, which sees velocities only, that of both ends.
+//! [`SchemeReport::dissipated_j`] says how much the damper took: the ledger. Where samples of the mechanics are late
+//! the actuator works against where it was, and the damper, which acts at the mechanics, takes out what the macro step
+//! to come will create as well: `E ← E + λ · (w − w_late) H`, `w` the velocity there. **Needs** a force–displacement
+//! coupling and force return `held`, else its force would not arrive. **Order** 1 in H, that of the hold, up to a
+//! logarithm (error ∝ H ln(1/H)): the force that takes a given energy out grows as the interface slows down. **Known
+//! weakness**: acts after the harm is done and only on moving interfaces; a negative pool (energy lost) is not given
+//! back, only counted against later gains; the bound, which keeps the explicit damper from adding energy itself,
+//! decides how much it can do. **Source**: after González et al. 2019 (energy-leak monitoring and correction),
+//! Rodríguez et al. 2022; deviations are in `docs/schemes/energy-leak-damper.md`.
 
 use super::entry::{Gain, SchemeEntry};
 use super::requirement::Requirement;

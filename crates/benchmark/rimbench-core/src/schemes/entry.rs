@@ -51,14 +51,15 @@ pub struct SchemeEntry {
     pub samples: usize,
     /// Sequence used unless another is asked for.
     pub sequence: Sequence,
-    /// Requirements on both sides; a run between others is skipped with the reason. The data exchanged besides outputs follow.
+    /// Requirements on both sides; a run between others is skipped with the reason. The data exchanged besides outputs
+    /// follow.
     pub needs: Vec<Requirement>,
     /// How contacts are detected, if that is left open.
     pub contact_detection: Option<DetectionRule>,
     /// Its parameter, if it has one.
     pub gain: Option<Gain>,
-    /// Whether its frozen model has all contacts under the mechanics' own contact law, so that it is the mechanics itself where that
-    /// does not change within a macro step.
+    /// Whether its frozen model has all contacts under the mechanics' own contact law, so that it is the mechanics
+    /// itself where that does not change within a macro step.
     pub has_mechanics_law: bool,
     /// The scheme moves a reduced interface model within the macro step, which may be frozen or not.
     pub moves_model: bool,
@@ -83,8 +84,8 @@ impl fmt::Debug for SchemeEntry {
 }
 
 impl SchemeEntry {
-    /// Describes a scheme of first order that extrapolates one sample, needs nothing, and lets both sides step at once. What is
-    /// different is changed afterwards.
+    /// Describes a scheme of first order that extrapolates one sample, needs nothing, and lets both sides step at once.
+    /// What is different is changed afterwards.
     pub fn new(
         name: impl Into<Name>,
         about: impl Into<Name>,
@@ -111,10 +112,12 @@ impl SchemeEntry {
         }
     }
 
-    /// Builds the scheme for two subsystems, with room for what they will exchange. Options and gain of none are the defaults.
+    /// Builds the scheme for two subsystems, with room for what they will exchange. Options and gain of none are the
+    /// defaults.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for ports, needs or options that do not go together; [`Error::InvalidValue`] for a gain out of range.
+    /// [`Error::Incompatible`] for ports, needs or options that do not go together; [`Error::InvalidValue`] for a gain
+    /// out of range.
     pub fn couple(&self, mut sides: Sides<'_>, options: Option<&ModelOptions>, gain: Option<f64>) -> Result<Coupling> {
         let usual = ModelOptions::default();
         let options = options.unwrap_or(&usual);
@@ -151,8 +154,9 @@ impl SchemeEntry {
     /// Checks that options of a reduced interface model go together with the scheme.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, for rows of contacts that are bilateral,
-    /// or not in it, and for contacts that are to act over the mechanics' step in a model without any, or one that moves.
+    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, for rows of
+    /// contacts that are bilateral, or not in it, and for contacts that are to act over the mechanics' step in a model
+    /// without any, or one that moves.
     pub fn check_options(&self, options: &ModelOptions) -> Result<()> {
         if options.model_motion != ModelMotion::Frozen && !self.moves_model {
             return Err(Error::Incompatible(format!(
@@ -187,7 +191,8 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// Tells whether both sides move as one between communication points, where nothing is exchanged and neither goes first.
+    /// Tells whether both sides move as one between communication points, where nothing is exchanged and neither goes
+    /// first.
     pub fn moves_as_one(&self) -> bool {
         self.driver == IterativeDriver::Monolithic
     }
@@ -223,7 +228,8 @@ impl SchemeEntry {
         self.check_sequence(sequence)?;
         force_return.check(sequence)?;
         self.check_force_return(force_return)?;
-        // With the force of the start held it makes no difference which side goes first, unless a macro step is taken again.
+        // With the force of the start held it makes no difference which side goes first, unless a macro step is taken
+        // again.
         let as_one = force_return == ForceReturn::Held && sequence == actuator_first && self.real_time();
         Ok((if as_one { Sequence::Jacobi } else { sequence }, force_return))
     }
@@ -267,7 +273,8 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// Returns the contact detection to use: the one asked for, else the default; none where the scheme detects no contacts.
+    /// Returns the contact detection to use: the one asked for, else the default; none where the scheme detects no
+    /// contacts.
     ///
     /// # Errors
     /// [`Error::Incompatible`] where one is asked for that the scheme does not have.

@@ -9,9 +9,9 @@ use crate::error::Failure;
 /// ```text
 /// u(t) = Σ_j y(t_{k−j}) L_j(t),   j = 0 … n,   L_j the Lagrange polynomials of t_k, …, t_{k−n}
 /// ```
-/// A subsystem that integrates polynomials is given this one; others the mean over each micro step. With the mechanics first its
-/// sample at t_{k+1} is the newest node of its polynomial, which then interpolates. The points need not be equidistant (phase,
-/// last step). Until n+1 samples have arrived the degree is what they allow.
+/// A subsystem that integrates polynomials is given this one; others the mean over each micro step. With the mechanics
+/// first its sample at t_{k+1} is the newest node of its polynomial, which then interpolates. The points need not be
+/// equidistant (phase, last step). Until n+1 samples have arrived the degree is what they allow.
 #[derive(Clone)]
 pub(super) struct Extrapolation {
     degree: usize,

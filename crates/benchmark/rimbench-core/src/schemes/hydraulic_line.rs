@@ -9,17 +9,19 @@
 //! Z = β H / (A l) / (1 − α)       frozen at t_k                           c ← α c(t − H) + (1 − α) (…)
 //! λ(t) = A (c_2p − c_1p) − (A² (Z_1 + Z_2) + c) w(t)  =  C(t) − Z_x w(t)
 //! ```
-//! C is known over the whole macro step when it begins, so both sides may step at once and nothing is extrapolated; the three
-//! sequences give one result. The actuator keeps the waves ([`TransmissionLines`](crate::cosim::TransmissionLines)); this scheme takes C and Z_x to the
-//! mechanics, which makes the force from them anew in each of its own steps. What the actuator is told of the motion within a macro
-//! step, the velocity held, is only booked: the oil feels the motion that really was, one travel time later.
+//! C is known over the whole macro step when it begins, so both sides may step at once and nothing is extrapolated; the
+//! three sequences give one result. The actuator keeps the waves
+//! ([`TransmissionLines`](crate::cosim::TransmissionLines)); this scheme takes C and Z_x to the mechanics, which makes
+//! the force from them anew in each of its own steps. What the actuator is told of the motion within a macro step, the
+//! velocity held, is only booked: the oil feels the motion that really was, one travel time later.
 //!
-//! **Needs** a force–displacement coupling and an actuator whose volumes of oil can be replaced. **Gain** α, the share of the wave
-//! before that each wave keeps: damps standing waves, and stiffens Z; 0 by default, as in Hopsan. **Order** 2. **Known weakness**:
-//! seen from the piston with a shut valve the line is `Z coth(sH) = (K/s)(1 + s²H²/3 …)`, a spring K = βA/l with an added mass
-//! `K H²/3`; the mechanics uses the velocity of the beginning of its own step h, which is explicit: `h Z_x H_ii` must stay below 2.
-//! **Source**: transmission line modelling after Krus et al. 1990, as documented by Hopsan and OMTLMSimulator. Ours: motion between
-//! communication points as a straight line with the right mean; no guard that enlarges the volumes (Hopsan's keeps K H² below a tenth
+//! **Needs** a force–displacement coupling and an actuator whose volumes of oil can be replaced. **Gain** α, the share
+//! of the wave before that each wave keeps: damps standing waves, and stiffens Z; 0 by default, as in Hopsan.
+//! **Order** 2. **Known weakness**: seen from the piston with a shut valve the line is
+//! `Z coth(sH) = (K/s)(1 + s²H²/3 …)`, a spring K = βA/l with an added mass `K H²/3`; the mechanics uses the velocity
+//! of the beginning of its own step h, which is explicit: `h Z_x H_ii` must stay below 2. **Source**: transmission line
+//! modelling after Krus et al. 1990, as documented by Hopsan and OMTLMSimulator. Ours: motion between communication
+//! points as a straight line with the right mean; no guard that enlarges the volumes (Hopsan's keeps K H² below a tenth
 //! of the mass), so that the added mass is what it is.
 
 use super::construction::sent_lines;

@@ -4,7 +4,8 @@ use crate::error::{Cause, Failure};
 use rimbench_contact::affine_step::{DiscretisedColumns, DiscretisedModel};
 use rimbench_contact::linear_algebra::Lu;
 
-/// How the force of the actuator follows the motion of the model within a micro step of length δ, by the trapezoidal rule.
+/// How the force of the actuator follows the motion of the model within a micro step of length δ, by the trapezoidal
+/// rule.
 ///
 /// ```text
 /// λ = λ_m + D_s (s̄ − s₀) + D_w (w̄ − w₀)          w̄ = ½ (w + w⁺),  s̄ = s + ½δ w̄
@@ -83,7 +84,8 @@ impl ImplicitFeedthrough {
         }
     }
 
-    /// Eliminates the part of the force that depends on the velocity within the micro step from the model, whose force then is λ₀.
+    /// Eliminates the part of the force that depends on the velocity within the micro step from the model, whose force
+    /// then is λ₀.
     ///
     /// ```text
     /// λ = λ₀ + E (w_i⁺ − w_i)        K = E (1 − δ H_ii E)⁻¹

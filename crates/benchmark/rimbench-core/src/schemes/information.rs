@@ -5,7 +5,8 @@ use super::requirement::Requirement;
 use crate::iterative::IterativeDriver;
 use crate::name::by_name;
 
-/// The knowledge that a scheme needs, from little to all. More of it makes the task easier, so that only schemes of one class are compared.
+/// The knowledge that a scheme needs, from little to all. More of it makes the task easier, so that only schemes of one
+/// class are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InformationClass {
     /// The data of communication points: outputs, and nothing of how they come about.
@@ -33,8 +34,8 @@ impl InformationClass {
         ("whole", InformationClass::Whole),
     ];
 
-    /// Returns the class of a scheme, as its entry has it. Control of the macro step takes steps again, whatever the scheme: that is for the
-    /// caller to add.
+    /// Returns the class of a scheme, as its entry has it. Control of the macro step takes steps again, whatever the
+    /// scheme: that is for the caller to add.
     pub fn of(scheme: &SchemeEntry) -> Self {
         let of_need = |need: &Requirement| match need {
             Requirement::InterfaceModel | Requirement::ListedContacts => InformationClass::Model,

@@ -22,7 +22,8 @@ impl InputPolynomial {
         InputPolynomial { degree, rows: vec![[0.0; 4]; inputs] }
     }
 
-    /// Takes polynomials whose coefficients beyond `degree` (at most 3) are zero. Of degree 0 they are inputs that are held.
+    /// Takes polynomials whose coefficients beyond `degree` (at most 3) are zero. Of degree 0 they are inputs that are
+    /// held.
     pub fn of(rows: Vec<Cubic>, degree: usize) -> Self {
         InputPolynomial { degree: degree.min(3), rows }
     }
@@ -43,7 +44,8 @@ impl InputPolynomial {
         }
     }
 
-    /// Writes the polynomials of the time since the start of a micro step. False, and nothing, for inputs that are held.
+    /// Writes the polynomials of the time since the start of a micro step. False, and nothing, for inputs that are
+    /// held.
     pub fn within(&self, at: MicroStep, polynomials: &mut [Cubic]) -> bool {
         if self.degree == 0 {
             return false;
@@ -60,8 +62,8 @@ pub(super) fn shifted([c0, c1, c2, c3]: Cubic, by: f64) -> Cubic {
     [c0 + by * (c1 + by * (c2 + by * c3)), c1 + by * (2.0 * c2 + 3.0 * by * c3), c2 + 3.0 * by * c3, c3]
 }
 
-/// Returns the motion that meets position and velocity at both ends of a macro step: a cubic for the position, and its slope for the
-/// velocity, so that the two never contradict each other.
+/// Returns the motion that meets position and velocity at both ends of a macro step: a cubic for the position, and its
+/// slope for the velocity, so that the two never contradict each other.
 ///
 /// ```text
 /// s = s₀ + w₀ τ + A τ² + B τ³       A = (3 (s₁ − s₀)/H − 2 w₀ − w₁)/H       B = (w₀ + w₁ − 2 (s₁ − s₀)/H)/H²

@@ -1,4 +1,5 @@
-//! The acceleration that the interface has at a communication point: what a mechanics that sends accelerations would send.
+//! The acceleration that the interface has at a communication point: what a mechanics that sends accelerations would
+//! send.
 
 use super::active_contacts::ActiveContacts;
 use super::construction::ModelConstruction;
@@ -20,11 +21,12 @@ const ROUND_OFF: f64 = 1e-9;
 /// 0 ≤ a_R + H_RR Λ + H_Ri λ_k  ⟂  Λ ≥ 0                                 accelerations, forces: not P/h of the last step
 /// a = a_i + H_ii λ_k + H_iL Λ_L,     Ĥ = H_ii − H_iL H_LL⁺ H_Li          L = { α ∈ R : Λ_α > 0 }
 /// ```
-/// λ_k is the fresh force. A contact that closes later is an impact and belongs to no acceleration. Which contacts rest has no
-/// number to choose: *ours*.
+/// λ_k is the fresh force. A contact that closes later is an impact and belongs to no acceleration. Which contacts rest
+/// has no number to choose: *ours*.
 ///
-/// With friction the contacts of R have tangential rows as well, and a contact that moves may stop. Its force is the one over the mechanics'
-/// next step h under λ_k, the impact of a contact that has just landed left out, and `Ĥ` has contacts stick and slide as they do in it:
+/// With friction the contacts of R have tangential rows as well, and a contact that moves may stop. Its force is the
+/// one over the mechanics' next step h under λ_k, the impact of a contact that has just landed left out, and `Ĥ` has
+/// contacts stick and slide as they do in it:
 ///
 /// ```text
 /// w_n = 0 in R        w⁺ = w + h (a + H_·i λ_k) + H_·R P,  Coulomb's law        a = (w_i⁺ − w_i)/h
@@ -166,7 +168,8 @@ impl InterfaceAcceleration {
         self.model.entry(interface + row, interface + column)
     }
 
-    /// Tells whether other contacts carry force than at the communication point before: what was remembered of before is of no use then.
+    /// Tells whether other contacts carry force than at the communication point before: what was remembered of before
+    /// is of no use then.
     pub(super) fn contacts_changed(&self) -> bool {
         self.strongly_active != self.strongly_active_before
             || self.friction.as_ref().is_some_and(|friction| {
@@ -177,7 +180,8 @@ impl InterfaceAcceleration {
             })
     }
 
-    /// Returns what a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is locked.
+    /// Returns what a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is
+    /// locked.
     pub(super) fn report(&self) -> SchemeReport {
         SchemeReport {
             effective_mass: Some(self.condensation.effective_mass),

@@ -1,18 +1,18 @@
-//! `interface-exponential`: both outputs over the coming macro step predicted as one coupled linear system, exactly; each side is
-//! given what the other is predicted to do.
+//! `interface-exponential`: both outputs over the coming macro step predicted as one coupled linear system, exactly;
+//! each side is given what the other is predicted to do.
 //!
 //! ```text
 //! Δλ̇ = r + R (Δs, Δw) + D_s (w_k + Δw) + D_w (a_k + Ĥ Δλ)      Δṡ = w_k + Δw      Δẇ = a_k + Ĥ Δλ        zero at t_k
 //! actuator gets s_k + Δs(τ), w_k + Δw(τ);   mechanics gets λ_k + Δλ(τ)
 //! ```
-//! `a_k`, `Ĥ` as in `interface_acceleration`, `r, D, R` the actuator's directional derivatives. The system is stepped from one micro
-//! step to the next by its matrix exponential; within a micro step the signal is the cubic that meets values and slopes at both
-//! ends. With the actuator first only the motion counts, with the mechanics first only the force.
-//! **Needs** an interface model, directional derivatives of the actuator. **Order** 2 in H. **Known weakness**: the actuator's inner
-//! states are frozen; one set of contacts per macro step. Differs from `interface-jacobian` in the exponential instead of the
-//! trapezoidal rule, in which contacts are closed, and in that profiles are sent.
-//! **Source**: after the idea of pre-step stabilisation (Genser, Benedikt 2018: inputs modified before the step, from partial
-//! derivatives of the subsystems). Formula not read, derived here; nothing is said about the authors' method.
+//! `a_k`, `Ĥ` as in `interface_acceleration`, `r, D, R` the actuator's directional derivatives. The system is stepped
+//! from one micro step to the next by its matrix exponential; within a micro step the signal is the cubic that meets
+//! values and slopes at both ends. With the actuator first only the motion counts, with the mechanics first only the
+//! force. **Needs** an interface model, directional derivatives of the actuator. **Order** 2 in H. **Known weakness**:
+//! the actuator's inner states are frozen; one set of contacts per macro step. Differs from `interface-jacobian` in the
+//! exponential instead of the trapezoidal rule, in which contacts are closed, and in that profiles are sent.
+//! **Source**: after the idea of pre-step stabilisation (Genser, Benedikt 2018: inputs modified before the step, from
+//! partial derivatives of the subsystems). Formula not read, derived here; nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
 use super::entry::{Family, SchemeEntry};

@@ -8,15 +8,14 @@
 //! Δλ = H r + K_s Δs + K_v Δw            K = D + ½ H R
 //! ⇒ (I − (K_v + ½ H K_s) ½ H Ĥ) Δλ = H r + H K_s w_k + (K_v + ½ H K_s) H (â + Ĥ λ_k)
 //! ```
-//! `Ĥ, â` from the interface model with those contacts bilateral that the mechanics' last step found closed and that carry
-//! impulse at `t_k`, with friction in the modes of that problem; `r, D, R` from the actuator
-//! ([`OutputRates`]). The actuator then gets the velocity on a straight line over Δw and the length that belongs to it, the
-//! mechanics the mean force λ_k + ½ Δλ: both sides at once (Jacobi), no step is taken back.
-//! **Needs** an interface model of the mechanics, directional derivatives of the actuator, an interface of at most 8 rows.
-//! **Order** 2 in H. **Known weakness**: linear over the whole macro step: a valve that opens, a contact that closes within it
-//! are not seen; contacts are bilateral as in `rim-smooth-active`.
-//! **Source**: after Sicklinger et al. 2014 (interface Jacobian-based co-simulation), with one step and no iteration; the
-//! trapezoidal rule and the use of the interface model are ours.
+//! `Ĥ, â` from the interface model with those contacts bilateral that the mechanics' last step found closed and that
+//! carry impulse at `t_k`, with friction in the modes of that problem; `r, D, R` from the actuator ([`OutputRates`]).
+//! The actuator then gets the velocity on a straight line over Δw and the length that belongs to it, the mechanics the
+//! mean force λ_k + ½ Δλ: both sides at once (Jacobi), no step is taken back. **Needs** an interface model of the
+//! mechanics, directional derivatives of the actuator, an interface of at most 8 rows. **Order** 2 in H. **Known
+//! weakness**: linear over the whole macro step: a valve that opens, a contact that closes within it are not seen;
+//! contacts are bilateral as in `rim-smooth-active`. **Source**: after Sicklinger et al. 2014 (interface Jacobian-based
+//! co-simulation), with one step and no iteration; the trapezoidal rule and the use of the interface model are ours.
 
 use super::active_contacts::ActiveContacts;
 use super::construction::{Construction, ModelConstruction, sent, sent_rates};

@@ -1,17 +1,17 @@
-//! `interface-mass`: the actuator moves a copy of the mechanics' interface mass; everything else that acts on it is held.
+//! `interface-mass`: the actuator moves a copy of the mechanics' interface mass; everything else that acts on it is
+//! held.
 //!
 //! ```text
 //! m_v = 1/(κ H_ii(t₀))        φ_k = m_v a_k − λ_k        m_v ẇ_A = λ(τ) + φ_k
 //! w_A⁺ = w_A + δ [a_k + κ H_ii(t₀) (λ − λ_k)]        s_A⁺ = s_A + δ w_A⁺        (s, w)_A = (s, w)_k at t_k
 //! ```
-//! One number and the true acceleration `a_k` instead of a model: κ = 0 is `true-acceleration`, κ = 1 on a mechanics without
-//! contacts and with constant `H_ii` a reduced interface model. The micro step is that of the interface models. With Jacobi the
-//! mechanics receives the force by the actuator's rates.
-//! **Needs** an interface model, output rates; not for the mechanics first. **Order** 2 in H. **Known weakness**: contacts enter
-//! through `a_k` only; too light a mass is worse than too heavy a one.
-//! **Source**: after the idea of "A co-simulation algorithm for the efficient real-time parallel solution of multibody systems"
-//! (Politecnico di Milano 2026): interface mass kept on both sides of the cut. Formula not read, derived here; nothing is said
-//! about the authors' method.
+//! One number and the true acceleration `a_k` instead of a model: κ = 0 is `true-acceleration`, κ = 1 on a mechanics
+//! without contacts and with constant `H_ii` a reduced interface model. The micro step is that of the interface models.
+//! With Jacobi the mechanics receives the force by the actuator's rates. **Needs** an interface model, output rates;
+//! not for the mechanics first. **Order** 2 in H. **Known weakness**: contacts enter through `a_k` only; too light a
+//! mass is worse than too heavy a one. **Source**: after the idea of "A co-simulation algorithm for the efficient
+//! real-time parallel solution of multibody systems" (Politecnico di Milano 2026): interface mass kept on both sides of
+//! the cut. Formula not read, derived here; nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
 use super::entry::{Family, Gain, SchemeEntry};

@@ -1,8 +1,8 @@
 //! The coupling schemes, one file each, listed in [`standard_schemes`].
 //!
-//! To add one: write a file with a type that implements [`CouplingScheme`](crate::cosim::CouplingScheme) and a function `entry`
-//! that says all that others need to know of it, and add that function to the list. Every test, sweep and figure then finds it
-//! by name.
+//! To add one: write a file with a type that implements [`CouplingScheme`](crate::cosim::CouplingScheme) and a function
+//! `entry` that says all that others need to know of it, and add that function to the list. Every test, sweep and
+//! figure then finds it by name.
 
 mod active_contacts;
 mod c1_extrapolated_interpolation;

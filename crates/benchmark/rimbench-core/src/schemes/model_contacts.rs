@@ -1,11 +1,13 @@
-//! The contacts of a reduced interface model within its micro steps: the complementarity condition of Eq. 4, with a gap term t.
+//! The contacts of a reduced interface model within its micro steps: the complementarity condition of Eq. 4, with a gap
+//! term t.
 //!
 //! ```text
 //! w⁺ = w + δ a + δ H_·i λ + H_·u P_u        0 ≤ w_u⁺ + t(g) ⟂ P_u ≥ 0
 //! ```
-//! [`ModelContacts`] has one variant for each way to solve it. Closed contacts of the smooth model are condensed away beforehand. All
-//! others pose a complementarity problem in each micro step ([`Complementarity`]), and differ in the cone of `P_u` and in the form of the
-//! Delassus matrix `H_uu` ([`ContactSolver`]). The match is made once per micro step; below it everything is static.
+//! [`ModelContacts`] has one variant for each way to solve it. Closed contacts of the smooth model are condensed away
+//! beforehand. All others pose a complementarity problem in each micro step ([`Complementarity`]), and differ in the
+//! cone of `P_u` and in the form of the Delassus matrix `H_uu` ([`ContactSolver`]). The match is made once per micro
+//! step; below it everything is static.
 
 mod solvers;
 
@@ -67,7 +69,8 @@ impl<S: ContactSolver> Complementarity<S> {
         }
     }
 
-    /// Leaves the critical region, as `H` or `a` may change after micro steps under `law`; velocities and gaps are then those of all contacts.
+    /// Leaves the critical region, as `H` or `a` may change after micro steps under `law`; velocities and gaps are then
+    /// those of all contacts.
     fn leave_region(&mut self, law: &StepContactLaw, state: &mut ModelState) {
         self.matrix_changed = true;
         if let Some(affine) = &mut self.affine {
@@ -124,7 +127,8 @@ impl<S: ContactSolver> Complementarity<S> {
         }
     }
 
-    /// Poses the contact problem of a step, solves it, and applies its impulses. A trial leaves coefficients of friction as they are.
+    /// Poses the contact problem of a step, solves it, and applies its impulses. A trial leaves coefficients of
+    /// friction as they are.
     fn solve(
         &mut self,
         model: FrozenModel<'_>,
@@ -186,9 +190,11 @@ impl<S: ContactSolver> Complementarity<S> {
         }
     }
 
-    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.w_plus`; says whether any is hit.
+    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.w_plus`; says whether any is
+    /// hit.
     ///
-    /// The rows of a frozen model do not turn, so that contacts at rest approach by what the mechanics' step made and no more.
+    /// The rows of a frozen model do not turn, so that contacts at rest approach by what the mechanics' step made and
+    /// no more.
     fn find_rebounds(&mut self, model: FrozenModel<'_>, state: &mut ModelState, rows: usize) -> Result<bool, Failure> {
         let n = model.discretised.contacts();
         let step = impact_step(model, self.solver.tolerance());
@@ -298,13 +304,14 @@ impl ModelContacts {
         each!(self, contacts => contacts.solver.rows(set), &[])
     }
 
-    /// Leaves the critical region, as `H` or `a` may change after micro steps under `law`; velocities and gaps are then those of all contacts.
+    /// Leaves the critical region, as `H` or `a` may change after micro steps under `law`; velocities and gaps are then
+    /// those of all contacts.
     pub(super) fn leave_region(&mut self, law: &StepContactLaw, state: &mut ModelState) {
         each!(self, contacts => contacts.leave_region(law, state), ());
     }
 
-    /// Takes a micro step under the force `lambda` (N) without a contact problem: there is none, or its active set stays. Velocities at its
-    /// end are then in `state.w_plus`. Returns false if the problem is to be solved.
+    /// Takes a micro step under the force `lambda` (N) without a contact problem: there is none, or its active set
+    /// stays. Velocities at its end are then in `state.w_plus`. Returns false if the problem is to be solved.
     #[inline(always)]
     pub(super) fn step_in_region(
         &mut self,
@@ -349,8 +356,8 @@ impl ModelContacts {
         each!(self, contacts => contacts.solve(model, state, lambda, true).map(|()| contacts.hit), Ok(false))
     }
 
-    /// Finds the forces around those of the last step, `lambda` (N), for which a step from the same state keeps its active set; none where it
-    /// had no tangents.
+    /// Finds the forces around those of the last step, `lambda` (N), for which a step from the same state keeps its
+    /// active set; none where it had no tangents.
     pub(super) fn find_force_region(
         &self,
         model: FrozenModel<'_>,

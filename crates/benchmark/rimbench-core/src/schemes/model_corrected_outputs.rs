@@ -1,5 +1,5 @@
-//! `model-corrected-outputs`: after the macro step one knows what the mechanics should have received; the model says by how much
-//! its outputs are off. They are corrected at once, its state with the next input.
+//! `model-corrected-outputs`: after the macro step one knows what the mechanics should have received; the model says by
+//! how much its outputs are off. They are corrected at once, its state with the next input.
 //!
 //! ```text
 //! E_k = ∫ λ dt − ∫ λ̃ dt                       over the last macro step, λ̃ without its repayment
@@ -8,12 +8,12 @@
 //! λ̃ = λ^c + τ (r^c + D u̇) + ½ τ² (R u̇ + D ü) + α E_k/H       λ^c = λ_k + D_w dw,  r^c = r + R_w dw
 //! ```
 //! The impulse put out is that of `output_integral`.
-//! **Needs** an interface model, output rates, force return `held`: with the actuator's own force returned there is no error to
-//! correct, and the scheme is `true-acceleration`. **Order** 2 in H, with the smallest error of the Jacobi schemes on a linear
-//! oscillator. **Known weakness**: after an impact model and error belong to different contacts, so E is forgotten where they
-//! change; corrected outputs may violate gaps by H dw.
-//! **Source**: after the idea of Haid, Watzenig, Stettinger, Multibody Syst. Dyn. 2022 (model-based corrector for explicit
-//! co-simulation). Formula not read, derived here; nothing is said about the authors' method.
+//! **Needs** an interface model, output rates, force return `held`: with the actuator's own force returned there is no
+//! error to correct, and the scheme is `true-acceleration`. **Order** 2 in H, with the smallest error of the Jacobi
+//! schemes on a linear oscillator. **Known weakness**: after an impact model and error belong to different contacts, so
+//! E is forgotten where they change; corrected outputs may violate gaps by H dw. **Source**: after the idea of Haid,
+//! Watzenig, Stettinger, Multibody Syst. Dyn. 2022 (model-based corrector for explicit co-simulation). Formula not
+//! read, derived here; nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
 use super::entry::{Family, Gain, SchemeEntry};

@@ -16,10 +16,11 @@ pub enum ModelMotion {
     Frozen,
     /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
     Extrapolated,
-    /// `H` stays as it was; what of `a` depends on the state acts at `t_k`, as a half-kick `w + ½ H a` along closed contacts.
+    /// `H` stays as it was; what of `a` depends on the state acts at `t_k`, as a half-kick `w + ½ H a` along closed
+    /// contacts.
     HalfKick,
-    /// `H` stays as it was, `a` jumps where the geometry has its next kink: gap functions are sent with their curvature and the place
-    /// where it changes.
+    /// `H` stays as it was, `a` jumps where the geometry has its next kink: gap functions are sent with their curvature
+    /// and the place where it changes.
     Piecewise,
 }
 
@@ -108,8 +109,9 @@ impl ModelOptions {
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known, for a
-    /// pseudo-inverse of more contacts than it has room for, and for one row of friction where there are not two, or rows that turn.
+    /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known,
+    /// for a pseudo-inverse of more contacts than it has room for, and for one row of friction where there are not two,
+    /// or rows that turn.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
         if self.model_motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
             return Err(Error::Incompatible(format!(

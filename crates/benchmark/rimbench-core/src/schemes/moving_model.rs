@@ -1,4 +1,5 @@
-//! A reduced interface model as received, and as it stands within the macro step: frozen, extrapolated, or from kink to kink.
+//! A reduced interface model as received, and as it stands within the macro step: frozen, extrapolated, or from kink to
+//! kink.
 
 use super::model_options::ModelMotion;
 use crate::cosim::MicroStep;
@@ -95,7 +96,8 @@ impl MovingModel {
         self.extrapolating = false;
     }
 
-    /// Brings the model to a micro step: to its middle, or with the share of it that lies behind a kink; says whether it has moved.
+    /// Brings the model to a micro step: to its middle, or with the share of it that lies behind a kink; says whether
+    /// it has moved.
     #[inline]
     pub(super) fn move_to(&mut self, at: MicroStep) -> bool {
         !matches!(self.motion, ModelMotion::Frozen | ModelMotion::HalfKick) && self.moves_to(at)
@@ -115,7 +117,8 @@ impl MovingModel {
         }
     }
 
-    /// A kink moves the model in the micro step that it falls into, and in the one after, which lies behind it as a whole.
+    /// A kink moves the model in the micro step that it falls into, and in the one after, which lies behind it as a
+    /// whole.
     fn pass_kinks(&mut self, at: MicroStep) -> bool {
         let (start, end) = (at.since_exchange, at.since_exchange + at.length);
         let near = |time: f64| time < end && time > start - 1.5 * at.length;

@@ -9,18 +9,18 @@
 //! E_k = ∫ (y(t) − b_{k−1}(t)) dt over [t_{k−1}, t_k]        u(t) = b_k(t) + c_k,   c_k = α E_k / H_k
 //! b_k   degree 0: ỹ_k = y(t_k);   degree 1 (`integral-correction-first-order`): the line through y(t_k) and y(t_{k−1})
 //! ```
-//! The error is that of the base without its correction, so that with α = 1 the integrals of the inputs add up to those of the
-//! outputs, one macro step late; it is given back over the length of the macro step to come.
+//! The error is that of the base without its correction, so that with α = 1 the integrals of the inputs add up to those
+//! of the outputs, one macro step late; it is given back over the length of the macro step to come.
 //!
 //! The integral of `y` is that of `output_integral`, over everything that the sending side put out.
 //!
-//! **Needs** two samples (nothing to correct before); on the line three, and of an actuator with direct feedthrough its directional
-//! derivatives.
-//! **Order** 2 in H, 3 on the line, for α = 1, and one less otherwise: the mean of the input over a macro step is right to that
-//! order, its values are not. With the mechanics first its sample at t_{k+1} replaces the base, and only the force is corrected.
-//! **Known weakness**: after an impact it gives back the error of a motion that is over; jumps at every communication point; on the
-//! line the integral wants many micro steps, as its own error δ²H must stay below H³.
-//! **Source**: after Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019; deviations are in `docs/schemes/nepce.md`.
+//! **Needs** two samples (nothing to correct before); on the line three, and of an actuator with direct feedthrough its
+//! directional derivatives. **Order** 2 in H, 3 on the line, for α = 1, and one less otherwise: the mean of the input
+//! over a macro step is right to that order, its values are not. With the mechanics first its sample at t_{k+1}
+//! replaces the base, and only the force is corrected. **Known weakness**: after an impact it gives back the error of a
+//! motion that is over; jumps at every communication point; on the line the integral wants many micro steps, as its own
+//! error δ²H must stay below H³. **Source**: after Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019; deviations
+//! are in `docs/schemes/nepce.md`.
 
 use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};

@@ -4,13 +4,15 @@ use crate::cosim::OutputRates;
 
 /// Integrals of all outputs of one side, trapezoidal in its state, exact in its input.
 ///
-/// The output of a side with direct feedthrough at the start of a micro step still has the input of the micro step before, half a
-/// micro step late: an error of first order in δ, which would pass for an error of the coupling. Where `D` is known it is taken out:
+/// The output of a side with direct feedthrough at the start of a micro step still has the input of the micro step
+/// before, half a micro step late: an error of first order in δ, which would pass for an error of the coupling. Where
+/// `D` is known it is taken out:
 ///
 /// ```text
 /// z_j = y_j − D ū_{j−1}        ∫ y dt over micro step j = ½ δ (z_j + z_{j+1}) + δ D ū_j
 /// ```
-/// `ū_j` is the mean input of micro step j; at a communication point the fresh one. Without `D`: the trapezoidal rule on `y`.
+/// `ū_j` is the mean input of micro step j; at a communication point the fresh one. Without `D`: the trapezoidal rule
+/// on `y`.
 #[derive(Debug, Clone)]
 pub(super) struct OutputIntegral {
     inputs: usize,
@@ -58,7 +60,8 @@ impl OutputIntegral {
         }
     }
 
-    /// Begins anew at a communication point where the side puts out `y` with input `u`; `rates` if it says how outputs move.
+    /// Begins anew at a communication point where the side puts out `y` with input `u`; `rates` if it says how outputs
+    /// move.
     pub(super) fn restart(&mut self, time: f64, y: &[f64], u: &[f64], rates: Option<&OutputRates>) {
         if let Some(rates) = rates {
             self.feedthrough.copy_from_slice(&rates.feedthrough);

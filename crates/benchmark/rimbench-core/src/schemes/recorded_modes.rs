@@ -3,7 +3,8 @@
 use crate::interface_model::{ContactModes, ReducedInterfaceModel};
 use rimbench_contact::friction::{ContactState, Stiction};
 
-/// Modes and coefficients since the last communication point: the mechanics' own, until a problem of the scheme is solved.
+/// Modes and coefficients since the last communication point: the mechanics' own, until a problem of the scheme is
+/// solved.
 #[derive(Debug, Clone)]
 pub(super) struct RecordedModes {
     states: Vec<ContactState>,

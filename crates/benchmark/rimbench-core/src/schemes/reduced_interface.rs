@@ -1,15 +1,15 @@
 //! The actuator moves together with a reduced interface model of the mechanics: what all RIM schemes share.
 //!
-//! At each communication point `t_k` the model `H, a, w, g` arrives; [`MovingModel`] holds or extrapolates it. In each micro step δ the
-//! force λ of the actuator at its start drives the model, which answers with interface velocity and position: Eq. 4 over δ, with
-//! `b = w + δ a` and `P_u = δ λ_u⁺`.
+//! At each communication point `t_k` the model `H, a, w, g` arrives; [`MovingModel`] holds or extrapolates it. In each
+//! micro step δ the force λ of the actuator at its start drives the model, which answers with interface velocity and
+//! position: Eq. 4 over δ, with `b = w + δ a` and `P_u = δ λ_u⁺`.
 //!
 //! ```text
 //! w_u⁺ = w_u + δ a_u + H_uu P_u + δ H_ui λ        w_i⁺ = w_i + δ a_i + H_iu P_u + δ H_ii λ        s⁺ = s + δ w_i⁺
 //! ```
-//! The schemes differ in one decision only, [`Contacts`]: the condition on `w_u⁺` and `P_u` ([`ModelContacts`] solves it).
-//! [`ContactSet`] detects the contacts of the macro step. Micro steps of the second order are in [`second_order`], contacts that act over the
-//! mechanics' own step in [`own_step`].
+//! The schemes differ in one decision only, [`Contacts`]: the condition on `w_u⁺` and `P_u` ([`ModelContacts`] solves
+//! it). [`ContactSet`] detects the contacts of the macro step. Micro steps of the second order are in [`second_order`],
+//! contacts that act over the mechanics' own step in [`own_step`].
 
 mod construction;
 mod contact_set;
@@ -100,7 +100,8 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Discretises Eq. 4 over the step in which contacts act: `δ a`, `δ H_·i`, `H_·u`; the compliance of contacts goes to the diagonal of `H_uu`.
+    /// Discretises Eq. 4 over the step in which contacts act: `δ a`, `δ H_·i`, `H_·u`; the compliance of contacts goes
+    /// to the diagonal of `H_uu`.
     fn discretise(&mut self) -> Result<(), Failure> {
         self.contacts.leave_region(&self.law, &mut self.state);
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);

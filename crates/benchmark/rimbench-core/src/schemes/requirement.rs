@@ -13,7 +13,8 @@ pub enum Requirement {
     InterfaceModel,
     /// Contacts that the reduced interface model lists: a smooth one, which has them within, will not do.
     ListedContacts,
-    /// Contacts without friction, where there is a reduced interface model: for a scheme of others that reads no tangential rows.
+    /// Contacts without friction, where there is a reduced interface model: for a scheme of others that reads no
+    /// tangential rows.
     NoFriction,
     /// An interface of at most so many rows.
     Rows(usize),
@@ -27,10 +28,11 @@ pub enum Requirement {
     TransmissionLines,
     /// The force that the scheme hands to the mechanics must be used: force return `held`. Refused before any run.
     HeldReturn,
-    /// The actuator steps before the mechanics has, or beside it: sequence `gauss-seidel` or `jacobi`. Refused before any run.
-    NotMechanicsFirst,
-    /// The actuator has stepped before the mechanics does, and its force is that of the whole macro step: sequence `gauss-seidel`. Refused before
+    /// The actuator steps before the mechanics has, or beside it: sequence `gauss-seidel` or `jacobi`. Refused before
     /// any run.
+    NotMechanicsFirst,
+    /// The actuator has stepped before the mechanics does, and its force is that of the whole macro step: sequence
+    /// `gauss-seidel`. Refused before any run.
     ActuatorFirst,
     /// A mechanics that can be copied, so that a step of it can be tried.
     Trials,

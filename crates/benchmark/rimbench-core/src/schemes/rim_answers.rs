@@ -1,19 +1,21 @@
-//! `rim-answers`: the actuator moves together with the answers of a mechanics that gives no model, asked while the actuator steps.
+//! `rim-answers`: the actuator moves together with the answers of a mechanics that gives no model, asked while the
+//! actuator steps.
 //!
-//! The actuator goes first, so the mechanics still stands at `t_k` and can be asked by trial steps over the macro step H. To a force λ during
-//! all of H it answers with the velocity `W(λ)` at its end; each micro step δ takes its share of the answer to its own force:
+//! The actuator goes first, so the mechanics still stands at `t_k` and can be asked by trial steps over the macro step
+//! H. To a force λ during all of H it answers with the velocity `W(λ)` at its end; each micro step δ takes its share of
+//! the answer to its own force:
 //!
 //! ```text
 //! R(λ) = (W(λ) − w_k)/H          w⁺ = w + δ R(λ)          s⁺ = s + δ w⁺
 //! ```
-//! R is a tangent at the last mean force λ̄ (2 n + 1 trials for n rows), trusted within a range of it. A micro step whose force leaves the
-//! range asks one trial there. If the answer is as foreseen the range doubles; if not, a second tangent is taken there, and both meet in a kink:
-//! a contact that opens or closes, sticks or slides. Nothing of the actuator is set back, and of the mechanics nothing but copies.
+//! R is a tangent at the last mean force λ̄ (2 n + 1 trials for n rows), trusted within a range of it. A micro step
+//! whose force leaves the range asks one trial there. If the answer is as foreseen the range doubles; if not, a second
+//! tangent is taken there, and both meet in a kink: a contact that opens or closes, sticks or slides. Nothing of the
+//! actuator is set back, and of the mechanics nothing but copies.
 //!
-//! **Needs** a mechanics that can be copied, and the actuator first with a force return other than `held`: in parallel the mechanics has left
-//! `t_k`. **Order** 2 in H. **Known weakness**: one kink along one direction per macro step; a micro step has the velocity of a mechanics that
-//! takes all of H, as in the own-step model.
-//! **Source**: ours.
+//! **Needs** a mechanics that can be copied, and the actuator first with a force return other than `held`: in parallel
+//! the mechanics has left `t_k`. **Order** 2 in H. **Known weakness**: one kink along one direction per macro step; a
+//! micro step has the velocity of a mechanics that takes all of H, as in the own-step model. **Source**: ours.
 
 use super::entry::{Family, SchemeEntry};
 use super::requirement::Requirement;
@@ -135,7 +137,8 @@ struct Answers {
     mean: Vec<f64>,
     sum: Vec<f64>,
     first: Tangent,
-    /// The second tangent, where there is one: `direction` leads there from the first, and `kink` is how far along it they meet, N.
+    /// The second tangent, where there is one: `direction` leads there from the first, and `kink` is how far along it
+    /// they meet, N.
     second: Option<Tangent>,
     spare: Option<Tangent>,
     direction: Vec<f64>,
@@ -218,7 +221,8 @@ impl Answers {
         taken
     }
 
-    /// Tries the force of `room.offset`, which is not trusted, and takes a second tangent there if the answer is not as foreseen.
+    /// Tries the force of `room.offset`, which is not trusted, and takes a second tangent there if the answer is not as
+    /// foreseen.
     fn try_there(&mut self, own: &[f64], distance: f64, trials: &mut dyn Trials) -> Result<(), Failure> {
         let n = own.len();
         if !trials.has_left(1) {

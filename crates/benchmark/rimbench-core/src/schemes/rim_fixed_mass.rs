@@ -3,12 +3,11 @@
 //! ```text
 //! w_i⁺ = w_i + δ Ĥ_ii(t_0) λ      s⁺ = s + δ w_i⁺
 //! ```
-//! `Ĥ_ii(t_0)` is the inverse effective mass at the start, with the contacts bilateral that are closed there (gap ≤ 1 nm). No free
-//! acceleration, no contacts, nothing that moves: what is missing against `rim-smooth` is what the model contributes.
-//! **Needs** an interface model of the mechanics, once. **Order** 1 in H: the velocity at the end of the macro step lacks the
-//! free acceleration. **Known weakness**: on purpose, all of it; at rest under load the mass falls a little within each macro
-//! step.
-//! **Source**: ablation, ours.
+//! `Ĥ_ii(t_0)` is the inverse effective mass at the start, with the contacts bilateral that are closed there (gap ≤ 1
+//! nm). No free acceleration, no contacts, nothing that moves: what is missing against `rim-smooth` is what the model
+//! contributes. **Needs** an interface model of the mechanics, once. **Order** 1 in H: the velocity at the end of the
+//! macro step lacks the free acceleration. **Known weakness**: on purpose, all of it; at rest under load the mass falls
+//! a little within each macro step. **Source**: ablation, ours.
 
 use super::construction::{ModelConstruction, sent};
 use super::entry::{Family, SchemeEntry};

@@ -5,9 +5,9 @@
 //! ```
 //! **Needs** an interface model of the mechanics. **Order** 2 in H while contacts stay as they are (see
 //! `rim-smooth`). **Known weakness**: a contact
-//! that closes within the macro step is not in the set, unless the law of the mechanics is asked for; with a margin contacts count as
-//! closed before they are, and the error levels off at what the margin allows.
-//! **Source**: Raoofian, Kövecses, Teichmann, Eq. 4.
+//! that closes within the macro step is not in the set, unless the law of the mechanics is asked for; with a margin
+//! contacts count as closed before they are, and the error levels off at what the margin allows. **Source**: Raoofian,
+//! Kövecses, Teichmann, Eq. 4.
 
 use super::entry::SchemeEntry;
 use super::reduced_interface::{Contacts, ReducedInterface};

@@ -3,10 +3,11 @@
 //! ```text
 //! ŵ' = a + H_ui P_u + Σ_j≠i H_·j G_j + H_·i [G_i + Λ_i (λ_i − G_i)]        0 ≤ ŵ_u⁺ + gap ⟂ P_u ≥ 0        Λ_i ≥ Σ_j |H_ij|/√(H_ii H_jj)
 //! ```
-//! [`Split`] says what is guessed, and how heavy the own model is. Every model is that of `rim-nonsmooth-gap` with all rows, driven by these
-//! forces; of its motion the own row is used. With `joint` there is one model under all forces, `rim-nonsmooth-gap` itself.
-//! **Needs** an interface of several rows with an interface model, for `law` output rates; not for the mechanics first. **Order** 2 in H.
-//! **Known weakness**: only `blind` shares are proved passive. **Source**: ours; shares after Tonge, Benevolenski, Voroshilov 2012.
+//! [`Split`] says what is guessed, and how heavy the own model is. Every model is that of `rim-nonsmooth-gap` with all
+//! rows, driven by these forces; of its motion the own row is used. With `joint` there is one model under all forces,
+//! `rim-nonsmooth-gap` itself. **Needs** an interface of several rows with an interface model, for `law` output rates;
+//! not for the mechanics first. **Order** 2 in H. **Known weakness**: only `blind` shares are proved passive.
+//! **Source**: ours; shares after Tonge, Benevolenski, Voroshilov 2012.
 
 use super::construction::{Construction, sent, sent_rates};
 use super::entry::SchemeEntry;
@@ -210,7 +211,8 @@ impl CouplingScheme for SplitModels {
     }
 }
 
-/// Correlations `C = D^(−½) H_ii D^(−½)` of the rows of the interface, the worst so far, and the largest eigenvalue λ by power iteration.
+/// Correlations `C = D^(−½) H_ii D^(−½)` of the rows of the interface, the worst so far, and the largest eigenvalue λ
+/// by power iteration.
 #[derive(Clone)]
 struct Correlation {
     entries: Vec<f64>,

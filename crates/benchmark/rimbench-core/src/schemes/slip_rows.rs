@@ -10,8 +10,8 @@ use rimbench_contact::friction::ContactState;
 /// H′ = R H Rᵀ,  a′ = R a,  w′ = R w        R = [n; d·t; i]
 /// d = w_t/|w_t| of a contact that moved in the mechanics' last step,  P_t/|P_t| of one that stuck
 /// ```
-/// A contact that sticks would begin to slide against its friction force. One that was not pushed along its surface has no direction, and
-/// takes its first tangent.
+/// A contact that sticks would begin to slide against its friction force. One that was not pushed along its surface has
+/// no direction, and takes its first tangent.
 #[derive(Clone)]
 pub(super) struct SlipRows {
     plane: ReducedInterfaceModel,
@@ -81,7 +81,8 @@ fn direction_of(forces: &[f64], first: usize, second: usize) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Contacts of 2 kg that slide, stick, and stick without a force along the surface, each moved by the interface as it is by its tangents.
+    /// Contacts of 2 kg that slide, stick, and stick without a force along the surface, each moved by the interface as
+    /// it is by its tangents.
     #[test]
     fn a_row_lies_along_the_slip_of_a_contact_and_along_its_friction_force_where_it_sticks() {
         let mut model = ReducedInterfaceModel::zeros_in_space(&[0.5; 3], 1);

@@ -2,7 +2,8 @@
 
 use crate::cosim::{Cubic, OutputRates};
 
-/// Writes the force that the actuator puts out while the interface moves with velocity `w` and constant acceleration `a`.
+/// Writes the force that the actuator puts out while the interface moves with velocity `w` and constant acceleration
+/// `a`.
 ///
 /// ```text
 /// λ̃(τ) = λ_k + τ (r + D u̇) + ½ τ² (R u̇ + D ü)        u̇ = (w, a),  ü = (a, 0)

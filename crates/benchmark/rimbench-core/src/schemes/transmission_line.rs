@@ -1,33 +1,34 @@
 //! `transmission-line`: a short elastic line between the sides, whose travel time is the macro step.
 //!
-//! One end of the line feels now the wave that the other end sent one travel time ago. With a travel time of H everything that crosses
-//! the interface within a macro step is known when it begins: nothing is extrapolated, and the line itself creates no energy.
+//! One end of the line feels now the wave that the other end sent one travel time ago. With a travel time of H
+//! everything that crosses the interface within a macro step is known when it begins: nothing is extrapolated, and the
+//! line itself creates no energy.
 //!
 //! ```text
 //! F₁(t) = c₁(t) − Z w₁(t)      c₁(t) = F₂(t − H) + Z w₂(t − H)       end 1: the mechanics
 //! F₂(t) = c₂(t) + Z w₂(t)      c₂(t) = F₁(t − H) − Z w₁(t − H)       end 2: the actuator
 //! ```
-//! F is the push towards the mechanics. A line of stiffness k and travel time H has Z = k H, and with it a mass k H² and a
-//! compliance 1/k that the system does not have.
+//! F is the push towards the mechanics. A line of stiffness k and travel time H has Z = k H, and with it a mass k H²
+//! and a compliance 1/k that the system does not have.
 //!
-//! **How it sits on a force–displacement exchange.** The mechanics takes a force: F₁. The actuator is a source of force and
-//! takes a motion, so its end of the line is a massless point on which the actuator's force λ and the line meet, λ = F₂. That
-//! gives the velocity w₂ of the point, and by integration the length s₂ of the actuator:
+//! **How it sits on a force–displacement exchange.** The mechanics takes a force: F₁. The actuator is a source of force
+//! and takes a motion, so its end of the line is a massless point on which the actuator's force λ and the line meet,
+//! λ = F₂. That gives the velocity w₂ of the point, and by integration the length s₂ of the actuator:
 //!
 //! ```text
 //! w₂ = (λ₀ − c₂) / (Z − D_w − δ D_s)      λ = λ₀ + (D_w + δ D_s) w₂      s₂⁺ = s₂ + δ w₂
 //! ```
-//! `D` the direct feedthrough of the actuator, solved for as the authors' components do. The waves keep their mean over a macro
-//! step exactly (impulse and way arrive, late but whole) and are straight lines within it.
+//! `D` the direct feedthrough of the actuator, solved for as the authors' components do. The waves keep their mean over
+//! a macro step exactly (impulse and way arrive, late but whole) and are straight lines within it.
 //!
-//! **Impedance.** In the authors' tools k is a spring of the model. Here the interface is rigid and the line an addition, so it
-//! must vanish with H: Z = γ √(K/H_ii), K the stiffness of the actuator and H_ii the mobility of the mechanics at `t_0`. Added
-//! mass and added compliance are then in the same proportion to the system's own, and both vanish with order 1.
-//! **Needs** a force–displacement coupling, force return `held`, directional derivatives of the actuator (for K and D), an
-//! interface model (for H_ii, once). **Order** 1 in H. **Known weakness**: the added mass and compliance; the mechanics holds F₁
-//! over its own step with the velocity of its beginning, which is explicit: Z H_ii H must stay well below 2.
-//! **Source**: transmission line modelling after Krus et al. 1990 (HOPSAN), Braun & Krus 2016; deviations are in
-//! `docs/schemes/transmission-line.md`.
+//! **Impedance.** In the authors' tools k is a spring of the model. Here the interface is rigid and the line an
+//! addition, so it must vanish with H: Z = γ √(K/H_ii), K the stiffness of the actuator and H_ii the mobility of the
+//! mechanics at `t_0`. Added mass and added compliance are then in the same proportion to the system's own, and both
+//! vanish with order 1. **Needs** a force–displacement coupling, force return `held`, directional derivatives of the
+//! actuator (for K and D), an interface model (for H_ii, once). **Order** 1 in H. **Known weakness**: the added mass
+//! and compliance; the mechanics holds F₁ over its own step with the velocity of its beginning, which is explicit: Z
+//! H_ii H must stay well below 2. **Source**: transmission line modelling after Krus et al. 1990 (HOPSAN), Braun & Krus
+//! 2016; deviations are in `docs/schemes/transmission-line.md`.
 
 use super::construction::sent;
 use super::entry::{Gain, SchemeEntry};

@@ -1,22 +1,22 @@
 //! `true-acceleration`: the mechanics sends the acceleration it has; the motion follows from it.
 //!
-//! An extrapolation guesses the acceleration from two velocities, and is wrong after every impact. The mechanics knows it: the
-//! actuator is moved by it, and the force that goes with that motion is worked out from the actuator's own rates.
+//! An extrapolation guesses the acceleration from two velocities, and is wrong after every impact. The mechanics knows
+//! it: the actuator is moved by it, and the force that goes with that motion is worked out from the actuator's own
+//! rates.
 //!
 //! ```text
 //! a_k = a_i + H_ii λ_k + H_iR Λ                     at t_k, fresh force, resting contacts (see `interface_acceleration`)
 //! w̃ = w_k + τ a_k      s̃ = s_k + τ w_k + ½ τ² a_k   λ̃ = λ_k + τ (r + D u̇) + ½ τ² (R u̇ + D ü)
 //! ```
-//! With the actuator first it runs on the predicted motion and its own force goes back: the constitutive equation of the coupling
-//! element at predicted states; λ̃ is its linearisation, for Jacobi. With the mechanics first it receives λ̃, and the actuator
-//! the cubic through position and velocity at both ends.
-//! A backward difference of the velocity instead of `a_k` is `first-order-hold` for the velocity, under another name.
-//! **Needs** an interface model (a mechanics that sends accelerations would do) and output rates. **Order** 2 in H.
-//! **Known weakness**: contacts that open or close within H; at an impact the acceleration is the one after it; λ acts back on w
-//! only in the next macro step.
-//! **Source**: after the idea of "Explicit Co-simulation Approach with Improved Numerical Stability", IUTAM Bookseries 35 (2019):
-//! coupling variables predicted by way of the accelerations of the coupling bodies. Formula not read, derived here; nothing is
-//! said about the authors' method.
+//! With the actuator first it runs on the predicted motion and its own force goes back: the constitutive equation of
+//! the coupling element at predicted states; λ̃ is its linearisation, for Jacobi. With the mechanics first it receives
+//! λ̃, and the actuator the cubic through position and velocity at both ends. A backward difference of the velocity
+//! instead of `a_k` is `first-order-hold` for the velocity, under another name. **Needs** an interface model (a
+//! mechanics that sends accelerations would do) and output rates. **Order** 2 in H. **Known weakness**: contacts that
+//! open or close within H; at an impact the acceleration is the one after it; λ acts back on w only in the next macro
+//! step. **Source**: after the idea of "Explicit Co-simulation Approach with Improved Numerical Stability", IUTAM
+//! Bookseries 35 (2019): coupling variables predicted by way of the accelerations of the coupling bodies. Formula not
+//! read, derived here; nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
 use super::entry::SchemeEntry;

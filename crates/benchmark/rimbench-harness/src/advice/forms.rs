@@ -36,8 +36,8 @@ impl Information {
     }
 }
 
-/// The requests by which a scheme competes, `fixed` being what is asked of every run: its own form, and if the loop runs it those of
-/// `docs/schemes/options.md`. What does not go together is found when a request is resolved.
+/// The requests by which a scheme competes, `fixed` being what is asked of every run: its own form, and if the loop
+/// runs it those of `docs/schemes/options.md`. What does not go together is found when a request is resolved.
 fn requests(scheme: &SchemeEntry, fixed: &RunRequest) -> Vec<RunRequest> {
     let [actuator, mechanics] = [Side::Actuator, Side::Mechanics].map(|first| Some(Sequence::GaussSeidel { first }));
     let forms = [
@@ -60,7 +60,8 @@ fn requests(scheme: &SchemeEntry, fixed: &RunRequest) -> Vec<RunRequest> {
     forms.iter().map(request).collect()
 }
 
-/// The least work that a run like this can be at another macro step, with one solve of an interface model in each micro step.
+/// The least work that a run like this can be at another macro step, with one solve of an interface model in each micro
+/// step.
 pub(super) fn least_work(run: &RunSpec, macro_step: f64) -> [f64; 4] {
     let usual = run.case.defaults.micro_step_s.max(run.micro_step);
     let steps = (run.duration / macro_step).max(1.0);
@@ -75,11 +76,12 @@ pub(super) fn least_work(run: &RunSpec, macro_step: f64) -> [f64; 4] {
     [steps, own * times, micro_steps * times, micro_steps * times]
 }
 
-/// Everything that competes: requests without a macro step, each with its run at the smallest one, or the largest if the mechanics has a
-/// longest step of its own.
+/// Everything that competes: requests without a macro step, each with its run at the smallest one, or the largest if
+/// the mechanics has a longest step of its own.
 ///
 /// # Errors
-/// Bad input that no scheme could mend: an unknown case, bad parameters, a scheme that does not exist; why the first falls, if all do.
+/// Bad input that no scheme could mend: an unknown case, bad parameters, a scheme that does not exist; why the first
+/// falls, if all do.
 pub(super) fn all(question: &Question<'_>) -> Result<Vec<(RunRequest, RunSpec)>> {
     let Question { catalogue, fixed, macro_steps, .. } = question;
     let schemes = match &fixed.scheme {

@@ -1,7 +1,8 @@
-//! Which macro step, which scheme? The cheapest cell of a grid, forms of all schemes by macro steps, within an error at every phase.
+//! Which macro step, which scheme? The cheapest cell of a grid, forms of all schemes by macro steps, within an error at
+//! every phase.
 //!
-//! Nothing is assumed of how errors grow with H: a cell is left out only where it is expected to cost more than what has been found, the
-//! cheapest of two schemes.
+//! Nothing is assumed of how errors grow with H: a cell is left out only where it is expected to cost more than what
+//! has been found, the cheapest of two schemes.
 
 mod forms;
 mod prices;
@@ -41,7 +42,8 @@ pub struct Question<'a> {
     pub error: f64,
     /// What may be known.
     pub information: Information,
-    /// Prices of an exchange, a step of the mechanics, a micro step of the actuator, and a contact problem of an interface model.
+    /// Prices of an exchange, a step of the mechanics, a micro step of the actuator, and a contact problem of an
+    /// interface model.
     pub prices: [f64; 4],
     /// Macro steps that are tried, s, ascending.
     pub macro_steps: &'a [f64],
@@ -58,7 +60,8 @@ pub struct Question<'a> {
 /// What comes of it.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Advice {
-    /// Rms uncertainty of the reference's force over its peak, of the worst row; none where there is no force to speak of.
+    /// Rms uncertainty of the reference's force over its peak, of the worst row; none where there is no force to speak
+    /// of.
     pub reference_uncertainty_of_peak: Option<f64>,
     /// The cheapest cell that meets the error.
     pub advised: Option<Choice>,
@@ -121,7 +124,8 @@ const FEW_POINTS: f64 = 30.0;
 /// Finds the advice.
 ///
 /// # Errors
-/// Bad input, also where nothing that is asked for may compete; a case that has no reference with these parameters; [`Error::Stopped`].
+/// Bad input, also where nothing that is asked for may compete; a case that has no reference with these parameters;
+/// [`Error::Stopped`].
 pub fn advise(question: Question<'_>) -> Result<Advice> {
     if !(1..=1000).contains(&question.phases) {
         return Err(Error::invalid("phases", question.phases, "a whole number from 1 to 1000"));
@@ -176,7 +180,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Tries cells (form, macro step), the cheapest first, until none is left that could be cheaper than the cheapest of two schemes.
+    /// Tries cells (form, macro step), the cheapest first, until none is left that could be cheaper than the cheapest
+    /// of two schemes.
     fn run(mut self) -> Result<Advice> {
         let steps = self.question.macro_steps.len();
         let mut open: Vec<_> = (0..self.forms.len() * steps).map(|place| (place / steps, place % steps)).collect();

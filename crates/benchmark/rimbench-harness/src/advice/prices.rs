@@ -7,16 +7,18 @@ use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::error::Failure;
 use rimbench_statistics::Pool;
 
-/// Usual [prices](super::Question::prices) in micro steps: instructions of the wedge box by Valgrind's count (`rimbench perf record`,
-/// November 2026), over those of a micro step, 437. A mechanics step takes 5699; the model of `rim-nonsmooth-gap` 638 in each micro step;
-/// what is left of a macro step of `zero-order-hold` beside its mechanics step and its micro steps 3947, of which 2733 find the mass.
+/// Usual [prices](super::Question::prices) in micro steps: instructions of the wedge box by Valgrind's count
+/// (`rimbench perf record`, November 2026), over those of a micro step, 437. A mechanics step takes 5699; the model of
+/// `rim-nonsmooth-gap` 638 in each micro step; what is left of a macro step of `zero-order-hold` beside its mechanics
+/// step and its micro steps 3947, of which 2733 find the mass.
 pub const USUAL_PRICES: [f64; 4] = [9.0, 13.0, 1.0, 1.5];
 
 /// Steps that are timed, after one that is not.
 const STEPS: usize = 12;
 
-/// What work costs: of sides from outside the median time of an exchange of outputs and of a step of each side here, over that of a micro
-/// step of the wedge box, timed in the same way. The model is solved by this program: it costs what it always does.
+/// What work costs: of sides from outside the median time of an exchange of outputs and of a step of each side here,
+/// over that of a micro step of the wedge box, timed in the same way. The model is solved by this program: it costs
+/// what it always does.
 ///
 /// # Errors
 /// Those of building the case; [`Error::Incompatible`] where a side cannot take its first steps.

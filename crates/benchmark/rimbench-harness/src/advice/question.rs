@@ -6,7 +6,8 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunRequest;
 use rimbench_core::error::{Error, Result};
 
-/// Spreads macro steps (s) evenly in logarithms, of as few digits as keep them apart; the ends are those of a scan unless they are given.
+/// Spreads macro steps (s) evenly in logarithms, of as few digits as keep them apart; the ends are those of a scan
+/// unless they are given.
 ///
 /// # Errors
 /// An unknown case, ends that are none, or beyond the duration.

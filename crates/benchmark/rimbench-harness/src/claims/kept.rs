@@ -24,13 +24,13 @@ pub struct KeptClaims {
     pub said_by_summary: usize,
 }
 
-/// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which must be that of
-/// its digest, and the digest of the experiment's plan. Each verdict must follow from what was measured; claims about other statistics than a
-/// median, or about what failed runs had come to, need the rows.
+/// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which
+/// must be that of its digest, and the digest of the experiment's plan. Each verdict must follow from what was
+/// measured; claims about other statistics than a median, or about what failed runs had come to, need the rows.
 ///
 /// # Errors
-/// [`Error::File`] for a file that is missing, damaged, or of another numerics version; for runs or claims that are not those of the
-/// experiment, and for a number that is not that of the summary.
+/// [`Error::File`] for a file that is missing, damaged, or of another numerics version; for runs or claims that are not
+/// those of the experiment, and for a number that is not that of the summary.
 pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<KeptClaims> {
     let summary = read_summary(folder)?;
     let planned = experiment.plan_at_first_draw(catalogue, false)?;
@@ -122,8 +122,8 @@ fn remedy(experiment: &Experiment) -> String {
 }
 
 impl Claim {
-    /// What the summary says of it, with the number of runs that failed: where it is about the median of the completed runs of one row, or
-    /// about a ratio of two.
+    /// What the summary says of it, with the number of runs that failed: where it is about the median of the completed
+    /// runs of one row, or about a ratio of two.
     fn said_by(&self, summary: &[SummaryRow]) -> Option<(f64, usize)> {
         let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric.name())?;
         // Of pooled settings the summary has no single problem.

@@ -154,8 +154,8 @@ impl<'a> Values<'a> {
         self.claim.of_failed(self.runs.label(row) != self.claim.scheme)
     }
 
-    /// How many runs of each of the rows compared failed, of all, and whether they speak against the claim; nothing of those of which none
-    /// did.
+    /// How many runs of each of the rows compared failed, of all, and whether they speak against the claim; nothing of
+    /// those of which none did.
     fn failed_in_words(&self, runs: [&Runs<'_>; 3]) -> Vec<String> {
         let of = |label: &String| {
             let [all, failed, refuting] = runs.map(|runs| runs.of_label(label).rows().len());

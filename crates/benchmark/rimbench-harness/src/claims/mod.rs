@@ -21,11 +21,12 @@ use rimbench_results::kept::DIGEST;
 use rimbench_results::run_table::RunTable;
 use std::path::Path;
 
-/// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
-/// plan; claims about macro steps that are not in that one come back as not measured.
+/// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of
+/// its quick plan; claims about macro steps that are not in that one come back as not measured.
 ///
 /// # Errors
-/// [`Error::File`](rimbench_core::error::Error::File) for results that are not there, not whole, or not as they were written.
+/// [`Error::File`](rimbench_core::error::Error::File) for results that are not there, not whole, or not as they were
+/// written.
 pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
     measured_in(experiment, &checked_runs(experiment, catalogue, folder, Trust::Sealed)?)
 }
@@ -38,12 +39,13 @@ pub fn check_fresh_claims(experiment: &Experiment, catalogue: &Catalogue, folder
     measured_in(experiment, &checked_runs(experiment, catalogue, folder, Trust::Fresh)?)
 }
 
-/// Checks the claims of an experiment and everything in its folder that something else there determines: files against checksums and
-/// digest, `runs.csv` against the plan and the stored rows, the summary and the written claims against `runs.csv`. Where there are no
-/// rows, what is kept of them is held against itself.
+/// Checks the claims of an experiment and everything in its folder that something else there determines: files against
+/// checksums and digest, `runs.csv` against the plan and the stored rows, the summary and the written claims against
+/// `runs.csv`. Where there are no rows, what is kept of them is held against itself.
 ///
 /// # Errors
-/// [`Error::File`](rimbench_core::error::Error::File) naming the file that is missing, or says something else than what it is made from.
+/// [`Error::File`](rimbench_core::error::Error::File) naming the file that is missing, or says something else than what
+/// it is made from.
 pub fn verify_results(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<VerifiedClaims> {
     if !folder.join("runs.csv").exists() && !folder.join(CHECKSUMS).exists() && folder.join(DIGEST).exists() {
         let kept = check_kept_claims(experiment, catalogue, folder)?;

@@ -21,8 +21,8 @@ pub struct Claim {
     pub text: String,
     /// The case it is about, by name; `all` of several, which must be said.
     pub(crate) case: Option<String>,
-    /// The set of parameters it is about, as in the column `set` of `runs.csv`, or words that several have in common; `all` of several, which
-    /// must be said.
+    /// The set of parameters it is about, as in the column `set` of `runs.csv`, or words that several have in common;
+    /// `all` of several, which must be said.
     pub(crate) set: Option<String>,
     /// Label of the scheme row it is about.
     pub(crate) scheme: String,
@@ -38,7 +38,8 @@ pub struct Claim {
     pub(crate) metric: Finding,
     /// Counts runs: the value is 1 where the metric is above this, else 0.
     pub(crate) above: Option<f64>,
-    /// Counts usable runs: the value is 1 where a run completed and the magnitude of the metric is at most this, else 0.
+    /// Counts usable runs: the value is 1 where a run completed and the magnitude of the metric is at most this,
+    /// else 0.
     pub(crate) within: Option<f64>,
     /// What to make of several runs.
     #[serde(default)]
@@ -54,8 +55,8 @@ pub struct Claim {
     /// Why the claim has been replaced by another, if it has: it is kept, and measured, all the same.
     #[serde(default)]
     pub(crate) superseded: String,
-    /// The claim, by id, of which this one is a variant: it says the same of another phase, statistic or option. It is measured all the same,
-    /// and statements are counted once.
+    /// The claim, by id, of which this one is a variant: it says the same of another phase, statistic or option. It is
+    /// measured all the same, and statements are counted once.
     #[serde(default)]
     pub(crate) variant_of: String,
 }
@@ -83,8 +84,8 @@ pub(crate) enum Statistic {
     Order,
     /// Share of the settings in which the median over phases is less than that of `relative_to`.
     ShareBetter,
-    /// Share of the runs for which a single macro step tells whether they complete, chosen after the fact: the baseline of a prediction. The
-    /// metric says which runs count: those that have it.
+    /// Share of the runs for which a single macro step tells whether they complete, chosen after the fact: the baseline
+    /// of a prediction. The metric says which runs count: those that have it.
     OneThreshold,
     /// The same with a macro step for each case.
     ThresholdPerCase,

@@ -6,11 +6,12 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::selection::{ALL, has_words};
 use std::collections::BTreeSet;
 
-/// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
+/// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says
+/// otherwise.
 ///
 /// # Errors
-/// A claim about a scheme, case, set, metric or macro step that the plan does not have, one that pools without saying so, one whose
-/// id is taken.
+/// A claim about a scheme, case, set, metric or macro step that the plan does not have, one that pools without saying
+/// so, one whose id is taken.
 pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
     for (index, claim) in claims.iter().enumerate() {
         if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
@@ -78,7 +79,8 @@ impl Claim {
         )))
     }
 
-    /// Checks that how runs end is taken as shares and times only: of a share that completed more is better, and none has an order.
+    /// Checks that how runs end is taken as shares and times only: of a share that completed more is better, and none
+    /// has an order.
     fn check_ends(&self) -> Result<()> {
         let is_error = self.at_equal.is_some() || matches!(self.statistic, Statistic::Order | Statistic::ShareBetter);
         if !(self.is_about_ends() && is_error) {
@@ -150,7 +152,8 @@ impl Claim {
         )))
     }
 
-    /// Checks that what it is a variant of is a statement of the same claimant in the same file; those of other files have no ids here.
+    /// Checks that what it is a variant of is a statement of the same claimant in the same file; those of other files
+    /// have no ids here.
     fn check_variant(&self, claims: &[Claim]) -> Result<()> {
         if self.variant_of.is_empty() || self.variant_of.contains('/') {
             return Ok(());

@@ -87,12 +87,12 @@ fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> 
 }
 
 impl Draw {
-    /// Draws the settings. Where an event is required, hypercubes are drawn one after the other, and their settings kept in order where
-    /// `search` tells that it happens; without a search they are those of the first one.
+    /// Draws the settings. Where an event is required, hypercubes are drawn one after the other, and their settings
+    /// kept in order where `search` tells that it happens; without a search they are those of the first one.
     ///
     /// # Errors
-    /// A parameter that the case does not have, that is no number or is set as well, a range that is no range or leaves what is valid; an
-    /// event that no contact of the case can have, or that hardly ever happens.
+    /// A parameter that the case does not have, that is no number or is set as well, a range that is no range or leaves
+    /// what is valid; an event that no contact of the case can have, or that hardly ever happens.
     pub(super) fn settings(
         &self,
         case: &Case,
@@ -128,7 +128,8 @@ impl Draw {
         Ok(kept.collect())
     }
 
-    /// The places, in all hypercubes, of the settings that have the event. They are found once and kept like a reference.
+    /// The places, in all hypercubes, of the settings that have the event. They are found once and kept like a
+    /// reference.
     fn places(
         &self,
         case: &Case,

@@ -21,7 +21,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Experiment {
-    /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the catalogue.
+    /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the
+    /// catalogue.
     ///
     /// # Errors
     /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
@@ -29,8 +30,8 @@ impl Experiment {
         self.plan_with(catalogue, quick, true)
     }
 
-    /// Lists as many runs of the same labels, with the settings of the first draw whether or not they have the event that they must: to find
-    /// the others takes references of hundreds of settings.
+    /// Lists as many runs of the same labels, with the settings of the first draw whether or not they have the event
+    /// that they must: to find the others takes references of hundreds of settings.
     ///
     /// # Errors
     /// As [`plan`](Self::plan).
@@ -83,8 +84,9 @@ impl Experiment {
         self.check_options().and_then(|()| self.check_size(quick)).map_err(|error| self.in_file(error))
     }
 
-    /// Lays a plan out part by part, each with the place of its first run: all of it at once where that is allowed, else a hundredth of what is
-    /// allowed at most is in memory, and ten thousand runs at once. Claims are about tables, which so many runs have not.
+    /// Lays a plan out part by part, each with the place of its first run: all of it at once where that is allowed,
+    /// else a hundredth of what is allowed at most is in memory, and ten thousand runs at once. Claims are about
+    /// tables, which so many runs have not.
     ///
     /// # Errors
     /// As [`plan`](Self::plan); the first of each part.
@@ -266,8 +268,8 @@ impl Experiment {
         RunRequest { scheme: request.scheme, duration_s, ..RunRequest::default() }.resolve_for(catalogue, case, set)
     }
 
-    /// What the file asks of one run: the row goes before the case, the case before the experiment. Where both sides move as one the
-    /// mechanics has no steps of its own.
+    /// What the file asks of one run: the row goes before the case, the case before the experiment. Where both sides
+    /// move as one the mechanics has no steps of its own.
     fn request(&self, entry: &CaseEntry, row: &RunRequest, macro_step: f64, phase: f64, as_one: bool) -> RunRequest {
         let row = row.clone();
         let of_all =
@@ -362,15 +364,16 @@ impl CaseEntry {
     }
 }
 
-/// Checksum of a plan: which runs under which labels, held against which reference. Where settings must have an event, it is that of the
-/// first draw and of the event, which say which settings these are without a search.
+/// Checksum of a plan: which runs under which labels, held against which reference. Where settings must have an event,
+/// it is that of the first draw and of the event, which say which settings these are without a search.
 pub(crate) fn plan_sha256(experiment: &Experiment, planned_at_first_draw: &[PlannedRun]) -> String {
     let events = experiment.events_required().map(|event| format!("requires {}\n", event.name()));
     let runs = planned_at_first_draw.iter().map(|run| format!("{} {}\n", run.id, run.label));
     sha256(std::iter::once(experiment.reference_identity() + "\n").chain(events).chain(runs).collect::<String>())
 }
 
-/// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is computed once.
+/// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is
+/// computed once.
 fn refuse_duplicates(runs: &[PlannedRun]) -> Result<()> {
     let mut seen = HashSet::with_capacity(runs.len());
     let twice = runs.iter().find(|run| !seen.insert((run.id.as_str(), &run.label)));

@@ -8,7 +8,8 @@ use std::sync::Arc;
 pub struct PlannedRun {
     /// What is run.
     pub spec: RunSpec,
-    /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme apart.
+    /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme
+    /// apart.
     pub label: String,
     /// Its set of parameters less those that were drawn, where some were: under this what is kept pools its runs.
     pub pooled_set: Option<Arc<str>>,

@@ -59,7 +59,8 @@ const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
 pub(super) struct SchemeRow {
     /// Line of the file in which it begins, from 1.
     line: usize,
-    /// What the file gives, else the scheme's name, with what differs where several rows have that scheme; see [`with_labels`].
+    /// What the file gives, else the scheme's name, with what differs where several rows have that scheme; see
+    /// [`with_labels`].
     pub(super) label: String,
     /// Options as they stand in the file, the scheme aside.
     given: BTreeMap<String, String>,
@@ -134,7 +135,8 @@ impl SchemeRow {
         Ok(row)
     }
 
-    /// Reads how samples arrive: a table `delivery` with `up` and `down`, each a table or its text, `late_samples` and `late_forces`.
+    /// Reads how samples arrive: a table `delivery` with `up` and `down`, each a table or its text, `late_samples` and
+    /// `late_forces`.
     ///
     /// ```text
     /// delivery.up = { delay = 2, jitter = 1, loss = 0.2, seed = 3, missed = [4, 9] }
@@ -240,8 +242,8 @@ fn list<T: serde::de::DeserializeOwned>(key: &str, value: toml::Value) -> Result
         .map_err(|error: toml::de::Error| Error::Incompatible(format!("{key}: {}", said_at("", None, error.message()))))
 }
 
-/// Gives the rows without a label one: the scheme's name, and behind a slash the options by which rows of one scheme without a
-/// label differ.
+/// Gives the rows without a label one: the scheme's name, and behind a slash the options by which rows of one scheme
+/// without a label differ.
 ///
 /// # Errors
 /// Two rows of one label that are not the same.

@@ -144,7 +144,8 @@ impl Times {
         }
     }
 
-    /// The mean time at the macro step nearest in ratio, of the same scheme row on the same case; else of any scheme on that case.
+    /// The mean time at the macro step nearest in ratio, of the same scheme row on the same case; else of any scheme on
+    /// that case.
     fn of(&self, run: &PlannedRun) -> Option<f64> {
         let far = |of: &OfStep| (of.macro_step / run.spec.macro_step).ln().abs();
         let nearest = |all: &mut dyn Iterator<Item = &OfStep>| {

@@ -1,8 +1,10 @@
-//! From what is missing of an experiment to a job array of Slurm, whose jobs go back into the queue when their node fails.
+//! From what is missing of an experiment to a job array of Slurm, whose jobs go back into the queue when their node
+//! fails.
 //!
-//! [`missing_chunks`] makes chunks that last about as long as asked; a [`Submission`] is what Slurm needs to work through them: files to
-//! be written and commands to be given, word by word. A chunk is `rimbench run FILE --places FIRST-LAST`: it computes what of these runs
-//! is not stored, so that Slurm may begin it twice, lose it, or begin it again. What is done the records say, never an exit code.
+//! [`missing_chunks`] makes chunks that last about as long as asked; a [`Submission`] is what Slurm needs to work
+//! through them: files to be written and commands to be given, word by word. A chunk is
+//! `rimbench run FILE --places FIRST-LAST`: it computes what of these runs is not stored, so that Slurm may begin it
+//! twice, lose it, or begin it again. What is done the records say, never an exit code.
 
 mod chunks;
 
@@ -11,7 +13,8 @@ pub use chunks::{Chunk, ChunkLimits, Chunking, missing_chunks};
 use rimbench_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Where the submissions of an experiment lie in its results folder, numbered from 1; beside the records, and removed with them.
+/// Where the submissions of an experiment lie in its results folder, numbered from 1; beside the records, and removed
+/// with them.
 const SUBMISSIONS: &str = "records/submissions";
 
 /// The program that takes the commands.
@@ -51,8 +54,8 @@ impl SlurmArray<'_> {
     /// Says what Slurm needs.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for timed runs that would not be alone; [`Error::File`] for a path that a script or Slurm would read as
-    /// another.
+    /// [`Error::Incompatible`] for timed runs that would not be alone; [`Error::File`] for a path that a script or
+    /// Slurm would read as another.
     pub fn submission(&self) -> Result<Submission> {
         if self.exclusive && self.cpus != 1 {
             let message = "what is timed runs one after the other: --cpus must be 1".to_owned();

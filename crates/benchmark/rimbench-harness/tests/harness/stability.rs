@@ -186,7 +186,8 @@ fn a_macro_step_is_late_by_the_deadlines_that_it_missed() {
     assert_eq!(log.replay(&grid(0.02), &mut channel), Ok(None));
     assert_eq!(channel.missed, [(1, 1), (3, 2)]);
     assert!(log.replay(&grid(0.02), &mut channel).unwrap_err().contains("give one of the two"));
-    // A row is that of its time: what lies beyond the run is left out, and what is not in the log is in time, which is said.
+    // A row is that of its time: what lies beyond the run is left out, and what is not in the log is in time, which is
+    // said.
     for (duration, missed, words) in
         [(0.015, 1, "4 macro steps and the run 3"), (0.1, 2, "the run 20: those beyond its")]
     {

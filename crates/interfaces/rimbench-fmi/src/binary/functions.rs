@@ -1,7 +1,7 @@
 //! The functions of FMI 3.0 as a master calls them, written by hand after the standard's `fmi3FunctionTypes.h`.
 //!
-//! Every call is held: a panic is `fmi3Fatal` and never goes through the caller. What the master hands over are pointers that it
-//! vouches for, as the standard asks.
+//! Every call is held: a panic is `fmi3Fatal` and never goes through the caller. What the master hands over are
+//! pointers that it vouches for, as the standard asks.
 
 #![allow(unsafe_code, reason = "functions with names and pointers of another language")]
 
@@ -85,7 +85,8 @@ unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [MaybeUnini
     match (count, first.is_null()) {
         (0, _) => Ok(&mut []),
         (_, true) => Err(format!("room for {count} values is a null pointer")),
-        // SAFETY: it is not null, so that the room is as large as the caller says, and nobody else's; what stands there is not looked at.
+        // SAFETY: it is not null, so that the room is as large as the caller says, and nobody else's; what stands there
+        // is not looked at.
         (_, false) => Ok(unsafe { std::slice::from_raw_parts_mut(first.cast(), count) }),
     }
 }
@@ -206,7 +207,8 @@ macro_rules! of_values {
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $name(h: *mut Handle, refs: *const u32, n: usize, values: $pointer, count: usize) -> i32 {
             with(h, |$handle| {
-                // SAFETY: the standard has a master hand over `n` references and `count` values or room for them, for the length of this call.
+                // SAFETY: the standard has a master hand over `n` references and `count` values or room for them, for
+                // the length of this call.
                 let ($refs, $values) = unsafe { (list(refs, n)?, $take(values, count)?) };
                 $act
             })
@@ -284,7 +286,8 @@ unsafe extern "C" fn fmi3GetDirectionalDerivative(
     n_out: usize,
 ) -> i32 {
     with(h, |handle| {
-        // SAFETY: each pointer goes with the count behind it, and `out` is room for this call alone, as the standard has it.
+        // SAFETY: each pointer goes with the count behind it, and `out` is room for this call alone, as the standard
+        // has it.
         let (unknowns, knowns, seed, out) =
             unsafe { (list(unknowns, n_unknowns)?, list(knowns, n_knowns)?, list(seed, n_seed)?, room(out, n_out)?) };
         handle.instance.directional(unknowns, knowns, seed, out)
@@ -356,7 +359,8 @@ unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut Kept
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SerializeFMUState(h: *mut Handle, state: *mut KeptState, bytes: *mut u8, size: usize) -> i32 {
     with(h, |handle| {
-        // SAFETY: a state that the master got from here and has not freed, or null, and room for `size` bytes for this call alone.
+        // SAFETY: a state that the master got from here and has not freed, or null, and room for `size` bytes for this
+        // call alone.
         let (state, bytes) = unsafe { (state.as_ref().ok_or("there is no state")?, room(bytes, size)?) };
         let serialised = handle.instance.serialised(&state.0)?;
         if serialised.len() != bytes.len() {

@@ -456,7 +456,8 @@ impl Instance {
         if kept.token == self.token { Ok(()) } else { Err("this is a state of another FMU".to_owned()) }
     }
 
-    /// A state as bytes: its parameters, and the steps that led to it. The same library comes to the same bits from there.
+    /// A state as bytes: its parameters, and the steps that led to it. The same library comes to the same bits from
+    /// there.
     pub(super) fn serialised(&self, kept: &Kept) -> Result<Vec<u8>, Refusal> {
         self.check_own(kept)?;
         let state = &kept.state;

@@ -24,7 +24,8 @@ pub(crate) fn platform() -> String {
 /// Finds the library that FMUs hold: that which is given, else that beside the program, where Cargo puts it.
 ///
 /// # Errors
-/// [`Error::File`] if it is not there, or was built from other sources than this program, with the command that builds it.
+/// [`Error::File`] if it is not there, or was built from other sources than this program, with the command that builds
+/// it.
 pub fn find_library(given: Option<&Path>, program: &Path) -> Result<(PathBuf, Vec<u8>)> {
     let name = format!("{DLL_PREFIX}{LIBRARY}{DLL_SUFFIX}");
     let beside = program.parent().unwrap_or(Path::new("."));
@@ -62,7 +63,8 @@ fn is_ours(bytes: &[u8]) -> bool {
         .all(|wanted| bytes.windows(wanted.len()).any(|window| window == wanted.as_bytes()))
 }
 
-/// Makes the FMU of one side of the case of a run; `library` is what [`find_library`] has found. The same input gives the same bytes.
+/// Makes the FMU of one side of the case of a run; `library` is what [`find_library`] has found. The same input gives
+/// the same bytes.
 ///
 /// # Errors
 /// Those of building the case.
@@ -87,8 +89,8 @@ pub fn pack(spec: &RunSpec, side: Side, library: &[u8]) -> Result<Vec<u8>> {
     zipped(&files).map_err(|error| Error::Incompatible(format!("the FMU cannot be packed: {error}")))
 }
 
-/// Packs files, in less than half of the usual time by a twelfth more bytes; their times are the earliest that there is, so that nothing
-/// but their contents counts.
+/// Packs files, in less than half of the usual time by a twelfth more bytes; their times are the earliest that there
+/// is, so that nothing but their contents counts.
 pub(crate) fn zipped(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default()

@@ -7,7 +7,8 @@ use rimbench_core::error::Result;
 use rimbench_core::name::Name;
 use std::sync::Arc;
 
-/// Runs the case of `spec` with its scheme and records nothing but time, inputs and outputs of one side, every communication point.
+/// Runs the case of `spec` with its scheme and records nothing but time, inputs and outputs of one side, every
+/// communication point.
 ///
 /// # Errors
 /// Those of the run.

@@ -33,7 +33,8 @@ impl Unpacked {
     /// Opens an FMU.
     ///
     /// # Errors
-    /// [`Error::File`] for what cannot be read, is no archive, has no description that can be used, or no library for this platform.
+    /// [`Error::File`] for what cannot be read, is no archive, has no description that can be used, or no library for
+    /// this platform.
     pub(super) fn open(file: &Path) -> Result<Self> {
         let wrong = |message: String| Error::file(file, message);
         let bytes = read_bytes(file, MOST_BYTES)?;

@@ -1,4 +1,5 @@
-//! Attributes of a description: what each may say, and what is done about it. What is not in the table has no effect, and a note says so.
+//! Attributes of a description: what each may say, and what is done about it. What is not in the table has no effect,
+//! and a note says so.
 
 use super::host::Type;
 use roxmltree::Node;

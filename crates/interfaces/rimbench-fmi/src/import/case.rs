@@ -25,7 +25,8 @@ use std::time::Duration;
 /// What sides from outside are started with.
 #[derive(Debug, Clone, Default)]
 pub struct Programs {
-    /// The command that makes a process for an FMU, rimbench with [`WORKER`](super::WORKER); without it FMUs all run in this process.
+    /// The command that makes a process for an FMU, rimbench with [`WORKER`](super::WORKER); without it FMUs all run in
+    /// this process.
     pub worker: Option<Vec<PathBuf>>,
     /// The interpreter of Python; `python3` if none is named.
     pub python: Option<PathBuf>,
@@ -289,7 +290,8 @@ fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Opti
     Ok(PerSide { mechanics: open(Side::Mechanics)?, actuator: open(Side::Actuator)? })
 }
 
-/// Names the columns of the trace: time, the rows of the interface, forces at the mechanics, what the sides let observe.
+/// Names the columns of the trace: time, the rows of the interface, forces at the mechanics, what the sides let
+/// observe.
 fn trace_columns(rows: &[[String; 3]], members: &PerSide<Member>) -> Result<Vec<Name>, String> {
     let mut trace: Vec<Name> = vec!["time_s".into()];
     trace.extend(rows.iter().flatten().cloned().map(Name::from));
@@ -334,9 +336,9 @@ const ROUNDS: usize = 10;
 
 /// Makes both sides and lets them begin.
 ///
-/// Both are in initialisation mode first. The mechanics says where it is, the actuator takes that and answers with its force, which the
-/// mechanics takes, and so on until no force changes any more, or [`ROUNDS`] times. Then the mechanics leaves initialisation mode with
-/// that force, and the actuator with where the mechanics is by then.
+/// Both are in initialisation mode first. The mechanics says where it is, the actuator takes that and answers with its
+/// force, which the mechanics takes, and so on until no force changes any more, or [`ROUNDS`] times. Then the mechanics
+/// leaves initialisation mode with that force, and the actuator with where the mechanics is by then.
 fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) -> Result<PerSide<ImportedSide>> {
     let mut mechanics = members.mechanics.side(parameters, started)?;
     let mut actuator = members.actuator.side(parameters, started)?;
@@ -365,7 +367,8 @@ fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) 
     Ok(PerSide { mechanics, actuator })
 }
 
-/// Tries both sides by steps of `h` (s); in one process a second time beside them, for sides that share what they are made of.
+/// Tries both sides by steps of `h` (s); in one process a second time beside them, for sides that share what they are
+/// made of.
 fn try_out(
     members: &PerSide<Member>,
     parameters: &Parameters,

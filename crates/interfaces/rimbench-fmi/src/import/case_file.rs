@@ -246,7 +246,8 @@ pub(super) fn columns(rows: &[Row]) -> Vec<[String; 3]> {
     named.collect()
 }
 
-/// Parameters of a case: those of its file, and one that says what it is made from, so that results of other FMUs are not taken for its.
+/// Parameters of a case: those of its file, and one that says what it is made from, so that results of other FMUs are
+/// not taken for its.
 pub(super) fn parameters(file: &CaseFile, digest: String) -> Vec<Parameter> {
     let given = file.parameters.iter().map(|(name, table)| {
         let unit = if table.unit.is_empty() { "-" } else { &table.unit };
@@ -269,8 +270,8 @@ impl Row {
         if side == Side::Mechanics { &self.mechanics } else { &self.actuator }
     }
 
-    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by, if that is said;
-    /// none: the side has no such variable.
+    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by, if
+    /// that is said; none: the side has no such variable.
     pub(super) fn end(&self, side: Side, which: usize) -> Option<(&str, Option<f64>)> {
         let ends = self.ends(side);
         match [ends.position.as_ref(), Some(&ends.velocity), Some(&ends.force)][which]? {

@@ -49,7 +49,8 @@ impl Finder<'_> {
         Error::file(&self.unpacked.file, message)
     }
 
-    /// A variable by its name, or an element of one, `name[2]` or `name[1,3]`; of others those with `causality` are offered instead.
+    /// A variable by its name, or an element of one, `name[2]` or `name[1,3]`; of others those with `causality` are
+    /// offered instead.
     pub(super) fn find(&self, name: &str, causality: &str) -> Result<Found<'_>> {
         let found = self.look_up(name, causality)?;
         match &found.variable.fault {
@@ -210,7 +211,8 @@ impl Finder<'_> {
         self.put_start(&found, name, values, starts)
     }
 
-    /// Puts values among those that are set before a run: those of a variable, or one of an array that is set as a whole.
+    /// Puts values among those that are set before a run: those of a variable, or one of an array that is set as a
+    /// whole.
     pub(super) fn put_start(
         &self,
         found: &Found<'_>,

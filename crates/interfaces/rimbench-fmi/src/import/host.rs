@@ -12,10 +12,11 @@ pub(super) enum Ask {
     Outputs = 1,
     /// Time, step, inputs in; the outputs that the state has come to out, with these inputs.
     Step,
-    /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be taken for it stands
-    /// before the inputs, and their relative error behind the answer.
+    /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be
+    /// taken for it stands before the inputs, and their relative error behind the answer.
     Rates,
-    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; out come the parts of [`ModelSize::parts`], one after the other.
+    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; out come the parts of
+    /// [`ModelSize::parts`], one after the other.
     Model,
     /// Step of the mechanics in; observed quantities out.
     Observe,
@@ -29,8 +30,8 @@ pub(super) enum Ask {
     Begin,
     /// Nothing in; how often it has warned, and the bytes of what it said first out.
     Heard,
-    /// Of an object of Python, nothing in; whether outputs follow inputs at once (−1: it does not say), whether it counts work, whether it
-    /// has an interface model, its contacts, and the bytes of what it observes out.
+    /// Of an object of Python, nothing in; whether outputs follow inputs at once (−1: it does not say), whether it
+    /// counts work, whether it has an interface model, its contacts, and the bytes of what it observes out.
     Describe,
 }
 
@@ -287,7 +288,8 @@ pub(super) struct ModelVariables {
 /// How an FMU that does not give the rates of its outputs is probed for them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Probe {
-    /// The longest step, s: the longer of the two that are compared, or beyond all steps, where answers are over the step that is asked for.
+    /// The longest step, s: the longer of the two that are compared, or beyond all steps, where answers are over the
+    /// step that is asked for.
     pub(super) step: f64,
     /// By how much inputs are changed, of their magnitude, or of 1 in SI where that is less.
     pub(super) change: f64,

@@ -72,7 +72,8 @@ pub fn standard_output() -> Option<std::fs::File> {
 #[derive(Default)]
 struct Said {
     text: Mutex<String>,
-    /// What the instance is called, which is another name in each run, and its side, which stands for that in what is recorded.
+    /// What the instance is called, which is another name in each run, and its side, which stands for that in what is
+    /// recorded.
     instance: String,
     side: String,
     /// Whether one of it was a warning.
@@ -202,7 +203,8 @@ impl Loaded {
         static MADE: AtomicU64 = AtomicU64::new(0);
         let house = plan.lodger.then(House::enter).transpose().map_err(|error| error.to_string())?;
         let shown_as = plan.log.then(|| plan.file.display().to_string());
-        // The standard wants names of instances to be unique: those of a run and its reference, of all threads and all processes.
+        // The standard wants names of instances to be unique: those of a run and its reference, of all threads and all
+        // processes.
         let instance = format!("{}-{}-{}", plan.side, std::process::id(), MADE.fetch_add(1, Ordering::Relaxed));
         let said = Box::new(Said { shown_as, instance, side: plan.side.clone(), ..Said::default() });
         let environment: *mut c_void = (&raw const *said).cast_mut().cast();
@@ -260,7 +262,8 @@ impl Loaded {
         let end = self.plan.stop.map(|stop| begin + stop / self.plan.time_unit);
         let (status, what) = self.version.enter(&self.opened, self.instance, begin, end)?;
         self.check(status, what)?;
-        // What an output begins with may follow from parameters as initialisation begins; as it is exact, it may be set then.
+        // What an output begins with may follow from parameters as initialisation begins; as it is exact, it may be set
+        // then.
         self.plan.starts.iter().filter(|start| start.exact).try_for_each(|start| self.set_start(start))
     }
 
@@ -304,7 +307,8 @@ impl Loaded {
         }
     }
 
-    /// A status as a result: `OK` and `Warning` are none, but warnings are counted, whether the status says so or the log.
+    /// A status as a result: `OK` and `Warning` are none, but warnings are counted, whether the status says so or the
+    /// log.
     fn check(&self, status: c_int, what: &str) -> Result<(), String> {
         if (0..=WARNING).contains(&status) {
             if status == WARNING || self.said.warned.load(Ordering::Relaxed) {
@@ -473,8 +477,8 @@ impl Loaded {
 
     fn release(&mut self, kept: Option<Keep>) {
         if let (Some(functions), Some(mut kept)) = (&self.common.state, kept) {
-            // SAFETY: the instance is alive; the state is one of it, and who hands it over has it no more. What cannot be freed is the
-            // FMU's loss.
+            // SAFETY: the instance is alive; the state is one of it, and who hands it over has it no more. What cannot
+            // be freed is the FMU's loss.
             let _ = unsafe { (functions.free)(self.instance, &raw mut kept) };
         }
     }
@@ -503,7 +507,8 @@ impl Loaded {
         let (Some(functions), Some(kept)) = (&self.common.state, kept) else {
             return Err("it keeps no state".to_owned());
         };
-        // SAFETY: the instance is alive, and `kept` is a state of it that has not been freed: only `release` frees, as its last use.
+        // SAFETY: the instance is alive, and `kept` is a state of it that has not been freed: only `release` frees, as
+        // its last use.
         let status = unsafe { (functions.set)(self.instance, kept) };
         self.check(status, "setting its state")
     }
@@ -644,8 +649,8 @@ impl Drop for Loaded {
         }
         let kept = self.probed.kept.take();
         self.release(kept);
-        // SAFETY: the instance is alive, and nobody has it afterwards; the library goes last, because the rest calls into it or is
-        // called from it. Nothing is dropped twice: `self` is not used again.
+        // SAFETY: the instance is alive, and nobody has it afterwards; the library goes last, because the rest calls
+        // into it or is called from it. Nothing is dropped twice: `self` is not used again.
         unsafe {
             if self.stepping && self.worst.get() < ERROR {
                 let _ = (self.common.terminate)(self.instance);

@@ -24,7 +24,8 @@ use std::time::Duration;
 const UNITS: [(Quantity, Exponents, &str); 3] =
     [(Quantity::Position, LENGTH, "m"), (Quantity::Velocity, VELOCITY, "m/s"), (Quantity::Force, FORCE, "N")];
 
-/// By how much forces are changed where an FMU is probed, of their magnitude: little enough that the same contacts push.
+/// By how much forces are changed where an FMU is probed, of their magnitude: little enough that the same contacts
+/// push.
 const FORCE_CHANGE: f64 = 1e-3;
 /// Likewise positions and velocities: a force that follows a stiff element answers to micrometres.
 const MOTION_CHANGE: f64 = 1e-6;
@@ -211,7 +212,8 @@ impl FmuMember {
         self.plan.model.as_ref().map(|model| model.size)
     }
 
-    /// Starts it for a run that ends at `stop` (s), as far as the end of its start values: it waits to be told with which inputs it begins.
+    /// Starts it for a run that ends at `stop` (s), as far as the end of its start values: it waits to be told with
+    /// which inputs it begins.
     pub(super) fn side(
         &self,
         parameters: &Parameters,
@@ -243,7 +245,8 @@ impl FmuMember {
     fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
         let mut plan = self.plan.clone();
         plan.lodger = matches!(process, Process::Same);
-        // Probing at the end of a run goes beyond it; by a macro step, which may be as long as all of it, where that is asked for.
+        // Probing at the end of a run goes beyond it; by a macro step, which may be as long as all of it, where that is
+        // asked for.
         let beyond = |end: f64, probe: Probe| if probe.step < f64::MAX { probe.step } else { end };
         plan.stop = parameters.duration().map(|end| end + plan.probe.map_or(0.0, |probe| beyond(end, probe)));
         for Taken { parameter, variable, reference, kind, element, limits, exact } in &self.parameters {
@@ -404,8 +407,8 @@ fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start
     Ok((starts, taken))
 }
 
-/// Refuses a variable that stands for two things: coupling variables, the account of work, values that are set. The first value of an
-/// output may be set, where the FMU says so.
+/// Refuses a variable that stands for two things: coupling variables, the account of work, values that are set. The
+/// first value of an output may be set, where the FMU says so.
 fn check_roles(
     finder: &Finder<'_>,
     [inputs, outputs]: [&[Scaled]; 2],
@@ -469,8 +472,8 @@ fn rates(finder: &Finder<'_>, outputs: &[Scaled]) -> Result<Option<Vec<Scaled>>>
     Ok(rates)
 }
 
-/// What a side of an interface with so many rows puts out and takes, as pairs of row and variable: positions of all rows, then
-/// velocities; forces go the other way.
+/// What a side of an interface with so many rows puts out and takes, as pairs of row and variable: positions of all
+/// rows, then velocities; forces go the other way.
 fn given_and_taken(side: Side, rows: usize) -> [Vec<(usize, usize)>; 2] {
     let list = |which: &[usize]| which.iter().flat_map(|&which| (0..rows).map(move |row| (row, which))).collect();
     let (motion, force) = (list(&[0, 1]), list(&[2]));

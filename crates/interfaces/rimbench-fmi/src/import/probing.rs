@@ -1,4 +1,5 @@
-//! What is to be said of sides after a run: by how much what they were probed for may be wrong, and of what they have warned.
+//! What is to be said of sides after a run: by how much what they were probed for may be wrong, and of what they have
+//! warned.
 
 use crate::last_words::tell_once;
 use std::collections::BTreeMap;
@@ -23,7 +24,8 @@ struct OfFile {
     warnings: u64,
 }
 
-/// Collects what sides of cases leave behind, by their files, from runs that may go on side by side. Clones are the same collection.
+/// Collects what sides of cases leave behind, by their files, from runs that may go on side by side. Clones are the
+/// same collection.
 #[derive(Debug, Clone, Default)]
 pub struct SideNotes(Arc<Mutex<BTreeMap<PathBuf, OfFile>>>);
 
@@ -50,8 +52,8 @@ impl SideNotes {
     }
 }
 
-/// Relative errors of what one side was probed for, of an actuator estimated from two step sizes, of a mechanics by what came; they are noted when it is
-/// done with.
+/// Relative errors of what one side was probed for, of an actuator estimated from two step sizes, of a mechanics by
+/// what came; they are noted when it is done with.
 #[derive(Debug)]
 pub(super) struct ProbeErrors {
     file: PathBuf,

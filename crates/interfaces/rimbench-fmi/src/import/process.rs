@@ -1,13 +1,14 @@
 //! An FMU in a process of its own: when it crashes or hangs, that is the end of one run.
 //!
-//! The program starts itself as a worker. The worker's standard input is a socket, and everything that the FMU prints goes elsewhere.
+//! The program starts itself as a worker. The worker's standard input is a socket, and everything that the FMU prints
+//! goes elsewhere.
 //!
 //! ```text
 //! first     length u64, plan as JSON              → status u8; 1: length u64, message
 //! then      what u8, copy u32, n u64, n numbers   → status u8, n u64, n numbers; 1: length u64, message
 //! ```
-//! Integers and f64 in little-endian order. Five zeros take leave of the worker. An end of the socket without them means that the program
-//! has been killed, and is the end of the worker as well.
+//! Integers and f64 in little-endian order. Five zeros take leave of the worker. An end of the socket without them
+//! means that the program has been killed, and is the end of the worker as well.
 
 use super::host::{Ask, Host, Plan};
 use super::library::{self, Loaded};
@@ -137,7 +138,8 @@ impl Remote {
         let alone = !matches!(self.child.try_wait(), Ok(None));
         let _ = self.child.kill();
         let ended = self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
-        // What it printed may name folders of this machine: that is for the person here, and no part of what is recorded.
+        // What it printed may name folders of this machine: that is for the person here, and no part of what is
+        // recorded.
         self.printed.show(&self.file);
         if hangs {
             format!("{}: no answer within {} s", self.file, self.answer_within.as_secs_f64())
@@ -239,8 +241,8 @@ pub fn serve() -> Result<()> {
     }
 }
 
-/// Ends this process when the program that started it has gone, wherever the FMU is by then, and removes the folder that the FMU was
-/// unpacked to, which nobody else would do.
+/// Ends this process when the program that started it has gone, wherever the FMU is by then, and removes the folder
+/// that the FMU was unpacked to, which nobody else would do.
 fn outlive_nobody(started_by: u32, folder: Option<&Path>) -> ! {
     while std::os::unix::process::parent_id() == started_by {
         std::thread::sleep(LOOK);

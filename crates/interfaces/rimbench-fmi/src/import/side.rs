@@ -28,7 +28,8 @@ struct Foreseen {
 }
 
 impl Foreseen {
-    /// By how much the velocities that a step under forces `u` has come to are not those foreseen, of what they have moved.
+    /// By how much the velocities that a step under forces `u` has come to are not those foreseen, of what they have
+    /// moved.
     fn miss(&self, u: &[f64], came: &[f64]) -> f64 {
         let (mut miss, mut moved) = (0.0_f64, STANDS);
         for (row, came) in came.iter().enumerate() {
@@ -137,7 +138,8 @@ impl ImportedSide {
         }
     }
 
-    /// Gives it the interface model that it says itself: it is asked once, for a step (s), for what of that never changes.
+    /// Gives it the interface model that it says itself: it is asked once, for a step (s), for what of that never
+    /// changes.
     ///
     /// # Errors
     /// What it says instead.
@@ -214,8 +216,8 @@ impl ImportedSide {
         Ok(())
     }
 
-    /// Rates and gains of what the FMU has, filled up to those of the ports: an integral moves with its velocity, and no output follows an
-    /// input that is not taken.
+    /// Rates and gains of what the FMU has, filled up to those of the ports: an integral moves with its velocity, and
+    /// no output follows an input that is not taken.
     fn fill_up_rates(&mut self) {
         let (p, n, rows) = (self.ports.outputs.len(), self.ports.inputs.len(), self.ports.outputs.len() / 2);
         let Shape { integrals, taken } = &self.shape;
@@ -288,7 +290,8 @@ impl ImportedSide {
         self.ask(Ask::Rates).map_err(Failure::reported)?;
         if self.offers.probed {
             let error = self.output.pop().unwrap_or(f64::NAN);
-            // With the inputs as they are and each of them changed both ways; of an actuator the same from two step sizes.
+            // With the inputs as they are and each of them changed both ways; of an actuator the same from two step
+            // sizes.
             let sizes = if self.offers.smooth { 1 } else { 2 };
             self.counters.micro_steps += sizes * (1 + 2 * self.shape.taken.len() as u64);
             if !self.offers.smooth {
@@ -302,7 +305,8 @@ impl ImportedSide {
         Ok(())
     }
 
-    /// The interface model that follows from how the velocities move: `H = ∂v̇/∂λ`, `a = v̇ − H λ`, with the forces λ of the last step.
+    /// The interface model that follows from how the velocities move: `H = ∂v̇/∂λ`, `a = v̇ − H λ`, with the forces λ
+    /// of the last step.
     fn fill_smooth(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), Failure> {
         let u = std::mem::take(&mut self.u);
         let asked = self.ask_rates(self.time.unwrap_or(0.0), &u, h);
@@ -470,8 +474,8 @@ impl Capabilities for ImportedSide {
             return self.without();
         }
         if self.offers.probed && self.time.is_none() {
-            // Whether it offers them is asked with inputs that are none, and a model that is probed there may break. Nobody can take this
-            // for an answer.
+            // Whether it offers them is asked with inputs that are none, and a model that is probed there may break.
+            // Nobody can take this for an answer.
             rates.rate.fill(f64::NAN);
             return Ok(true);
         }

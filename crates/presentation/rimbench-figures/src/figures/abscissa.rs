@@ -13,7 +13,8 @@ use std::path::Path;
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Across {
-    /// A parameter of the case, by name, or a number of an option, as in `delivery_up:delay`; `contact_detection` is the contact margin, and runs without one are level lines.
+    /// A parameter of the case, by name, or a number of an option, as in `delivery_up:delay`; `contact_detection` is
+    /// the contact margin, and runs without one are level lines.
     #[serde(default)]
     pub parameter: Option<String>,
     /// A column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance.
@@ -34,8 +35,8 @@ pub(super) enum Abscissa {
     Cost(Vec<f64>),
 }
 
-/// Column of `runs.csv` that says how contacts were detected. With it as the parameter the margin is across: the last part of a label then
-/// is no part of the series, and runs without a margin are level lines.
+/// Column of `runs.csv` that says how contacts were detected. With it as the parameter the margin is across: the last
+/// part of a label then is no part of the series, and runs without a margin are level lines.
 const MARGIN: &str = "contact_detection";
 
 /// The values that there are, ascending.

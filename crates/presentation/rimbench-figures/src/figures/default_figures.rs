@@ -24,8 +24,8 @@ const METRICS: [(&str, &str); 3] = [
     ("position_error_rms_m", "rms position error (m)"),
 ];
 
-/// The figures of an experiment's folder, named `group/name`, as they would stand in a list: a stability map, and the error against the
-/// macro step, as lines where these can be told apart and in rows where not.
+/// The figures of an experiment's folder, named `group/name`, as they would stand in a list: a stability map, and the
+/// error against the macro step, as lines where these can be told apart and in rows where not.
 ///
 /// # Errors
 /// [`Error::File`](rimbench_core::error::Error::File) for results without the columns of runs.

@@ -29,7 +29,8 @@ pub struct DotsFigure {
     /// Macro steps shown, ms; at most nine.
     #[serde(default, deserialize_with = "valid::some_numbers")]
     macro_steps_ms: Option<Vec<f64>>,
-    /// From least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs).
+    /// From least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over
+    /// runs).
     #[serde(default)]
     bars: Bars,
     /// Every run as a faint mark; needs a single macro step.
@@ -72,8 +73,9 @@ const MOST_SIGNS: usize = 9;
 impl FigureOptions for DotsFigure {
     type Panel = DotsPanel;
 
-    /// Draws the figure from `runs.csv`: median over phases, bars from the best to the worst. Runs that did not complete are counted
-    /// beside the panel. Rows are ranked by how they do in all panels, failures first, then errors, the best on top.
+    /// Draws the figure from `runs.csv`: median over phases, bars from the best to the worst. Runs that did not
+    /// complete are counted beside the panel. Rows are ranked by how they do in all panels, failures first, then
+    /// errors, the best on top.
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
@@ -87,7 +89,8 @@ impl FigureOptions for DotsFigure {
             parts.push(if spec.without_exact { runs.without_exact() } else { runs });
         }
         let steps = parts.iter().map(|runs| self.steps(runs)).collect::<Result<Vec<Vec<f64>>>>()?;
-        // A case of microseconds beside cases of milliseconds: the signs then are the smallest step, the next, and so on.
+        // A case of microseconds beside cases of milliseconds: the signs then are the smallest step, the next, and so
+        // on.
         let most = steps.iter().map(Vec::len).max().unwrap_or(0);
         let alike = steps.iter().all(|own| *own == steps[0]);
         let mut dots: Vec<Vec<Vec<Dot>>> = Vec::new();
@@ -192,9 +195,10 @@ fn of_point(point: &OverPhases) -> Dot {
     Dot { value: point.median, range, lost: Ok(point.lost) }
 }
 
-/// Rows by the share of their runs that fail, in per cent, and of as few failures by their mean rank over all panels and signs: of those that
-/// were run there, fewer failures first, and of as few the value nearest to the ideal of its panel. What gave no answer, or was not run, has no rank there; what has none anywhere is last, and of equals the first
-/// stays first.
+/// Rows by the share of their runs that fail, in per cent, and of as few failures by their mean rank over all panels
+/// and signs: of those that were run there, fewer failures first, and of as few the value nearest to the ideal of its
+/// panel. What gave no answer, or was not run, has no rank there; what has none anywhere is last, and of equals the
+/// first stays first.
 fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
     let mut ranks: Vec<Vec<f64>> = vec![Vec::new(); rows];
     for (panel, ideal) in dots.iter().zip(ideals) {

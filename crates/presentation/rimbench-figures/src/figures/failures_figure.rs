@@ -1,5 +1,5 @@
-//! Which machine fails with which scheme at which macro step: a row for each case, a panel for each scheme, and in each cell the share of
-//! the runs that fail.
+//! Which machine fails with which scheme at which macro step: a row for each case, a panel for each scheme, and in each
+//! cell the share of the runs that fail.
 
 use super::statistics::{name, rounded, unit_of};
 use super::valid;

@@ -128,7 +128,8 @@ impl Source {
 
 /// The options of a kind of figure, read from the keys of its fields.
 trait FigureOptions: DeserializeOwned {
-    /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind without panels.
+    /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind
+    /// without panels.
     type Panel: DeserializeOwned;
 
     /// Draws the figure from an experiment's folder.
@@ -235,7 +236,8 @@ fn is_in(experiment: &str, part: Option<&str>) -> bool {
     part.is_none_or(|part| experiment.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')))
 }
 
-/// Whether a folder has the results of a run from which figures are drawn; where only a few files are kept, the figures are among them.
+/// Whether a folder has the results of a run from which figures are drawn; where only a few files are kept, the figures
+/// are among them.
 fn has_rows(folder: &Path) -> bool {
     let is_checkout =
         || folder.join(DIGEST).exists() && !["cost.csv", CHECKSUMS].iter().any(|name| folder.join(name).exists());
@@ -280,8 +282,8 @@ impl FigureList {
         }
     }
 
-    /// The figures of an experiment's folder, named `group/name`: those of the list, or, where it names none for it, a stability map and
-    /// the error against the macro step.
+    /// The figures of an experiment's folder, named `group/name`: those of the list, or, where it names none for it, a
+    /// stability map and the error against the macro step.
     ///
     /// # Errors
     /// [`Error::File`] for results without the columns of runs.
@@ -290,7 +292,8 @@ impl FigureList {
         if own.is_empty() { default_figures(name, folder) } else { Ok(own) }
     }
 
-    /// Experiments below a folder of results that the list does not name, `group/name`, of one group or one by name, or all.
+    /// Experiments below a folder of results that the list does not name, `group/name`, of one group or one by name, or
+    /// all.
     fn not_listed(&self, results: &Path, part: Option<&str>) -> Vec<String> {
         let folders = |folder: &Path| -> Vec<String> {
             let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -313,8 +316,9 @@ impl FigureList {
         self.figures.iter().filter(|figure| is_in(&figure.experiment, part)).collect()
     }
 
-    /// The list, with the figures of [`of_experiment`](Self::of_experiment) for every experiment below a folder of results, in a part of it
-    /// or in all, that it does not name. Also returned: experiments whose results no figure can be made of, with the reason.
+    /// The list, with the figures of [`of_experiment`](Self::of_experiment) for every experiment below a folder of
+    /// results, in a part of it or in all, that it does not name. Also returned: experiments whose results no figure
+    /// can be made of, with the reason.
     pub fn completed(mut self, results: &Path, part: Option<&str>) -> (Self, Vec<(String, String)>) {
         let mut failed = Vec::new();
         for name in self.not_listed(results, part) {
@@ -326,7 +330,8 @@ impl FigureList {
         (self, failed)
     }
 
-    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there; names the others.
+    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there; names the
+    /// others.
     ///
     /// Results that lack a file, a column or a label (older than the figure, say) are a failure, with the reason.
     ///

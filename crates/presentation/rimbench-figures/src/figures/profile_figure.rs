@@ -1,4 +1,5 @@
-//! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the best.
+//! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the
+//! best.
 
 use super::cost::Cost;
 use super::valid;
@@ -20,8 +21,8 @@ use std::path::Path;
 
 /// Options of a performance profile.
 ///
-/// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs at all
-/// macro steps.
+/// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs
+/// at all macro steps.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileFigure {

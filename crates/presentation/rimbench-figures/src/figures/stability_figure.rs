@@ -1,4 +1,5 @@
-//! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest usable step on top.
+//! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest
+//! usable step on top.
 
 use super::statistics::{Bars, Only, over_phases, rounded, row, unit_of};
 use super::valid;
@@ -42,7 +43,8 @@ pub struct StabilityPanel {
     /// Whose results the panel shows.
     #[serde(default, deserialize_with = "valid::experiment")]
     of: Option<String>,
-    /// Columns: macro steps, each with what became of the runs; or limits, each with the number of cases whose largest usable macro step it is.
+    /// Columns: macro steps, each with what became of the runs; or limits, each with the number of cases whose largest
+    /// usable macro step it is.
     #[serde(default)]
     across: Across,
     /// The part of the results shown.
@@ -146,7 +148,8 @@ impl StabilityFigure {
         Ok((steps.iter().map(column).collect(), format!("macro step H ({unit})"), rows))
     }
 
-    /// Counts the cases by the largest usable macro step that each allows; the last column are those in which no step tried fails.
+    /// Counts the cases by the largest usable macro step that each allows; the last column are those in which no step
+    /// tried fails.
     fn by_limit(&self, runs: &Runs<'_>, labels: &[&str]) -> Result<Ranked> {
         let mut limits: Vec<Vec<(f64, f64)>> = vec![Vec::new(); labels.len()];
         for problem in runs.problems() {

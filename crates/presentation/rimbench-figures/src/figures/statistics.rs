@@ -123,8 +123,8 @@ fn scheme<'t>(runs: &Runs<'t>, label: &str) -> Option<&'t str> {
     runs.iter().find(|run| *run.label == *label).map(|run| &*run.scheme).filter(|scheme| !scheme.is_empty())
 }
 
-/// What a figure calls a label: its scheme and its variants in words. What a label begins with stands for its scheme where no label that
-/// begins otherwise has the same one, as in `gap/profile`; else it is a variant too.
+/// What a figure calls a label: its scheme and its variants in words. What a label begins with stands for its scheme
+/// where no label that begins otherwise has the same one, as in `gap/profile`; else it is a variant too.
 pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
     let scheme = |label: &str| scheme(runs, label);
     let begins = |label: &str| label.split('/').next().unwrap_or_default().to_owned();
@@ -147,7 +147,8 @@ pub fn row(runs: &Runs<'_>, label: &str, styles: &Styles) -> Row {
     Row { label: name(runs, label, styles), name: label.to_owned(), color }
 }
 
-/// The unit in which macro steps of some runs are shown, and what milliseconds are multiplied by: steps of microseconds say so.
+/// The unit in which macro steps of some runs are shown, and what milliseconds are multiplied by: steps of microseconds
+/// say so.
 pub fn unit_of(runs: &Runs<'_>) -> (&'static str, f64) {
     let longest = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).fold(0.0, f64::max);
     if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) }
@@ -158,8 +159,8 @@ pub fn rounded(step: f64) -> f64 {
     (step * 1e6).round() / 1e6
 }
 
-/// The share of the runs with one abscissa, by ascending abscissa, that are usable: they completed with a metric of at most `within` in
-/// magnitude. Those without an answer are left out.
+/// The share of the runs with one abscissa, by ascending abscissa, that are usable: they completed with a metric of at
+/// most `within` in magnitude. Those without an answer are left out.
 pub fn share_usable(
     runs: &Runs<'_>,
     x: impl Fn(usize) -> f64,
@@ -178,8 +179,9 @@ pub fn share_usable(
     Ok(runs.by(x).into_iter().filter_map(point).collect())
 }
 
-/// A metric as it is shown, or the share that completed, over the runs with one abscissa, by ascending abscissa, with least and most as `bars`
-/// says. Runs that did not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
+/// A metric as it is shown, or the share that completed, over the runs with one abscissa, by ascending abscissa, with
+/// least and most as `bars` says. Runs that did not complete are left out of a metric and counted as lost; where none
+/// is left, the point is NaN and breaks the line.
 pub fn over_phases(
     runs: &Runs<'_>,
     x: impl Fn(usize) -> f64,

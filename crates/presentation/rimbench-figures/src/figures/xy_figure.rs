@@ -1,4 +1,5 @@
-//! A metric against the macro step, a parameter of the case or the cost: median over phases, with the range from best to worst.
+//! A metric against the macro step, a parameter of the case or the cost: median over phases, with the range from best
+//! to worst.
 
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
@@ -103,7 +104,8 @@ pub struct XyPanel {
     /// What rows are called here.
     #[serde(default)]
     names: BTreeMap<String, String>,
-    /// What all rows of the panel end in, as in `1ms` of `rim-nonsmooth/1ms`: names and styles are those of the rows without it.
+    /// What all rows of the panel end in, as in `1ms` of `rim-nonsmooth/1ms`: names and styles are those of the rows
+    /// without it.
     #[serde(default)]
     variant: String,
     /// Over a parameter, lines of several scheme rows that differ in the option across.
@@ -158,8 +160,9 @@ impl<'t> Curve<'t> {
 impl FigureOptions for XyFigure {
     type Panel = XyPanel;
 
-    /// Draws the figure from `runs.csv`, `parameters.csv` and `cost.csv`. Runs that did not complete are left out of the medians; where
-    /// that has a place across, they are marked above them. A figure of one panel has the observed orders in its legend.
+    /// Draws the figure from `runs.csv`, `parameters.csv` and `cost.csv`. Runs that did not complete are left out of
+    /// the medians; where that has a place across, they are marked above them. A figure of one panel has the observed
+    /// orders in its legend.
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
@@ -383,7 +386,8 @@ impl XyPanel {
                     let step = rounded(step * factor);
                     curve.points.push(OverPhases { x, least: error.median, most: error.median, ..*error });
                     curve.notes.push(format!("H = {step} {unit}"));
-                    // Of several points at one macro step the tolerance tells them apart, unless it is so large that it never counts.
+                    // Of several points at one macro step the tolerance tells them apart, unless it is so large that it
+                    // never counts.
                     let is_controlled = (1e-12..1e6).contains(&controlled);
                     curve.tags.push(if is_controlled { format!("{controlled:e}") } else { format!("{step}") });
                 }
@@ -414,8 +418,8 @@ impl XyPanel {
         self.range.map_or(least, |[low, _]| low)
     }
 
-    /// Whether the curve has no order where its order would be: at the smallest macro steps of the interval over which it is fitted. At the
-    /// largest ones every error ends somewhere, which is no floor.
+    /// Whether the curve has no order where its order would be: at the smallest macro steps of the interval over which
+    /// it is fitted. At the largest ones every error ends somewhere, which is no floor.
     fn levels_off(&self, points: &[OverPhases]) -> bool {
         let mut known: Vec<&OverPhases> = self.fitted(points).filter(|point| point.median > 0.0).collect();
         known.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -423,7 +427,8 @@ impl XyPanel {
         (next.median / small.median).ln() < LEAST_ORDER * (next.x / small.x).ln()
     }
 
-    /// The order of the runs of a label, without those whose error the reference cannot tell from zero, as a claim has it.
+    /// The order of the runs of a label, without those whose error the reference cannot tell from zero, as a claim has
+    /// it.
     fn order(&self, runs: &Runs<'_>) -> Option<f64> {
         let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
         let mut pairs = Vec::new();
@@ -448,8 +453,8 @@ fn scaled(points: Vec<OverPhases>, factor: f64) -> Vec<OverPhases> {
 }
 
 impl BandSpec {
-    /// Fills the area between the least and the largest of the curves at each macro step that one of them has; one that is lost there
-    /// is left out, and where all are the band breaks. Its colour is that of the first row.
+    /// Fills the area between the least and the largest of the curves at each macro step that one of them has; one that
+    /// is lost there is left out, and where all are the band breaks. Its colour is that of the first row.
     fn filled(&self, curves: &[Vec<OverPhases>], styles: &Styles) -> Band {
         // Macro steps are above zero: their bits are in order.
         let mut edges: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
@@ -463,7 +468,8 @@ impl BandSpec {
     }
 }
 
-/// Adds a curve as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were lost.
+/// Adds a curve as a line with markers, a thin bar from the least to the largest value at each, and marks where runs
+/// were lost.
 fn with_range(mut panel: Panel, curve: Curve<'_>, style: LineStyle) -> Panel {
     let (points, name) = (&curve.points, curve.name.to_owned());
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));

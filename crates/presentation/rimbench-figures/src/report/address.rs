@@ -6,8 +6,9 @@ use rimbench_cases::runs::RunRequest;
 use rimbench_results::run_table::{Run, RunTable};
 use rimbench_results::selection::Runs;
 
-/// Finds the address at which the page's simulator shows runs of the first two of these labels that it can show, at the middle of their
-/// macro steps; all labels if none are given. What it shows there are these runs to the bit: their identifiers are the same.
+/// Finds the address at which the page's simulator shows runs of the first two of these labels that it can show, at the
+/// middle of their macro steps; all labels if none are given. What it shows there are these runs to the bit: their
+/// identifiers are the same.
 pub fn address(catalogue: &Catalogue, table: &RunTable, labels: &[String]) -> Option<String> {
     let all = Runs::of(table);
     let shown = |label: &str, beside: Option<&Shown>| {

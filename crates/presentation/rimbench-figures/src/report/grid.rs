@@ -10,7 +10,8 @@ use rimbench_statistics::Pool;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// What one scheme did on one case with one choice of options: by macro step, the errors of its runs by run id, or as what they count.
+/// What one scheme did on one case with one choice of options: by macro step, the errors of its runs by run id, or as
+/// what they count.
 type Tried = BTreeMap<u64, BTreeMap<String, Result<f64, OutcomeClass>>>;
 
 /// One case with its parameters, one scheme.

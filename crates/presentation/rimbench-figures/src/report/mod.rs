@@ -9,7 +9,8 @@
 //! | `grid` | the largest usable macro step: case × scheme |
 //! | `packed` | runs, traces and exact values for the script, as small as they must be |
 //!
-//! Figures are SVG in the page: they print, and need no script. A script (`page/report.js`) makes them alive, and shows the runs.
+//! Figures are SVG in the page: they print, and need no script. A script (`page/report.js`) makes them alive, and shows
+//! the runs.
 
 mod address;
 mod claims;
@@ -80,8 +81,8 @@ impl Report<'_> {
     /// Writes the page.
     ///
     /// # Errors
-    /// [`Error::File`] for a place in the text with no such name, and a file that cannot be written; [`Error::Incompatible`] if even
-    /// without runs the page would be larger than [`MOST_BYTES`].
+    /// [`Error::File`] for a place in the text with no such name, and a file that cannot be written;
+    /// [`Error::Incompatible`] if even without runs the page would be larger than [`MOST_BYTES`].
     pub fn write(&self, path: &Path) -> Result<Written> {
         let scripts = live_part::scripts();
         for (packed, detail) in [(false, Detail::Runs), (true, Detail::Runs), (true, Detail::Values)] {

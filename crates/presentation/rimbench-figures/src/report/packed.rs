@@ -19,7 +19,8 @@ use std::collections::HashMap;
 /// How much is packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Detail {
-    /// Of each run the main metrics, and those that are checked to the last digit; traces; exact values behind the figures.
+    /// Of each run the main metrics, and those that are checked to the last digit; traces; exact values behind the
+    /// figures.
     Runs,
     /// Exact values behind the figures.
     Values,
@@ -54,7 +55,8 @@ impl Detail {
     }
 }
 
-/// The object, compressed, as letters, with the figures of the studies if they are packed; none if it is longer than `most`.
+/// The object, compressed, as letters, with the figures of the studies if they are packed; none if it is longer than
+/// `most`.
 pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usize) -> Result<Option<String>> {
     let count: usize = report.studies.iter().filter_map(|study| study.runs.as_ref()).map(|table| table.len()).sum();
     if detail == Detail::Runs && count * LETTERS > most {

@@ -272,7 +272,8 @@ impl Report<'_> {
     }
 }
 
-/// What is around a page with the paper in it, as a checkout has it; `.ci/site` puts in what a site has. Below other folders it is unknown.
+/// What is around a page with the paper in it, as a checkout has it; `.ci/site` puts in what a site has. Below other
+/// folders it is unknown.
 fn around(title: &str) -> String {
     let (up, pdf) = match title {
         "paper" => ("../..", "paper.pdf"),

@@ -513,7 +513,8 @@ fn texts_of(svg: &str) -> BTreeMap<String, usize> {
     texts
 }
 
-/// Something like the paper's Fig. 2: forces of which one is lost, a mass that becomes infinite, and a part that is shown larger.
+/// Something like the paper's Fig. 2: forces of which one is lost, a mass that becomes infinite, and a part that is
+/// shown larger.
 fn force_and_mass() -> Figure {
     let sample = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         (0..=500).map(|k| 5e-3 * f64::from(k)).map(|t| (t, f(t))).collect()
@@ -544,7 +545,8 @@ fn force_and_mass() -> Figure {
         .panel(panel("(c) force at touch-down", zoom, newtons(), &forces))
 }
 
-/// Results of an experiment that no list names: schemes on cases, each with macro steps of its own, that diverge at the largest.
+/// Results of an experiment that no list names: schemes on cases, each with macro steps of its own, that diverge at the
+/// largest.
 fn unlisted_results(folder: &Path, name: &str, cases: &[(&str, [f64; 3])], schemes: usize) {
     let folder = folder.join(name);
     std::fs::create_dir_all(&folder).unwrap();
@@ -586,7 +588,8 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     // Of many schemes rows, with the cases' own macro steps; a map by case has the largest stable one.
     let many = texts("mine/many", "mine-many-error");
     assert!(many.contains_key("smooth model, row-19, margin 1 µm") && many.contains_key("(b) box"), "{many:?}");
-    // Row 0 diverges at the largest step of both, its limits are 2 µs and 2 ms; those of some others are beyond the steps tried.
+    // Row 0 diverges at the largest step of both, its limits are 2 µs and 2 ms; those of some others are beyond the
+    // steps tried.
     let map = texts("mine/many", "mine-many-stability");
     assert!(["2 µs", "all tried", "none"].iter().all(|limit| map.contains_key(*limit)), "{map:?}");
     // A list that names an experiment says all of it.
@@ -755,7 +758,8 @@ fn a_number_said_of_a_figure_is_a_setting_or_filled_from_a_claim() {
     assert_eq!(strange(&made_up, "macro_steps_ms = [5]"), ["7"]);
 }
 
-/// A picture in a page is shown in the typeface of its reader, and the widest common one is a quarter wider than that of the layout.
+/// A picture in a page is shown in the typeface of its reader, and the widest common one is a quarter wider than that
+/// of the layout.
 #[test]
 fn no_text_of_a_kept_figure_leaves_it_in_any_common_typeface() {
     for (figure, _, svg) in kept_figures() {

@@ -6,9 +6,9 @@
 //! Δv/h  against a + H λ          a step and the interface model
 //! Δy, Δy/Δu  against h r, D + h R        a step, a pushed input and the derivatives of outputs
 //! ```
-//! What is said may be off by a factor of two, because steps are as long as they are. A row of which nothing can be said is not judged: one
-//! that stands, one whose contacts are closed or close within the step, one that answers to a push otherwise than to a pull, and one whose
-//! ratio depends on the length of the step.
+//! What is said may be off by a factor of two, because steps are as long as they are. A row of which nothing can be
+//! said is not judged: one that stands, one whose contacts are closed or close within the step, one that answers to a
+//! push otherwise than to a pull, and one whose ratio depends on the length of the step.
 
 use rimbench_core::cosim::{OutputRates, Ports, Quantity};
 use rimbench_core::interface_model::{ReducedInterfaceModel, TOUCHING};
@@ -127,7 +127,8 @@ fn or_none(ratio: f64) -> f64 {
     if ratio.abs() < ROUND_OFF { 0.0 } else { ratio }
 }
 
-/// The ratio over all steps, by the velocity at the beginning, in the middle or at the end of each, whichever says most.
+/// The ratio over all steps, by the velocity at the beginning, in the middle or at the end of each, whichever says
+/// most.
 fn ratio_of_all(moves: &[Move], row: usize) -> f64 {
     let by = |share: f64| {
         let pairs = moves.iter().map(|Move { before, after, h, .. }| {

@@ -19,8 +19,8 @@ pub(super) enum Answer {
     Unclear,
 }
 
-/// How the forces of an actuator change with position and velocity of their rows, after a step of a copy, or at once where there is none;
-/// and whether that, and its step as it is, are what the derivatives of its outputs say.
+/// How the forces of an actuator change with position and velocity of their rows, after a step of a copy, or at once
+/// where there is none; and whether that, and its step as it is, are what the derivatives of its outputs say.
 pub(super) fn answer_of(
     actuator: &mut dyn Subsystem,
     (u, y): (&[f64], &[f64]),

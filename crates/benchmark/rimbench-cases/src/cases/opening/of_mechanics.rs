@@ -218,8 +218,8 @@ impl OfMechanics {
     }
 }
 
-/// Whether less was measured than was said because the step is long: what is stiff answers less, and steps of a twentieth are none that
-/// anything is computed by.
+/// Whether less was measured than was said because the step is long: what is stiff answers less, and steps of a
+/// twentieth are none that anything is computed by.
 fn may_be_stiff(ratio: Ratio) -> bool {
     (0.05..1.0).contains(&ratio.value())
 }
@@ -238,7 +238,8 @@ pub(super) fn pushed_rows(ports: &Ports) -> usize {
     if is_force && ports.outputs.len() == 2 * ports.inputs.len() { ports.inputs.len().min(PUSHED_ROWS) } else { 0 }
 }
 
-/// A place in which each of these forces is pushed and pulled, from where the mechanics stands; none where it gives no copies.
+/// A place in which each of these forces is pushed and pulled, from where the mechanics stands; none where it gives no
+/// copies.
 pub(super) fn pushed_place(
     mechanics: &mut dyn Subsystem,
     u: &[f64],
@@ -267,7 +268,8 @@ pub(super) fn pushed_place(
     Ok(Some(Place { u: u.to_vec(), before, pushes, model }))
 }
 
-/// The first row whose velocity falls when its own force grows and rises when it shrinks, with the change by a newton, m/s.
+/// The first row whose velocity falls when its own force grows and rises when it shrinks, with the change by a newton,
+/// m/s.
 pub(super) fn moves_against(place: &Place) -> Option<(usize, f64)> {
     let rows = place.before.len() / 2;
     place.pushes.iter().find_map(|push| {
@@ -277,8 +279,9 @@ pub(super) fn moves_against(place: &Place) -> Option<(usize, f64)> {
     })
 }
 
-/// Answer of the first velocity to its force, (m/s)/N, of a side that gives no copies, by steps one after the other, added to `moves`: as it
-/// is, pushed and pulled, and what is beyond its motion before; none where the two do not agree on the sign.
+/// Answer of the first velocity to its force, (m/s)/N, of a side that gives no copies, by steps one after the other,
+/// added to `moves`: as it is, pushed and pulled, and what is beyond its motion before; none where the two do not agree
+/// on the sign.
 pub(super) fn answer_in_time(
     mechanics: &mut dyn Subsystem,
     u: &[f64],

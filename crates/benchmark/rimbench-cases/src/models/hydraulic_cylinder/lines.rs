@@ -7,7 +7,8 @@ use wide::f64x2;
 /// Into which chamber the piston presses as it moves out.
 const DISPLACED: [f64; 2] = [1.0, -1.0];
 
-/// One end of a line: what arrives there, and what its pressure (Pa) and the flow into the line (m³/s) were, by micro step.
+/// One end of a line: what arrives there, and what its pressure (Pa) and the flow into the line (m³/s) were, by micro
+/// step.
 #[derive(Debug, Clone, PartialEq)]
 struct End {
     arriving: Vec<f64>,
@@ -51,15 +52,17 @@ impl Line {
 
 /// Both chambers as lines, and the account of their energy.
 ///
-/// A wave c carries the power `c²/(4Z)`, so the power into an end, `p q = ((p + Z q)² − c²)/(4Z)`, is the difference of two waves, and
-/// the stored energy the sum of those under way. Anything else that changes it is booked as integration residual: the line laid anew
-/// at each communication point with the Z of then, waves smoothed, and the motion that the piston was told replaced by the one it had.
+/// A wave c carries the power `c²/(4Z)`, so the power into an end, `p q = ((p + Z q)² − c²)/(4Z)`, is the difference of
+/// two waves, and the stored energy the sum of those under way. Anything else that changes it is booked as integration
+/// residual: the line laid anew at each communication point with the Z of then, waves smoothed, and the motion that the
+/// piston was told replaced by the one it had.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Lines {
     smoothing: f64,
     lines: [Line; 2],
     scratch: Vec<f64>,
-    /// Micro steps of the present macro step, how many of them are done, and how long they are, s; none before the start.
+    /// Micro steps of the present macro step, how many of them are done, and how long they are, s; none before the
+    /// start.
     count: usize,
     done: usize,
     micro_step: f64,
@@ -96,7 +99,8 @@ impl Lines {
         self.micro_step * each.sum::<f64>()
     }
 
-    /// Corrects what the pistons did over the last macro step: a straight line with the right mean, given the motion now.
+    /// Corrects what the pistons did over the last macro step: a straight line with the right mean, given the motion
+    /// now.
     fn correct_pistons(&mut self, area: f64, now: f64, [s, w]: [f64; 2]) {
         let (mean, rise) = ((s - self.motion[0]) / (now - self.begun), w - self.motion[1]);
         for (line, displaced) in self.lines.iter_mut().zip(DISPLACED) {
@@ -265,7 +269,8 @@ impl HydraulicCylinder {
         let mut of_piston = pressures;
         let beyond = valve_pressures.iter().find(|p| !self.is_valid(**p));
         if let Some(&beyond) = beyond {
-            // The end of the line at the valve has no name of its own among the observables: the chamber is out of its range.
+            // The end of the line at the valve has no name of its own among the observables: the chamber is out of its
+            // range.
             let chamber = usize::from(beyond != valve_pressures[0]);
             of_piston[chamber] = beyond;
         }
@@ -274,7 +279,8 @@ impl HydraulicCylinder {
         true
     }
 
-    /// Solves `p = c + Z q(p)` at the valve of a chamber by Newton's method inside a bracket; q falls with p, so the root is one.
+    /// Solves `p = c + Z q(p)` at the valve of a chamber by Newton's method inside a bracket; q falls with p, so the
+    /// root is one.
     fn valve_pressure(&self, chamber: usize, arriving: f64, impedance: f64, spool: f64, guess: f64) -> f64 {
         let [supply, tank] = [self.oil.supply, self.oil.tank].map(|each| each.to_array()[0]);
         let openings = self.openings(spool);

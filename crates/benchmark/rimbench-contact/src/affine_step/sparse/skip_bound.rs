@@ -5,16 +5,18 @@
 //! ```text
 //! w_k = w_0 + k δâ + Σσ v_r + Σλ v_λ        g_k = g_0 + δ Σ w_j        P_k = p + σ_k p_r + λ_k p_λ
 //! ```
-//! After a micro step that has looked at all contacts, bounds of these tell of each whether it can leave its state in the K micro steps to
-//! come, as long as the force stays within D of the present one, |λ − λ₀| ≤ D, and σ decreases to zero:
+//! After a micro step that has looked at all contacts, bounds of these tell of each whether it can leave its state in
+//! the K micro steps to come, as long as the force stays within D of the present one, |λ − λ₀| ≤ D, and σ decreases to
+//! zero:
 //!
 //! ```text
 //! open     w ≥ w_0 + K min(0, δâ + λ₀ v_λ − D |v_λ| + min(0, σ v_r)),  g likewise          w + t(g) must be ≥ 0
 //! active   P ≥ p + λ₀ p_λ − D |p_λ| + min(0, σ p_r)                                          must be ≥ 0
 //!          |w + t| ≤ |s_1| + K |s_2 − s_1|   while it is penetrated                          must be rounding
 //! ```
-//! with s = `w + t`, which changes by a constant amount in each micro step of a penetrated active contact, as `σ` shrinks by `1 − γδ/h`.
-//! Contacts for which the bounds do not suffice are looked at in every micro step. The others get velocity and gap once one is needed.
+//! with s = `w + t`, which changes by a constant amount in each micro step of a penetrated active contact, as `σ`
+//! shrinks by `1 − γδ/h`. Contacts for which the bounds do not suffice are looked at in every micro step. The others
+//! get velocity and gap once one is needed.
 
 use super::super::{ACCEPTED, AS_LEFT, ActiveSetFactor, AffineStep, StepContactLaw};
 use super::SparseSetFactor;
@@ -93,8 +95,8 @@ fn columns(of: &[f64], rows: usize) -> [&[f64]; 3] {
 }
 
 impl AffineStep<SparseSetFactor> {
-    /// Takes a micro step without a look at the contacts, if their bounds still hold; of `w_plus` then only the interface row, behind those of
-    /// the contacts, is that at its end.
+    /// Takes a micro step without a look at the contacts, if their bounds still hold; of `w_plus` then only the
+    /// interface row, behind those of the contacts, is that at its end.
     pub(in super::super) fn skip_one(
         &mut self,
         law: &StepContactLaw,
@@ -163,7 +165,8 @@ impl AffineStep<SparseSetFactor> {
         (bound.steps, bound.taken) = (0, 0);
     }
 
-    /// Finds the bound for up to `steps` micro steps, after one under the force `lambda` that ended with velocities `w` and gaps `gap`.
+    /// Finds the bound for up to `steps` micro steps, after one under the force `lambda` that ended with velocities `w`
+    /// and gaps `gap`.
     #[inline(never)]
     pub(in super::super) fn find_bound(
         &mut self,

@@ -19,8 +19,8 @@ impl ActiveSet {
     /// Solves the problem if the active set of the last one does, for up to eight contacts of which up to four push.
     ///
     /// `H_AA` is factorised anew each time: for four members that takes less than finding out whether `H` is the matrix
-    /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are those
-    /// of [`Factor`](crate::linear_algebra::Factor) in its order, so that the digits are its own.
+    /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are
+    /// those of [`Factor`](crate::linear_algebra::Factor) in its order, so that the digits are its own.
     #[inline(always)]
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, p: &mut [f64]) -> WarmStart {
         let (h, b) = (lcp.h(), lcp.b);

@@ -57,13 +57,15 @@ fn the_answer_is_that_of_the_dense_active_set_through_changes_of_problem_and_mat
             }
             pivots += stats.pivots;
         }
-        // An answer that a wrong pivot has led astray is found nevertheless, with more of them: 198, 777 and 1967 are needed.
+        // An answer that a wrong pivot has led astray is found nevertheless, with more of them: 198, 777 and 1967 are
+        // needed.
         assert!(pivots > 120 && pivots < most, "{n} contacts: {pivots} pivots");
         assert_eq!((sparse.counters().solves, sparse.counters().failures), (120, 0));
     }
 }
 
-/// Contacts of which each is coupled to the one before and the one after it: 2 on the diagonal, and what stands beside it.
+/// Contacts of which each is coupled to the one before and the one after it: 2 on the diagonal, and what stands beside
+/// it.
 fn chain(n: usize, beside: f64) -> (SymmetricPattern, Vec<f64>) {
     let neighbours: Vec<Vec<usize>> = (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
     let pattern = SymmetricPattern::new(&neighbours);
@@ -124,7 +126,8 @@ fn the_first_problem_is_not_solved_contact_by_contact() {
     assert!(stats.residual < 1e-12 && p.iter().all(|p| *p > 0.0));
 }
 
-/// What a member carries is gone by the time that the one that enters comes to rest: it must not be driven back for the rounding of it.
+/// What a member carries is gone by the time that the one that enters comes to rest: it must not be driven back for the
+/// rounding of it.
 #[test]
 fn a_tie_takes_no_pivot_more_than_it_has_to() {
     let mut neighbours = vec![vec![0, 1, 2]; 3];

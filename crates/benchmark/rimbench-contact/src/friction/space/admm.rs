@@ -16,10 +16,11 @@ const MOST_FACTORS: u32 = 12;
 /// ```text
 /// (H + ρ I) x = ρ z − y − b − s(y)        z = proj_K(x + y/ρ)        y += ρ (x − z)        s_n = μ |y_t|
 /// ```
-/// At the end `y = −(w + s)`. Slow, but redundant contacts that stick on the border of their cones, where sweeps stall, do not stop it.
+/// At the end `y = −(w + s)`. Slow, but redundant contacts that stick on the border of their cones, where sweeps stall,
+/// do not stop it.
 /// # Source
-/// Boyd et al., *Distributed optimization and statistical learning via the alternating direction method of multipliers* (2011); the
-/// correction inside the loop as in Carpentier et al., *From compliant to rigid contact simulation* (2024).
+/// Boyd et al., *Distributed optimization and statistical learning via the alternating direction method of multipliers*
+/// (2011); the correction inside the loop as in Carpentier et al., *From compliant to rigid contact simulation* (2024).
 #[derive(Debug, Clone, Default)]
 pub struct SpaceAdmm {
     factor: Vec<f64>,
@@ -46,8 +47,8 @@ impl SpaceAdmm {
         }
     }
 
-    /// Iterates from `impulses` until the natural residual is at most `tolerance`, at most `most` times; returns iterations,
-    /// factorisations and residual.
+    /// Iterates from `impulses` until the natural residual is at most `tolerance`, at most `most` times; returns
+    /// iterations, factorisations and residual.
     pub fn iterate(
         &mut self,
         problem: SpaceProblem<'_>,

@@ -1,16 +1,20 @@
-//! Contacts with Coulomb friction in space: `w = H P + b` with one normal and two tangential rows per contact, on the exact cone.
+//! Contacts with Coulomb friction in space: `w = H P + b` with one normal and two tangential rows per contact, on the
+//! exact cone.
 //!
 //! ```text
 //! 0 ≤ w_n ⟂ P_n ≥ 0        |P_t| ≤ μ P_n,  P_t = −μ P_n w_t / |w_t| where it slides
 //! ```
-//! A contact can slide in any direction, so there is no finite list of states as in the plane, and an answer is found by iteration. Methods
-//! propose, the [natural residual](crate::problem::ContactProblem::natural_residual) decides: [`SpaceSolver`] asks [`SemismoothNewton`] from
-//! the impulses of the last problem, then in turn [`ContactSweeps`](super::ContactSweeps) and [`SpaceAdmm`], each followed by Newton.
+//! A contact can slide in any direction, so there is no finite list of states as in the plane, and an answer is found
+//! by iteration. Methods propose, the [natural residual](crate::problem::ContactProblem::natural_residual) decides:
+//! [`SpaceSolver`] asks [`SemismoothNewton`] from the impulses of the last problem, then in turn
+//! [`ContactSweeps`](super::ContactSweeps) and [`SpaceAdmm`], each followed by Newton.
 //!
-//! Velocities are unique in the plane, in space they are not: where rigid contacts are redundant and slide in different directions, the
-//! resultant of their friction depends on how they share the load. Four feet under one body have a family of solutions.
+//! Velocities are unique in the plane, in space they are not: where rigid contacts are redundant and slide in different
+//! directions, the resultant of their friction depends on how they share the load. Four feet under one body have a
+//! family of solutions.
 //!
-//! Only `+ − × ÷ √` are used, in an order that depends on sizes and values alone, so an answer has the same bits on every machine.
+//! Only `+ − × ÷ √` are used, in an order that depends on sizes and values alone, so an answer has the same bits on
+//! every machine.
 
 mod admm;
 mod newton;

@@ -26,13 +26,13 @@ const WANTED: f64 = 0.1;
 /// ```text
 /// F_n = w_n / H_nn        F_t = P_t − proj_{|·| ≤ μ P_n}(P_t − w_t / H_tt)        (∂F + ε I) ΔP = −F
 /// ```
-/// Where H has low rank, as of many feet of one body, `H = L Lᵀ` and only `Lᵀ ΔP` is unknown: without H the Jacobian is one block A per
-/// contact, and `∂F = A + B L Lᵀ` has the inverse of Sherman, Morrison and Woodbury.
+/// Where H has low rank, as of many feet of one body, `H = L Lᵀ` and only `Lᵀ ΔP` is unknown: without H the Jacobian is
+/// one block A per contact, and `∂F = A + B L Lᵀ` has the inverse of Sherman, Morrison and Woodbury.
 ///
 /// In a simulation almost every problem takes one iteration, as it starts from the impulses of the last one.
 /// # Source
-/// Alart, Curnier, *A mixed formulation for frictional contact problems prone to Newton like solution methods* (1991); proximal term and
-/// damping are ours.
+/// Alart, Curnier, *A mixed formulation for frictional contact problems prone to Newton like solution methods* (1991);
+/// proximal term and damping are ours.
 #[derive(Debug, Clone, Default)]
 pub struct SemismoothNewton {
     /// Impulses of the last problem, N·s.
@@ -127,7 +127,8 @@ impl SemismoothNewton {
         SolveStats { pivots: iterations, factorisations: iterations, residual: best, ..SolveStats::default() }
     }
 
-    /// Takes the step, halved until the residual falls, except a full one that is `free` to raise it; returns the new residual.
+    /// Takes the step, halved until the residual falls, except a full one that is `free` to raise it; returns the new
+    /// residual.
     fn search(&mut self, problem: SpaceProblem<'_>, residual: f64, free: bool, impulses: &mut [f64]) -> Option<f64> {
         let (n, size) = (problem.contacts(), problem.b.len());
         let mut length = 1.0;

@@ -7,7 +7,8 @@ use crate::problem::{Coulomb, DenseDelassus};
 
 /// Turns of the fallbacks; each gives its method twice the iterations of the one before.
 const MOST_TURNS: u32 = 8;
-/// The turn that starts from zero, after which turns go on from where they are: what was best so far may be a bad start.
+/// The turn that starts from zero, after which turns go on from where they are: what was best so far may be a bad
+/// start.
 const ANEW: u32 = 4;
 /// Sweeps and iterations of the first turn.
 const FIRST_SWEEPS: u32 = 10;
@@ -100,10 +101,12 @@ impl ProposeImpulses for SemismoothNewton {
     }
 }
 
-/// Solves one problem in space after the other, each from the impulses of the last; every answer is measured by the natural residual.
+/// Solves one problem in space after the other, each from the impulses of the last; every answer is measured by the
+/// natural residual.
 ///
-/// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`ContactSweeps`] and [`SpaceAdmm`] by
-/// turns, eight in all, each followed by Newton. Free of allocation up to the number of contacts it was made for.
+/// `P = 0` where that is a solution. Else [`SemismoothNewton`]; where its answer is not good enough, [`ContactSweeps`]
+/// and [`SpaceAdmm`] by turns, eight in all, each followed by Newton. Free of allocation up to the number of contacts
+/// it was made for.
 pub type SpaceSolver = Checked<SemismoothNewton>;
 
 impl SpaceSolver {

@@ -6,8 +6,8 @@ use std::collections::BinaryHeap;
 
 /// Order of elimination of a [`SymmetricPattern`], and where the entries of its factor stand.
 ///
-/// Minimum degree: the row coupled to fewest others goes next, and those that it is coupled to are then coupled to each other. Found once per
-/// pattern; a set of rows only ever leaves entries of the whole matrix's factor out.
+/// Minimum degree: the row coupled to fewest others goes next, and those that it is coupled to are then coupled to each
+/// other. Found once per pattern; a set of rows only ever leaves entries of the whole matrix's factor out.
 /// # Source
 /// Tinney, Walker 1967; George, Liu, *The evolution of the minimum degree ordering algorithm*, SIAM Review 31 (1989).
 #[derive(Debug)]

@@ -82,8 +82,8 @@ impl CoupledPair<'_> {
         }
     }
 
-    /// [`advance_actuator`](Self::advance_actuator) by a rule of this order, and with so many outputs and inputs, where the compiler knows
-    /// them: all are as fast as if written apart.
+    /// [`advance_actuator`](Self::advance_actuator) by a rule of this order, and with so many outputs and inputs, where
+    /// the compiler knows them: all are as fast as if written apart.
     #[inline(always)]
     fn actuate<const ORDER: u32>(&mut self, step: MacroStep, ports: (usize, usize)) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
@@ -203,8 +203,8 @@ fn step_in_pieces(mechanics: &mut dyn Subsystem, profile: ForceProfile<'_>, h: f
     }
 }
 
-/// Hands the polynomials of the inputs within a micro step to a subsystem that integrates it; says whether there is one. Inputs that are
-/// held in the first micro step of a macro step are held in all of it.
+/// Hands the polynomials of the inputs within a micro step to a subsystem that integrates it; says whether there is
+/// one. Inputs that are held in the first micro step of a macro step are held in all of it.
 fn send_polynomial(scheme: &dyn CouplingScheme, to: Side, at: MicroStep, subsystem: &mut dyn Subsystem) -> bool {
     subsystem
         .capabilities()

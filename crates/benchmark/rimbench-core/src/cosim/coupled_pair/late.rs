@@ -18,7 +18,8 @@ impl CoupledPair<'_> {
     /// catch-up    it is handed on with its time; a model goes on from t_m to t_k with the forces that the actuator has had since,
     ///             in the actuator's micro steps, or coarse ones under their mean
     /// ```
-    /// The actuator starts the macro step with the motion that it knows; the outputs that are recorded are those with the true one.
+    /// The actuator starts the macro step with the motion that it knows; the outputs that are recorded are those with
+    /// the true one.
     #[cold]
     pub(super) fn exchange_late(&mut self, step: MacroStep) -> Result<(), Failure> {
         let (k, micro_step) = (step.index, self.setup.actuator_micro_step(step));
@@ -80,7 +81,8 @@ impl CoupledPair<'_> {
         Ok(())
     }
 
-    /// Sends the outputs of the mechanics at the end of a macro step on their way, and hands the newest that has arrived to the scheme.
+    /// Sends the outputs of the mechanics at the end of a macro step on their way, and hands the newest that has
+    /// arrived to the scheme.
     #[cold]
     pub(super) fn send_fresh_sample_late(&mut self, MacroInterval { step, end }: MacroInterval) -> Result<(), Failure> {
         let micro_step = self.setup.actuator_micro_step(step);

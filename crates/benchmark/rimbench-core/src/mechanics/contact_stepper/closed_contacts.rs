@@ -10,8 +10,8 @@ impl ContactStepper {
     /// ```text
     /// w_α⁺ + t_α = H_α· P + b_α ≤ τ ‖b‖_∞        τ the tolerance of the solver
     /// ```
-    /// `w⁺` is unique where impulses are not, so that it does not matter which of several redundant contacts the solver loads. A
-    /// contact that rebounded is open. Before the first step: gaps up to [`TOUCHING`].
+    /// `w⁺` is unique where impulses are not, so that it does not matter which of several redundant contacts the solver
+    /// loads. A contact that rebounded is open. Before the first step: gaps up to [`TOUCHING`].
     pub(super) fn find_closed(&mut self) {
         if std::mem::replace(&mut self.closed_known, true) {
             return;

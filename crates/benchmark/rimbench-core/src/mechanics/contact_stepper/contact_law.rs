@@ -11,7 +11,8 @@ pub struct ContactLaw {
     /// Restitution e ∈ [0, 1] of a contact that is hit and whose rebound lasts: `w⁺ + e w⁻ ≥ 0`, see
     /// [`Rebounds`](rimbench_contact::contact_law::Rebounds).
     pub restitution: f64,
-    /// Spring and damper of compliant contacts; none for rigid ones. With a spring, γ acts on joints only, and e has no effect.
+    /// Spring and damper of compliant contacts; none for rigid ones. With a spring, γ acts on joints only, and e has no
+    /// effect.
     pub spring: Option<ContactSpring>,
 }
 

@@ -25,7 +25,8 @@ impl EnergyBalance {
         EnergyBalance { ledger: EnergyLedger::default(), damper_loss: 0.0, v_mean: zeros.clone(), v_change: zeros }
     }
 
-    /// Adds the work of one step of `h` (s) with the impulses `[P_u; P_t; h λ_i]` and `P_b` of joints; `slip` is `Σ w_t⁺ P_t`, J.
+    /// Adds the work of one step of `h` (s) with the impulses `[P_u; P_t; h λ_i]` and `P_b` of joints; `slip` is
+    /// `Σ w_t⁺ P_t`, J.
     ///
     /// Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.
     pub(super) fn book(
@@ -71,8 +72,8 @@ impl EnergyBalance {
 
     /// Returns the energy account, from changes of kinetic, potential and spring energy since the start (J).
     ///
-    /// Of compliant contacts the loss is that of the dampers, and the springs are part of the stored energy. The error of the step in
-    /// both is counted as that of the integration.
+    /// Of compliant contacts the loss is that of the dampers, and the springs are part of the stored energy. The error
+    /// of the step in both is counted as that of the integration.
     fn account(&self, spring: Option<ContactSpring>, kinetic: f64, potential: f64, springs: f64) -> EnergyAccount {
         let account = self.ledger.account(kinetic + potential, potential);
         if spring.is_none() {

@@ -6,23 +6,26 @@ use crate::interface_model::{Elimination, Linearisation, MassMatrix, MatrixForm}
 use crate::mechanics::stiff_forces::StiffForces;
 use rimbench_contact::linear_algebra::Cholesky;
 
-/// How far the limit of the explicit rule must be from a step that it takes: at `hω = 2/1.25` both rules are equally wrong.
+/// How far the limit of the explicit rule must be from a step that it takes: at `hω = 2/1.25` both rules are equally
+/// wrong.
 const MARGIN: f64 = 1.25;
 
-/// The `M̂` and `f̂ = f_a − ĉ` of Eq. 1 where stiff forces are taken implicitly, in steps too long for the explicit rule.
+/// The `M̂` and `f̂ = f_a − ĉ` of Eq. 1 where stiff forces are taken implicitly, in steps too long for the explicit
+/// rule.
 ///
 /// ```text
 /// M (v⁺ − v) = h f(q̄, v̄) + Aᵀ P            q̄ = q + ½h v̄,  v̄ = ½ (v + v⁺)
 /// f(q̄, v̄)   ≈ f̂ − (½D + ¼hK) (v⁺ − v)      f̂ = f(q_m, v_m) + D (v_m − v),  q_m = q + ½h v
 /// M̂ (v⁺ − v) = h f̂ + Aᵀ P                  M̂ = M + ½hD + ¼h²K
 /// ```
-/// Forces that are linear in `K` and `D` are so taken by the implicit midpoint rule, stable for every h; `v_m` is a guess that only
-/// matters for the others.
+/// Forces that are linear in `K` and `D` are so taken by the implicit midpoint rule, stable for every h; `v_m` is a
+/// guess that only matters for the others.
 ///
-/// Shorter steps stay explicit. That rule is stable while `M − hD − ¼h²K` is positive definite (of one mode: `hω < 2` without
-/// damping, `hd/m < 1` without stiffness; the characteristic polynomial, with `v_m` from the step before, is
-/// `λ³ + (y² + 1.5x − 2) λ² + (1 − 2x) λ + ½x`, `y = hω`, `x = hd/m`). Its oscillations are off by `+h²ω²/24` of their frequency for
-/// small h, half of the `−h²ω²/12` of the implicit rule, and as much as those (16 %) at `hω = 1.6`: there the implicit rule takes over.
+/// Shorter steps stay explicit. That rule is stable while `M − hD − ¼h²K` is positive definite (of one mode: `hω < 2`
+/// without damping, `hd/m < 1` without stiffness; the characteristic polynomial, with `v_m` from the step before, is
+/// `λ³ + (y² + 1.5x − 2) λ² + (1 − 2x) λ + ½x`, `y = hω`, `x = hd/m`). Its oscillations are off by `+h²ω²/24` of their
+/// frequency for small h, half of the `−h²ω²/12` of the implicit rule, and as much as those (16 %) at `hω = 1.6`: there
+/// the implicit rule takes over.
 #[derive(Debug, Clone)]
 pub(in crate::mechanics) struct ImplicitPart {
     /// `K` and `D` where the forces are taken.
@@ -104,8 +107,8 @@ impl ContactStepper {
         }
     }
 
-    /// Puts `M̂` and `f̂` of a step of `h` (s) in the place of `M` and `f`, where stiff forces are taken implicitly; Eq. 3 must be that
-    /// of the middle, its forces taken at `v_m`.
+    /// Puts `M̂` and `f̂` of a step of `h` (s) in the place of `M` and `f`, where stiff forces are taken implicitly;
+    /// Eq. 3 must be that of the middle, its forces taken at `v_m`.
     pub(super) fn begin_implicit(&mut self, h: f64, v_m: &[f64]) {
         let Some(part) = ImplicitPart::in_use(&mut self.implicit) else { return };
         for (change, (v_m, v)) in part.change.iter_mut().zip(v_m.iter().zip(&self.v)) {
@@ -115,8 +118,8 @@ impl ContactStepper {
         part.begin(h, &mut self.eq3.mass, &mut self.elimination);
     }
 
-    /// Puts `M` back, and in the place of `f̂` the force that has acted, `f̂ − (½D + ¼hK) (v⁺ − v)`: the work of the step is that of
-    /// this force.
+    /// Puts `M` back, and in the place of `f̂` the force that has acted, `f̂ − (½D + ¼hK) (v⁺ − v)`: the work of the
+    /// step is that of this force.
     pub(super) fn end_implicit(&mut self, h: f64) {
         let Some(part) = ImplicitPart::in_use(&mut self.implicit) else { return };
         part.exchange(&mut self.eq3.mass, &mut self.elimination);

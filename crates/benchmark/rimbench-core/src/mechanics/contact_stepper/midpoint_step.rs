@@ -10,7 +10,8 @@ use rimbench_contact::linear_algebra::body_dot;
 pub(in crate::mechanics) struct ActiveProblem {
     /// The contacts.
     pub(in crate::mechanics) contacts: Vec<usize>,
-    /// Velocity that each may not fall below, minus that without its own impulse, m/s: the last part of the right-hand side.
+    /// Velocity that each may not fall below, minus that without its own impulse, m/s: the last part of the right-hand
+    /// side.
     pub(in crate::mechanics) terms: Vec<f64>,
     /// Whether its row was at its bound in the step, loaded or not.
     pub(in crate::mechanics) at_bound: Vec<bool>,
@@ -68,9 +69,10 @@ impl ContactStepper {
     /// 0 ≤ A_u v⁺ + ½h Ȧ_u v + term ⟂ P_u ≥ 0      for the contacts of `set`
     /// A_b v⁺ + ½h Ȧ_b v + stabilisation_rate g_b = 0
     /// ```
-    /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. Stiff forces are taken
-    /// implicitly ([`ImplicitPart`](super::ImplicitPart)). With moments κ the position follows from the velocity `v′` that impulses
-    /// `h λ + 2κ/h` would leave: of a free body this adds `G A_iᵀ κ`, its displacement by the variation of the force.
+    /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. Stiff forces
+    /// are taken implicitly ([`ImplicitPart`](super::ImplicitPart)). With moments κ the position follows from the
+    /// velocity `v′` that impulses `h λ + 2κ/h` would leave: of a free body this adds `G A_iᵀ κ`, its displacement by
+    /// the variation of the force.
     pub(in crate::mechanics) fn advance_from_middle(
         &mut self,
         step: MidpointStep<'_>,
@@ -146,7 +148,8 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Solves the contact problem of `set` over a step of `h` (s; 0 for an impact), and writes its impulses to `impulses`.
+    /// Solves the contact problem of `set` over a step of `h` (s; 0 for an impact), and writes its impulses to
+    /// `impulses`.
     fn solve_set(&mut self, h: f64, set: &mut ActiveProblem) -> Result<(), Failure> {
         let (n_u, n, m) = (self.eq4.contacts(), self.impulses.len(), set.contacts.len());
         self.impulses[..n_u].fill(0.0);

@@ -5,9 +5,11 @@ use crate::interface_model::{Redundancy, condense_in_modes, rank_of_normal_rows}
 
 /// Observables that every model with contacts has.
 ///
-/// Closed contacts c are those whose row was at its bound in the last step, whatever a scheme counts as closed. `rank_h_uu` is the rank
-/// of the normal rows of `H_cc`, less than the number of contacts where these are redundant, and `effective_mass_kg` is `(H_ii − H_ic H_cc⁺ H_ci)⁻¹`, as in the source paper's Fig. 2; `active_effective_mass_kg` takes
-/// the contacts that carried impulse for c. The sum of contact forces includes contacts without a column of their own.
+/// Closed contacts c are those whose row was at its bound in the last step, whatever a scheme counts as closed.
+/// `rank_h_uu` is the rank of the normal rows of `H_cc`, less than the number of contacts where these are redundant,
+/// and `effective_mass_kg` is `(H_ii − H_ic H_cc⁺ H_ci)⁻¹`, as in the source paper's Fig. 2; `active_effective_mass_kg`
+/// takes the contacts that carried impulse for c. The sum of contact forces includes contacts without a column of their
+/// own.
 pub(in crate::mechanics) const CONTACT_OBSERVABLES: [&str; 5] =
     ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];
 
@@ -27,7 +29,8 @@ impl ContactStepper {
         self.elimination.accelerations_by(force, a);
     }
 
-    /// Writes gaps, contact forces `λ_u = P_u/h` of the last step, and to `contact` the [`CONTACT_OBSERVABLES`]; `h` is the next step.
+    /// Writes gaps, contact forces `λ_u = P_u/h` of the last step, and to `contact` the [`CONTACT_OBSERVABLES`]; `h` is
+    /// the next step.
     pub(in crate::mechanics) fn observe(&mut self, h: f64, gaps: &mut [f64], forces: &mut [f64], contact: &mut [f64]) {
         let n_u = self.eq3.unilateral.len();
         gaps.copy_from_slice(&self.eq3.unilateral.position[..gaps.len()]);

@@ -61,7 +61,8 @@ impl Rebounding {
         }
     }
 
-    /// Returns the term of a normal row that moves with `w` (m/s) at the start of a step of `h` (s): the gap term, or that of a rebound, m/s.
+    /// Returns the term of a normal row that moves with `w` (m/s) at the start of a step of `h` (s): the gap term, or
+    /// that of a rebound, m/s.
     #[inline]
     pub(super) fn normal_term(
         &self,
@@ -127,10 +128,11 @@ impl Rebounding {
         }
     }
 
-    /// Writes to Eq. 4 of a step `h` (s) the approach w₀ of contacts at rest that the discretisation causes, at the velocities `v`.
+    /// Writes to Eq. 4 of a step `h` (s) the approach w₀ of contacts at rest that the discretisation causes, at the
+    /// velocities `v`.
     ///
-    /// Where w₀ is not zero, rounding is added. Contacts that touched in neither of the last two steps do not rest: any approach is an
-    /// impact.
+    /// Where w₀ is not zero, rounding is added. Contacts that touched in neither of the last two steps do not rest: any
+    /// approach is an impact.
     pub(super) fn write_approach(&mut self, eq3: &Linearisation, v: &[f64], h: f64, eq4: &mut ReducedInterfaceModel) {
         let rows = eq4.w.iter().zip(&eq4.a).map(|(w, a)| (*w, h * a));
         let rounding = rounding_velocity(self.tolerance, rows.take(eq4.interface_start()));

@@ -6,8 +6,8 @@ use crate::error::Failure;
 use crate::interface_model::{Elimination, Rows};
 
 impl ContactStepper {
-    /// Replaces the rows by those of other contacts, after a step; `columns` are those of their non-zeros. A contact that was closed or hit in
-    /// the step must have kept its row.
+    /// Replaces the rows by those of other contacts, after a step; `columns` are those of their non-zeros. A contact
+    /// that was closed or hit in the step must have kept its row.
     ///
     /// # Errors
     /// If the pattern of `H_uu` is no longer sparse.

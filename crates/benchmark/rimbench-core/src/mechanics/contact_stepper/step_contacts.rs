@@ -3,7 +3,8 @@
 //! ```text
 //! b = w + h a + H_·i h λ_i + t        w⁺ + t = H P + b        0 ≤ w_n⁺ + t_n ⟂ P_n ≥ 0, with friction Coulomb's law for P_t
 //! ```
-//! t is the gap term, or the impact term of a contact that rebounds. In the paper `b_u = w_u + h a_u`, λ_i is unknown, and `t = 0`.
+//! t is the gap term, or the impact term of a contact that rebounds. In the paper `b_u = w_u + h a_u`, λ_i is unknown,
+//! and `t = 0`.
 
 mod coulomb;
 
@@ -207,7 +208,8 @@ impl StepContacts {
         Ok(())
     }
 
-    /// Returns `w⁺ + t = H P + b` of the last step, m/s, normal rows first, and up to where it is rounding: the tolerance times `‖b‖_∞`.
+    /// Returns `w⁺ + t = H P + b` of the last step, m/s, normal rows first, and up to where it is rounding: the
+    /// tolerance times `‖b‖_∞`.
     pub(super) fn velocities_after(&mut self, impulses: &[f64]) -> (&[f64], f64) {
         match self {
             StepContacts::Signorini { problem: DenseProblem { h, b, w }, solver } => {

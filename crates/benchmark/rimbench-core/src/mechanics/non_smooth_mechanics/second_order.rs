@@ -16,8 +16,8 @@ use excitation::InterfaceTrajectory;
 use rest_and_impact::Event;
 use sub_step::{PieceStart, SubStepContacts};
 
-/// Splits of one step beyond which the rest of it is taken with the gap law. A rebound is cut off at a twentieth of a step, so that even
-/// one of 0.95 has no more than this many within a step.
+/// Splits of one step beyond which the rest of it is taken with the gap law. A rebound is cut off at a twentieth of a
+/// step, so that even one of 0.95 has no more than this many within a step.
 const MOST_SPLITS: u32 = 64;
 
 /// The memory of a mechanics of the second order, and room to work.

@@ -24,7 +24,8 @@ pub(crate) struct Posed<'a> {
     pub(crate) b: &'a [f64],
 }
 
-/// A solver of `w⁺ = H P + b`, a [`ContactProblem`](rimbench_contact::problem::ContactProblem); it determines the cone K and the form of H.
+/// A solver of `w⁺ = H P + b`, a [`ContactProblem`](rimbench_contact::problem::ContactProblem); it determines the cone
+/// K and the form of H.
 pub(crate) trait ContactSolver: Clone {
     /// `H_AA` of its active sets, for micro steps that keep the set.
     type Factor: ActiveSetFactor;
@@ -61,7 +62,8 @@ pub(crate) trait ContactSolver: Clone {
         self.checked().counters()
     }
 
-    /// Records what the contacts of `set` have done if they have friction, moving by `w` (m/s), which is rounding up to `rounding` (m/s).
+    /// Records what the contacts of `set` have done if they have friction, moving by `w` (m/s), which is rounding up to
+    /// `rounding` (m/s).
     fn record_modes(&self, _set: &[usize], _w: &[f64], _rounding: f64, _modes: &mut RecordedModes) {}
 
     /// Sets the contacts of a model that has arrived.

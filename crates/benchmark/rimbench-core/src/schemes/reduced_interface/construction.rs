@@ -24,8 +24,8 @@ use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{AffineStep, DenseFactor, ModeFactor, SparseSetFactor, StepContactLaw};
 use rimbench_contact::complementarity::SparseSolver;
 
-/// Square matrices over all contacts of a scheme that keeps every entry, at most: discretised and condensed forms, contact problems,
-/// workspaces of two solvers.
+/// Square matrices over all contacts of a scheme that keeps every entry, at most: discretised and condensed forms,
+/// contact problems, workspaces of two solvers.
 const SQUARES: u64 = 12;
 
 impl GapTerm {
@@ -69,7 +69,8 @@ pub(super) fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
 
 /// Tells whether micro steps that keep their active set are affine in state and force.
 fn is_affine(contacts: Contacts, empty: &ReducedInterfaceModel, options: &ModelOptions) -> bool {
-    // A solver chosen by name solves every problem; with stiction the coefficient of friction changes between micro steps.
+    // A solver chosen by name solves every problem; with stiction the coefficient of friction changes between micro
+    // steps.
     !contacts.are_bilateral()
         && options.model_motion != ModelMotion::Extrapolated
         && options.solver.goes_by_active_sets()

@@ -15,7 +15,8 @@ pub(in super::super) enum Contacts {
     Bilateral,
     /// Contacts that carry impulse at `t_k` are bilateral, the others are left out.
     BilateralActive,
-    /// The paper's non-smooth model, Eq. 4: contacts closed at `t_k` may open, `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or with a [`GapTerm`](super::gap_law::GapTerm).
+    /// The paper's non-smooth model, Eq. 4: contacts closed at `t_k` may open, `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or with a
+    /// [`GapTerm`](super::gap_law::GapTerm).
     Unilateral,
     /// All contacts may also close: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
     UnilateralWithGaps,
@@ -82,7 +83,8 @@ impl ContactSet {
         }
     }
 
-    /// Keeps the contacts that carry impulse under the actuator's force `lambda` (N), and records whether they stick or slip.
+    /// Keeps the contacts that carry impulse under the actuator's force `lambda` (N), and records whether they stick or
+    /// slip.
     ///
     /// # Errors
     /// As the contact solver reports.

@@ -7,7 +7,8 @@ use crate::interface_model::{Condensation, ContactModes, ReducedInterfaceModel, 
 pub(super) struct EffectiveMass {
     /// Where contacts are bilateral: the effective mass at the communication point, kg.
     pub(super) bilateral: f64,
-    /// Contacts that carried impulse in the first micro step since the communication point; until it is solved, in the last one before.
+    /// Contacts that carried impulse in the first micro step since the communication point; until it is solved, in the
+    /// last one before.
     strongly_active: Vec<usize>,
     /// The model with those contacts bilateral.
     condensation: Condensation,
@@ -30,7 +31,8 @@ impl EffectiveMass {
         self.strongly_active.extend(active.map(|(&contact, _)| contact));
     }
 
-    /// Returns the effective mass (kg) of `model` with the recorded contacts bilateral, sticking or slipping as `modes` says.
+    /// Returns the effective mass (kg) of `model` with the recorded contacts bilateral, sticking or slipping as `modes`
+    /// says.
     pub(super) fn of_strongly_active(
         &mut self,
         model: &ReducedInterfaceModel,

@@ -5,13 +5,14 @@ use super::gap_law::GapTerm;
 use crate::interface_model::TOUCHING;
 
 impl ReducedInterface {
-    /// Returns the time τ until the first of the open contacts closes, its acceleration being that of the last micro step, s.
+    /// Returns the time τ until the first of the open contacts closes, its acceleration being that of the last micro
+    /// step, s.
     ///
     /// ```text
     /// g + w τ + ½ a τ² = 0        τ = 2g / (√(w² − 2 a g) − w)
     /// ```
-    /// Where a contact was hit in that step the difference of velocities is no acceleration, and `a = 0`. A contact that touches without
-    /// an impulse is not open. Tangential rows come after those of the contacts, and have no gap.
+    /// Where a contact was hit in that step the difference of velocities is no acceleration, and `a = 0`. A contact
+    /// that touches without an impulse is not open. Tangential rows come after those of the contacts, and have no gap.
     pub(super) fn next_closing(&self) -> Option<f64> {
         let tracked = (self.gap_term == GapTerm::Tracked).then_some(self.set.contacts().len())?;
         let (delta, state) = (self.discretised.length(), &self.state);

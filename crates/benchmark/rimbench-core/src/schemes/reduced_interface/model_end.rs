@@ -5,8 +5,9 @@ use crate::cosim::ModelEnd;
 use crate::schemes::model_contacts::ModelContacts;
 
 impl ReducedInterface {
-    /// Returns the velocities w (m/s) of the model's contacts at the end of the macro step; none where its matrices moved, where only their
-    /// non-zeros are kept, where it has fewer rows than the mechanics, and where its interface locks by its own friction.
+    /// Returns the velocities w (m/s) of the model's contacts at the end of the macro step; none where its matrices
+    /// moved, where only their non-zeros are kept, where it has fewer rows than the mechanics, and where its interface
+    /// locks by its own friction.
     pub(super) fn end_of_macro_step(&mut self) -> Option<ModelEnd<'_>> {
         self.bring_contacts_up_to_date();
         let ReducedInterface { set, slip_rows, model, contacts, modes, law, state, .. } = self;

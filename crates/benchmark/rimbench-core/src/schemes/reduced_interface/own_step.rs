@@ -1,16 +1,18 @@
 //! Contacts that act over the mechanics' own step: the own-step model.
 //!
-//! The mechanics takes n steps of length h per macro step. To a force λ during all of such a step it answers with the velocity Φ(λ), by the
-//! contact law of Eq. 4 over h instead of δ, from where it stands at the start of the step. Each micro step takes its share of the answer to its
-//! own force, and at the end of the part of the macro step the model is where the mechanics will be under the mean force:
+//! The mechanics takes n steps of length h per macro step. To a force λ during all of such a step it answers with the
+//! velocity Φ(λ), by the contact law of Eq. 4 over h instead of δ, from where it stands at the start of the step. Each
+//! micro step takes its share of the answer to its own force, and at the end of the part of the macro step the model is
+//! where the mechanics will be under the mean force:
 //!
 //! ```text
 //! w ← w + (δ/h) (Φ(λ) − w_s)        s ← s + δ w                  within a part
 //! w_s ← Φ(λ̄)   w ← w_s              g ← g + h w_c                at its end
 //! ```
-//! While the set of contacts that push stays, Φ is affine: a micro step is one multiply-add for each row of the interface, and a look at the
-//! region of the forces, a range where it has one row. Where velocity is not linear over the step, what is left of it goes by micro steps: where
-//! friction ends a slip, turns it, or changes what a contact does, and where the set has changed in most steps of the mechanics of late.
+//! While the set of contacts that push stays, Φ is affine: a micro step is one multiply-add for each row of the
+//! interface, and a look at the region of the forces, a range where it has one row. Where velocity is not linear over
+//! the step, what is left of it goes by micro steps: where friction ends a slip, turns it, or changes what a contact
+//! does, and where the set has changed in most steps of the mechanics of late.
 //! # Source
 //! `docs/method/own-step.md`
 
@@ -43,8 +45,8 @@ pub(super) struct OwnStep {
     by_micro_steps: bool,
     /// Whether a contact is hit in it, where contacts rebound.
     hit: bool,
-    /// What contacts do in the last answer, whether that has changed within the part, in how many parts of the macro step before, and whether in
-    /// most of each of the last two macro steps.
+    /// What contacts do in the last answer, whether that has changed within the part, in how many parts of the macro
+    /// step before, and whether in most of each of the last two macro steps.
     doing: Vec<Doing>,
     changed: bool,
     parts_changed: usize,
@@ -85,7 +87,8 @@ struct MicroSteps {
     law: StepContactLaw,
 }
 
-/// The contacts of the model over the mechanics' own step. `state` holds `w` and gaps at the start of the part, and `w⁺` of the last answer.
+/// The contacts of the model over the mechanics' own step. `state` holds `w` and gaps at the start of the part, and
+/// `w⁺` of the last answer.
 pub(super) struct StepContacts<'a> {
     frozen: FrozenModel<'a>,
     contacts: &'a mut ModelContacts,
@@ -157,8 +160,8 @@ impl OwnStep {
         if self.by_micro_steps { 0.0 } else { self.length }
     }
 
-    /// Takes a micro step wholly inside the part that keeps the active set, from the velocities `start` of the interface at the start of the
-    /// part; false where it is to be taken in another way.
+    /// Takes a micro step wholly inside the part that keeps the active set, from the velocities `start` of the
+    /// interface at the start of the part; false where it is to be taken in another way.
     #[inline(always)]
     fn multiply(&mut self, start: &[f64], lambda: &[f64]) -> bool {
         if !self.region.contains(lambda) || (self.taken + 1) * self.steps > (self.part + 1) * self.micro_steps {
@@ -220,7 +223,8 @@ impl OwnStep {
         contacts.leave_region(frozen.law, state);
     }
 
-    /// Writes the answer to the force `lambda` (N), with the position that it leads to; says whether it is affine in the force.
+    /// Writes the answer to the force `lambda` (N), with the position that it leads to; says whether it is affine in
+    /// the force.
     fn answer(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<bool, Failure> {
         let law = self.trial_law(of.frozen.law);
         let StepContacts { contacts, state, frozen, .. } = of;
@@ -307,7 +311,8 @@ impl OwnStep {
         Ok(())
     }
 
-    /// Ends a part where the mechanics' own step ends under the mean force, or where its micro steps have come to, and starts another.
+    /// Ends a part where the mechanics' own step ends under the mean force, or where its micro steps have come to, and
+    /// starts another.
     fn end_part(&mut self, of: &mut StepContacts<'_>, next: usize) -> Result<(), Failure> {
         let law = self.trial_law(of.frozen.law);
         let StepContacts { contacts, state, frozen, .. } = of;
@@ -339,13 +344,15 @@ impl OwnStep {
         Ok(())
     }
 
-    /// Returns the contact law of a trial from the start of the part: gaps stay, and where no contact is hit none rebounds.
+    /// Returns the contact law of a trial from the start of the part: gaps stay, and where no contact is hit none
+    /// rebounds.
     fn trial_law(&self, law: &StepContactLaw) -> StepContactLaw {
         let restitution = if self.begun && !self.hit { 0.0 } else { law.restitution };
         StepContactLaw { gap_step: 0.0, restitution, ..*law }
     }
 
-    /// Adds up what the micro steps on the present region did: the mean of answers that are affine is the answer to the mean.
+    /// Adds up what the micro steps on the present region did: the mean of answers that are affine is the answer to the
+    /// mean.
     fn leave_region(&mut self, contacts: &ModelContacts, state: &mut ModelState, contact_rows: usize) {
         self.region.clear();
         if self.share > 0.0 {
@@ -386,8 +393,8 @@ impl StepContacts<'_> {
         (1..rows).map(|axis| axis * m + contact).map(|row| w[row] * other[row]).sum()
     }
 
-    /// Tells whether friction ends or turns a slip within the step of `length` (s); in space it turns every one, from step to step by little,
-    /// which adds up.
+    /// Tells whether friction ends or turns a slip within the step of `length` (s); in space it turns every one, from
+    /// step to step by little, which adds up.
     fn ends_a_slip(&self, length: f64) -> bool {
         let ((m, rows), state) = (self.contacts_and_rows(), &*self.state);
         (0..if rows > 1 { m } else { 0 }).filter(|&contact| state.impulses[contact] > 0.0).any(|contact| {
@@ -398,13 +405,15 @@ impl StepContacts<'_> {
     }
 }
 
-/// The square of the slip, m²/s², that within a step of `length` (s) goes no farther than contacts that touch are apart.
+/// The square of the slip, m²/s², that within a step of `length` (s) goes no farther than contacts that touch are
+/// apart.
 fn slip_of_rest(length: f64) -> f64 {
     (TOUCHING / length).powi(2)
 }
 
 impl ReducedInterface {
-    /// Writes the input of the actuator in a micro step under the force `lambda` (N), where contacts act over the mechanics' own step.
+    /// Writes the input of the actuator in a micro step under the force `lambda` (N), where contacts act over the
+    /// mechanics' own step.
     ///
     /// # Errors
     /// As the contact solver reports.

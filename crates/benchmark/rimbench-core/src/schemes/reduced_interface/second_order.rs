@@ -1,4 +1,5 @@
-//! Micro steps of the second order: the force in the middle of the step depends on the mean motion, for which both are solved.
+//! Micro steps of the second order: the force in the middle of the step depends on the mean motion, for which both are
+//! solved.
 
 use super::ReducedInterface;
 use crate::cosim::{MicroStep, Side};
@@ -13,7 +14,8 @@ impl ReducedInterface {
         }
     }
 
-    /// Writes the mean position and velocity of a micro step under the force `own`, taken in its middle with the inputs `u` of its start.
+    /// Writes the mean position and velocity of a micro step under the force `own`, taken in its middle with the inputs
+    /// `u` of its start.
     ///
     /// ```text
     /// w̄ = ½ (w_i + w_i⁺)        s̄ = s + ½δ w̄        s⁺ = s + δ w̄

@@ -1,5 +1,6 @@
-//! What an FMU in our process may change of it, and that is set back after each call: working folder, standard output, locale, and how
-//! the processor rounds and traps. Folder and locale are those of all threads, which may see them until the call is over.
+//! What an FMU in our process may change of it, and that is set back after each call: working folder, standard output,
+//! locale, and how the processor rounds and traps. Folder and locale are those of all threads, which may see them until
+//! the call is over.
 
 use super::system;
 use std::cell::Cell;
@@ -25,7 +26,8 @@ unsafe extern "C" {
     fn at_quick_exit(call: extern "C" fn()) -> c_int;
 }
 
-/// What is printed to the standard output while FMUs are here goes to the standard error; how many are here, and ours, put aside.
+/// What is printed to the standard output while FMUs are here goes to the standard error; how many are here, and ours,
+/// put aside.
 static OUTPUT: Mutex<(usize, Option<OwnedFd>)> = Mutex::new((0, None));
 
 /// Our own standard output, where an FMU in this process has the usual one.
@@ -35,7 +37,8 @@ pub(super) fn standard_output() -> Option<File> {
 }
 
 thread_local! {
-    /// The FMU whose code is at work in this thread: its file, and which side it is. What has no destructor is there to the last.
+    /// The FMU whose code is at work in this thread: its file, and which side it is. What has no destructor is there to
+    /// the last.
     static AT_WORK: Cell<Option<(*const Path, *const str)>> = const { Cell::new(None) };
 }
 
@@ -189,7 +192,8 @@ impl Arithmetic {
 
     #[cfg(target_arch = "x86_64")]
     fn set(self) {
-        // SAFETY: control words that the processor had before. What has happened is forgotten first, so that nothing traps.
+        // SAFETY: control words that the processor had before. What has happened is forgotten first, so that nothing
+        // traps.
         unsafe {
             std::arch::asm!("fnclex", "fldcw [{}]", in(reg) &raw const self.stack, options(nostack));
             std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const self.vector, options(nostack, preserves_flags));

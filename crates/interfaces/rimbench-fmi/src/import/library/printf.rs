@@ -1,9 +1,9 @@
 //! The log of FMI 2.0, which has printf's arguments behind its text.
 //!
-//! Rust cannot define a function of C with an open number of arguments. Where we know how they are handed over, a few instructions
-//! collect them as a C compiler would (`va_list` of the System V ABI for x86-64, section 3.5.7), and the C library writes the text.
-//! Elsewhere the text stays as it is, with its placeholders. Functions with an open number of arguments (`c_variadic`, issue 44930 of
-//! rust-lang/rust) will replace this once they are stable.
+//! Rust cannot define a function of C with an open number of arguments. Where we know how they are handed over, a few
+//! instructions collect them as a C compiler would (`va_list` of the System V ABI for x86-64, section 3.5.7), and the C
+//! library writes the text. Elsewhere the text stays as it is, with its placeholders. Functions with an open number of
+//! arguments (`c_variadic`, issue 44930 of rust-lang/rust) will replace this once they are stable.
 
 use super::note;
 use std::ffi::{c_char, c_int, c_void};
@@ -75,7 +75,8 @@ mod collected {
     }
 
     /// # Safety
-    /// `environment` is what the library was given, `message` a text that ends in zero or null, and `arguments` those that it asks for.
+    /// `environment` is what the library was given, `message` a text that ends in zero or null, and `arguments` those
+    /// that it asks for.
     unsafe extern "C" fn written(
         environment: *mut c_void,
         _name: *const c_char,
@@ -121,7 +122,8 @@ mod plain {
         _category: *const c_char,
         message: *const c_char,
     ) {
-        // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
+        // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the
+        // standard has it.
         unsafe { note(environment, status, message) };
     }
 }

@@ -6,7 +6,8 @@ use std::ptr;
 
 /// How many roundings of an output are taken for what its own arithmetic and that of differences may add up to.
 const ROUNDINGS: f64 = 8.0;
-/// Share of the largest velocity of a run below which velocities are not told apart: what holds an interface is solved to some digits.
+/// Share of the largest velocity of a run below which velocities are not told apart: what holds an interface is solved
+/// to some digits.
 const HELD: f64 = 1e-9;
 
 /// What probing needs, and what it has found.
@@ -27,9 +28,9 @@ pub(super) struct Probed {
 }
 
 impl Probed {
-    /// How far the shorter steps' numbers are from the longer steps', of the largest of both in the same row of the same block (rates,
-    /// feedthrough, rate gain); the worst row, and 1 at most. A number that is no more than what round-off alone may make of
-    /// outputs of that size counts as 0.
+    /// How far the shorter steps' numbers are from the longer steps', of the largest of both in the same row of the
+    /// same block (rates, feedthrough, rate gain); the worst row, and 1 at most. A number that is no more than what
+    /// round-off alone may make of outputs of that size counts as 0.
     fn error(&self, probe: Probe, u: &[f64]) -> f64 {
         let (p, n) = (self.magnitude.len(), u.len());
         // Of the shorter steps, where round-off is most.
@@ -63,8 +64,8 @@ impl Probed {
         worst.min(1.0)
     }
 
-    /// Sets to 0 by how much a velocity, an output from `first` on, follows an input where the difference holds nothing but round-off: an
-    /// interface that contacts hold stands still under any force.
+    /// Sets to 0 by how much a velocity, an output from `first` on, follows an input where the difference holds nothing
+    /// but round-off: an interface that contacts hold stands still under any force.
     fn clear_round_off(&mut self, probe: Probe, first: usize, u: &[f64]) {
         let (p, n) = (self.magnitude.len(), u.len());
         let [position, velocity] =
@@ -84,16 +85,16 @@ impl Probed {
 }
 
 impl Loaded {
-    /// Appends rates, feedthrough and rate gain as steps from here show them, and their relative error; the state is what it was
-    /// afterwards, with inputs `u`.
+    /// Appends rates, feedthrough and rate gain as steps from here show them, and their relative error; the state is
+    /// what it was afterwards, with inputs `u`.
     ///
     /// ```text
     /// r = (y(t + δ) − y(t))/δ         inputs held
     /// D = (y(u + Δ) − y(u − Δ))/2Δ    at once
     /// R = (r(u + Δ) − r(u − Δ))/2Δ    each from the same state
     /// ```
-    /// Of an actuator with δ and Δ, and with half of both: the latter is the answer, and what lies between the two its error. A mechanics
-    /// answers over δ and nothing else: how good that is its next step shows.
+    /// Of an actuator with δ and Δ, and with half of both: the latter is the answer, and what lies between the two its
+    /// error. A mechanics answers over δ and nothing else: how good that is its next step shows.
     pub(super) fn probe(&mut self, probe: Probe, t: f64, u: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
         let mut probed = std::mem::take(&mut self.probed);
         let kept = self.keep_for_probing(&mut probed, u);

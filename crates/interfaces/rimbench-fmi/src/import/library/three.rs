@@ -28,7 +28,8 @@ type Instantiate = unsafe extern "C" fn(
 ) -> Instance;
 
 unsafe extern "C" fn log(environment: *mut c_void, status: c_int, _category: *const c_char, message: *const c_char) {
-    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
+    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard
+    // has it.
     unsafe { note(environment, status, message) };
 }
 
@@ -57,7 +58,8 @@ impl Three {
         let instantiate: Instantiate = opened.find("fmi3InstantiateCoSimulation")?;
         let [name, token, resources] = [&name, &token, &resources].map(|text| text.as_ptr());
         let (no_variables, nothing) = (ptr::null(), ptr::null());
-        // SAFETY: types of the standard; the texts live until it returns, and what `environment` points to as long as the instance.
+        // SAFETY: types of the standard; the texts live until it returns, and what `environment` points to as long as
+        // the instance.
         let instance = unsafe {
             instantiate(
                 name,
@@ -102,7 +104,8 @@ impl Version for Three {
             ($type:ty, $name:literal, $values:expr, $convert:expr) => {{
                 let set: Set<$type> = opened.find(concat!("fmi3Set", $name))?;
                 let values: Vec<$type> = $values.iter().map($convert).collect();
-                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all of its values.
+                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all
+                // of its values.
                 unsafe { set(instance, reference, 1, values.as_ptr(), values.len()) }
             }};
         }
@@ -146,7 +149,8 @@ impl Version for Three {
             ($type:ty, $name:literal, $convert:expr) => {{
                 let get: Get<$type> = opened.find(concat!("fmi3Get", $name))?;
                 let mut room: Vec<$type> = vec![Default::default(); values.len()];
-                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, and room for its values.
+                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, and
+                // room for its values.
                 let status = unsafe { get(instance, &reference, 1, room.as_mut_ptr(), room.len()) };
                 let convert: fn($type) -> f64 = $convert;
                 values.iter_mut().zip(room).for_each(|(value, read)| *value = convert(read));
@@ -182,14 +186,15 @@ impl Version for Three {
     fn set_short(&self, opened: &Opened, instance: Instance, reference: u32, values: &[f64]) -> Result<c_int, String> {
         let set: Set<f32> = opened.find("fmi3SetFloat32")?;
         let values: Vec<f32> = values.iter().map(|value| *value as f32).collect();
-        // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all of its values.
+        // SAFETY: the type is that of the standard for this name, the instance is alive; one reference with all of its
+        // values.
         Ok(unsafe { set(instance, &reference, 1, values.as_ptr(), values.len()) })
     }
 
     fn step(&self, instance: Instance, [t, h]: [f64; 2], no_way_back: bool) -> Result<c_int, String> {
         let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, f64::NAN);
-        // SAFETY: the instance is alive and has been initialised; there is room for all four that it tells, bytes being bytes
-        // whatever it takes for a truth.
+        // SAFETY: the instance is alive and has been initialised; there is room for all four that it tells, bytes being
+        // bytes whatever it takes for a truth.
         let status = unsafe {
             (self.step)(instance, t, h, no_way_back, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
         };
@@ -208,7 +213,8 @@ impl Version for Three {
 
     fn derivative(&self, instance: Instance, unknowns: &[u32], input: u32, column: &mut [f64]) -> Option<c_int> {
         let (call, rows) = (self.derivative?, unknowns.len());
-        // SAFETY: the instance is alive; `rows` unknowns, one input with one seed, and each pointer goes with its count.
+        // SAFETY: the instance is alive; `rows` unknowns, one input with one seed, and each pointer goes with its
+        // count.
         Some(unsafe { call(instance, unknowns.as_ptr(), rows, &input, 1, &1.0, 1, column.as_mut_ptr(), column.len()) })
     }
 }

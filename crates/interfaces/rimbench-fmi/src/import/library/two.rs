@@ -80,7 +80,8 @@ impl Version for Two {
         type Enter = unsafe extern "C" fn(Instance) -> c_int;
         let (setup, enter): (Setup, Enter) =
             (opened.find("fmi2SetupExperiment")?, opened.find("fmi2EnterInitializationMode")?);
-        // SAFETY: the types are those of the standard for these names, and the instance is alive and has just been made.
+        // SAFETY: the types are those of the standard for these names, and the instance is alive and has just been
+        // made.
         let status = unsafe { setup(instance, 0, 0.0, begin, end.is_some().into(), end.unwrap_or(0.0)) };
         if !(0..=1).contains(&status) {
             return Ok((status, "fmi2SetupExperiment"));
@@ -95,7 +96,8 @@ impl Version for Two {
             Values::Numbers(list) => self.set(instance, &[*at], &list[..1]),
             Values::Whole(list) => {
                 let set: Set<c_int> = opened.find("fmi2SetInteger")?;
-                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, one value.
+                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, one
+                // value.
                 unsafe { set(instance, at, 1, &(list[0] as c_int)) }
             }
             Values::Truths(list) => {
@@ -121,7 +123,8 @@ impl Version for Two {
     ) -> Result<c_int, String> {
         let get: Get<c_int> = opened.find(if kind == Type::Boolean { "fmi2GetBoolean" } else { "fmi2GetInteger" })?;
         let mut value = 0;
-        // SAFETY: the type is that of the standard for both names, the instance is alive; one reference, room for one value.
+        // SAFETY: the type is that of the standard for both names, the instance is alive; one reference, room for one
+        // value.
         let status = unsafe { get(instance, &reference, 1, &raw mut value) };
         values.fill(if kind == Type::Boolean { f64::from(u8::from(value != 0)) } else { f64::from(value) });
         Ok(status)

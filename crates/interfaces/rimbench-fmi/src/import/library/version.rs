@@ -10,8 +10,8 @@ pub(super) type Keep = *mut c_void;
 
 /// One version of the standard; each call is of an instance that is alive, and returns its status.
 pub(super) trait Version {
-    /// Begins to initialise an instance that has its start values, for a run from `begin` to `end`, if that is known; with the status of
-    /// which function.
+    /// Begins to initialise an instance that has its start values, for a run from `begin` to `end`, if that is known;
+    /// with the status of which function.
     fn enter(
         &self,
         opened: &Opened,

@@ -21,8 +21,9 @@ use rimbench_contact::solver_entry::SolverEntry;
 /// |P_t| ≤ μ P_n,  w_t · P_t = −μ P_n |w_t|
 /// ```
 /// # Source
-/// Moreau's law of impact with one restitution along the normal and along the surface takes energy in every impact. With a smaller one along
-/// the surface, such as Newton's law along the normal alone, a few of a hundred random impacts create some: the energy account shows it.
+/// Moreau's law of impact with one restitution along the normal and along the surface takes energy in every impact.
+/// With a smaller one along the surface, such as Newton's law along the normal alone, a few of a hundred random impacts
+/// create some: the energy account shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// Coefficient μ ≥ 0 of all contacts.
@@ -118,8 +119,8 @@ impl CoulombStep {
         }
     }
 
-    /// Returns the velocity up to which a contact sticks in the solution of the last step, `τ ‖b‖_∞` with the solver's tolerance τ, m/s; in
-    /// space over the contacts that could close.
+    /// Returns the velocity up to which a contact sticks in the solution of the last step, `τ ‖b‖_∞` with the solver's
+    /// tolerance τ, m/s; in space over the contacts that could close.
     pub(in super::super) fn rounding_velocity(&self) -> f64 {
         let DenseProblem { h, b, .. } = &self.problem;
         let scale = match &self.solver {
@@ -176,7 +177,8 @@ impl CoulombStep {
         Ok(())
     }
 
-    /// Solves a trial with the right-hand side `b`, which leaves coefficients as they are; writes its velocities as well.
+    /// Solves a trial with the right-hand side `b`, which leaves coefficients as they are; writes its velocities as
+    /// well.
     pub(in super::super) fn try_solve(
         &mut self,
         b: &[f64],
@@ -192,7 +194,8 @@ impl CoulombStep {
 
     /// Finds whether the contacts closed in the last step stick or slip; before the first step, from their velocities.
     ///
-    /// Loaded ones have the state that the solver found; closed ones without load that of their velocity, to the solver's tolerance.
+    /// Loaded ones have the state that the solver found; closed ones without load that of their velocity, to the
+    /// solver's tolerance.
     pub(in super::super) fn find_modes(&mut self, eq4: &ReducedInterfaceModel, started: bool) {
         let (n, rounding) = (self.friction.len(), self.rounding_velocity());
         if self.is_in_space() {
@@ -225,14 +228,15 @@ impl CoulombStep {
 /// Begins the names of observables that are the state of a contact with friction, by [`ContactState::as_number`].
 pub const CONTACT_STATE: &str = "contact_state_";
 
-/// Names the additional observables of contacts with friction: of `left` the friction force `friction_force_left_n` and the state
-/// `contact_state_left`, and how many contacts stick.
+/// Names the additional observables of contacts with friction: of `left` the friction force `friction_force_left_n` and
+/// the state `contact_state_left`, and how many contacts stick.
 ///
-/// The state is that of the solver in the last step; of a contact that is closed without an impulse, or redundant, that of its velocity, to
-/// the tolerance of the solver.
+/// The state is that of the solver in the last step; of a contact that is closed without an impulse, or redundant, that
+/// of its velocity, to the tolerance of the solver.
 ///
-/// In space the force is its magnitude, the state 0, 1 or 2 (open, stick, slip), and after all these comes the angle of the slip about the
-/// normal, `slip_angle_left_rad`, from the first tangent to the second one, 0 where the contact does not slide.
+/// In space the force is its magnitude, the state 0, 1 or 2 (open, stick, slip), and after all these comes the angle of
+/// the slip about the normal, `slip_angle_left_rad`, from the first tangent to the second one, 0 where the contact does
+/// not slide.
 pub(in crate::mechanics) fn friction_observables(contacts: &[Name], in_space: bool) -> Vec<Name> {
     let forces = contacts.iter().map(|contact| format!("friction_force_{contact}_n"));
     let states = contacts.iter().map(|contact| format!("{CONTACT_STATE}{contact}"));
@@ -303,8 +307,9 @@ impl ContactStepper {
     /// Refuses what contacts with friction in space do not have.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a restitution, a coefficient at rest of its own, and rigid contacts that touch at the start and whose
-    /// normal rows depend on each other: they are redundant, and their velocities not unique where they slide with spin.
+    /// [`Error::Incompatible`] for a restitution, a coefficient at rest of its own, and rigid contacts that touch at
+    /// the start and whose normal rows depend on each other: they are redundant, and their velocities not unique where
+    /// they slide with spin.
     fn check_space(&mut self, Friction { coefficient, at_rest, .. }: Friction) -> Result<()> {
         let refused = |what: String, why: &str| {
             Err(Error::Incompatible(format!("{what} does not go with friction in space: {why}")))
@@ -350,8 +355,8 @@ impl ContactStepper {
         &self.impulses[self.eq4.contacts()..self.eq4.interface_start()]
     }
 
-    /// Writes the additional observables of contacts with friction: friction forces, states, and how many stick. Closed contacts must be
-    /// found before.
+    /// Writes the additional observables of contacts with friction: friction forces, states, and how many stick. Closed
+    /// contacts must be found before.
     pub(in crate::mechanics) fn observe_friction(&self, row: &mut [f64]) {
         let n = self.eq4.contacts();
         if self.is_in_space() {

@@ -25,7 +25,8 @@ pub(super) enum Event {
 }
 
 impl SecondOrderSteps {
-    /// Counts contacts as resting whose gap and velocity are within what the steps themselves make of a resting contact.
+    /// Counts contacts as resting whose gap and velocity are within what the steps themselves make of a resting
+    /// contact.
     ///
     /// ```text
     /// g ≤ C |e_g| H³ + rounding        |w| ≤ C |e_w| H² + rounding
@@ -56,8 +57,8 @@ impl SecondOrderSteps {
 }
 
 impl<M: MechanicalModel> NonSmoothMechanics<M> {
-    /// Takes a piece up to the first event within `left` (s), and says after what time (s) that is and what it is; where there is none
-    /// it takes all of it.
+    /// Takes a piece up to the first event within `left` (s), and says after what time (s) that is and what it is;
+    /// where there is none it takes all of it.
     pub(super) fn go_to_event(
         &mut self,
         steps: &mut SecondOrderSteps,
@@ -75,7 +76,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 break;
             }
             self.restore(steps);
-            // At its very start there is none. Under a force that is held the time has passed nevertheless; one that varies acts in full.
+            // At its very start there is none. Under a force that is held the time has passed nevertheless; one that
+            // varies acts in full.
             if time <= 1e-9 * steps.length {
                 return Ok(found.map(|(_, event)| (if drive.varies() { 0.0 } else { time }, event)));
             }
@@ -89,7 +91,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         Ok(found.map(|(_, event)| (tried, event)))
     }
 
-    /// Looks for the first event again in a piece of `time` (s) whose force is not that of the piece in which it was found.
+    /// Looks for the first event again in a piece of `time` (s) whose force is not that of the piece in which it was
+    /// found.
     fn find_again(
         &self,
         steps: &mut SecondOrderSteps,
@@ -145,7 +148,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         first
     }
 
-    /// Lets all contacts collide that are closed where the system stands, `located` among them, and finds out which rest afterwards.
+    /// Lets all contacts collide that are closed where the system stands, `located` among them, and finds out which
+    /// rest afterwards.
     pub(super) fn pass_impact(&mut self, steps: &mut SecondOrderSteps, located: Option<usize>) -> Result<(), Failure> {
         self.note_start(steps);
         steps.set.clear();

@@ -89,7 +89,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// ```text
     /// λ = y_m + D (ū − u)        y_m = y(x, u) + ½h r,   ū = (s + ½h w̄, w̄),   w̄ = ½ (w + w⁺)
     /// ```
-    /// With an actuator, force and motion are found by iteration: they move each other by `½h H_ii D_w`, a small number.
+    /// With an actuator, force and motion are found by iteration: they move each other by `½h H_ii D_w`, a small
+    /// number.
     /// # Errors
     /// [`Cause::NotConverged`] if they do not agree.
     pub(super) fn try_piece(
@@ -150,8 +151,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         Err(Cause::NotConverged { residual, iterations: MOST_ITERATIONS }.into())
     }
 
-    /// Gives the force that belongs to the motion just found; returns by how much the last one was different, relative to the largest so
-    /// far.
+    /// Gives the force that belongs to the motion just found; returns by how much the last one was different, relative
+    /// to the largest so far.
     fn meet(&mut self, joint: &mut InterfaceTrajectory, h: f64) -> f64 {
         let InterfaceTrajectory { start, end, mean, middle_force, force, largest, rates, .. } = joint;
         self.stepper.interface_motion(end);
@@ -189,8 +190,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.linearise_at(q_m, v_m);
         self.find_stiff_forces(q_m, v_m);
         let stabilisation = self.stepper.law.stabilisation;
-        // However short a piece is, a stabilisation_rate decays as slowly as in the whole step: a piece of a nanosecond would make metres per
-        // second of a nanometre.
+        // However short a piece is, a stabilisation_rate decays as slowly as in the whole step: a piece of a nanosecond
+        // would make metres per second of a nanometre.
         let stabilisation_rate = stabilisation / *length;
         set.clear();
         for (contact, &gap) in start.gap.iter().enumerate() {
