@@ -88,7 +88,9 @@ impl RunSpec {
     /// Makes the same run with some of its settings changed.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    /// [`Error::InvalidValue`](rimbench_core::error::Error::InvalidValue) or
+    /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible), naming what is wrong and what would be
+    /// valid.
     pub fn with(&self, change: impl FnOnce(&mut RunSettings)) -> Result<Self> {
         let mut settings = self.settings.clone();
         change(&mut settings);
