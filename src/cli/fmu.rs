@@ -1,14 +1,15 @@
 //! `rimbench fmu`: one side of a case for other masters.
 
-use super::print;
 use super::run_options::{assignments, seconds};
 use super::screen::paragraph;
+use super::{print, with_file};
 use clap::{Args, ValueEnum};
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim;
 use rimbench::error::Error;
 use rimbench::fmi::export::{find_library, golden_run, pack};
+use rimbench::fmi::import::SideNotes;
 use rimbench::runs::RunRequest;
 use rimbench::trace::write_trace;
 use std::path::PathBuf;
@@ -49,13 +50,14 @@ enum Side {
 
 impl Fmu {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let request = RunRequest {
+        let mut request = RunRequest {
             set: assignments(&self.set)?,
             macro_step_s: self.macro_step,
             duration_s: self.duration,
             ..RunRequest::of(self.case, "zero-order-hold")
         };
-        let spec = request.resolve(catalogue)?;
+        let catalogue = with_file(catalogue, &SideNotes::default(), &mut request.case)?;
+        let spec = request.resolve(&catalogue)?;
         spec.prepare()?;
         let side = match self.side {
             Side::Mechanics => cosim::Side::Mechanics,

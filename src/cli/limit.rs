@@ -90,16 +90,28 @@ impl Limit {
         };
         drop(alive);
         warn_of_cache(&cache);
+        let least = request.at_macro_step(grid[0]).resolve(&catalogue)?;
+        let linear = self.method == Method::Run && !least.case.linear_state.is_empty();
         match self.format {
-            Format::Json => print_json(&facts(&found))?,
+            Format::Json => {
+                let mut facts = facts(&found);
+                facts.put("bounded", !least.is_unbounded()?);
+                let predicted = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })?;
+                let predicted = predicted.map(|(limit, _)| limit);
+                facts.number("predicted_stable_s", predicted.as_ref().and_then(|limit| limit.last_stable));
+                facts.number("predicted_unstable_s", predicted.as_ref().and_then(|limit| limit.first_unstable));
+                let radius = if linear { radius_of(search) } else { None };
+                facts.number("spectral_stable_s", radius.as_ref().and_then(|limit| limit.last_stable));
+                facts.number("spectral_unstable_s", radius.as_ref().and_then(|limit| limit.first_unstable));
+                print_json(&Value::from(facts))?;
+            }
             Format::Table => {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));
-                let least = request.at_macro_step(grid[0]).resolve(&catalogue)?;
                 let shown = screen(&found, &about, phases.len(), self.all);
                 print(&if least.is_unbounded()? { unbounded(&shown) } else { shown })?;
                 print_prediction(search, &found)?;
-                if self.method == Method::Run && !least.case.linear_state.is_empty() {
+                if linear {
                     print_radius(search, &found)?;
                 }
             }
@@ -108,7 +120,7 @@ impl Limit {
     }
 }
 
-fn facts(found: &StabilityLimit) -> Value {
+fn facts(found: &StabilityLimit) -> Object {
     let point = |point: &StabilityPoint| {
         let mut object = Object::default();
         object.number("macro_step_s", point.macro_step);
@@ -126,7 +138,12 @@ fn facts(found: &StabilityLimit) -> Value {
     facts.number("first_unstable_s", found.first_unstable);
     facts.number("no_answer_s", found.no_answer);
     facts.put("fraction_stable", found.points.iter().map(point).collect::<Value>());
-    facts.into()
+    facts
+}
+
+/// The limit by the spectral radius of the map of one macro step, where there is one.
+fn radius_of(search: LimitSearch<'_>) -> Option<StabilityLimit> {
+    spectral_stability_limit(LimitSearch { progress: &|_| (), ..search }).ok()
 }
 
 /// The limit in words first, then what goes wrong beyond it, then how it was found.
@@ -192,8 +209,7 @@ fn unbounded(screen: &str) -> String {
 /// Says of a linear case where its spectral radius tells otherwise than runs, in which what grows slowly stays within
 /// bounds.
 fn print_radius(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
-    // What has no map of one macro step has no radius.
-    let Ok(radius) = spectral_stability_limit(LimitSearch { progress: &|_| (), ..search }) else { return Ok(()) };
+    let Some(radius) = radius_of(search) else { return Ok(()) };
     let Some(unstable) = radius.first_unstable else { return Ok(()) };
     if found.first_unstable.is_some_and(|first| first <= unstable) {
         return Ok(());

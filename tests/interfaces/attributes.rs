@@ -389,6 +389,9 @@ fn a_case_file_is_found_by_a_link_and_what_is_none_says_what_one_is() {
         assert_eq!(code, Some(0), "{arguments}: {said}");
         assert!(said.contains(words) && !said.contains("its plan cannot be made"), "{arguments}: {said}");
     }
+    // Another FMU cannot be made of it.
+    let (code, said) = call("fmu --case case.toml --side mechanics --out again.fmu");
+    assert!(code == Some(2) && said.contains("come from outside") && !path("again.fmu").exists(), "{said}");
     // The same file by the option is the same case.
     assert_eq!(call("--case-file case.toml run linked.toml --out away/of/it").0, Some(0));
     for (text, words) in [

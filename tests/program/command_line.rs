@@ -361,6 +361,8 @@ fn the_stability_limit_has_the_promised_keys_and_is_bracketed() {
     let (stable, unstable) = (run["last_stable_s"].as_f64().unwrap(), run["first_unstable_s"].as_f64().unwrap());
     assert!(1e-3 < stable && unstable < 3e-3 && unstable / stable <= 1.01, "{stable} {unstable}");
     assert_eq!(run["stability_limit_s"], run["last_stable_s"]);
+    // What the screen says beside the limit is there as well.
+    assert!(run["bounded"] == true && run["predicted_stable_s"].is_number() && run["spectral_stable_s"].is_null());
     let points = run["fraction_stable"].as_array().unwrap();
     for point in points {
         let (step, fraction) = (point["macro_step_s"].as_f64().unwrap(), point["fraction_stable"].as_f64().unwrap());

@@ -67,8 +67,15 @@ fn is_ours(bytes: &[u8]) -> bool {
 /// the same bytes.
 ///
 /// # Errors
-/// Those of building the case.
+/// Those of building the case; [`Error::Incompatible`] for a case whose sides are not in that library.
 pub fn pack(spec: &RunSpec, side: Side, library: &[u8]) -> Result<Vec<u8>> {
+    if spec.case.from_outside || spec.case.waits {
+        return Err(Error::Incompatible(format!(
+            "case = {}: its sides come from outside, and the library in an FMU has the built-in cases only; valid: a name of \
+             `rimbench list cases`",
+            spec.case.name
+        )));
+    }
     let variables = Variables::of(&spec.case, side, &spec.parameters)?;
     let contents = Contents::of(spec, side)?;
     let resource = serde_json::to_string_pretty(&contents).map_err(|error| Error::Incompatible(error.to_string()))?;
