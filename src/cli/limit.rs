@@ -92,27 +92,35 @@ impl Limit {
         warn_of_cache(&cache);
         let least = request.at_macro_step(grid[0]).resolve(&catalogue)?;
         let linear = self.method == Method::Run && !least.case.linear_state.is_empty();
+        let unbounded = least.is_unbounded()?;
+        // What else is known of the limit, without runs.
+        let beside = LimitSearch { progress: &|_| (), ..search };
+        let predicted = predicted_stability_limit(beside)?;
+        // What has no map of one macro step has no radius.
+        let radius = if linear { spectral_stability_limit(beside).ok() } else { None };
         match self.format {
             Format::Json => {
                 let mut facts = facts(&found);
-                facts.put("bounded", !least.is_unbounded()?);
-                let predicted = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })?;
-                let predicted = predicted.map(|(limit, _)| limit);
-                facts.number("predicted_stable_s", predicted.as_ref().and_then(|limit| limit.last_stable));
-                facts.number("predicted_unstable_s", predicted.as_ref().and_then(|limit| limit.first_unstable));
-                let radius = if linear { radius_of(search) } else { None };
-                facts.number("spectral_stable_s", radius.as_ref().and_then(|limit| limit.last_stable));
-                facts.number("spectral_unstable_s", radius.as_ref().and_then(|limit| limit.first_unstable));
+                facts.put("bounded", !unbounded);
+                for (names, limit) in [
+                    (["predicted_stable_s", "predicted_unstable_s"], predicted.as_ref().map(|(limit, _)| limit)),
+                    (["spectral_stable_s", "spectral_unstable_s"], radius.as_ref()),
+                ] {
+                    facts.number(names[0], limit.and_then(|limit| limit.last_stable));
+                    facts.number(names[1], limit.and_then(|limit| limit.first_unstable));
+                }
                 print_json(&Value::from(facts))?;
             }
             Format::Table => {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));
                 let shown = screen(&found, &about, phases.len(), self.all);
-                print(&if least.is_unbounded()? { unbounded(&shown) } else { shown })?;
-                print_prediction(search, &found)?;
-                if linear {
-                    print_radius(search, &found)?;
+                print(&if unbounded { self::unbounded(&shown) } else { shown })?;
+                if let Some(predicted) = predicted {
+                    print_prediction(predicted, &found)?;
+                }
+                if let Some(radius) = radius {
+                    print_radius(&radius, &found)?;
                 }
             }
         }
@@ -139,11 +147,6 @@ fn facts(found: &StabilityLimit) -> Object {
     facts.number("no_answer_s", found.no_answer);
     facts.put("fraction_stable", found.points.iter().map(point).collect::<Value>());
     facts
-}
-
-/// The limit by the spectral radius of the map of one macro step, where there is one.
-fn radius_of(search: LimitSearch<'_>) -> Option<StabilityLimit> {
-    spectral_stability_limit(LimitSearch { progress: &|_| (), ..search }).ok()
 }
 
 /// The limit in words first, then what goes wrong beyond it, then how it was found.
@@ -208,8 +211,7 @@ fn unbounded(screen: &str) -> String {
 
 /// Says of a linear case where its spectral radius tells otherwise than runs, in which what grows slowly stays within
 /// bounds.
-fn print_radius(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
-    let Some(radius) = radius_of(search) else { return Ok(()) };
+fn print_radius(radius: &StabilityLimit, found: &StabilityLimit) -> anyhow::Result<()> {
     let Some(unstable) = radius.first_unstable else { return Ok(()) };
     if found.first_unstable.is_some_and(|first| first <= unstable) {
         return Ok(());
@@ -222,10 +224,10 @@ fn print_radius(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Resu
 }
 
 /// Says how far the linearised coupling is stable, where that is known.
-fn print_prediction(search: LimitSearch<'_>, found: &StabilityLimit) -> anyhow::Result<()> {
-    let Some((predicted, oscillation)) = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })? else {
-        return Ok(());
-    };
+fn print_prediction(
+    (predicted, oscillation): (StabilityLimit, Option<[f64; 2]>),
+    found: &StabilityLimit,
+) -> anyhow::Result<()> {
     let limit = match (predicted.last_stable, predicted.first_unstable) {
         (Some(stable), Some(_)) => {
             let numbers = oscillation

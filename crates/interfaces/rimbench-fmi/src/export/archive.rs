@@ -4,6 +4,7 @@ use super::description::description;
 use super::variables::Variables;
 use super::{Contents, LAYERED_STANDARD, RESOURCE};
 use crate::LIBRARY;
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::Side;
 use rimbench_core::error::{Error, Result};
@@ -69,7 +70,7 @@ fn is_ours(bytes: &[u8]) -> bool {
 /// # Errors
 /// Those of building the case; [`Error::Incompatible`] for a case whose sides are not in that library.
 pub fn pack(spec: &RunSpec, side: Side, library: &[u8]) -> Result<Vec<u8>> {
-    if spec.case.from_outside || spec.case.waits {
+    if Catalogue::standard().case(&spec.case.name).is_err() {
         return Err(Error::Incompatible(format!(
             "case = {}: its sides come from outside, and the library in an FMU has the built-in cases only; valid: a name of \
              `rimbench list cases`",
