@@ -56,17 +56,19 @@ impl Spool {
     /// Returns κ at time `t`.
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
-        if self.sine.is_none() { self.line_at(t) } else { self.sine_at(t) }
+        match &self.sine {
+            None => self.line_at(t),
+            Some(sine) => self.sine_at(sine, t),
+        }
     }
 
     #[inline(never)]
-    fn sine_at(&self, t: f64) -> f64 {
-        match &self.sine {
-            None => self.line_at(t),
-            Some(Sine::Line { centre, frequency }) => {
+    fn sine_at(&self, sine: &Sine, t: f64) -> f64 {
+        match sine {
+            Sine::Line { centre, frequency } => {
                 centre * (1.0 - self.line_at(t) * libm::sin(std::f64::consts::TAU * frequency * t))
             }
-            Some(Sine::Smooth { centre, amplitude, frequency, turns, ramp }) => {
+            Sine::Smooth { centre, amplitude, frequency, turns, ramp } => {
                 let x = (t / ramp).clamp(0.0, 1.0);
                 let swing = libm::sin(std::f64::consts::TAU * (frequency * t + turns));
                 centre - amplitude * (x * x * (3.0 - 2.0 * x)) * swing
