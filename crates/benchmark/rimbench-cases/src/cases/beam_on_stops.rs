@@ -203,6 +203,7 @@ impl MechanicalModel for ModalBeam {
             unilateral: 2,
             interface: 1,
             stiff_forces: Some(MatrixForm::Diagonal),
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

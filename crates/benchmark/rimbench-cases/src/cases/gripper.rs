@@ -223,7 +223,7 @@ impl Gripper {
 
 impl MechanicalModel for Gripper {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: VELOCITIES, unilateral: 6, interface: 2, ..ModelSize::default() }
+        ModelSize { velocities: VELOCITIES, unilateral: 6, interface: 2, constant_mass: true, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {

@@ -186,7 +186,14 @@ impl HalfCar {
 
 impl MechanicalModel for HalfCar {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 5, unilateral: 2, interface: 2, switches: 2, ..ModelSize::default() }
+        ModelSize {
+            velocities: 5,
+            unilateral: 2,
+            interface: 2,
+            switches: 2,
+            constant_mass: true,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {

@@ -133,7 +133,13 @@ struct Table {
 
 impl MechanicalModel for Table {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, unilateral: 2, interface: self.places.len(), ..ModelSize::default() }
+        ModelSize {
+            velocities: 2,
+            unilateral: 2,
+            interface: self.places.len(),
+            constant_mass: true,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {

@@ -142,7 +142,14 @@ fn write(row: [f64; 3], start: f64, q: &[f64], index: usize, rows: &mut Rows) {
 
 impl MechanicalModel for Body {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 3, unilateral: 2, tangential: 2, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: 3,
+            unilateral: 2,
+            tangential: 2,
+            interface: 1,
+            constant_mass: true,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {

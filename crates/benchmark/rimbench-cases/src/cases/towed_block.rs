@@ -78,7 +78,14 @@ struct SlidingBlock(Towed);
 
 impl MechanicalModel for SlidingBlock {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, unilateral: 1, tangential: 1, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: 2,
+            unilateral: 1,
+            tangential: 1,
+            interface: 1,
+            constant_mass: true,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {

@@ -157,6 +157,7 @@ impl MechanicalModel for Woodpecker {
             interface: 1,
             mass: MatrixForm::Dense,
             plastic: &[1, 2],
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

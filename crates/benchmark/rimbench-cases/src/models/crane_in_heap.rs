@@ -165,6 +165,7 @@ impl MechanicalModel for CraneInHeap {
             unilateral: self.contacts.rows().len(),
             interface: 1,
             relists: true,
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

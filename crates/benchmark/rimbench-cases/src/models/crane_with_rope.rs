@@ -131,7 +131,14 @@ impl CraneWithRope {
 
 impl MechanicalModel for CraneWithRope {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 3, unilateral: 2, tangential: 2, interface: 1, ..ModelSize::default() }
+        ModelSize {
+            velocities: 3,
+            unilateral: 2,
+            tangential: 2,
+            interface: 1,
+            constant_mass: true,
+            ..ModelSize::default()
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {

@@ -280,6 +280,7 @@ impl MechanicalModel for Discs {
             unilateral: self.contacts(),
             interface: 1,
             relists: self.kind == ContactList::Travelling,
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

@@ -143,6 +143,7 @@ impl MechanicalModel for LineMasses {
             unilateral: self.line.contacts.len(),
             interface: 1,
             stiff_forces: (!self.line.springs.is_empty()).then_some(MatrixForm::Dense),
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

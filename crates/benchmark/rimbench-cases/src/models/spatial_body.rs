@@ -263,6 +263,7 @@ impl MechanicalModel for SpatialBody {
             unilateral: contacts,
             tangential: 2 * contacts,
             interface: self.geometry.pins.len(),
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

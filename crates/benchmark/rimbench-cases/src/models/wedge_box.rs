@@ -302,6 +302,7 @@ impl MechanicalModel for WedgeBox {
             tangential: if self.geometry.washboard[0] == 0.0 { unilateral } else { 0 },
             interface: 1,
             switches: 2 * self.ledges.len(),
+            constant_mass: true,
             ..ModelSize::default()
         }
     }

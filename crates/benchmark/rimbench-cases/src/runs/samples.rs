@@ -9,7 +9,10 @@ const MOST_NUMBERS: usize = 1 << 21;
 
 /// Columns of one trajectory at times that were asked for lately.
 #[derive(Debug, Default)]
-pub(super) struct Samples(Mutex<VecDeque<(Vec<usize>, Arc<Trajectory>)>>);
+pub(super) struct Samples(Mutex<VecDeque<Kept>>);
+
+/// The first time and the columns that were asked for, and what was made.
+type Kept = (Option<f64>, Vec<usize>, Arc<Trajectory>);
 
 impl Samples {
     /// Returns some columns of `of`, the time first, at these times at least: a run that ended early has fewer than
@@ -23,14 +26,13 @@ impl Samples {
             same && known.len() >= times.len()
         };
         let first = times.clone().next();
-        let begins = |known: &Trajectory| known.column(0).next() == first;
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         // Looked at outside of the lock: other threads look as well.
         let known: Vec<_> = kept()
             .iter()
             .rev()
-            .filter(|(of, known)| *of == columns && begins(known))
-            .map(|(_, known)| known.clone())
+            .filter(|(begin, of, _)| *begin == first && *of == columns)
+            .map(|(.., known)| known.clone())
             .collect();
         if let Some(known) = known.into_iter().find(|known| serves(known)) {
             return known;
@@ -38,8 +40,8 @@ impl Samples {
         let made = Arc::new(of.columns_at(&columns, times));
         if made.data().len() <= MOST_NUMBERS / 4 {
             let mut kept = kept();
-            kept.push_back((columns, made.clone()));
-            while kept.iter().map(|(_, known)| known.data().len()).sum::<usize>() > MOST_NUMBERS {
+            kept.push_back((first, columns, made.clone()));
+            while kept.iter().map(|(.., known)| known.data().len()).sum::<usize>() > MOST_NUMBERS {
                 kept.pop_front();
             }
         }

@@ -76,6 +76,11 @@ impl OutputHistory {
             }
             return;
         }
+        if parts == self.count {
+            // Each part is a micro step, whose share is 1.
+            mean.iter_mut().zip(self.at(index)).for_each(|(sum, y)| *sum += y);
+            return;
+        }
         for (j, overlap) in overlaps(index, parts, self.count) {
             let weight = overlap as f64 / self.count as f64;
             for (sum, y) in mean.iter_mut().zip(&self.outputs[j * self.width..(j + 1) * self.width]) {

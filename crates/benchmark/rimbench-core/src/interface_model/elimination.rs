@@ -1,5 +1,7 @@
 //! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
 
+mod two_bodies;
+
 use super::jointed_elimination::JointedElimination;
 use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
@@ -153,12 +155,11 @@ impl Elimination {
         model: &mut ReducedInterfaceModel,
     ) -> Result<(), Failure> {
         self.invert_mass(&eq3.mass)?;
+        if let Some(reduced) = self.reduce_two_bodies(eq3, v, [h, stabilisation], model) {
+            return reduced;
+        }
         let (b, rows) = (self.bilateral, self.rows);
         match (self.velocities, b, rows) {
-            // Known to the compiler as well: two bodies with a joint, as in the wedge box.
-            (6, 2, 5) if self.mass_factor.is_none() => {
-                self.reduce_in_blocks::<6>([1, 2, 5], true, eq3, v, [h, stabilisation], model)
-            }
             // Two bodies in space with a joint, six contacts with friction.
             (12, 3, 19) if self.mass_factor.is_none() => {
                 self.reduce_in_blocks::<3>([4, 3, 19], true, eq3, v, [h, stabilisation], model)
@@ -197,6 +198,9 @@ impl Elimination {
         if let Some(jointed) = &mut self.jointed {
             return jointed.add_impulses(impulses, v);
         }
+        if self.velocity_of_two_bodies(h, impulses, v).is_some() {
+            return;
+        }
         match self.velocities {
             3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
             6 => self.velocity_in_blocks::<6>(1, h, impulses, v),
@@ -209,19 +213,21 @@ impl Elimination {
         if let Some(jointed) = &mut self.jointed {
             return jointed.bilateral_impulses(h, impulses, p_b);
         }
-        match (self.bilateral, self.rows) {
-            (2, 5) => self.bilateral_of(2, 5, h, impulses, p_b),
-            (b, rows) => self.bilateral_of(b, rows, h, impulses, p_b),
+        if let (Ok(impulses), Ok(p_b)) = (<&[f64; 5]>::try_from(impulses), <&mut [f64; 2]>::try_from(&mut *p_b)) {
+            self.bilateral_of(h, impulses, p_b);
+        } else {
+            self.bilateral_of(h, impulses, p_b);
         }
         self.schur.backward(p_b);
     }
 
-    /// Writes `−(s + h r + Cᵀ P)` of so many joint rows and others.
+    /// Writes `−(s + h r + Cᵀ P)`; how many rows there are the compiler may know.
     #[inline(always)]
-    fn bilateral_of(&self, n_b: usize, rows: usize, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+    fn bilateral_of(&self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+        let (n_b, rows) = (p_b.len(), impulses.len());
         let (start, free) = (&self.joint_start[..n_b], &self.joint_free[..n_b]);
         let coupling = &self.coupling[..n_b * rows];
-        for (b, out) in p_b[..n_b].iter_mut().enumerate() {
+        for (b, out) in p_b.iter_mut().enumerate() {
             let row = &coupling[b * rows..(b + 1) * rows];
             let from_rows: f64 = impulses.iter().zip(row).map(|(impulse, c)| impulse * c).sum();
             *out = -(start[b] + h * free[b] + from_rows);

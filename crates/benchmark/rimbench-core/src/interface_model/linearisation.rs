@@ -76,6 +76,12 @@ impl Rows {
         &self.jacobian[index * self.columns..(index + 1) * self.columns]
     }
 
+    /// Returns the rows of a system of two bodies in the plane, of six velocities, that keep all their entries.
+    #[inline(always)]
+    pub(crate) fn of_two_bodies(&self) -> Option<&[[f64; 6]]> {
+        (self.columns == 6 && self.known.is_none()).then(|| self.jacobian.as_chunks().0)
+    }
+
     /// Returns the velocity of one row, `(A v)_index`, m/s.
     #[inline(always)]
     pub fn velocity(&self, index: usize, v: &[f64]) -> f64 {

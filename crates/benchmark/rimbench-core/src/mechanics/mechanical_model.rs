@@ -24,6 +24,9 @@ pub struct ModelSize {
     pub switches: usize,
     /// Which entries the mass matrix has.
     pub mass: MatrixForm,
+    /// Whether the mass matrix is the same at every q: then it is written once, and adds nothing to the kinetic energy
+    /// as q changes.
+    pub constant_mass: bool,
     /// Which entries the stiffness and damping have that a step of the second order is to take implicitly; none where
     /// all forces are taken as they are. A model whose fastest oscillation is of no interest, but sets the step, has
     /// some.

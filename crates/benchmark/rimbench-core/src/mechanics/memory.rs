@@ -85,11 +85,18 @@ fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
     knowing.iter().map(|k| k * k).sum()
 }
 
-/// Makes Eq. 3 of a model, with nothing in it yet and room for what is to be kept of its rows.
-pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Linearisation {
+/// Makes Eq. 3 of a model, with nothing in it yet but the mass at `q`, and room for what is to be kept of its rows.
+pub(super) fn empty_equations(
+    model: &impl MechanicalModel,
+    q: &[f64],
+    law: ContactLaw,
+    by_active_sets: bool,
+) -> Linearisation {
     let (size, kept) = (model.size(), Sparsity::kept(model, law, by_active_sets));
+    let mut mass = MassMatrix::zeros(size.velocities, size.mass);
+    model.mass_matrix(q, mass.entries_mut());
     Linearisation {
-        mass: MassMatrix::zeros(size.velocities, size.mass),
+        mass,
         force: vec![0.0; size.velocities],
         bilateral: Sparsity::rows(kept.bilateral.as_ref(), size.bilateral, size.velocities),
         unilateral: Sparsity::rows(kept.unilateral.as_ref(), size.unilateral, size.velocities),

@@ -66,7 +66,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         observables.extend(contacts.iter().map(|contact| format!("gap_{contact}_m").into()));
         observables.extend(contacts.iter().map(|contact| format!("contact_force_{contact}_n").into()));
         observables.extend(CONTACT_OBSERVABLES.map(Name::from));
-        let eq3 = empty_equations(&model, law, solver.solver.goes_by_active_sets());
+        let eq3 = empty_equations(&model, &start.0, law, solver.solver.goes_by_active_sets());
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(size, eq3, start, law, solver),
             second_order: None,
@@ -204,7 +204,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 /// Fills Eq. 3 at one state.
 fn fill<M: MechanicalModel>(model: &mut M, q: &[f64], v: &[f64], eq3: &mut Linearisation) {
     model.prepare(q, v);
-    model.mass_matrix(q, eq3.mass.entries_mut());
+    if !model.size().constant_mass {
+        model.mass_matrix(q, eq3.mass.entries_mut());
+    }
     model.forces(q, v, &mut eq3.force);
     model.bilateral(q, v, &mut eq3.bilateral);
     model.unilateral(q, v, &mut eq3.unilateral);
@@ -229,13 +231,15 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
             return stepped;
         }
         self.stepper.advance(&self.model, u, h)?;
-        let kinetic = self.stepper.kinetic_energy();
+        let kinetic = (!self.model.size().constant_mass).then(|| self.stepper.kinetic_energy());
         let ContactStepper { q, v, .. } = &self.stepper;
         if self.model.remap_contacts(q, v, h)? {
             self.stepper.remap_contacts(self.model.sparsity().unilateral.as_deref())?;
         }
         self.linearise();
-        self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
+        if let Some(kinetic) = kinetic {
+            self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
+        }
         Ok(())
     }
 
@@ -363,7 +367,7 @@ impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
         if bytes_needed(&self.model, law, false) > MEMORY_LIMIT {
             return;
         }
-        let eq3 = empty_equations(&self.model, law, false);
+        let eq3 = empty_equations(&self.model, &self.stepper.q, law, false);
         let start = (self.stepper.q.clone(), self.stepper.v.clone());
         self.stepper = ContactStepper::new(self.model.size(), eq3, start, law, solver);
         self.start();

@@ -6,6 +6,7 @@ use crate::interface_model::{Linearisation, Rows};
 use crate::mechanics::energy_ledger::EnergyLedger;
 use rimbench_contact::contact_law::ContactSpring;
 use rimbench_contact::linear_algebra::body_dot;
+use std::array::from_fn;
 
 /// Work and losses since the start.
 #[derive(Debug, Clone)]
@@ -38,36 +39,18 @@ impl EnergyBalance {
         h: f64,
     ) {
         let EnergyBalance { ledger, v_mean, v_change, .. } = self;
+        if let (Ok(v), Ok(v_next)) = (<&[f64; 6]>::try_from(v), v_next.try_into()) {
+            // Two bodies in the plane.
+            let v_next: &[f64; 6] = v_next;
+            let v_mean: [f64; 6] = from_fn(|l| 0.5 * (v[l] + v_next[l]));
+            let v_change: [f64; 6] = from_fn(|l| v_next[l] - v[l]);
+            return book_step(ledger, eq3, [&v_mean, &v_change], (impulses, p_b), slip, h);
+        }
         for ((mean, change), (v, v_next)) in v_mean.iter_mut().zip(&mut *v_change).zip(v.iter().zip(v_next)) {
             *mean = 0.5 * (v + v_next);
             *change = v_next - v;
         }
-        // Most contacts are open: no impulse, no work.
-        let work = |rows: &Rows, impulses: &[f64]| -> f64 {
-            let mut sum = -0.0;
-            for (index, &impulse) in impulses.iter().enumerate() {
-                if impulse != 0.0 {
-                    sum += rows.velocity(index, v_mean) * impulse;
-                }
-            }
-            sum
-        };
-        let (normal, rest) = impulses.split_at(eq3.unilateral.len());
-        let (tangential, p_i) = rest.split_at(eq3.tangential.len());
-        let mut interface = 0.0;
-        for (row, impulse) in p_i.iter().enumerate() {
-            interface += eq3.interface.velocity(row, v_mean) * impulse;
-        }
-        ledger.book(EnergyLedger {
-            applied: h * body_dot(&eq3.force, v_mean),
-            bilateral: work(&eq3.bilateral, p_b),
-            contact: work(&eq3.unilateral, normal),
-            friction: work(&eq3.tangential, tangential),
-            slip,
-            interface,
-            kinetic: eq3.mass.product(v_mean, v_change),
-            ..EnergyLedger::default()
-        });
+        book_step(ledger, eq3, [v_mean, v_change], (impulses, p_b), slip, h);
     }
 
     /// Returns the energy account, from changes of kinetic, potential and spring energy since the start (J).
@@ -86,6 +69,51 @@ impl EnergyBalance {
             ..account
         }
     }
+}
+
+/// Books a step with these `½ (v⁺ + v⁻)` and `v⁺ − v⁻`, of so many velocities as the compiler may know.
+#[inline(always)]
+fn book_step(
+    ledger: &mut EnergyLedger,
+    eq3: &Linearisation,
+    [v_mean, v_change]: [&[f64]; 2],
+    (impulses, p_b): (&[f64], &[f64]),
+    slip: f64,
+    h: f64,
+) {
+    let (normal, rest) = impulses.split_at(eq3.unilateral.len());
+    let (tangential, p_i) = rest.split_at(eq3.tangential.len());
+    ledger.book(EnergyLedger {
+        applied: h * body_dot(&eq3.force, v_mean),
+        bilateral: work(&eq3.bilateral, v_mean, p_b),
+        contact: work(&eq3.unilateral, v_mean, normal),
+        friction: work(&eq3.tangential, v_mean, tangential),
+        slip,
+        interface: work(&eq3.interface, v_mean, p_i),
+        kinetic: eq3.mass.product(v_mean, v_change),
+        ..EnergyLedger::default()
+    });
+}
+
+/// The work of the impulses along these rows, J.
+#[inline(always)]
+fn work(rows: &Rows, v_mean: &[f64], impulses: &[f64]) -> f64 {
+    let mut sum = -0.0;
+    // Most contacts are open: no impulse, no work.
+    if let (Some(rows), Ok(v_mean)) = (rows.of_two_bodies(), <&[f64; 6]>::try_from(v_mean)) {
+        for (row, &impulse) in rows.iter().zip(impulses) {
+            if impulse != 0.0 {
+                sum += body_dot(row, v_mean) * impulse;
+            }
+        }
+        return sum;
+    }
+    for (index, &impulse) in impulses.iter().enumerate() {
+        if impulse != 0.0 {
+            sum += rows.velocity(index, v_mean) * impulse;
+        }
+    }
+    sum
 }
 
 impl ContactStepper {

@@ -44,13 +44,6 @@ impl ContactTerms<'_> {
     pub(super) fn tangential(&self, row: usize) -> f64 {
         self.rebounding.tangential_term(self.law, row - self.eq4.contacts(), (self.eq4.w[row], self.h))
     }
-
-    /// Returns `b` of one stacked row with its term t, `p_i` being `h λ_i`.
-    #[inline]
-    pub(super) fn row(&self, row: usize, h_i: &[f64], p_i: &[f64], term: f64) -> f64 {
-        let free = self.eq4.w[row] + self.h * self.eq4.a[row];
-        free + body_dot(h_i, p_i) + term
-    }
 }
 
 /// A contact problem with a dense Delassus matrix: `H`, `b`, and `w = H P + b`.
@@ -79,13 +72,14 @@ impl DenseProblem {
 
     #[inline(always)]
     fn pose_rows(&mut self, rows: usize, terms: ContactTerms<'_>, p_i: &[f64]) {
-        let (stacked, n) = (rows + p_i.len(), terms.eq4.contacts());
+        let ContactTerms { eq4, h: step, .. } = terms;
+        let (stacked, n) = (rows + p_i.len(), eq4.contacts());
         let (h, b) = (&mut self.h[..rows * rows], &mut self.b[..rows]);
-        let stacked_h = &terms.eq4.h[..rows * stacked];
+        let (stacked_h, w, a) = (&eq4.h[..rows * stacked], &eq4.w[..rows], &eq4.a[..rows]);
         for row in 0..rows {
             let (h_cc, h_ci) = stacked_h[row * stacked..(row + 1) * stacked].split_at(rows);
             let term = if row < n { terms.normal(row) } else { terms.tangential(row) };
-            b[row] = terms.row(row, h_ci, p_i, term);
+            b[row] = w[row] + step * a[row] + body_dot(h_ci, p_i) + term;
             h[row * rows..(row + 1) * rows].copy_from_slice(h_cc);
         }
     }
