@@ -256,6 +256,51 @@ fn the_reduced_model_must_not_differ_from_the_full_matrix_on_random_systems() {
     assert!(median < 1e-11, "median tolerance {median:e}");
 }
 
+/// A fifth contact, of which the others know nothing, makes the size one that is not written out.
+#[test]
+fn two_bodies_give_the_bits_that_any_size_gives() {
+    let mut rng = Pcg64::seed_from_u64(21);
+    for turn in 0..200 {
+        let n = 6;
+        let problem = Problem {
+            eq3: Linearisation {
+                mass: random_mass(&mut rng, n, false),
+                force: (0..n).map(|_| rng.random_range(-10.0..10.0)).collect(),
+                bilateral: random_rows(&mut rng, 2, n),
+                unilateral: random_rows(&mut rng, 4, n),
+                tangential: Rows::zeros(0, n),
+                interface: random_rows(&mut rng, 1, n),
+            },
+            v: (0..n).map(|_| rng.random_range(-1.0..1.0)).collect(),
+            ..random_problem(&mut rng, [0; 3], false)
+        };
+        let Problem { eq3, v, h, stabilisation, .. } = &problem;
+        let mut more = eq3.clone();
+        more.unilateral = random_rows(&mut rng, 5, n);
+        more.unilateral.jacobian[..4 * n].copy_from_slice(&eq3.unilateral.jacobian);
+        more.unilateral.convective[..4].copy_from_slice(&eq3.unilateral.convective);
+        let [(mut few, model), (mut any, wider)] = [eq3, &more].map(|eq3| reduce(eq3, v, *h, *stabilisation));
+        // Rows of the larger system that are those of the smaller one.
+        let rows = [0, 1, 2, 3, 5];
+        for (row, &of) in rows.iter().enumerate() {
+            let mut pairs = vec![(model.w[row], wider.w[of]), (model.a[row], wider.a[of])];
+            pairs
+                .extend(rows.iter().enumerate().map(|(column, &at)| (model.h[5 * row + column], wider.h[6 * of + at])));
+            assert!(pairs.iter().all(|(a, b)| a.to_bits() == b.to_bits()), "turn {turn}, row {row}: {pairs:?}");
+        }
+        assert_eq!((&model.gap[..], &model.position), (&eq3.unilateral.position[..], &eq3.interface.position));
+        assert_eq!((model.mechanics_step, model.stabilisation), (*h, *stabilisation));
+        let p: [f64; 4] = std::array::from_fn(|at| if at == turn % 4 { 0.0 } else { rng.random_range(0.0..1.0) });
+        let [mut of_few, mut of_any] = [[0.0; 6], [0.0; 6]];
+        let [mut joints_of_few, mut joints_of_any] = [[0.0; 2], [0.0; 2]];
+        few.velocity_after(*h, &[&p[..], &[0.7]].concat(), &mut of_few);
+        any.velocity_after(*h, &[&p[..], &[0.0, 0.7]].concat(), &mut of_any);
+        few.bilateral_impulses(*h, &[&p[..], &[0.7]].concat(), &mut joints_of_few);
+        any.bilateral_impulses(*h, &[&p[..], &[0.0, 0.7]].concat(), &mut joints_of_any);
+        assert_eq!((of_few, joints_of_few), (of_any, joints_of_any), "turn {turn}");
+    }
+}
+
 /// Bodies of three velocities in groups that joints hold together, each to the next by two rows, with a contact of each
 /// body with the next one and friction along it where asked: the same rows twice, with all entries and with those that
 /// they know.

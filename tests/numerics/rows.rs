@@ -17,6 +17,11 @@ fn assert_derivatives(name: &str, model: &mut impl MechanicalModel, q: &[f64], v
         let rows = [eq3.bilateral, eq3.unilateral, eq3.interface, along.clone()];
         rows.map(|rows| (0..rows.len()).map(|i| [rows.position[i], rows.velocity(i, v), rows.convective[i]]).collect())
     });
+    // A mass said to be constant is that of the start.
+    if model.size().constant_mass {
+        let start = model.initial_state().0;
+        assert_eq!(linearise(model, q, v).mass, linearise(model, &start, v).mass, "{name}");
+    }
     let each = before.iter().zip(&now).zip(&after).enumerate();
     for (kind, ((before, now), after)) in each {
         let rows: [&Vec<[f64; 3]>; 3] = [before, now, after];

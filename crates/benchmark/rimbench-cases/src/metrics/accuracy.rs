@@ -18,7 +18,7 @@ metrics! {
 
     FORCE_ERROR_MAX: "force_error_max_n" in "N" above super::Floor::Force,
     "Largest difference of the actuator's own force from the reference's at a communication point"
-    => |evidence| worst(evidence, |_, sums| sums.force.largest);
+    => |evidence| worst(evidence, |_, sums| sums.force.largest());
 
     FORCE_ERROR_OF_PEAK: "force_error_rms_of_peak" in "-" above super::Floor::ShareOfPeak,
     "Rms force error as a fraction of the reference's largest force magnitude; empty where there is no force to speak of"
@@ -74,7 +74,7 @@ metrics! {
 
     POSITION_ERROR_END: "position_error_end_m" in "m" (signed) above super::Floor::Position,
     "Interface position minus the reference's at the last communication point reached"
-    => |evidence| worst(evidence, |_, sums| sums.position.last);
+    => |evidence| worst(evidence, |_, sums| sums.position.last());
 }
 
 /// The value of largest magnitude over the rows of the interface, with its sign; NaN wins.

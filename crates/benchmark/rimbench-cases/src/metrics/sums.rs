@@ -51,13 +51,20 @@ pub struct Columns {
 }
 
 /// Sums over pairs (own, reference).
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Errors {
     count: usize,
     magnitudes: f64,
     squares: f64,
-    pub(super) largest: Option<f64>,
-    pub(super) last: Option<f64>,
+    largest: f64,
+    last: f64,
+}
+
+impl Default for Errors {
+    fn default() -> Self {
+        // The larger of no number and another is the other.
+        Errors { count: 0, magnitudes: 0.0, squares: 0.0, largest: f64::NAN, last: f64::NAN }
+    }
 }
 
 impl Errors {
@@ -66,8 +73,16 @@ impl Errors {
         self.count += 1;
         self.magnitudes += error.abs();
         self.squares += error.powi(2);
-        self.largest = larger(self.largest, error.abs());
-        self.last = Some(error);
+        self.largest = self.largest.max(error.abs());
+        self.last = error;
+    }
+
+    pub(super) fn largest(&self) -> Option<f64> {
+        (self.count > 0).then_some(self.largest)
+    }
+
+    pub(super) fn last(&self) -> Option<f64> {
+        (self.count > 0).then_some(self.last)
     }
 
     pub(super) fn mean(&self) -> Option<f64> {
@@ -161,8 +176,8 @@ impl Sums {
         if rows.is_empty() {
             return;
         }
-        let times = || run.column(0).skip(rows.start).take(rows.len());
-        let own = |column: usize| run.column(column).skip(rows.start).take(rows.len());
+        let own = |column: usize| run.column_of(rows.clone(), column);
+        let times = || own(0);
         let pairs = |column: usize| {
             let exact = reference.index_of(&run.columns()[column]);
             let most = if exact.is_some() { usize::MAX } else { 0 };
@@ -173,7 +188,7 @@ impl Sums {
         let near: Vec<bool> = times().map(is_near).collect();
         let of_near = |column: usize| own(column).zip(&near).filter(|(_, near)| **near).map(|(own, _)| own);
         // The steps that end at these rows; nothing has been stepped at the start.
-        let befores = self.end.into_iter().chain(run.column(0).skip(rows.start)).take(rows.len());
+        let befores = self.end.into_iter().chain(times()).take(rows.len());
         let skipped = usize::from(self.end.is_none());
         let lengths: Vec<f64> = std::iter::repeat_n(f64::NAN, skipped)
             .chain(times().skip(skipped).zip(befores).map(|(end, start)| end - start))

@@ -229,6 +229,19 @@ impl WedgeBox {
         (wedges, &pins[..self.ledges.len()])
     }
 
+    /// Rows of the contacts of a disc; apart, as preparing a loop of this takes more than its one turn or two save.
+    #[inline(never)]
+    fn contacts_of_disc(&self, disc: usize, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let (row, first) = (NAMED_WEDGES + 2 * disc, 3 + 3 * disc);
+        let (contact, velocity) = self.ledge_contact(disc, q, v);
+        let tangential = velocity.perp(&contact.normal);
+        rows.set_planar_body(row, first, contact.normal, Vector2::zeros());
+        rows.position[row] = contact.gap;
+        rows.convective[row] = contact.curvature * tangential * tangential;
+        rows.set_planar_body(row + 1, first, Vector2::new(0.0, 1.0), Vector2::zeros());
+        rows.position[row + 1] = q[first + 1] - self.geometry.discs[disc].radius;
+    }
+
     /// Contact of a disc with its ledge, and the velocity of its centre.
     #[inline(always)]
     fn ledge_contact(&self, disc: usize, q: &[f64], v: &[f64]) -> (SurfaceContact, Vector2<f64>) {
@@ -354,15 +367,8 @@ impl MechanicalModel for WedgeBox {
                 rows.convective[row] = -bend * along * along - v[2] * v[2] * arm.dot(&direction);
             }
         }
-        for (index, disc) in self.geometry.discs.iter().enumerate() {
-            let (row, first) = (NAMED_WEDGES + 2 * index, 3 + 3 * index);
-            let (contact, velocity) = self.ledge_contact(index, q, v);
-            let tangential = velocity.perp(&contact.normal);
-            rows.set_planar_body(row, first, contact.normal, Vector2::zeros());
-            rows.position[row] = contact.gap;
-            rows.convective[row] = contact.curvature * tangential * tangential;
-            rows.set_planar_body(row + 1, first, up, Vector2::zeros());
-            rows.position[row + 1] = q[first + 1] - disc.radius;
+        for disc in 0..self.geometry.discs.len() {
+            self.contacts_of_disc(disc, q, v, rows);
         }
     }
 

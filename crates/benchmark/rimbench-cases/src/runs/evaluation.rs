@@ -125,7 +125,7 @@ impl<'a> Judge<'a> {
     pub(super) fn add(&mut self, run: &Trajectory, rows: Range<usize>, residuals: &[f64]) {
         for start in rows.clone().step_by(BLOCK) {
             let block = start..rows.end.min(start + BLOCK);
-            let times = run.column(0).skip(block.start).take(block.len());
+            let times = run.column_of(block.clone(), 0);
             let aligned = self.reference_at((0..self.reference.judged.columns().len()).collect(), times);
             let residuals = residuals.get(start - rows.start..).unwrap_or_default();
             self.sums.add(run, block, &aligned, residuals);

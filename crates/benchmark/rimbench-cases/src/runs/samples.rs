@@ -11,8 +11,8 @@ const MOST_NUMBERS: usize = 1 << 21;
 #[derive(Debug, Default)]
 pub(super) struct Samples(Mutex<VecDeque<Kept>>);
 
-/// The first time and the columns that were asked for, and what was made.
-type Kept = (Option<f64>, Vec<usize>, Arc<Trajectory>);
+/// The bits of the first time and the columns that were asked for, and what was made.
+type Kept = (u64, Vec<usize>, Arc<Trajectory>);
 
 impl Samples {
     /// Returns some columns of `of`, the time first, at these times at least: a run that ended early has fewer than
@@ -25,7 +25,7 @@ impl Samples {
             let same = known.column(0).zip(times.clone()).all(|(known, time)| known.to_bits() == time.to_bits());
             same && known.len() >= times.len()
         };
-        let first = times.clone().next();
+        let first = times.clone().next().map_or(u64::MAX, f64::to_bits);
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         // Looked at outside of the lock: other threads look as well.
         let known: Vec<_> = kept()

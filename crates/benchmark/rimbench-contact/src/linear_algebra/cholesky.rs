@@ -67,13 +67,20 @@ impl Cholesky {
     #[inline]
     pub fn factor(&mut self, matrix: &'static str) -> Result<(), Singular> {
         match self.size {
-            // Unrolled.
-            2 => factor_lower(&mut self.l[..4], 2),
-            4 => factor_lower(&mut self.l[..16], 4),
-            n if n < FAER_FROM => factor_lower(&mut self.l, n),
-            _ => self.factor_blocked(),
+            2 => self.factor_few::<2>(matrix),
+            4 => self.factor_few::<4>(matrix),
+            n if n < FAER_FROM => factor_lower(&mut self.l, n).map_err(|()| Singular { matrix }),
+            _ => self.factor_blocked().map_err(|()| Singular { matrix }),
         }
-        .map_err(|()| Singular { matrix })
+    }
+
+    /// [`factor`](Self::factor) of a matrix whose size the caller knows, straight through.
+    ///
+    /// # Errors
+    /// As there.
+    #[inline(always)]
+    pub fn factor_few<const N: usize>(&mut self, matrix: &'static str) -> Result<(), Singular> {
+        factor_lower(&mut self.l[..N * N], N).map_err(|()| Singular { matrix })
     }
 
     #[inline(never)]

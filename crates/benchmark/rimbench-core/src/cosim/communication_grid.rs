@@ -137,8 +137,9 @@ impl MicroStep {
     /// Makes the micro step `index` of `count` in `step`.
     #[inline]
     pub fn new(step: MacroStep, index: usize, count: usize) -> Self {
-        let length = step.length / count as f64;
-        let since_exchange = index as f64 * length;
+        // Signed numbers become floating ones in a single instruction.
+        let length = step.length / count as i64 as f64;
+        let since_exchange = index as i64 as f64 * length;
         MicroStep { index, count, length, start: step.start + since_exchange, since_exchange }
     }
 

@@ -10,7 +10,7 @@ const LONGEST: Duration = Duration::from_secs(3600);
 /// deadline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Latencies {
-    nanoseconds: Histogram<u64>,
+    nanoseconds: Histogram<u32>,
     deadline: Duration,
     longest: Duration,
     missed: u64,

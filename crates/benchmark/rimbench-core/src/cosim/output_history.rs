@@ -67,18 +67,22 @@ impl OutputHistory {
 
     /// Returns the mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a
     /// border count with the share that lies inside.
+    #[inline]
     pub fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
+        match mean {
+            // Each part is a micro step, whose share is 1.
+            [mean] if parts == self.count && self.width == 1 => *mean = 0.0 + self.outputs[index],
+            mean => self.mean_over_part(index, parts, mean),
+        }
+    }
+
+    fn mean_over_part(&self, index: usize, parts: usize, mean: &mut [f64]) {
         mean.fill(0.0);
         if parts == 1 {
             let weight = 1.0 / self.count as f64;
             for output in self.outputs.chunks_exact(self.width.max(1)).take(self.count) {
                 mean.iter_mut().zip(output).for_each(|(sum, y)| *sum += weight * y);
             }
-            return;
-        }
-        if parts == self.count {
-            // Each part is a micro step, whose share is 1.
-            mean.iter_mut().zip(self.at(index)).for_each(|(sum, y)| *sum += y);
             return;
         }
         for (j, overlap) in overlaps(index, parts, self.count) {

@@ -1,5 +1,7 @@
 //! The trajectory of a run: one row per communication point.
 
+use std::ops::Range;
+
 /// Named columns over time; the first column is the time in seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
@@ -61,6 +63,12 @@ impl Trajectory {
     /// Returns one column by position.
     pub fn column(&self, index: usize) -> impl ExactSizeIterator<Item = f64> + Clone + '_ {
         self.rows().map(move |row| row[index])
+    }
+
+    /// Returns what some rows have in one column by position.
+    pub fn column_of(&self, rows: Range<usize>, index: usize) -> impl ExactSizeIterator<Item = f64> + Clone + '_ {
+        let width = self.columns.len();
+        self.data[rows.start * width..rows.end * width].chunks_exact(width.max(1)).map(move |row| row[index])
     }
 
     /// Appends a row of these parts, which are as long as a row in all.

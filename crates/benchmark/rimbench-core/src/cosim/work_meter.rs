@@ -13,6 +13,8 @@ pub fn counts_interface_work(sides: Sides<'_>) -> bool {
 pub(crate) struct WorkMeter {
     /// Pairs (force output, velocity input) of the actuator that belong to one interface row.
     ports: Vec<(usize, usize)>,
+    /// Whether they are the first output and the second input, as with one row, the most frequent number.
+    one_row: bool,
     sent: f64,
 }
 
@@ -23,7 +25,8 @@ impl WorkMeter {
         };
         let (forces, velocities) = (of(&actuator.outputs, Quantity::Force), of(&actuator.inputs, Quantity::Velocity));
         let fit = forces.len() == velocities.len();
-        WorkMeter { ports: if fit { forces.into_iter().zip(velocities).collect() } else { Vec::new() }, sent: 0.0 }
+        let ports: Vec<_> = if fit { forces.into_iter().zip(velocities).collect() } else { Vec::new() };
+        WorkMeter { one_row: ports == [(0, 1)], ports, sent: 0.0 }
     }
 
     /// Adds `δ Σ F · w` over the interface rows.
@@ -44,13 +47,10 @@ impl WorkMeter {
         self.ports.iter().map(|&(force, velocity)| forces[force] * motion[velocity])
     }
 
-    /// Returns `Σ F · w` over the interface rows, W; of one row, the most frequent number, without a loop.
+    /// Returns `Σ F · w` over the interface rows, W.
     #[inline]
     fn power(&self, forces: &[f64], motion: &[f64]) -> f64 {
-        match self.ports[..] {
-            [(force, velocity)] => forces[force] * motion[velocity],
-            _ => self.powers(forces, motion).sum(),
-        }
+        if self.one_row { forces[0] * motion[1] } else { self.powers(forces, motion).sum() }
     }
 
     /// Returns the work sent so far, J.

@@ -73,7 +73,11 @@ impl AccelerationJumps {
     }
 
     /// Takes over the kinks of another model without allocating.
+    #[inline]
     pub(super) fn copy_from(&mut self, other: &Self) {
+        if self.times.is_empty() && other.times.is_empty() {
+            return;
+        }
         self.times.clear();
         self.times.extend_from_slice(&other.times);
         self.jumps.clear();

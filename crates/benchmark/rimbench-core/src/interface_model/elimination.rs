@@ -27,8 +27,8 @@ use std::sync::Arc;
 ///
 /// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row has few of
 /// the bodies in its support, so that other blocks are skipped; one or two bodies are a single block, unrolled, three
-/// times as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. One text serves
-/// all.
+/// times as fast as loops of unknown length; any other system has blocks of 1. One text serves all but the wedge box,
+/// whose size is written out in `two_bodies`, to the same bits.
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors
@@ -129,6 +129,11 @@ impl Elimination {
         stabilisation: f64,
         model: &mut ReducedInterfaceModel,
     ) -> Result<(), Failure> {
+        model.stabilisation = stabilisation;
+        model.mechanics_step = h;
+        if let Some(reduced) = self.reduce_two_bodies(eq3, v, [h, stabilisation], model) {
+            return reduced;
+        }
         if let Some(local) = &mut self.local {
             self.start_velocity.copy_from_slice(v);
             local.reduce(eq3, v, &mut self.free_acceleration, model);
@@ -140,8 +145,6 @@ impl Elimination {
         }
         model.gap.copy_from_slice(&eq3.unilateral.position);
         model.position.copy_from_slice(&eq3.interface.position);
-        model.stabilisation = stabilisation;
-        model.mechanics_step = h;
         Ok(())
     }
 
@@ -155,9 +158,6 @@ impl Elimination {
         model: &mut ReducedInterfaceModel,
     ) -> Result<(), Failure> {
         self.invert_mass(&eq3.mass)?;
-        if let Some(reduced) = self.reduce_two_bodies(eq3, v, [h, stabilisation], model) {
-            return reduced;
-        }
         let (b, rows) = (self.bilateral, self.rows);
         match (self.velocities, b, rows) {
             // Two bodies in space with a joint, six contacts with friction.

@@ -132,7 +132,7 @@ pub enum MassMatrix {
 
 impl MassMatrix {
     /// Returns `aᵀ M b`.
-    #[inline]
+    #[inline(always)]
     pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         match self {
             MassMatrix::Diagonal(diagonal) => {

@@ -376,12 +376,14 @@ impl ReducedInterfaceModel {
         self.discretisation_approach.copy_from_slice(&other.discretisation_approach);
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
-        self.friction.copy_from_slice(&other.friction);
-        self.stiction = other.stiction;
-        self.states.copy_from_slice(&other.states);
-        self.solved_states.copy_from_slice(&other.solved_states);
-        self.directions.copy_from_slice(&other.directions);
-        self.solved_forces.copy_from_slice(&other.solved_forces);
+        if self.has_friction() {
+            self.friction.copy_from_slice(&other.friction);
+            self.stiction = other.stiction;
+            self.states.copy_from_slice(&other.states);
+            self.solved_states.copy_from_slice(&other.solved_states);
+            self.directions.copy_from_slice(&other.directions);
+            self.solved_forces.copy_from_slice(&other.solved_forces);
+        }
         self.tangential_restitution = other.tangential_restitution;
         self.acceleration_jumps.copy_from(&other.acceleration_jumps);
     }

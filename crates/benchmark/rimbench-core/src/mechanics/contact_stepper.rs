@@ -158,7 +158,7 @@ impl ContactStepper {
             self.rebounding.rotate();
         }
         // A velocity that is not finite has reached the position by now.
-        if !self.q.iter().all(|x| x.is_finite()) {
+        if self.q.iter().fold(0.0, |zero, q| zero + q * 0.0) != 0.0 {
             return Err(Failure::non_finite("mechanical state"));
         }
         Ok(())
@@ -167,8 +167,10 @@ impl ContactStepper {
     /// Solves the contact problem of one step, and writes `[P_u; h λ_i]` to `impulses`.
     fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
         let first = self.eq4.interface_start();
-        for (impulse, force) in self.impulses[first..].iter_mut().zip(lambda) {
-            *impulse = h * force;
+        match (&mut self.impulses[first..], lambda) {
+            // Mostly one.
+            ([impulse], [force]) => *impulse = h * force,
+            (impulses, forces) => impulses.iter_mut().zip(forces).for_each(|(impulse, force)| *impulse = h * force),
         }
         if self.law.rebounds() {
             let ContactStepper { rebounding, law, eq4, impulses, contacts, .. } = self;

@@ -4,13 +4,15 @@
 
 use super::Elimination;
 use crate::error::Failure;
-use crate::interface_model::{Linearisation, ReducedInterfaceModel};
+use crate::interface_model::{Linearisation, MassMatrix, ReducedInterfaceModel};
 use wide::f64x2;
 
-/// Velocities, rows of the joint, all other rows.
+/// Velocities, rows of the joint, of contacts and of the interface, and both.
 const N: usize = 6;
 const N_B: usize = 2;
-const ROWS: usize = 5;
+const N_U: usize = 4;
+const N_I: usize = 1;
+const ROWS: usize = N_U + N_I;
 
 /// Numbers of six velocities.
 type Six = [f64x2; 3];
@@ -36,23 +38,25 @@ impl Elimination {
         [h, gamma]: [f64; 2],
         model: &mut ReducedInterfaceModel,
     ) -> Option<Result<(), Failure>> {
-        if self.mass_factor.is_some() {
-            return None;
-        }
-        let joint = eq3.bilateral.of_two_bodies()?.as_array::<N_B>()?;
-        let contacts = eq3.unilateral.of_two_bodies()?.as_array::<4>()?;
-        let (interface, inverse_mass) =
-            (eq3.interface.of_two_bodies()?.as_array::<1>()?, six(self.inverse_mass.as_array()?));
+        let MassMatrix::Diagonal(mass) = &eq3.mass else { return None };
+        let (mass, joint) = (mass.as_array()?, eq3.bilateral.of_two_bodies()?.as_array::<N_B>()?);
+        let contacts = eq3.unilateral.of_two_bodies()?.as_array::<N_U>()?;
+        let interface = eq3.interface.of_two_bodies()?.as_array::<N_I>()?;
+        let inverse_mass = inverse(six(mass));
         let (mut start, mut free) = (six(v.as_array()?), product(six(eq3.force.as_array()?), inverse_mass));
+        *model.gap.as_mut_array::<N_U>()? = *eq3.unilateral.position.as_array()?;
+        *model.position.as_mut_array::<N_I>()? = *eq3.interface.position.as_array()?;
 
         let a_b = [six(&joint[0]), six(&joint[1])];
         let mut y = [product(a_b[0], inverse_mass), product(a_b[1], inverse_mass)];
         let schur: &mut [f64; N_B * N_B] = self.schur.l.as_mut_array()?;
         [schur[0], schur[3]] = [dot(y[0], a_b[0]), dot(y[1], a_b[1])];
         schur[2] = dot(y[1], a_b[0]);
-        let drift = |b: usize| f64x2::new([gamma * eq3.bilateral.position[b] / h, eq3.bilateral.convective[b]]);
-        let (first, second) = (dots(a_b[0], start, free) + drift(0), dots(a_b[1], start, free) + drift(1));
-        if let Err(singular) = self.schur.factor("A_b M⁻¹ A_bᵀ") {
+        let (errors, convective) =
+            (eq3.bilateral.position.as_array::<N_B>()?, eq3.bilateral.convective.as_array::<N_B>()?);
+        let first = dots(a_b[0], start, free) + f64x2::new([gamma * errors[0] / h, convective[0]]);
+        let second = dots(a_b[1], start, free) + f64x2::new([gamma * errors[1] / h, convective[1]]);
+        if let Err(singular) = self.schur.factor_few::<N_B>("A_b M⁻¹ A_bᵀ") {
             return Some(Err(singular.into()));
         }
         let &[l_00, _, l_10, l_11] = self.schur.l.as_array()?;
@@ -78,15 +82,15 @@ impl Elimination {
         let coupling: &mut [f64; N_B * ROWS] = self.coupling.as_mut_array()?;
         let g_rows = self.g_rows.as_chunks_mut::<N>().0.as_mut_array::<ROWS>()?;
         let convective = [
-            eq3.unilateral.convective.as_array::<4>()?.as_slice(),
-            eq3.interface.convective.as_array::<1>()?.as_slice(),
+            eq3.unilateral.convective.as_array::<N_U>()?.as_slice(),
+            eq3.interface.convective.as_array::<N_I>()?.as_slice(),
         ];
         let mut g = [[f64x2::ZERO; 3]; ROWS];
         each_row!(ROW => {
-            let a = six(if ROW < 4 { &contacts[ROW] } else { &interface[0] });
+            let a = six(if ROW < N_U { &contacts[ROW] } else { &interface[0] });
             let [w, acceleration] = dots(a, start, free).to_array();
             model_w[ROW] = w;
-            model_a[ROW] = acceleration + convective[ROW / 4][ROW % 4];
+            model_a[ROW] = acceleration + convective[ROW / N_U][ROW % N_U];
             let [c_0, c_1] = dots(a, y[0], y[1]).to_array();
             [coupling[ROW], coupling[ROWS + ROW]] = [c_0, c_1];
             g[ROW] = less(less(product(a, inverse_mass), c_0, y[0]), c_1, y[1]);
@@ -130,6 +134,11 @@ fn six(of: &[f64; N]) -> Six {
 fn put(numbers: Six, to: &mut [f64; N]) {
     let [[a, b], [c, d], [e, f]] = [numbers[0].to_array(), numbers[1].to_array(), numbers[2].to_array()];
     *to = [a, b, c, d, e, f];
+}
+
+#[inline(always)]
+fn inverse(of: Six) -> Six {
+    [f64x2::ONE / of[0], f64x2::ONE / of[1], f64x2::ONE / of[2]]
 }
 
 #[inline(always)]
