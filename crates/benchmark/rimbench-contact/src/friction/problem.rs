@@ -1,5 +1,6 @@
 //! One contact problem with friction.
 
+use crate::known_size;
 use crate::linear_algebra::dot;
 use crate::problem::{ContactProblem, Coulomb, DenseDelassus};
 
@@ -18,11 +19,30 @@ impl<const T: usize> FrictionProblem<'_, T> {
         }
     }
 
+    /// Writes `w = H P + b`, the products of a row added as in [`dot`].
+    #[inline]
+    pub fn velocities_by_dot(&self, impulses: &[f64], w: &mut [f64]) {
+        let row = |b: f64, h: &[f64], p: &[f64]| b + dot(h, p);
+        self.velocities_by(impulses, w, row, row);
+    }
+
     /// Writes `w = H P + b` and returns the natural residual.
     #[inline]
     pub(super) fn measure(&self, impulses: &[f64], w: &mut [f64]) -> f64 {
         self.velocities(impulses, w);
-        self.residual_of(impulses, |row| w[row])
+        known_size!(
+            self.b.len(),
+            N if T == 2 && N.is_multiple_of(3) => self.residual_of_few::<N>(impulses, w),
+            _ => self.residual_of(impulses, |row| w[row]),
+        )
+    }
+
+    #[inline(never)]
+    fn residual_of_few<const N: usize>(&self, impulses: &[f64], w: &[f64]) -> f64 {
+        let delassus = DenseDelassus { h: &self.delassus.h[..N * N], rows: N };
+        let (b, cone) = (&self.b[..N], Coulomb::<'_, T> { friction: &self.cone.friction[..N / (1 + T)] });
+        let (impulses, w) = (&impulses[..N], &w[..N]);
+        ContactProblem { delassus, b, cone }.residual_of(impulses, |row| w[row])
     }
 }
 

@@ -69,6 +69,7 @@ impl Cholesky {
         match self.size {
             // Unrolled.
             2 => factor_lower(&mut self.l[..4], 2),
+            3 => factor_lower(&mut self.l[..9], 3),
             4 => factor_lower(&mut self.l[..16], 4),
             n if n < FAER_FROM => factor_lower(&mut self.l, n),
             _ => self.factor_blocked(),
@@ -103,6 +104,7 @@ impl Cholesky {
     pub fn forward(&self, b: &mut [f64]) {
         match self.size {
             2 => forward(&self.l[..4], 2, &mut b[..2]),
+            3 => forward(&self.l[..9], 3, &mut b[..3]),
             4 => forward(&self.l[..16], 4, &mut b[..4]),
             n => forward(&self.l, n, b),
         }
@@ -113,6 +115,7 @@ impl Cholesky {
     pub fn backward(&self, y: &mut [f64]) {
         match self.size {
             2 => backward(&self.l[..4], 2, &mut y[..2]),
+            3 => backward(&self.l[..9], 3, &mut y[..3]),
             4 => backward(&self.l[..16], 4, &mut y[..4]),
             n => backward(&self.l, n, y),
         }

@@ -1,5 +1,7 @@
 //! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
 
+mod two_in_space;
+
 use super::jointed_elimination::JointedElimination;
 use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
@@ -159,9 +161,8 @@ impl Elimination {
             (6, 2, 5) if self.mass_factor.is_none() => {
                 self.reduce_in_blocks::<6>([1, 2, 5], true, eq3, v, [h, stabilisation], model)
             }
-            // Two bodies in space with a joint, six contacts with friction.
-            (12, 3, 19) if self.mass_factor.is_none() => {
-                self.reduce_in_blocks::<3>([4, 3, 19], true, eq3, v, [h, stabilisation], model)
+            two_in_space::SIZES if self.mass_factor.is_none() => {
+                self.reduce_two_in_space(eq3, v, [h, stabilisation], model)
             }
             (3, ..) => self.reduce_in_blocks::<3>([1, b, rows], false, eq3, v, [h, stabilisation], model),
             (6, ..) => self.reduce_in_blocks::<6>([1, b, rows], false, eq3, v, [h, stabilisation], model),
@@ -200,6 +201,7 @@ impl Elimination {
         match self.velocities {
             3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
             6 => self.velocity_in_blocks::<6>(1, h, impulses, v),
+            12 => self.velocity_in_blocks::<12>(1, h, impulses, v),
             n => self.velocity_in_blocks::<1>(n, h, impulses, v),
         }
     }
@@ -211,6 +213,7 @@ impl Elimination {
         }
         match (self.bilateral, self.rows) {
             (2, 5) => self.bilateral_of(2, 5, h, impulses, p_b),
+            (3, 19) => self.bilateral_of(3, 19, h, impulses, p_b),
             (b, rows) => self.bilateral_of(b, rows, h, impulses, p_b),
         }
         self.schur.backward(p_b);
