@@ -152,21 +152,15 @@ pub(crate) fn eliminate_few<const N: usize>(a: &mut [f64], b: &mut [f64]) -> boo
 
 /// Finds the pivot of column `k` and takes its row from those below, from the entry `first` on; false if it is none.
 #[inline(always)]
-fn eliminate_column<const N: usize>(
-    a: &mut [[f64; N]],
-    b: &mut [f64],
-    k: usize,
-    first: usize,
-    largest: f64,
-) -> bool {
+fn eliminate_column<const N: usize>(a: &mut [[f64; N]], b: &mut [f64], k: usize, first: usize, largest: f64) -> bool {
     let (a, b) = (&mut a[..N], &mut b[..N]);
-    let (mut pivot, mut size) = (k, a[k][k].abs());
-    for i in k + 1..N {
-        if a[i][k].abs() > size {
-            (pivot, size) = (i, a[i][k].abs());
-        }
+    // Most often the entry on the diagonal is the largest, and no comparison has to wait for another.
+    let size = a[k][k].abs();
+    let mut pivot = k;
+    if (k + 1..N).fold(false, |larger, i| larger | (a[i][k].abs() > size)) {
+        pivot = (k..N).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
     }
-    if !is_pivot(size, largest) {
+    if !is_pivot(a[pivot][k], largest) {
         return false;
     }
     if pivot != k {

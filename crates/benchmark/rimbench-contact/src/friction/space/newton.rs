@@ -107,6 +107,8 @@ impl SemismoothNewton {
         let size = problem.b.len();
         self.grow(size);
         let mut residual = problem.measure(impulses, &mut self.w[..size]);
+        // Then so is H: what is not finite reaches w, and the residual.
+        let finite = residual.is_finite();
         self.best[..size].copy_from_slice(impulses);
         let (mut best, mut iterations, mut stalls) = (residual, 0, 0);
         while residual > WANTED * tolerance && iterations < MOST_ITERATIONS && stalls < MOST_STALLS {
@@ -115,7 +117,9 @@ impl SemismoothNewton {
             if !(if self.is_of_low_rank(problem) { self.step_by_factor(size) } else { self.step_by_rows(problem) }) {
                 break;
             }
-            let Some(after) = self.search(problem, residual, iterations <= FREE_ITERATIONS, impulses) else { break };
+            let Some(after) = self.search(problem, (residual, finite), iterations <= FREE_ITERATIONS, impulses) else {
+                break;
+            };
             stalls = if after > 0.9 * residual { stalls + 1 } else { 0 };
             residual = after;
             if residual < best {
@@ -129,7 +133,13 @@ impl SemismoothNewton {
 
     /// Takes the step, halved until the residual falls, except a full one that is `free` to raise it; returns the new
     /// residual.
-    fn search(&mut self, problem: SpaceProblem<'_>, residual: f64, free: bool, impulses: &mut [f64]) -> Option<f64> {
+    fn search(
+        &mut self,
+        problem: SpaceProblem<'_>,
+        (residual, finite): (f64, bool),
+        free: bool,
+        impulses: &mut [f64],
+    ) -> Option<f64> {
         let (n, size) = (problem.contacts(), problem.b.len());
         let mut length = 1.0;
         for _ in 0..MOST_HALVINGS {
@@ -142,7 +152,8 @@ impl SemismoothNewton {
                     self.trial[row] = impulses[row] + length * step;
                 }
             }
-            let after = problem.measure(&self.trial[..size], &mut self.w[..size]);
+            let (trial, w) = (&self.trial[..size], &mut self.w[..size]);
+            let after = if finite { problem.measure_finite(trial, w) } else { problem.measure(trial, w) };
             if after < residual || (length == 1.0 && free && after.is_finite()) {
                 impulses.copy_from_slice(&self.trial[..size]);
                 return Some(after);
