@@ -13,21 +13,26 @@
 //! members are factorised anew, another 7 for two.
 //!
 //! Every answer is checked before anything is timed.
+//!
+//! With `--csv` only the default solver is timed, on rows and boards of growing size, cold and in sequence, for
+//! `benches/peers/daqp_rows.py`.
 
 #[allow(dead_code)] // The oracle of the tests.
 #[path = "../tests/support/rivals/mod.rs"]
 mod rivals;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group};
 use rimbench::catalogue::Catalogue;
-use rimbench::complementarity::Lcp;
+use rimbench::complementarity::{Lcp, SparseLcp, SparseSolver};
 use rimbench::cosim::{Bounds, StopFlag};
 use rimbench::friction::ContactSweeps;
 use rimbench::friction::space::{SpaceAdmm, SpaceProblem, SpaceSolver};
 use rimbench::known_problems::known_problems;
+use rimbench::linear_algebra::{SymmetricPattern, SymmetricRows};
 use rimbench::runs::{RunRequest, simulate};
 use rimbench::solver_entry::SolverEntry;
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
 /// Matrices and right-hand sides, in the order in which they are solved.
 type Problems = Vec<(Vec<f64>, Vec<f64>)>;
@@ -43,6 +48,12 @@ fn board(n: usize) -> Problems {
     let x = |i: usize| if n == 1 { 0.0 } else { 2.0 * i as f64 / (n - 1) as f64 - 1.0 };
     let h = (0..n * n).map(|k| 1.0 + 3.0 * x(k / n) * x(k % n)).collect();
     pushed(h, n, |i, turn| -1.0 - 3.0 * 0.9 * turn.sin() * x(i))
+}
+
+/// A row at rest, its first contact hit: the impulse goes through all of them.
+fn hit_row(n: usize) -> Problems {
+    let hit = |step: i32| (0..n).map(|i| if i == 0 { -1.0 - 0.02 * f64::from(step) } else { 0.0 }).collect();
+    row(n).into_iter().zip(0..).map(|((h, _), step)| (h, hit(step))).collect()
 }
 
 fn pushed(h: Vec<f64>, n: usize, b: impl Fn(usize, f64) -> f64) -> Problems {
@@ -165,4 +176,69 @@ criterion_group! {
     config = Criterion::default().sample_size(20);
     targets = solvers, cones, micro_steps
 }
-criterion_main!(benches);
+
+/// The shortest of many passes over a sequence, per problem, µs, with one solver for all problems or one for each;
+/// with `new` these are copies of it in every pass.
+fn shortest<S: Clone>(
+    problems: &Problems,
+    mut solvers: Vec<S>,
+    new: Option<&S>,
+    mut solve: impl FnMut(&mut S, &[f64]),
+) -> f64 {
+    let (mut shortest, started, count) = (f64::INFINITY, Instant::now(), solvers.len());
+    while started.elapsed() < Duration::from_millis(100) {
+        solvers.iter_mut().zip(new.into_iter().cycle()).for_each(|(solver, new)| solver.clone_from(new));
+        let pass = Instant::now();
+        problems.iter().enumerate().for_each(|(at, (_, b))| solve(&mut solvers[at % count], b));
+        shortest = shortest.min(pass.elapsed().as_secs_f64());
+    }
+    1e6 * shortest / problems.len() as f64
+}
+
+/// Prints what the default solver takes per problem, from nothing and from the answer of the one before, µs; of rows
+/// also where only the non-zeros of H are kept, as in cases with many contacts.
+fn print_csv() {
+    println!("problem,contacts,state,ours_us,ours_by_pattern_us");
+    let make: [(&str, fn(usize) -> Problems); 3] = [("row", row), ("hit-row", hit_row), ("board", board)];
+    for (name, make) in make {
+        for n in [1, 4, 16, 64, 256] {
+            let (problems, mut p) = (make(n), vec![0.0; n]);
+            let h = &problems[0].0;
+            for cold in [true, false] {
+                let mut solver = SolverEntry::active_set().checked(n);
+                let tolerance = solver.tolerance();
+                solver.solve(Lcp::new(h, &problems[0].1), &mut p).expect("the problem has a solution");
+                let dense = shortest(&problems, vec![solver], None, |solver, b| {
+                    if cold {
+                        solver.reset();
+                    }
+                    solver.solve_again(black_box(Lcp::new(h, b)), &mut p).expect("the problem has a solution");
+                });
+                let neighbours: Vec<Vec<usize>> =
+                    (0..n).map(|i| (i.saturating_sub(1)..n.min(i + 2)).collect()).collect();
+                let pattern = SymmetricPattern::new(&neighbours);
+                let entries: Vec<f64> =
+                    (0..n).flat_map(|i| pattern.columns(i).iter().map(move |&j| h[i * n + j as usize])).collect();
+                // Forgetting its set it would still start from what it knows of the last problems.
+                let new = SparseSolver::new(&pattern, tolerance);
+                let mut sparse = || {
+                    let solvers = vec![new.clone(); if cold { problems.len() } else { 1 }];
+                    shortest(&problems, solvers, cold.then_some(&new), |solver, b| {
+                        let problem = SparseLcp::by_pattern(SymmetricRows { pattern: &pattern, entries: &entries }, b);
+                        solver.solve_again(black_box(problem), &mut p).expect("the problem has a solution");
+                    })
+                };
+                let by_pattern = if name == "board" { String::new() } else { format!("{:.4}", sparse()) };
+                println!("{name},{n},{},{dense:.4},{by_pattern}", if cold { "cold" } else { "sequence" });
+            }
+        }
+    }
+}
+
+fn main() {
+    if std::env::args().any(|argument| argument == "--csv") {
+        return print_csv();
+    }
+    benches();
+    Criterion::default().configure_from_args().final_summary();
+}

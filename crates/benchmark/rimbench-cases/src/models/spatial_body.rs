@@ -128,6 +128,10 @@ impl SpatialBodyGeometry {
 pub struct SpatialBody {
     geometry: SpatialBodyGeometry,
     rotation: Matrix3<f64>,
+    /// `R r` of each foot, and `R (ω × (ω × r))`.
+    feet: Vec<[Vector3<f64>; 2]>,
+    /// Gaps of the ball to ledge and floor with their directions `[n, t₁, t₂]` and curvatures.
+    ball_contacts: Option<[(SurfaceContact, [Vector3<f64>; 3]); 2]>,
     contacts: Vec<Name>,
 }
 
@@ -146,8 +150,8 @@ impl SpatialBody {
         }
         let feet = (1..=geometry.feet.len()).map(|foot| format!("foot_{foot}").into());
         let contacts = feet.chain(geometry.ball.iter().flat_map(|_| names(&["ball_ledge", "ball_floor"]))).collect();
-        let rotation = matrix(geometry.orientation);
-        Ok(SpatialBody { geometry, rotation, contacts })
+        let (rotation, feet) = (matrix(geometry.orientation), vec![[Vector3::zeros(); 2]; geometry.feet.len()]);
+        Ok(SpatialBody { geometry, rotation, feet, ball_contacts: None, contacts })
     }
 
     /// Returns its geometry.
@@ -161,9 +165,9 @@ impl SpatialBody {
         (Vector3::from(self.geometry.position) + self.rotation * arm - fixed).norm()
     }
 
-    /// Writes the row of the velocity of a point along a direction.
+    /// Writes the row of the velocity of a point along a direction; `arm` is in the axes of space.
     fn set_row(&self, rows: &mut Rows, index: usize, arm: Vector3<f64>, direction: Vector3<f64>) {
-        let turning = self.rotation.transpose() * (self.rotation * arm).cross(&direction);
+        let turning = self.rotation.transpose() * arm.cross(&direction);
         self.set(rows, index, 0, [direction, turning]);
     }
 
@@ -178,7 +182,6 @@ impl SpatialBody {
         1 + usize::from(self.geometry.ball.is_some())
     }
 
-    /// Gaps of the ball to ledge and floor with their directions `[n, t₁, t₂]` and curvatures.
     fn ball_contacts(ball: &LedgeBall, q: &[f64]) -> [(SurfaceContact, [Vector3<f64>; 3]); 2] {
         let ledge = ball.ledge.contact(Vector2::new(q[7], q[9]), ball.radius);
         let floor = SurfaceContact { gap: q[9] - ball.radius, normal: Vector2::new(0.0, 1.0), curvature: 0.0 };
@@ -190,23 +193,17 @@ impl SpatialBody {
         })
     }
 
-    /// Returns the acceleration of a point that the turning alone gives, m/s².
-    fn centripetal(&self, v: &[f64], arm: Vector3<f64>) -> Vector3<f64> {
-        let omega = turning(v);
-        self.rotation * omega.cross(&omega.cross(&arm))
-    }
-
-    fn set_directions(&self, q: &[f64], v: &[f64], rows: &mut Rows, axes: std::ops::Range<usize>) {
+    fn set_directions(&self, v: &[f64], rows: &mut Rows, axes: std::ops::Range<usize>) {
         let n = self.contacts.len();
         for (at, axis) in axes.enumerate() {
-            for (contact, foot) in self.geometry.feet.iter().enumerate() {
+            for (contact, (foot, [arm, centripetal])) in self.geometry.feet.iter().zip(&self.feet).enumerate() {
                 let direction = foot.directions[axis];
-                self.set_row(rows, at * n + contact, foot.arm, direction);
-                rows.convective[at * n + contact] = self.centripetal(v, foot.arm).dot(&direction);
+                self.set_row(rows, at * n + contact, *arm, direction);
+                rows.convective[at * n + contact] = centripetal.dot(&direction);
             }
-            let Some(ball) = &self.geometry.ball else { continue };
+            let (Some(ball), Some(contacts)) = (&self.geometry.ball, self.ball_contacts) else { continue };
             let (velocity, omega) = (Vector3::from_column_slice(&v[6..9]), Vector3::from_column_slice(&v[9..]));
-            for (slot, (contact, directions)) in Self::ball_contacts(ball, q).into_iter().enumerate() {
+            for (slot, (contact, directions)) in contacts.into_iter().enumerate() {
                 let ([normal, first, _], row) = (directions, at * n + self.geometry.feet.len() + slot);
                 let along = velocity.dot(&first);
                 let turning = -ball.radius * normal.cross(&directions[axis]);
@@ -217,6 +214,12 @@ impl SpatialBody {
             }
         }
     }
+}
+
+/// Returns the acceleration of a point that the turning alone gives, m/s².
+fn centripetal(rotation: &Matrix3<f64>, v: &[f64], arm: Vector3<f64>) -> Vector3<f64> {
+    let omega = turning(v);
+    rotation * omega.cross(&omega.cross(&arm))
 }
 
 fn turning(v: &[f64]) -> Vector3<f64> {
@@ -294,8 +297,12 @@ impl MechanicalModel for SpatialBody {
         orientation.copy_from_slice(&turned(now, turning(v) * h));
     }
 
-    fn prepare(&mut self, q: &[f64], _v: &[f64]) {
+    fn prepare(&mut self, q: &[f64], v: &[f64]) {
         self.rotation = matrix([q[3], q[4], q[5], q[6]]);
+        for (foot, known) in self.geometry.feet.iter().zip(&mut self.feet) {
+            *known = [self.rotation * foot.arm, centripetal(&self.rotation, v, foot.arm)];
+        }
+        self.ball_contacts = self.geometry.ball.map(|ball| Self::ball_contacts(&ball, q));
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
@@ -319,9 +326,9 @@ impl MechanicalModel for SpatialBody {
 
     fn bilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let Some(ball) = &self.geometry.ball else { return };
-        let (arm, turned) = (self.rotation * ball.pin, self.centripetal(v, ball.pin));
+        let (arm, turned) = (self.rotation * ball.pin, centripetal(&self.rotation, v, ball.pin));
         for (axis, direction) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
-            self.set_row(rows, axis, ball.pin, -direction);
+            self.set_row(rows, axis, arm, -direction);
             self.set(rows, axis, 1, [direction, Vector3::zeros()]);
             rows.position[axis] = q[7 + axis] - q[axis] - arm[axis];
             rows.convective[axis] = -turned[axis];
@@ -329,31 +336,32 @@ impl MechanicalModel for SpatialBody {
     }
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        self.set_directions(q, v, rows, 0..1);
-        for (contact, foot) in self.geometry.feet.iter().enumerate() {
-            let point = Vector3::new(q[0], q[1], q[2]) + self.rotation * foot.arm;
+        self.set_directions(v, rows, 0..1);
+        for (contact, (foot, [arm, _])) in self.geometry.feet.iter().zip(&self.feet).enumerate() {
+            let point = Vector3::new(q[0], q[1], q[2]) + arm;
             rows.position[contact] = point.dot(&foot.directions[0]);
         }
-        if let Some(ball) = &self.geometry.ball {
-            let gaps = Self::ball_contacts(ball, q).map(|(contact, _)| contact.gap);
+        if let Some(contacts) = self.ball_contacts {
+            let gaps = contacts.map(|(contact, _)| contact.gap);
             rows.position[self.geometry.feet.len()..].copy_from_slice(&gaps);
         }
     }
 
-    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        self.set_directions(q, v, rows, 1..3);
+    fn tangential(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
+        self.set_directions(v, rows, 1..3);
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         for (row, Pin { fixed, arm }) in self.geometry.pins.iter().enumerate() {
-            let span = Vector3::new(q[0], q[1], q[2]) + self.rotation * arm - fixed;
+            let turned = self.rotation * arm;
+            let span = Vector3::new(q[0], q[1], q[2]) + turned - fixed;
             let length = span.norm();
             let along = span / length;
-            self.set_row(rows, row, *arm, along);
+            self.set_row(rows, row, turned, along);
             let velocity = Vector3::new(v[0], v[1], v[2]) + self.rotation * turning(v).cross(arm);
             let rate = velocity.dot(&along);
             let swing = (velocity.norm_squared() - rate * rate) / length;
-            rows.convective[row] = self.centripetal(v, *arm).dot(&along) + swing;
+            rows.convective[row] = centripetal(&self.rotation, v, *arm).dot(&along) + swing;
             rows.position[row] = length;
         }
     }

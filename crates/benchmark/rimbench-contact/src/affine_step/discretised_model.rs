@@ -1,5 +1,6 @@
 //! Contacts and interface rows over a micro step δ: a linear model, discretised for a set of contacts.
 
+use crate::known_size;
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
@@ -152,10 +153,13 @@ impl DiscretisedModel {
         // Where all of many contacts are in the set, the rows of the symmetric H are the columns, as they stand.
         let whole = n >= MANY && n == n_u && model.pattern.is_none() && set.iter().copied().eq(0..n);
         if whole {
-            for (slot, row) in model.h.chunks_exact(rows).take(n).enumerate() {
-                self.impulse_columns[slot * rows..][..rows].copy_from_slice(row);
-                self.h_uu[slot * n..][..n].copy_from_slice(&row[..n]);
-            }
+            let h = &model.h[..n * rows];
+            self.impulse_columns[..n * rows].copy_from_slice(h);
+            known_size!(
+                n,
+                N if N > MANY => copy_first_columns::<N>(h, rows, &mut self.h_uu),
+                _ => h.chunks_exact(rows).zip(self.h_uu.chunks_exact_mut(n)).for_each(|(row, out)| out.copy_from_slice(&row[..n])),
+            );
         }
         let sources = set.iter().copied().chain(n_u..n_u + n_i).enumerate();
         for (row, source) in sources {
@@ -273,6 +277,13 @@ impl DiscretisedModel {
             return;
         }
         add_multiple(w, impulse, &self.impulse_columns[contact * rows..(contact + 1) * rows]);
+    }
+}
+
+#[inline(never)]
+fn copy_first_columns<const N: usize>(h: &[f64], columns: usize, out: &mut [f64]) {
+    for (row, out) in h.chunks_exact(columns).zip(out.as_chunks_mut::<N>().0) {
+        out.copy_from_slice(&row[..N]);
     }
 }
 

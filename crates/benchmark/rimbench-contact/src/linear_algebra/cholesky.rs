@@ -68,6 +68,7 @@ impl Cholesky {
     pub fn factor(&mut self, matrix: &'static str) -> Result<(), Singular> {
         match self.size {
             2 => self.factor_few::<2>(matrix),
+            3 => self.factor_few::<3>(matrix),
             4 => self.factor_few::<4>(matrix),
             n if n < FAER_FROM => factor_lower(&mut self.l, n).map_err(|()| Singular { matrix }),
             _ => self.factor_blocked().map_err(|()| Singular { matrix }),
@@ -110,6 +111,7 @@ impl Cholesky {
     pub fn forward(&self, b: &mut [f64]) {
         match self.size {
             2 => forward(&self.l[..4], 2, &mut b[..2]),
+            3 => forward(&self.l[..9], 3, &mut b[..3]),
             4 => forward(&self.l[..16], 4, &mut b[..4]),
             n => forward(&self.l, n, b),
         }
@@ -120,6 +122,7 @@ impl Cholesky {
     pub fn backward(&self, y: &mut [f64]) {
         match self.size {
             2 => backward(&self.l[..4], 2, &mut y[..2]),
+            3 => backward(&self.l[..9], 3, &mut y[..3]),
             4 => backward(&self.l[..16], 4, &mut y[..4]),
             n => backward(&self.l, n, y),
         }

@@ -120,8 +120,8 @@ pub(crate) fn eliminate_by_rows(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -
     true
 }
 
-/// Does what [`eliminate_by_rows`] does, to the same bits, for a size that the compiler knows: whole rows are
-/// subtracted, also where they are not read any more.
+/// Does what [`eliminate_by_rows`] does, to the same bits, for a size that the compiler knows. It knows the columns as
+/// well where they are few; where not, whole rows are subtracted, also what is not read any more.
 pub(crate) fn eliminate_few<const N: usize>(a: &mut [f64], b: &mut [f64]) -> bool {
     let (a, b) = (&mut a.as_chunks_mut::<N>().0[..N], &mut b[..N]);
     let mut most = [0.0_f64; N];
@@ -131,25 +131,49 @@ pub(crate) fn eliminate_few<const N: usize>(a: &mut [f64], b: &mut [f64]) -> boo
         }
     }
     let largest = largest_entry(&most);
-    for k in 0..N {
-        let pivot = (k..N).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
-        if !is_pivot(a[pivot][k], largest) {
-            return false;
-        }
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        let (row, right) = (a[k], b[k]);
-        for (line, b) in a.iter_mut().zip(&mut *b).skip(k + 1) {
-            let factor = line[k] / row[k];
-            for (entry, above) in line.iter_mut().zip(&row) {
-                *entry -= factor * above;
+    macro_rules! columns {
+        ($($k:literal)+) => { $(
+            if $k < N && !eliminate_column::<N>(a, b, $k, $k + 1, largest) {
+                return false;
             }
-            *b -= factor * right;
-        }
+        )+ };
+    }
+    if N <= 9 {
+        columns!(0 1 2 3 4 5 6 7 8);
+    } else if !(0..N).all(|k| eliminate_column::<N>(a, b, k, 0, largest)) {
+        return false;
     }
     for k in (0..N).rev() {
         let known: f64 = (k + 1..N).map(|j| a[k][j] * b[j]).sum();
         b[k] = (b[k] - known) / a[k][k];
+    }
+    true
+}
+
+/// Finds the pivot of column `k` and takes its row from those below, from the entry `first` on; false if it is none.
+#[inline(always)]
+fn eliminate_column<const N: usize>(a: &mut [[f64; N]], b: &mut [f64], k: usize, first: usize, largest: f64) -> bool {
+    let (a, b) = (&mut a[..N], &mut b[..N]);
+    // Most often the entry on the diagonal is the largest, and no comparison has to wait for another.
+    let size = a[k][k].abs();
+    let mut pivot = k;
+    if (k + 1..N).fold(false, |larger, i| larger | (a[i][k].abs() > size)) {
+        pivot = (k..N).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
+    }
+    if !is_pivot(a[pivot][k], largest) {
+        return false;
+    }
+    if pivot != k {
+        a.swap(k, pivot);
+        b.swap(k, pivot);
+    }
+    let (row, right) = (a[k], b[k]);
+    for i in k + 1..N {
+        let factor = a[i][k] / row[k];
+        for j in first..N {
+            a[i][j] -= factor * row[j];
+        }
+        b[i] -= factor * right;
     }
     true
 }

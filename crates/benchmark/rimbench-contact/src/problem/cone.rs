@@ -109,6 +109,11 @@ impl<const T: usize> Cone for Coulomb<'_, T> {
             return larger(normal, h_tt * (p_t - projected).abs()) + w_t * 0.0;
         }
         let row = |axis: usize| (1 + axis) * contacts + contact;
+        let w_n = velocity(contact);
+        if w_n >= 0.0 && p_n == 0.0 && (0..T).all(|axis| impulses[row(axis)] == 0.0) {
+            // Open: zero, unless a velocity is not finite.
+            return w_n * 0.0 + (0..T).map(|axis| velocity(row(axis))).map(|w| w * w).sum::<f64>() * 0.0;
+        }
         let h_tt = (0..T).fold(0.0, |most, axis| larger(most, weight(row(axis))));
         let p_t: [f64; T] = std::array::from_fn(|axis| impulses[row(axis)]);
         let w_t: [f64; T] = std::array::from_fn(|axis| velocity(row(axis)));

@@ -1,6 +1,7 @@
 //! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
 
 mod two_bodies;
+mod two_in_space;
 
 use super::jointed_elimination::JointedElimination;
 use super::linearisation::{Linearisation, MassMatrix};
@@ -27,8 +28,8 @@ use std::sync::Arc;
 ///
 /// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row has few of
 /// the bodies in its support, so that other blocks are skipped; one or two bodies are a single block, unrolled, three
-/// times as fast as loops of unknown length; any other system has blocks of 1. One text serves all but the wedge box,
-/// whose size is written out in `two_bodies`, to the same bits.
+/// times as fast as loops of unknown length; any other system has blocks of 1. One text serves all but the wedge boxes
+/// in the plane and in space, whose sizes are written out in `two_bodies` and `two_in_space`, to the same bits.
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors
@@ -160,9 +161,8 @@ impl Elimination {
         self.invert_mass(&eq3.mass)?;
         let (b, rows) = (self.bilateral, self.rows);
         match (self.velocities, b, rows) {
-            // Two bodies in space with a joint, six contacts with friction.
-            (12, 3, 19) if self.mass_factor.is_none() => {
-                self.reduce_in_blocks::<3>([4, 3, 19], true, eq3, v, [h, stabilisation], model)
+            two_in_space::SIZES if self.mass_factor.is_none() => {
+                self.reduce_two_in_space(eq3, v, [h, stabilisation], model)
             }
             (3, ..) => self.reduce_in_blocks::<3>([1, b, rows], false, eq3, v, [h, stabilisation], model),
             (6, ..) => self.reduce_in_blocks::<6>([1, b, rows], false, eq3, v, [h, stabilisation], model),
@@ -204,6 +204,7 @@ impl Elimination {
         match self.velocities {
             3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
             6 => self.velocity_in_blocks::<6>(1, h, impulses, v),
+            12 => self.velocity_in_blocks::<12>(1, h, impulses, v),
             n => self.velocity_in_blocks::<1>(n, h, impulses, v),
         }
     }
@@ -213,18 +214,18 @@ impl Elimination {
         if let Some(jointed) = &mut self.jointed {
             return jointed.bilateral_impulses(h, impulses, p_b);
         }
-        if let (Ok(impulses), Ok(p_b)) = (<&[f64; 5]>::try_from(impulses), <&mut [f64; 2]>::try_from(&mut *p_b)) {
-            self.bilateral_of(h, impulses, p_b);
-        } else {
-            self.bilateral_of(h, impulses, p_b);
+        match (self.bilateral, self.rows) {
+            (2, 5) => self.bilateral_of(2, 5, h, impulses, p_b),
+            (3, 19) => self.bilateral_of(3, 19, h, impulses, p_b),
+            (b, rows) => self.bilateral_of(b, rows, h, impulses, p_b),
         }
         self.schur.backward(p_b);
     }
 
-    /// Writes `−(s + h r + Cᵀ P)`; how many rows there are the compiler may know.
+    /// Writes `−(s + h r + Cᵀ P)` of so many joint rows and others, which the compiler may know.
     #[inline(always)]
-    fn bilateral_of(&self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
-        let (n_b, rows) = (p_b.len(), impulses.len());
+    fn bilateral_of(&self, n_b: usize, rows: usize, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+        let (impulses, p_b) = (&impulses[..rows], &mut p_b[..n_b]);
         let (start, free) = (&self.joint_start[..n_b], &self.joint_free[..n_b]);
         let coupling = &self.coupling[..n_b * rows];
         for (b, out) in p_b.iter_mut().enumerate() {

@@ -19,8 +19,9 @@ pub(super) struct MovingModel {
     motion: ModelMotion,
     /// As received.
     pub(super) received: ReducedInterfaceModel,
-    /// As it is used in the present micro step.
-    pub(super) current: ReducedInterfaceModel,
+    /// As it is used in the present micro step, where that is another.
+    current: ReducedInterfaceModel,
+    apart: bool,
     received_at: f64,
     /// By how much the macro step starts after the sample, s: a late one is brought to the present over several.
     ahead: f64,
@@ -38,6 +39,7 @@ impl MovingModel {
             motion,
             received: empty.clone(),
             current: empty.clone(),
+            apart: false,
             received_at: f64::NAN,
             ahead: 0.0,
             h_rate: vec![0.0; empty.h.len()],
@@ -58,8 +60,25 @@ impl MovingModel {
         if self.motion == ModelMotion::HalfKick {
             self.kick.apply(&mut self.received, length);
         }
-        self.current.copy_from(&self.received);
-        (self.received_at, self.ahead) = (time, 0.0);
+        (self.received_at, self.ahead, self.apart) = (time, 0.0, false);
+        if matches!(self.motion, ModelMotion::Extrapolated | ModelMotion::Piecewise) {
+            self.lend();
+        }
+    }
+
+    /// Returns the model as it is used in the present micro step.
+    #[inline]
+    pub(super) fn current(&self) -> &ReducedInterfaceModel {
+        if self.apart { &self.current } else { &self.received }
+    }
+
+    /// Lends the model as received, and that of the present micro step to be changed.
+    pub(super) fn lend(&mut self) -> (&ReducedInterfaceModel, &mut ReducedInterfaceModel) {
+        if !self.apart {
+            self.current.copy_from(&self.received);
+            self.apart = true;
+        }
+        (&self.received, &mut self.current)
     }
 
     /// Goes on in the macro step that starts at `time` (s).

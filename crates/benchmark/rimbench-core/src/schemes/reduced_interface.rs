@@ -106,13 +106,13 @@ impl ReducedInterface {
         self.contacts.leave_region(&self.law, &mut self.state);
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
         if bilateral {
-            let (model, modes) = (&self.model.current, self.modes.get());
+            let (model, modes) = (self.model.current(), self.modes.get());
             condense_in_modes(model, modes, self.set.contacts(), self.redundancy, &mut self.condensation);
             let Condensation { a, h, .. } = &self.condensation;
             self.discretised.discretise_interface(a, h, !self.condensation.is_unsymmetric(), self.contact_step);
         } else {
             let rows = self.contacts.rows(self.set.contacts());
-            self.discretised.discretise(self.model.current.linear(), rows, self.contact_step);
+            self.discretised.discretise(self.model.current().linear(), rows, self.contact_step);
         }
         if self.feedthrough.is_on() {
             self.feedthrough.eliminate_from(&mut self.discretised)?;

@@ -34,6 +34,14 @@ fn rows(contact: usize, contacts: usize) -> [usize; 3] {
     [contact, contacts + contact, 2 * contacts + contact]
 }
 
+/// Returns the entries of all normal rows, of the first tangential ones and of the second ones.
+#[inline(always)]
+fn by_axis(vector: &[f64], contacts: usize) -> [&[f64]; 3] {
+    let (normal, tangential) = vector[..3 * contacts].split_at(contacts);
+    let (first, second) = tangential.split_at(contacts);
+    [normal, first, &second[..contacts]]
+}
+
 /// Returns the entries of a contact.
 #[inline(always)]
 fn of(contact: usize, contacts: usize, vector: &[f64]) -> [f64; 3] {

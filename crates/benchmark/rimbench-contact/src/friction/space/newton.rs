@@ -1,6 +1,6 @@
 //! Semismooth Newton on the natural map, from the impulses of the last problem.
 
-use super::{SpaceProblem, of, rows, weights};
+use super::{SpaceProblem, by_axis, of, rows, weights};
 use crate::complementarity::SolveStats;
 use crate::known_size;
 use crate::linear_algebra::{LowRank, eliminate_by_rows, eliminate_few};
@@ -107,6 +107,8 @@ impl SemismoothNewton {
         let size = problem.b.len();
         self.grow(size);
         let mut residual = problem.measure(impulses, &mut self.w[..size]);
+        // Then so is H: what is not finite reaches w, and the residual.
+        let finite = residual.is_finite();
         self.best[..size].copy_from_slice(impulses);
         let (mut best, mut iterations, mut stalls) = (residual, 0, 0);
         while residual > WANTED * tolerance && iterations < MOST_ITERATIONS && stalls < MOST_STALLS {
@@ -115,7 +117,9 @@ impl SemismoothNewton {
             if !(if self.is_of_low_rank(problem) { self.step_by_factor(size) } else { self.step_by_rows(problem) }) {
                 break;
             }
-            let Some(after) = self.search(problem, residual, iterations <= FREE_ITERATIONS, impulses) else { break };
+            let Some(after) = self.search(problem, (residual, finite), iterations <= FREE_ITERATIONS, impulses) else {
+                break;
+            };
             stalls = if after > 0.9 * residual { stalls + 1 } else { 0 };
             residual = after;
             if residual < best {
@@ -129,7 +133,13 @@ impl SemismoothNewton {
 
     /// Takes the step, halved until the residual falls, except a full one that is `free` to raise it; returns the new
     /// residual.
-    fn search(&mut self, problem: SpaceProblem<'_>, residual: f64, free: bool, impulses: &mut [f64]) -> Option<f64> {
+    fn search(
+        &mut self,
+        problem: SpaceProblem<'_>,
+        (residual, finite): (f64, bool),
+        free: bool,
+        impulses: &mut [f64],
+    ) -> Option<f64> {
         let (n, size) = (problem.contacts(), problem.b.len());
         let mut length = 1.0;
         for _ in 0..MOST_HALVINGS {
@@ -142,7 +152,8 @@ impl SemismoothNewton {
                     self.trial[row] = impulses[row] + length * step;
                 }
             }
-            let after = problem.measure(&self.trial[..size], &mut self.w[..size]);
+            let (trial, w) = (&self.trial[..size], &mut self.w[..size]);
+            let after = if finite { problem.measure_finite(trial, w) } else { problem.measure(trial, w) };
             if after < residual || (length == 1.0 && free && after.is_finite()) {
                 impulses.copy_from_slice(&self.trial[..size]);
                 return Some(after);
@@ -155,11 +166,12 @@ impl SemismoothNewton {
     /// Writes what the Jacobian of each closed contact is made of, and the right-hand side.
     fn linearise(&mut self, problem: SpaceProblem<'_>, impulses: &[f64]) {
         let n = problem.contacts();
+        let [impulses, velocities] = [impulses, &self.w].map(|vector| by_axis(vector, n));
         self.closed.clear();
         self.blocks.clear();
         for contact in 0..n {
             let (h_nn, h_tt) = weights(problem, contact);
-            let ([p_n, p_1, p_2], w) = (of(contact, n, impulses), of(contact, n, &self.w));
+            let [[p_n, p_1, p_2], w] = [impulses, velocities].map(|axes| axes.map(|axis| axis[contact]));
             let pushes = p_n - w[0] / h_nn > 0.0;
             if !pushes {
                 continue;
@@ -185,16 +197,19 @@ impl SemismoothNewton {
         let (n, size, h) = (problem.contacts(), problem.b.len(), problem.delassus.h);
         let width = 3 * self.closed.len();
         for (slot, (&contact, block)) in self.closed.iter().zip(&self.blocks).enumerate() {
-            let [at_n, at_1, at_2] = rows(contact, n).map(|row| &h[row * size..(row + 1) * size]);
+            let [at_n, at_1, at_2] = rows(contact, n).map(|row| by_axis(&h[row * size..(row + 1) * size], n));
             let lines = &mut self.jacobian[3 * slot * width..3 * (slot + 1) * width];
             let (normal, tangential) = lines.split_at_mut(width);
             let (first, second) = tangential.split_at_mut(width);
             let (h_nn, d) = block.of_h;
-            for (at, &other) in self.closed.iter().enumerate() {
-                for (axis, column) in rows(other, n).into_iter().enumerate() {
-                    normal[3 * at + axis] = at_n[column] / h_nn;
-                    first[3 * at + axis] = d[0][0] * at_1[column] + d[0][1] * at_2[column];
-                    second[3 * at + axis] = d[1][0] * at_1[column] + d[1][1] * at_2[column];
+            let of_others = self.closed.iter().zip(normal.as_chunks_mut::<3>().0);
+            let tangential = first.as_chunks_mut::<3>().0.iter_mut().zip(second.as_chunks_mut::<3>().0);
+            for ((&other, normal), (first, second)) in of_others.zip(tangential) {
+                let [of_n, of_1, of_2] = [at_n, at_1, at_2].map(|line| line.map(|axis| axis[other]));
+                for axis in 0..3 {
+                    normal[axis] = of_n[axis] / h_nn;
+                    first[axis] = d[0][0] * of_1[axis] + d[0][1] * of_2[axis];
+                    second[axis] = d[1][0] * of_1[axis] + d[1][1] * of_2[axis];
                 }
             }
             normal[3 * slot] += PROXIMAL;

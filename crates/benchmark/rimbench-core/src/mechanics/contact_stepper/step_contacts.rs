@@ -62,7 +62,7 @@ impl DenseProblem {
     /// Writes `H` and `b`; tangential rows come after the normal ones.
     pub(super) fn pose(&mut self, terms: ContactTerms<'_>, p_i: &[f64]) {
         let Ok(force) = <[f64; 1]>::try_from(p_i) else { return self.pose_rows(self.b.len(), terms, p_i) };
-        known_size!(self.b.len(), N if N <= 8 => self.pose_few::<N>(terms, force), rows => self.pose_rows(rows, terms, p_i));
+        known_size!(self.b.len(), N if N <= 9 || N == 18 => self.pose_few::<N>(terms, force), rows => self.pose_rows(rows, terms, p_i));
     }
 
     #[inline(never)]

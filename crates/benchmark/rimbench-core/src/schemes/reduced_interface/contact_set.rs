@@ -95,9 +95,9 @@ impl ContactSet {
         modes: &mut RecordedModes,
     ) -> Result<(), Failure> {
         let by_law = self.detection == Some(ContactDetection::MechanicsLaw);
-        let MovingModel { received, current, .. } = model;
-        self.active.keep(&mut self.contacts, received, lambda, by_law, modes)?;
+        self.active.keep(&mut self.contacts, &model.received, lambda, by_law, modes)?;
         if by_law {
+            let (received, current) = model.lend();
             // Bilateral contacts then follow the gap law: w_c⁺ = −t.
             for &contact in &self.contacts {
                 current.w[contact] += received.step_gap_velocity(contact);

@@ -14,7 +14,7 @@ impl ReducedInterface {
         if slip_rows.is_some() || !model.stays() || model.received.delassus_pattern().is_some() {
             return None;
         }
-        let (received, current) = (&model.received, &model.current);
+        let (received, current) = (&model.received, model.current());
         let start = &received.w[..];
         if !matches!(contacts, ModelContacts::Bilateral) {
             // Velocities of many contacts are out of date within a critical region.

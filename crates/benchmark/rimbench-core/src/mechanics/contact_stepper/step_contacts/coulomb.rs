@@ -12,7 +12,7 @@ use rimbench_contact::complementarity::SolverCounters;
 use rimbench_contact::contact_law::Solved;
 use rimbench_contact::friction::space::{SpaceProblem, SpaceSolver};
 use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
-use rimbench_contact::linear_algebra::{dot, largest_entry};
+use rimbench_contact::linear_algebra::largest_entry;
 use rimbench_contact::solver_entry::SolverEntry;
 
 /// Friction of the contacts: Coulomb's law, in the plane or in space.
@@ -156,10 +156,9 @@ impl CoulombStep {
                     solver.solver.scale_start(terms.h / self.last_step);
                 }
                 self.last_step = terms.h;
-                let solved = solver.solve(SpaceProblem::with_friction(h, b, &self.friction), impulses);
-                for ((w, b), row) in w.iter_mut().zip(&*b).zip(h.chunks_exact(b.len())) {
-                    *w = b + dot(row, impulses);
-                }
+                let problem = SpaceProblem::with_friction(h, b, &self.friction);
+                let solved = solver.solve(problem, impulses);
+                problem.velocities_by_dot(impulses, w);
                 solved?;
                 return Ok(());
             }
