@@ -570,6 +570,21 @@ fn what_an_fmu_in_our_process_does_to_it_is_set_back() {
 }
 
 #[test]
+fn times_of_a_case_file_that_cannot_be_are_refused_with_the_file() {
+    let Some(folder) = case(&MASS, &SPRING, &[]) else { return };
+    for (from, to, wanted) in [
+        ("reference_step_s = 4e-4", "reference_step_s = 5.0", "reference_step_s = 5e0 is not valid"),
+        ("reference_step_s = 4e-4", "reference_step_s = 1e-12", "reference_step_s = 1e-12 is not valid"),
+        ("\nmicro_step_s = 1e-3", "\nmicro_step_s = 1e-12", "micro_step_s = 0.000000000001 is not valid"),
+        ("duration_s = 0.2", "duration_s = 1e-4", "macro_step_s = 0.001 is not valid"),
+        ("duration_s = 0.2", "duration_s = 1e300", "macro_step_s = 0.001 is not valid"),
+    ] {
+        write_case(folder.path(), &[(from, to)]);
+        assert_has(&refused(folder.path()), &["case.toml: ", wanted]);
+    }
+}
+
+#[test]
 fn what_a_side_costs_is_measured_and_advice_is_at_these_prices() {
     // What sleeps 300 µs in each step costs more than many micro steps, whatever else the machine does.
     let Some(folder) = case(&Guest { faults: &["SLOW_US=300"], ..MASS }, &SPRING, &[]) else { return };

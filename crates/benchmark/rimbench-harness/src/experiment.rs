@@ -221,6 +221,14 @@ impl Experiment {
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
         let logs = logs.table();
         experiment.schemes = rows.map_err(|error| Error::file(path, error))?;
+        let texts = experiment.claims.iter().map(|claim| (format!("text of claim `{}`", claim.id), &claim.text));
+        if let Some((key, text)) = [("question".to_owned(), &experiment.question)]
+            .into_iter()
+            .chain(texts)
+            .find(|(_, text)| text.trim().is_empty())
+        {
+            return Err(Error::file(path, Error::invalid(key, format!("{text:?}"), "what it is, in words")));
+        }
         experiment.path = path.to_owned();
         let name = experiment.name();
         if name.trim_matches('.').is_empty() || name.contains(char::is_control) {

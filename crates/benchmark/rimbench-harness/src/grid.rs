@@ -92,7 +92,7 @@ pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64
         return Err(Error::invalid("to", to, format!("a finite time, at least {from} s")));
     }
     if !(1..=1000).contains(&per_decade) {
-        return Err(Error::invalid("per-decade", per_decade, "a whole number from 1 to 1000"));
+        return Err(Error::invalid("per_decade", per_decade, "a whole number from 1 to 1000"));
     }
     let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0);
     if intervals >= MOST_RUNS as f64 {

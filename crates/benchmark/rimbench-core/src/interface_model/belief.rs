@@ -58,8 +58,11 @@ impl Belief {
         let contacts = model.contacts();
         for (what, contact) in [("missing", self.missing), ("closed", self.closed)] {
             if let Some(contact) = contact.filter(|contact| *contact >= contacts) {
-                let expected = format!("a contact of the model, from 0 to below {contacts}");
-                return Err(Error::invalid(format!("belief {what}"), contact, expected));
+                let expected = match contacts {
+                    0 => "none of the two: the model has no contact".to_owned(),
+                    _ => format!("a contact of the model, from {what}:0 to {what}:{}", contacts - 1),
+                };
+                return Err(Error::invalid("belief", format!("{what}:{contact}"), expected));
             }
         }
         if self.friction != 1.0 && !model.has_friction() {
