@@ -2,7 +2,7 @@
 //! names is found.
 #![cfg(target_os = "linux")]
 
-use crate::outside::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, write_case};
+use crate::faulty_guest::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, write_case};
 use crate::program::assert_has;
 use std::fs;
 use std::path::Path;
