@@ -15,7 +15,7 @@ use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::SideNotes;
-use rimbench::harness::{Cache, Job, Shard, Step, check_fresh_claims, run_job_until};
+use rimbench::harness::{Cache, Job, Shard, Step, check_fresh_claims, in_shell, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -156,10 +156,11 @@ impl Run {
             ),
             mood,
         ))?;
+        let quoted = in_shell(&[folder.display().to_string()]);
         let folder = folder.display();
         print(&match summary.missing {
             0 if summary.in_parts => format!("{folder}/records: rows of more runs than result files have"),
-            0 => format!("{folder}/runs.csv · `rimbench report {folder}` writes a page"),
+            0 => format!("{folder}/runs.csv · `rimbench report {quoted}` writes a page"),
             _ => format!("in {folder}"),
         })?;
         Ok(ExitCode::SUCCESS)

@@ -234,6 +234,21 @@ fn options_go_by_the_names_that_were_typed() {
 }
 
 #[test]
+fn a_number_that_is_none_is_told_with_what_is_needed() {
+    for (line, wanted) in [
+        ("run x.toml --jobs -1", "invalid value '-1' for '--jobs <N>': a whole number from 0 is needed"),
+        ("run x.toml --jobs 1.5", "a whole number from 0 is needed"),
+        ("run x.toml --jobs 99999999999999999999999", "a smaller number is needed"),
+        ("limit --case wedge-box --scheme nepce --per-decade -1", "for '--per-decade"),
+        ("limit --case wedge-box --scheme nepce --relative-tolerance x", "a number is needed"),
+    ] {
+        let message = refused(&mut call(line)).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_has(&message, &[wanted]);
+        assert!(!message.contains("-- -1"), "{message}");
+    }
+}
+
+#[test]
 fn a_diverged_run_is_a_result_with_exit_code_zero() {
     let facts = facts("--scheme zero-order-hold --macro-step 5e-3");
     assert_eq!(facts["outcome"], "diverged");

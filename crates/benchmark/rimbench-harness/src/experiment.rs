@@ -233,7 +233,7 @@ impl Experiment {
         let name = experiment.name();
         if name.trim_matches('.').is_empty() || name.contains(char::is_control) {
             let wanted = "is no name for an experiment: results go to a folder of that name";
-            return Err(Error::file(path, format!("`{name}` {wanted}")));
+            return Err(Error::file(shortened(&path.to_string_lossy()), format!("`{}` {wanted}", shortened(&name))));
         }
         // A copy must do without the logs. Where case files are from it is not what the experiment says.
         let own = text.split_once(CASE_FILES).map_or(&*text, |(own, _)| own);

@@ -60,6 +60,7 @@ impl Belief {
             if let Some(contact) = contact.filter(|contact| *contact >= contacts) {
                 let expected = match contacts {
                     0 => "none of the two: the model has no contact".to_owned(),
+                    1 => format!("{what}:0, the only contact of the model"),
                     _ => format!("a contact of the model, from {what}:0 to {what}:{}", contacts - 1),
                 };
                 return Err(Error::invalid("belief", format!("{what}:{contact}"), expected));
@@ -162,6 +163,6 @@ mod tests {
         assert!(model.h.iter().all(|entry| *entry == 1.0) && model.a.iter().all(|a| *a == 3.0));
         assert_eq!((model.friction, model.gap), (vec![0.25, 0.2], vec![0.25, FAR]));
         let none = ReducedInterfaceModel::zeros(1, 1);
-        assert!(belief.check_model(&none).unwrap_err().to_string().contains("from 0 to below 1"));
+        assert!(belief.check_model(&none).unwrap_err().to_string().contains("missing:0, the only contact"));
     }
 }

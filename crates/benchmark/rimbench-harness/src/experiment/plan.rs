@@ -171,7 +171,7 @@ impl Experiment {
         match cells.saturating_mul(phases) {
             0 => Err(Error::Incompatible(format!(
                 "the grid is empty: {} cases, {} schemes, {cells} combinations of them with parameters and macro steps, \
-                 {phases} phases",
+                 {phases} phases; valid: at least one of each",
                 self.cases.len(),
                 self.schemes.len()
             ))),
@@ -277,6 +277,8 @@ impl Experiment {
             "macro_step_s" => "macro_steps_s",
             "phase" => "phases",
             "step_tolerance" if row.step_tolerances.is_some() => "step_tolerances",
+            "delivery_up" if row.has_delivery => "delivery.up",
+            "delivery_down" if row.has_delivery => "delivery.down",
             "reference_step_s" if self.reference_step_s.is_none() => "reference_step_s of the case",
             own => own,
         };

@@ -562,6 +562,14 @@ fn unlisted_results(folder: &Path, name: &str, cases: &[(&str, [f64; 3])], schem
 fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() {
     let place = tempfile::tempdir().expect("a temporary folder");
     let steps = [1e-3, 2e-3, 5e-3];
+    // Whatever a file is called that is run.
+    for odd in ["mine/ü; $(x)", "mine/ ", &format!("mine/{}", "n".repeat(245))] {
+        unlisted_results(place.path(), odd, &[("box", steps)], 3);
+        let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
+        let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+        assert!(failed.is_empty() && made.failed.is_empty() && made.files.len() == 2, "{odd}: {failed:?} {made:?}");
+        std::fs::remove_dir_all(place.path().join(odd)).unwrap();
+    }
     unlisted_results(place.path(), "mine/few", &[("box", steps)], 3);
     unlisted_results(place.path(), "mine/many", &[("box", steps), ("bar", [1e-6, 2e-6, 5e-6])], 20);
     std::fs::create_dir_all(place.path().join("mine/broken")).unwrap();
