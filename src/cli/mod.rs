@@ -253,7 +253,7 @@ fn case_of(notes: &SideNotes, file: &Path) -> Result<Case> {
 fn add_case_file(catalogue: &mut Catalogue, notes: &SideNotes, file: &Path) -> Result<String> {
     let case = case_of(notes, file)?;
     let name = case.name.to_string();
-    catalogue.add_case(case)?;
+    catalogue.add_case(case).map_err(|error| Error::file(file, error))?;
     Ok(name)
 }
 

@@ -372,7 +372,7 @@ fn what_an_fmu_in_our_process_does_to_it_is_set_back() {
 }
 
 #[test]
-fn times_of_a_case_file_that_cannot_be_are_refused_with_the_file() {
+fn what_a_case_file_says_that_cannot_be_is_refused_with_the_file() {
     let Some(folder) = case(&MASS, &SPRING, &[]) else { return };
     for (from, to, wanted) in [
         ("reference_step_s = 4e-4", "reference_step_s = 5.0", "reference_step_s = 5e0 is not valid"),
@@ -380,6 +380,11 @@ fn times_of_a_case_file_that_cannot_be_are_refused_with_the_file() {
         ("\nmicro_step_s = 1e-3", "\nmicro_step_s = 1e-12", "micro_step_s = 0.000000000001 is not valid"),
         ("duration_s = 0.2", "duration_s = 1e-4", "macro_step_s = 0.001 is not valid"),
         ("duration_s = 0.2", "duration_s = 1e300", "macro_step_s = 0.001 is not valid"),
+        ("name = \"pair\"", "name = \"wedge-box\"", "name of the case = `wedge-box` is not valid"),
+        ("\"v\"", "{ variable = \"v\", factor = nan }", "factor of `v` = NaN is not valid"),
+        ("\"v\"", "{ variable = \"v\", factor = -0.0 }", "factor of `v` = -0 is not valid"),
+        ("fmu = \"mass.fmu\"", "fmu = \"\"", "fmu of [mechanics] = \"\" is not valid"),
+        ("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nneeds = [\"\"]", "needs of [mechanics] = \"\" is not valid"),
     ] {
         write_case(folder.path(), &[(from, to)]);
         assert_has(&refused(folder.path()), &["case.toml: ", wanted]);
@@ -655,6 +660,8 @@ fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
     assert_eq!(run(folder.path(), "--scheme zero-order-hold").0["outcome"], "completed");
     write_case(folder.path(), &[(of_mass, &*class("Raises"))]);
     assert_has(&refused(folder.path()), &["ValueError: no solution", "sides.py, line "]);
+    write_case(folder.path(), &[(of_mass, "python = \"case.toml\"\nclass = \"Mass\"")]);
+    assert_has(&refused(folder.path()), &["is no file of Python: its name does not end in .py"]);
     write_case(folder.path(), &[(of_mass, &*class("Nobody"))]);
     assert_has(&refused(folder.path()), &["sides.py", "Nobody"]);
 }

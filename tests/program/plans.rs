@@ -282,6 +282,10 @@ fn a_value_of_the_grid_is_told_by_the_key_of_the_file() {
         ("macro_steps_s = [5e-3]", "macro_steps_s = [1.0]", "macro_steps_s = 1 is not valid"),
         ("macro_steps_s = { from = 1e-3, to = 1e-2, per_decade = 0 }", "", "macro_steps_s: per_decade = 0"),
         ("macro_steps_s = [5e-3]\nphases = [2.0]", "", "phases = 2.0 is not valid"),
+        // Also where others stand for them.
+        ("macro_steps_s = [nan]", "macro_steps_s = [5e-3]", "macro_steps_s = NaN is not valid"),
+        ("macro_steps_s = [5e-3]\nquick = { macro_steps_s = [0.0] }", "", "[quick]: macro_steps_s = 0 is not valid"),
+        ("macro_steps_s = [5e-3]\nquick = { phases = [nan] }", "", "[quick]: phases = NaN is not valid"),
         (
             "macro_steps_s = [5e-3]",
             &format!("{controlled}step_tolerances = [-1.0]"),

@@ -65,6 +65,7 @@ impl fmt::Display for Error {
             Error::Incompatible(message) => f.write_str(message),
             Error::Stopped => f.write_str("stopped"),
             Error::Overdue { limit_s } => write!(f, "the reference took longer than wall_limit_s = {limit_s} s"),
+            Error::File { path, message } if path.as_os_str().is_empty() => write!(f, "\"\": {message}"),
             Error::File { path, message } => write!(f, "{}: {message}", path.display()),
         }
     }

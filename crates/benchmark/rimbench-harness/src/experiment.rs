@@ -153,6 +153,9 @@ impl CaseEntry {
 
     /// The case that is meant.
     fn find(&self, catalogue: &Catalogue) -> Result<Arc<Case>> {
+        if let Some(file) = self.file.as_ref().filter(|file| file.as_os_str().is_empty()) {
+            return Err(Error::invalid("file", file.display(), "the path of a case file"));
+        }
         if self.file.is_none() && self.name.is_empty() {
             return Err(Error::invalid("name", "nothing", "the name of a case, or file = \"….toml\", a case file"));
         }
@@ -385,6 +388,17 @@ impl Experiment {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
                 return Err(Error::invalid(key, value, "a finite time above 0 s"));
             }
+        }
+        // All of them, also those that others stand for.
+        self.macro_steps_s.check()?;
+        self.phases.check()?;
+        let in_quick = |error: Error| Error::Incompatible(format!("[quick]: {error}"));
+        if let Some(quick) = &self.quick {
+            quick.macro_steps_s.as_ref().map_or(Ok(()), MacroSteps::check).map_err(in_quick)?;
+            quick.phases.as_ref().map_or(Ok(()), Phases::check).map_err(in_quick)?;
+        }
+        for case in &self.cases {
+            case.macro_steps_s.as_ref().map_or(Ok(()), MacroSteps::check).map_err(|error| case.place(&error))?;
         }
         let labels = || self.schemes.iter().map(|row| row.label.as_str());
         let unknown = self.traces.iter().flatten().find(|wanted| !labels().any(|label| label == wanted.as_str()));

@@ -144,7 +144,7 @@ pub fn open_case(file: &Bound<'_, PyAny>, python: PathBuf) -> PyResult<PyCase> {
     let file: PathBuf = given_as("file", file, "the path of a case file")?;
     let wrong = |error: Error| RimbenchError::new_err(error.to_string());
     let case = read_case(&file, programs(python)).map_err(wrong)?;
-    everything().clone().add_case(case.clone()).map_err(wrong)?;
+    everything().clone().add_case(case.clone()).map_err(|error| wrong(Error::file(&file, error)))?;
     Ok(PyCase { case, code: Ok(String::new()), references: Mutex::default() })
 }
 
