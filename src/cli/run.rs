@@ -34,7 +34,7 @@ pub struct Run {
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
     /// Number of the first shard: some job arrays count from 0
-    #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", value_parser = clap::value_parser!(u8).range(0..=1))]
+    #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", conflicts_with_all = ["places", "collect", "dry_run", "slurm"], value_parser = clap::value_parser!(u8).range(0..=1))]
     first_shard: u8,
     /// Only the runs at these places of the plan, from 0: the task of a job array, after which --collect writes the
     /// result files
@@ -51,10 +51,11 @@ pub struct Run {
     #[arg(long, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
     dry_run: bool,
     /// With --dry-run: all runs, however many
-    #[arg(long, requires = "dry_run", conflicts_with = "slurm")]
+    #[arg(long, requires = "dry_run", conflicts_with_all = ["slurm", "jobs", "shard", "places", "fresh", "collect"])]
     all: bool,
     /// How to print a dry run; JSON has all runs
-    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run", conflicts_with = "slurm")]
+    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run",
+        conflicts_with_all = ["slurm", "jobs", "shard", "places", "fresh", "collect"])]
     format: Format,
     #[command(flatten)]
     submit: Submit,

@@ -249,6 +249,31 @@ fn a_number_that_is_none_is_told_with_what_is_needed() {
 }
 
 #[test]
+fn what_needs_another_option_is_not_passed_over_where_a_third_excludes_that() {
+    for line in [
+        "report results --out page.html",
+        "report --open --out page.html",
+        "report --open --group paper",
+        "report --open --file a.toml",
+        "report --pdf --group paper",
+        "run x.toml --first-shard 0 --places 0-1",
+        "run x.toml --first-shard 0 --dry-run",
+        "run x.toml --all --jobs 2",
+        "run x.toml --all --shard 1/2",
+        "run x.toml --format json --fresh",
+        "run x.toml --chunk-time 1s --jobs 2",
+        "run x.toml --cpus 2 --collect a",
+        "run x.toml --at-once 2 --shard 1/2",
+        "run x.toml --exclusive --fresh",
+        "run x.toml --jobs 2 -- --mem=1G",
+        "reproduce --quick --only study/friction",
+    ] {
+        let message = refused(&mut call(line));
+        assert!(message.contains("cannot be used with") || message.contains("not provided"), "{line}: {message}");
+    }
+}
+
+#[test]
 fn a_diverged_run_is_a_result_with_exit_code_zero() {
     let facts = facts("--scheme zero-order-hold --macro-step 5e-3");
     assert_eq!(facts["outcome"], "diverged");
