@@ -74,7 +74,7 @@ impl Advise {
             Some(costs) => return Err(Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L").into()),
         };
         use_threads(self.jobs)?;
-        let interruption = Interruption::listen();
+        let interruption = Interruption::listen(false);
         let progress = Progress::begin("advise", None);
         let cache = Cache::of_user();
         let information =

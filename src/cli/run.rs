@@ -93,7 +93,7 @@ impl Run {
         for note in experiment.notes(catalogue, false)? {
             eprintln!("note: {note}");
         }
-        let interruption = Interruption::listen();
+        let interruption = Interruption::listen(true);
         // How many there are is told when the plan is laid out.
         let progress = Progress::begin("run", Some(0));
         let cache = Cache::of_user();
