@@ -220,8 +220,8 @@ fn options_go_by_the_names_that_were_typed() {
         ("--macro-step 5 --duration 1", "--macro-step = 5 is not valid"),
         ("--macro-step 1ns", "--macro-step = 0.000000001 is not valid"),
         ("--micro-step 1ns", "--micro-step = 0.000000001 is not valid"),
-        ("--mechanics-step 20ns", "--mechanics-step = 0.00000002 is not valid"),
-        ("--mechanics-steps 1000000", "--mechanics-steps = 1000000 is not valid"),
+        ("--mechanics-step 5ns --duration 10", "--mechanics-step = 0.000000005 is not valid"),
+        ("--mechanics-steps 1000000 --duration 10", "--mechanics-steps = 1000000 is not valid"),
         ("--delivery-down delay:-1", "--delivery-down = delay:-1 is not valid"),
         ("--mechanics-steps 5 --mechanics-step 1ms", "--mechanics-steps = 5 and --mechanics-step = 0.001: give one"),
         (

@@ -88,8 +88,11 @@ pub struct CaseDefaults {
 /// run.
 pub(crate) const MOST_STEPS: f64 = 1e7;
 
-/// The same of what is within them: micro steps, steps of the mechanics, those of the coarsest of the three references.
-pub(crate) const MOST_SMALL_STEPS: f64 = 1e8;
+/// The same of what is within them: micro steps, and steps of the mechanics.
+pub(crate) const MOST_SMALL_STEPS: f64 = 1e9;
+
+/// The same of the coarsest of the three references.
+const MOST_REFERENCE_STEPS: f64 = 1e8;
 
 impl CaseDefaults {
     /// Returns the communication points of phase φ in (0, 1].
@@ -127,7 +130,7 @@ impl CaseDefaults {
                 format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
             return Err(Error::invalid("duration_s", self.duration_s, expected));
         }
-        let least = self.duration_s / MOST_SMALL_STEPS;
+        let least = self.duration_s / MOST_REFERENCE_STEPS;
         if !(step >= least && step <= sampling) {
             let expected =
                 format!("a time from {least:e} s to {sampling:e} s, the distance of the points of the reference");
