@@ -1,6 +1,6 @@
 // Uses the report as a reader does.
 //
-//   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit (needs node alone)
+//   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit; what is enlarged stays in the picture (needs node alone)
 //   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
 //                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
 //   node .ci/page.mjs speed REPORT [idle]             size, first paint, controls, redraws while the slider is dragged; slow fails if idle
@@ -32,18 +32,19 @@ async function digits() {
   let answer;
   const worker = { WebAssembly, TextEncoder, TextDecoder, Uint8Array, Float64Array, postMessage: (message) => (answer = message) };
   vm.runInNewContext(source, worker);
-  const ask = async (request) => {
-    await worker.onmessage({ data: { requests: [request] } });
+  const ask = async (request, wanted) => {
+    await worker.onmessage({ data: { requests: [request], wanted } });
     return answer.answers[0];
   };
   await worker.onmessage({ data: { module: new WebAssembly.Module(zlib.gunzipSync(fs.readFileSync(subject))) } });
   const number = (text) => ({ inf: Infinity, "-inf": -Infinity, NaN: NaN })[text] ?? Number(text);
   const trace = path.join(fs.mkdtempSync(path.join(os.tmpdir(), "digits-")), "trace.csv");
+  const cases = JSON.parse(answer.cases);
   let runs = 0, equal = 0;
   // Every scheme on the wedge box, and every case of the gallery with the schemes it is first shown with.
   const schemes = answer.ready.trim().split("\n").map((line) => line.split(" ")[1]);
   const asked = schemes.flatMap((scheme) => ["2e-3", "5e-3"].map((step) => ["wedge-box", scheme, step]));
-  for (const of of JSON.parse(answer.cases)) for (const scheme of of.schemes) asked.push([of.name, scheme, `${of.shown_ms}e-3`]);
+  for (const of of cases) for (const scheme of of.schemes) asked.push([of.name, scheme, `${of.shown_ms}e-3`]);
   for (const scheme of ["rim-nonsmooth-gap", "first-order-hold"]) asked.push(["wedge-box", scheme, "2e-3", "delay:2"]);
   for (const [of, scheme, step, late] of asked) {
     const own = await ask(`run\ncase ${of}\nscheme ${scheme}\nmacro_step_s ${step}\n${late ? `delivery_up ${late}\n` : ""}`);
@@ -60,6 +61,38 @@ async function digits() {
     if (!same) fail(`${of}, ${scheme} at ${step} s: other digits in the browser than in the program`);
   }
   console.log(`${equal} of ${runs} runs have the same digits in the module and in the program`);
+  await enlarged(cases, ask);
+}
+
+// What differs from the reference is enlarged by no more than the picture holds, at every row of a run.
+async function enlarged(cases, ask) {
+  const text = (name) => fs.readFileSync(new URL(`../crates/presentation/rimbench-figures/page/${name}.js`, import.meta.url), "utf8");
+  const document = { getElementById: () => ({ textContent: "{}" }) };
+  // The page's own functions, outside a page.
+  const rule = text("try").match(/const enlargement = [^]*?\n  };\n/)[0];
+  const page = vm.runInNewContext(`${text("drawing")}${text("verdict")}const { at, end } = verdict; ${rule}; ({ enlargement, drawing, at, end })`, { document });
+  let tried = 0;
+  for (const of of cases) {
+    page.drawing.frameBodies(of.drawing);
+    const wanted = ["time_s", ...page.drawing.columns(of.drawing)], { x } = of.drawing.view;
+    const reference = await ask(`reference\ncase ${of.name}\nscheme zero-order-hold`, wanted);
+    for (const scheme of of.schemes) {
+      const run = await ask(`run\ncase ${of.name}\nscheme ${scheme}\nmacro_step_s ${of.shown_ms}e-3\n`, wanted);
+      if (!run.rows || !reference.rows) continue;
+      run.verdict = { state: "usable" };
+      const factor = page.enlargement(of, reference, [run]);
+      const apart = [...run.columns.time_s].map((t) => {
+        const [ours, theirs] = [run, reference].map((trace) => page.drawing.poses(of.drawing, (name) => page.at(trace, name, t)));
+        return Math.max(...[...ours].map(([name, [px, py]]) => Math.hypot(px - theirs.get(name)[0], py - theirs.get(name)[1])));
+      });
+      // A tenth of the picture; the page looks at 120 instants, between which a difference may be somewhat larger.
+      const worst = Math.max(...apart);
+      if (factor > 1 && !(factor * worst <= 0.1 * (x[1] - x[0]))) fail(`${of.name}, ${scheme}: ${factor} times ${worst} m leaves the picture`);
+      tried += 1;
+    }
+  }
+  if (tried < 20) fail(`only ${tried} runs could be drawn`);
+  console.log(`differences of ${tried} runs stay in the picture when they are enlarged`);
 }
 
 const require = createRequire(path.join(process.env.NODE_PATH ?? "", "/"));

@@ -27,7 +27,7 @@ pub struct Advise {
     error: String,
     /// Costs of an exchange, a mechanics step, a micro step and a model solve [default: 9,13,1,1.5; sides from outside
     /// as measured]
-    #[arg(long, value_name = "E,M,U,L", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "E,M,U,L", value_delimiter = ',')]
     costs: Option<Vec<f64>>,
     /// Only schemes that never take a step again, at what work costs in this program
     #[arg(long)]
@@ -40,10 +40,10 @@ pub struct Advise {
     #[arg(long)]
     no_feedback: bool,
     /// Smallest macro step that is tried, s [default: 1e-4, or a hundredth of the largest if that is less]
-    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time)]
     from: Option<f64>,
     /// Largest macro step that is tried, s [default: 0.1, or a tenth of the duration if that is less]
-    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time)]
     to: Option<f64>,
     /// Macro steps per decade
     #[arg(long, value_name = "N", default_value_t = 10)]
@@ -74,7 +74,7 @@ impl Advise {
             Some(costs) => return Err(Error::invalid("costs", format!("{costs:?}"), "four numbers: E,M,U,L").into()),
         };
         use_threads(self.jobs)?;
-        let interruption = Interruption::listen();
+        let interruption = Interruption::listen(false);
         let progress = Progress::begin("advise", None);
         let cache = Cache::of_user();
         let information =

@@ -60,7 +60,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let tables_kept: Vec<PathBuf> = tables.of(has_table).map(|(place, _)| out.join(place.file())).collect();
     let kept = Kept::look(out, &experiments, &figures, &[&pages[..], &tables_kept[..]].concat(), (whole, whole));
 
-    let interruption = Interruption::listen();
+    let interruption = Interruption::listen(true);
     let progress = Progress::begin("reproduce", Some(total));
     let cache = Cache::of_user();
     let mut of_paper: Vec<CheckedClaim> = Vec::new();

@@ -30,10 +30,10 @@ pub struct Fmu {
     #[arg(long, value_name = "FILE.fmu")]
     out: PathBuf,
     /// Communication step of that run, and the one that the FMU suggests, s
-    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
     macro_step: Option<f64>,
     /// Simulated time of that run, s
-    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
     duration: Option<f64>,
     /// The library that goes into the FMU [default: that beside this program]
     #[arg(long, value_name = "FILE")]
@@ -73,8 +73,12 @@ impl Fmu {
         let (library, bytes) = find_library(self.library.as_deref(), &program)?;
         let packed = pack(&spec, side, &bytes)?;
         let (trajectory, outcome) = golden_run(&spec, side)?;
-        write_trace(&golden, &trajectory, None)?;
+        let was_there = self.out.exists();
         write_atomically(&self.out, |file| file.write_all(&packed))?;
+        // One without the other is half of what was asked for.
+        write_trace(&golden, &trajectory, None).inspect_err(|_| {
+            let _ = (!was_there).then(|| std::fs::remove_file(&self.out));
+        })?;
         let (out, size, library) = (self.out.display(), packed.len(), library.display());
         let (points, step_ms) = (trajectory.len(), 1e3 * spec.macro_step);
         let heard = format!("{} ({points} communication points, H = {step_ms} ms; {outcome})", golden.display());

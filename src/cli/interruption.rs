@@ -15,8 +15,13 @@ use std::time::Duration;
 const GRACE: Duration = Duration::from_millis(900);
 
 /// What has been asked for by Ctrl-C or SIGTERM.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Interruption(Arc<[AtomicBool; 2]>);
+#[derive(Debug, Clone)]
+pub(super) struct Interruption {
+    /// Soon, and now.
+    asked: Arc<[AtomicBool; 2]>,
+    /// Whether runs are stored, from which the same command goes on.
+    stores: bool,
+}
 
 /// The listener; without one the program leaves at once.
 static LISTENING: Mutex<Option<Interruption>> = Mutex::new(None);
@@ -55,28 +60,29 @@ fn hear_sigterm() -> std::io::Result<()> {
 }
 
 impl Interruption {
-    /// Begins to listen.
-    pub(super) fn listen() -> Self {
-        let interruption = Interruption::default();
+    /// Begins to listen, for a command that `stores` its runs or does not.
+    pub(super) fn listen(stores: bool) -> Self {
+        let interruption = Interruption { asked: Arc::default(), stores };
         *LISTENING.lock().unwrap_or_else(PoisonError::into_inner) = Some(interruption.clone());
         interruption
     }
 
     fn ask(&self) {
-        if !self.0[0].swap(true, Ordering::Relaxed) {
-            eprintln!(
-                "\nstopping after the runs in progress, after which the same command goes on from there; again to stop now"
-            );
+        if !self.asked[0].swap(true, Ordering::Relaxed) {
+            let then = if self.stores { ", after which the same command goes on from there" } else { "" };
+            eprintln!("\nstopping after the runs in progress{then}; again to stop now");
             return;
         }
         self.end();
     }
 
     fn end(&self) {
-        let [soon, now] = &*self.0;
+        let [soon, now] = &*self.asked;
         soon.store(true, Ordering::Relaxed);
         if !now.swap(true, Ordering::Relaxed) {
-            eprintln!("\nstopping now; what is stored is kept, and the same command goes on from there");
+            let then =
+                if self.stores { "; what is stored is kept, and the same command goes on from there" } else { "" };
+            eprintln!("\nstopping now{then}");
         }
         // Records are appended with one write each, so the store is whole at any time.
         std::thread::spawn(|| {
@@ -87,11 +93,11 @@ impl Interruption {
 
     /// Whether a stop was asked for.
     pub(super) fn is_asked(&self) -> bool {
-        self.0[0].load(Ordering::Relaxed)
+        self.asked[0].load(Ordering::Relaxed)
     }
 
     /// What the runs look at.
     pub(super) fn flags(&self) -> StopFlags<'_> {
-        StopFlags { soon: StopFlag::new(&self.0[0]), now: StopFlag::new(&self.0[1]) }
+        StopFlags { soon: StopFlag::new(&self.asked[0]), now: StopFlag::new(&self.asked[1]) }
     }
 }

@@ -26,13 +26,13 @@ pub struct Limit {
     #[command(flatten)]
     run: RunOptions<true>,
     /// Smallest macro step of the scan, s [default: 1e-4, or a hundredth of the largest if that is less]
-    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
     from: Option<f64>,
     /// Largest macro step of the scan, s [default: 0.1, or a tenth of the duration if that is less]
-    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
     to: Option<f64>,
     /// Relative width to which the bracket around the limit is narrowed
-    #[arg(long, value_name = "X", default_value_t = 0.01, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", default_value_t = 0.01)]
     relative_tolerance: f64,
     /// Macro steps per decade of the scan
     #[arg(long, value_name = "N", default_value_t = 12)]

@@ -25,6 +25,7 @@ mod submit;
 mod summary;
 mod verify;
 
+use anyhow::Context;
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
 use rimbench::cases::Case;
@@ -100,7 +101,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 
 /// The command line, with its commands in groups.
 fn command() -> clap::Command {
-    let command = Cli::command();
+    let command = with_negative_numbers(Cli::command());
     let mut commands = String::new();
     for (title, names) in GROUPS {
         commands += &format!("\n{title}:\n");
@@ -113,6 +114,15 @@ fn command() -> clap::Command {
     // A line or two for each option, however help is asked for.
     let help = Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print help").global(true);
     command.disable_help_flag(true).arg(help).help_template(template).term_width(width())
+}
+
+/// Takes a number below 0 for the value that it is, not for an option that there is not.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let of = |arg: Arg| {
+        let takes = arg.get_action().takes_values();
+        arg.allow_negative_numbers(takes)
+    };
+    command.mut_args(of).mut_subcommands(with_negative_numbers)
 }
 
 /// Exit code after Ctrl-C, as shells have it.
@@ -141,6 +151,14 @@ fn refuse(error: &clap::Error) -> ! {
     let text = error.render().to_string();
     let mut parts = text.trim_start_matches("error: ").split("\n\n");
     let wrong = parts.next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    // What the standard library says of a number, with what would be one.
+    let wrong = [
+        ("invalid digit found in string", "a whole number from 0 is needed"),
+        ("number too large to fit in target type", "a smaller number is needed"),
+        ("invalid float literal", "a number is needed"),
+    ]
+    .into_iter()
+    .fold(wrong, |wrong, (said, needed)| wrong.replace(said, needed));
     let tip = text.lines().find_map(|line| line.trim().strip_prefix("tip: ")).map(|tip| format!("{tip}; "));
     let usage = text.split("Usage: ").nth(1).and_then(|usage| usage.split(['[', '<', '-', '\n']).next());
     let help =
@@ -235,7 +253,7 @@ fn case_of(notes: &SideNotes, file: &Path) -> Result<Case> {
 fn add_case_file(catalogue: &mut Catalogue, notes: &SideNotes, file: &Path) -> Result<String> {
     let case = case_of(notes, file)?;
     let name = case.name.to_string();
-    catalogue.add_case(case)?;
+    catalogue.add_case(case).map_err(|error| Error::file(file, error))?;
     Ok(name)
 }
 
@@ -269,7 +287,7 @@ fn print(text: &str) -> anyhow::Result<()> {
     };
     match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        result => Ok(result?),
+        result => Ok(result.context("standard output: cannot be written")?),
     }
 }
 

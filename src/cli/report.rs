@@ -36,13 +36,13 @@ pub struct ReportCommand {
     #[arg(long, group = "part", conflicts_with = "folder")]
     pdf: bool,
     /// File of the PDF [default: results/paper/paper.pdf]
-    #[arg(long, value_name = "PATH", requires = "pdf")]
+    #[arg(long, value_name = "PATH", requires = "pdf", conflicts_with_all = ["folder", "open", "figures"])]
     out: Option<PathBuf>,
     /// Only the figures of this group of experiments
-    #[arg(long, value_name = "NAME", requires = "figures")]
+    #[arg(long, value_name = "NAME", requires = "figures", conflicts_with_all = ["open", "pdf"])]
     group: Option<String>,
     /// List of figures (see `rimbench list figure-keys`) [default: that of the project's folder, or the one built in]
-    #[arg(long, value_name = "FILE", requires = "figures")]
+    #[arg(long, value_name = "FILE", requires = "figures", conflicts_with_all = ["open", "pdf"])]
     file: Option<PathBuf>,
 }
 

@@ -42,7 +42,7 @@ pub struct Reproduce {
     #[arg(long, conflicts_with = "quick")]
     everything: bool,
     /// With --everything: only this experiment, for example study/friction; may be given several times
-    #[arg(long, value_name = "GROUP/NAME", requires = "everything")]
+    #[arg(long, value_name = "GROUP/NAME", requires = "everything", conflicts_with_all = ["quick", "fresh"])]
     only: Vec<String>,
 }
 

@@ -15,7 +15,7 @@ use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::SideNotes;
-use rimbench::harness::{Cache, Job, Shard, Step, check_fresh_claims, run_job_until};
+use rimbench::harness::{Cache, Job, Shard, Step, check_fresh_claims, in_shell, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -34,7 +34,7 @@ pub struct Run {
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
     /// Number of the first shard: some job arrays count from 0
-    #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", value_parser = clap::value_parser!(u8).range(0..=1))]
+    #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", conflicts_with_all = ["places", "collect", "dry_run", "slurm"], value_parser = clap::value_parser!(u8).range(0..=1))]
     first_shard: u8,
     /// Only the runs at these places of the plan, from 0: the task of a job array, after which --collect writes the
     /// result files
@@ -51,10 +51,11 @@ pub struct Run {
     #[arg(long, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
     dry_run: bool,
     /// With --dry-run: all runs, however many
-    #[arg(long, requires = "dry_run", conflicts_with = "slurm")]
+    #[arg(long, requires = "dry_run", conflicts_with_all = ["slurm", "jobs", "shard", "places", "fresh", "collect"])]
     all: bool,
     /// How to print a dry run; JSON has all runs
-    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run", conflicts_with = "slurm")]
+    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run",
+        conflicts_with_all = ["slurm", "jobs", "shard", "places", "fresh", "collect"])]
     format: Format,
     #[command(flatten)]
     submit: Submit,
@@ -92,7 +93,7 @@ impl Run {
         for note in experiment.notes(catalogue, false)? {
             eprintln!("note: {note}");
         }
-        let interruption = Interruption::listen();
+        let interruption = Interruption::listen(true);
         // How many there are is told when the plan is laid out.
         let progress = Progress::begin("run", Some(0));
         let cache = Cache::of_user();
@@ -156,10 +157,11 @@ impl Run {
             ),
             mood,
         ))?;
+        let quoted = in_shell(&[folder.display().to_string()]);
         let folder = folder.display();
         print(&match summary.missing {
             0 if summary.in_parts => format!("{folder}/records: rows of more runs than result files have"),
-            0 => format!("{folder}/runs.csv · `rimbench report {folder}` writes a page"),
+            0 => format!("{folder}/runs.csv · `rimbench report {quoted}` writes a page"),
             _ => format!("in {folder}"),
         })?;
         Ok(ExitCode::SUCCESS)

@@ -87,7 +87,7 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> Args for RunOptions<SCANS, ONE_S
             let arg = Arg::new(option.key).long(flag(option.key)).value_name(option.takes).help(option.about);
             let arg = if is_time(option) { arg.value_name("TIME").value_parser(seconds) } else { arg };
             let required = option.key == "case" || option.key == "scheme" && ONE_SCHEME;
-            command.arg(arg.required(required).allow_negative_numbers(true).help_heading(heading(option.of)))
+            command.arg(arg.required(required).help_heading(heading(option.of)))
         });
         let help = "A parameter of the case, key=value (see `rimbench list parameters`); may be repeated";
         command.arg(

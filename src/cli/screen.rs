@@ -223,7 +223,7 @@ pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String
     let valid = valid.filter(|_| near.is_none() && list.is_none()).map(|valid| format!("use {valid}"));
     let help: Vec<String> = [near, valid, list].into_iter().flatten().collect();
     // What a file says wrong has the names of the file.
-    let of_file = what.contains(".toml");
+    let of_file = [".toml", ".csv", ".fmu"].iter().any(|ending| what.contains(ending));
     let named = |text: &str| if of_file { text.to_owned() } else { in_flags(text, flags) };
     let what = named(&flagged(&what, flags, typed));
     let help: Vec<String> = help.iter().map(|help| named(help)).collect();
@@ -321,6 +321,8 @@ mod tests {
             said("gain = 2 is given: add wall_limit_s = \"1\" or macro_step_s, of `macro_steps`"),
             "error: gain = 2 is given: add --wall-limit 1 or --macro-step, of `macro_steps`"
         );
+        let of_table = "runs.csv: unknown column `macro_step_s`";
+        assert_eq!(said(of_table), format!("error: {of_table}"));
         let of_file = "box.toml: macro_step_s = 1 is not valid";
         assert_eq!(said(of_file), format!("error: {of_file}"));
         assert_eq!(

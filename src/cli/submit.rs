@@ -17,32 +17,35 @@ use std::path::{Path, PathBuf, absolute};
 use std::process::Command;
 
 /// Options of `run` that hand runs to Slurm.
+/// What goes not with `--slurm`, nor with what needs it: clap asks for nothing that conflicts with what is given.
+const NOT_SLURM: [&str; 5] = ["jobs", "shard", "places", "fresh", "collect"];
+
 #[derive(Debug, Args)]
 #[command(next_help_heading = "On a cluster")]
 pub(super) struct Submit {
     /// Hand what is missing to Slurm, in chunks
-    #[arg(long, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
+    #[arg(long, conflicts_with_all = NOT_SLURM)]
     pub(super) slurm: bool,
     /// How long a chunk should take, s
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = seconds, requires = "slurm")]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = seconds, requires = "slurm", conflicts_with_all = NOT_SLURM)]
     chunk_time: f64,
     /// How long a run is taken to last where the store has none to go by, s
-    #[arg(long, value_name = "TIME", default_value = "20ms", value_parser = seconds, requires = "slurm")]
+    #[arg(long, value_name = "TIME", default_value = "20ms", value_parser = seconds, requires = "slurm", conflicts_with_all = NOT_SLURM)]
     run_time: f64,
     /// Threads of a chunk
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "slurm", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "slurm", conflicts_with_all = NOT_SLURM, value_parser = clap::value_parser!(u16).range(1..=1024))]
     cpus: u16,
     /// Chunks at once [default: what Slurm likes]
-    #[arg(long, value_name = "N", requires = "slurm", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", requires = "slurm", conflicts_with_all = NOT_SLURM, value_parser = clap::value_parser!(u16).range(1..))]
     at_once: Option<u16>,
     /// The program where the chunks run [default: this one]
-    #[arg(long, value_name = "PATH", requires = "slurm")]
+    #[arg(long, value_name = "PATH", requires = "slurm", conflicts_with_all = NOT_SLURM)]
     program: Option<PathBuf>,
     /// The runs are timed: nothing may run beside one; also an experiment whose file says `timed = true`
-    #[arg(long, requires = "slurm")]
+    #[arg(long, requires = "slurm", conflicts_with_all = NOT_SLURM)]
     exclusive: bool,
     /// Options for `sbatch`
-    #[arg(last = true, value_name = "OPTION", requires = "slurm")]
+    #[arg(last = true, value_name = "OPTION", requires = "slurm", conflicts_with_all = NOT_SLURM)]
     extra: Vec<String>,
 }
 

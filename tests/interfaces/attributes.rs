@@ -2,7 +2,7 @@
 //! names is found.
 #![cfg(target_os = "linux")]
 
-use crate::outside::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, write_case};
+use crate::faulty_guest::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, write_case};
 use crate::program::assert_has;
 use std::fs;
 use std::path::Path;
@@ -22,6 +22,8 @@ use Then::{Fails, Refused, Runs};
 const FORCE: &str = "valueReference=\"2\" causality=\"output\" variability=\"continuous\" initial=\"calculated\"";
 /// Of the position that the spring takes.
 const TAKEN: &str = "<Float64 name=\"x\" valueReference=\"0\" causality=\"input\" variability=\"continuous\"";
+/// Of a parameter that nothing sets.
+const DAMPING: &str = "<Float64 name=\"d\"";
 const SLAVE: &str = "<CoSimulation";
 const EXPERIMENT: &str = "<UnitDefinitions>";
 const DEPENDS: &str = "dependencies=\"0 1\"";
@@ -137,6 +139,75 @@ fn each_attribute_of_what_is_coupled_is_obeyed_or_refused_by_name() {
             "valueReference=\"2\" causality=\"output\" varibility=\"discrete\"",
             Runs(&["`f` has varibility", "no attribute"]),
         ),
+        (FORCE, "valueReference=\"2\" causality=\"output\" start=\"1 2\"", Refused(&["`f`: start = 1 2", "one value"])),
+        (
+            FORCE,
+            "valueReference=\"2\" causality=\"output\" start=\"20\" max=\"10\"",
+            Refused(&["`f`: start = 20", "at most 10 (max)"]),
+        ),
+        (
+            FORCE,
+            "valueReference=\"2\" causality=\"output\" derivative=\"2\"",
+            Refused(&["`f`: derivative = 2 is the variable itself"]),
+        ),
+        (
+            FORCE,
+            "valueReference=\"2\" causality=\"output\" derivative=\"0\"",
+            Refused(&["`f`: derivative = 0 names `x` in `m`", "its own unit is `N`", "that of `x` per second"]),
+        ),
+        (
+            DAMPING,
+            "<Float64 derivative=\"77\" name=\"d\"",
+            Runs(&["spring.fmu: variable `d`", "not used: derivative = 77"]),
+        ),
+        (DAMPING, "<Float64 min=\"1\" name=\"d\"", Runs(&["`d`, which is not used: start = 0", "at least 1 (min)"])),
+        (
+            "</ModelVariables>",
+            "<Float64 name=\"g\" valueReference=\"2\"/></ModelVariables>",
+            Runs(&["`g`, which is not used: valueReference = 2 is that of another variable"]),
+        ),
+        (
+            "</ModelVariables>",
+            "<Float64 name=\"f\" valueReference=\"22\"/></ModelVariables>",
+            Refused(&["two variables have the name `f`"]),
+        ),
+        (
+            "</ModelVariables>",
+            "<Float64 name=\"g\" valueReference=\"22\"><Dimension start=\"4294967296\"/><Dimension \
+             start=\"4294967296\"/></Float64></ModelVariables>",
+            Runs(&["`g`, which is not used: <Dimension> [4294967296, 4294967296]", "at most 100000000 values"]),
+        ),
+        (
+            "</ModelVariables>",
+            "<Float64 name=\"g\" valueReference=\"22\" start=\"1 2\"><Dimension start=\"3\"/></Float64></ModelVariables>",
+            Runs(&["`g`, which is not used: start = 1 2 is 2 values", "one value, or 3"]),
+        ),
+        (
+            "<Output valueReference=\"2\"",
+            "<Output valueReference=\"0\"",
+            Runs(&["is `x` of causality input, and no output"]),
+        ),
+        ("<BaseUnit m=\"1\"/>", "<BaseUnit m=\"1\" mm=\"3\"/>", Runs(&["unit `m` has mm = 3, which is no base unit"])),
+        ("<Unit name=\"m\">", "<Unit><BaseUnit/></Unit><Unit name=\"m\">", Refused(&["a <Unit> has no name"])),
+        ("<Unit name=\"m\">", "<Unit name=\"N\"/><Unit name=\"m\">", Refused(&["two units have the name `N`"])),
+        (
+            "<ModelVariables><Float64 name=\"x\"",
+            "<TypeDefinitions><Float64Type name=\"Way\" unit=\"m\" min=\"low\"/></TypeDefinitions><ModelVariables><Float64 \
+             declaredType=\"Way\" name=\"x\"",
+            Refused(&["variable `x`: its declared type `Way` has min = low"]),
+        ),
+        (
+            "<ModelVariables><Float64 name=\"x\"",
+            "<TypeDefinitions><Float64Type name=\"Way\" unit=\"m\" relativeQuantity=\"so\"/></TypeDefinitions><ModelVariables><Float64 \
+             declaredType=\"Way\" name=\"x\"",
+            Refused(&["its declared type `Way` has relativeQuantity = so"]),
+        ),
+        (
+            "<ModelVariables>",
+            "<TypeDefinitions><EnumerationType name=\"Kind\"><Item name=\"a\" value=\"one\"/></EnumerationType></TypeDefinitions>\
+             <ModelVariables><Enumeration name=\"kind\" valueReference=\"13\" declaredType=\"Kind\"/>",
+            Runs(&["`kind`, which is not used: its declared type `Kind` has <Item> value = one"]),
+        ),
         (
             "<Float64 name=\"f\"",
             "<Int32 name=\"f\"",
@@ -196,6 +267,9 @@ fn each_attribute_of_what_is_coupled_is_obeyed_or_refused_by_name() {
     // In FMI 2.0 a type has an element of its own, and what is named is named by its place.
     for (from, to, words) in [
         ("<Real unit=\"N\"/>", "<Real unit=\"N\" min=\"low\"/>", "variable `f`: min = low"),
+        ("<Real unit=\"N\"/>", "<Real unit=\"N\" start=\"1 2\"/>", "variable `f`: start = 1 2 is 2 values"),
+        ("<Real unit=\"N\"/>", "<Real unit=\"N\" derivative=\"9\"/>", "variable `f`: derivative = 9 names no variable"),
+        ("<Real unit=\"N\"/>", "<Real unit=\"N\" derivative=\"1\"/>", "variable `f`: derivative = 1 names `x` in `m`"),
         ("<Real unit=\"N\"/>", "<Integer/>", "variable `f` is of type Int32 (Integer"),
         ("dependencies=\"1 2\"", "dependencies=\"1 0\"", "<Unknown index=\"3\"> dependencies = 0 names no variable"),
         ("initial=\"calculated\"", "initial=\"calculated\" variability=\"tunable\"", ""),

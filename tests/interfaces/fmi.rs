@@ -490,4 +490,13 @@ fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
     let library = "cargo build --release --package rimbench-fmi";
     assert_refused(&format!("wedge-box --library {text} --out {out}"), library);
     assert_refused(&format!("wedge-box --library none --out {out}"), "none: is not there");
+    // Both files or none.
+    #[cfg(target_os = "linux")]
+    {
+        std::os::unix::fs::symlink("/dev/full", folder.path().join("out.csv")).unwrap();
+        let mut command = rimbench();
+        command.args(["fmu", "--case", "wedge-box", "--side", "actuator", "--duration", "0.01", "--out", out]);
+        assert!(refused(&mut command).contains("out.csv: cannot be written"));
+        assert!(!Path::new(out).exists());
+    }
 }

@@ -218,6 +218,10 @@ fn options_go_by_the_names_that_were_typed() {
     for (line, wanted) in [
         ("--duration 1ms", "--macro-step = 0.005, the default, is not valid"),
         ("--macro-step 5 --duration 1", "--macro-step = 5 is not valid"),
+        ("--macro-step 1ns", "--macro-step = 0.000000001 is not valid"),
+        ("--micro-step 1ns", "--micro-step = 0.000000001 is not valid"),
+        ("--mechanics-step 5ns --duration 10", "--mechanics-step = 0.000000005 is not valid"),
+        ("--mechanics-steps 1000000 --duration 10", "--mechanics-steps = 1000000 is not valid"),
         ("--delivery-down delay:-1", "--delivery-down = delay:-1 is not valid"),
         ("--mechanics-steps 5 --mechanics-step 1ms", "--mechanics-steps = 5 and --mechanics-step = 0.001: give one"),
         (
@@ -226,6 +230,46 @@ fn options_go_by_the_names_that_were_typed() {
         ),
     ] {
         assert_has(&said(line), &[wanted]);
+    }
+}
+
+#[test]
+fn a_number_that_is_none_is_told_with_what_is_needed() {
+    for (line, wanted) in [
+        ("run x.toml --jobs -1", "invalid value '-1' for '--jobs <N>': a whole number from 0 is needed"),
+        ("run x.toml --jobs 1.5", "a whole number from 0 is needed"),
+        ("run x.toml --jobs 99999999999999999999999", "a smaller number is needed"),
+        ("limit --case wedge-box --scheme nepce --per-decade -1", "for '--per-decade"),
+        ("limit --case wedge-box --scheme nepce --relative-tolerance x", "a number is needed"),
+    ] {
+        let message = refused(&mut call(line)).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_has(&message, &[wanted]);
+        assert!(!message.contains("-- -1"), "{message}");
+    }
+}
+
+#[test]
+fn what_needs_another_option_is_not_passed_over_where_a_third_excludes_that() {
+    for line in [
+        "report results --out page.html",
+        "report --open --out page.html",
+        "report --open --group paper",
+        "report --open --file a.toml",
+        "report --pdf --group paper",
+        "run x.toml --first-shard 0 --places 0-1",
+        "run x.toml --first-shard 0 --dry-run",
+        "run x.toml --all --jobs 2",
+        "run x.toml --all --shard 1/2",
+        "run x.toml --format json --fresh",
+        "run x.toml --chunk-time 1s --jobs 2",
+        "run x.toml --cpus 2 --collect a",
+        "run x.toml --at-once 2 --shard 1/2",
+        "run x.toml --exclusive --fresh",
+        "run x.toml --jobs 2 -- --mem=1G",
+        "reproduce --quick --only study/friction",
+    ] {
+        let message = refused(&mut call(line));
+        assert!(message.contains("cannot be used with") || message.contains("not provided"), "{line}: {message}");
     }
 }
 

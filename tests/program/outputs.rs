@@ -69,6 +69,15 @@ fn a_trace_goes_to_the_standard_output_where_that_is_named() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_standard_output_that_is_full_is_named() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = crate::program::process().args(["list", "cases"]).stdout(full).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("standard output: cannot be written: "), "{said}");
+}
+
 /// Every option that names an output, given something of the wrong kind: a folder for a file, a file for a folder.
 #[test]
 fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {

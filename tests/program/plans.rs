@@ -147,7 +147,7 @@ fn a_row_with_several_tolerances_is_run_with_each_at_each_macro_step() {
         ("step_tolerances = 0.1", "step_tolerances: invalid type"),
         ("step_tolerances = []", "(`zero-order-hold` on case `wedge-box`): the grid is empty here"),
         ("step_tolerances = [0.1, 0.1]", "the plan holds one run twice"),
-        ("step_tolerances = [-1.0]", "step_tolerance = -1 is not valid"),
+        ("step_tolerances = [-1.0]", "step_tolerances = -1 is not valid"),
     ] {
         let message = row(keys).unwrap_err().to_string();
         assert!(message.contains(wanted), "{message}");
@@ -232,6 +232,74 @@ fn a_reference_step_that_is_no_step_is_refused_before_anything_runs() {
 }
 
 #[test]
+fn a_value_that_does_not_go_with_the_case_is_refused_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |case: &str, row: &str| {
+        let text = format!(
+            "question = \"?\"\nmacro_steps_s = [1e-3]\nduration_s = 0.01\n[[cases]]\n{case}\n[[schemes]]\n\
+             scheme = \"rim-nonsmooth\"\n{row}\n"
+        );
+        std::fs::write(folder.path().join("a.toml"), text).unwrap();
+        let mut command = rimbench();
+        command.current_dir(&folder).args(["run", "a.toml", "--out", "results"]);
+        command
+    };
+    let (wedge_box, heap) = ("name = \"wedge-box\"", "name = \"crane-heap\"\nset = { columns = [4, 5] }");
+    for (case, row, wanted) in [
+        (wedge_box, "belief = \"missing:99\"", ["belief = missing:99 is not valid", "from missing:0 to missing:3"]),
+        (wedge_box, "belief = \"mass:2,closed:4\"", ["belief = closed:4 is not valid", "from closed:0 to closed:3"]),
+        ("name = \"quarter-car\"", "belief = \"missing:0\"", ["belief = missing:0", "the model has no contact"]),
+        (heap, "", ["[[cases]] in line 4 (`crane-heap`): columns = 4", "an odd number"]),
+        ("name = \"wedge-box-friction\"", "solver = \"lemke\"", ["[[schemes]] in line 6", "use solver `active-set`"]),
+    ] {
+        let message = refused(&mut run(case, row));
+        assert_has(&message, &[&["a.toml"], &wanted[..]].concat());
+        assert!(!folder.path().join("results").exists(), "{case}");
+    }
+    // What a case does not offer is a row of the results, and so is a machine drawn at random that cannot be.
+    let drawn = "name = \"crane-heap\"\ndraw = { settings = 4, seed = 1, ranges = { columns = [3, 6], disc_mass_kg = [3.0, 5.0] } }";
+    for (case, row) in [(wedge_box, "belief = \"friction:0.5\""), (drawn, "")] {
+        assert_has(&printed(&mut run(case, row)), &["skipped"]);
+    }
+}
+
+#[test]
+fn a_value_of_the_grid_is_told_by_the_key_of_the_file() {
+    let message = |keys: &str, row: &str| {
+        let question = if keys.starts_with("question") { "" } else { "question = \"?\"\n" };
+        let text = format!(
+            "{question}{keys}\nduration_s = 0.1\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\n\
+             scheme = \"rim-nonsmooth\"\n{row}\n"
+        );
+        let read = Experiment::parse(Path::new("usual.toml"), text);
+        read.and_then(|experiment| experiment.plan(&Catalogue::standard(), false)).unwrap_err().to_string()
+    };
+    let controlled = "step_control = \"model-defect\"\n";
+    for (keys, row, wanted) in [
+        ("macro_steps_s = [-1.0]", "", "macro_steps_s = -1 is not valid"),
+        ("macro_steps_s = [nan]", "", "macro_steps_s = NaN is not valid"),
+        ("macro_steps_s = [1e-9]", "", "macro_steps_s = 0.000000001 is not valid; valid: at least 1e-8 s"),
+        ("macro_steps_s = [5e-3]", "macro_steps_s = [1.0]", "macro_steps_s = 1 is not valid"),
+        ("macro_steps_s = { from = 1e-3, to = 1e-2, per_decade = 0 }", "", "macro_steps_s: per_decade = 0"),
+        ("macro_steps_s = [5e-3]\nphases = [2.0]", "", "phases = 2.0 is not valid"),
+        // Also where others stand for them.
+        ("macro_steps_s = [nan]", "macro_steps_s = [5e-3]", "macro_steps_s = NaN is not valid"),
+        ("macro_steps_s = [5e-3]\nquick = { macro_steps_s = [0.0] }", "", "[quick]: macro_steps_s = 0 is not valid"),
+        ("macro_steps_s = [5e-3]\nquick = { phases = [nan] }", "", "[quick]: phases = NaN is not valid"),
+        (
+            "macro_steps_s = [5e-3]",
+            &format!("{controlled}step_tolerances = [-1.0]"),
+            "step_tolerances = -1 is not valid",
+        ),
+        ("macro_steps_s = [5e-3]", &format!("{controlled}step_tolerance = -1.0"), "step_tolerance = -1 is not valid"),
+        ("question = \" \"\nmacro_steps_s = [5e-3]", "", "question = \" \" is not valid"),
+    ] {
+        let message = message(keys, row);
+        assert!(message.starts_with("usual.toml: ") && message.contains(wanted), "{wanted}: {message}");
+    }
+}
+
+#[test]
 fn a_file_whose_name_is_nothing_but_dots_names_no_experiment() {
     let text =
         "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n";
@@ -260,6 +328,19 @@ fn what_is_no_experiment_is_told_by_line_with_what_would_be_valid() {
         ("[5e-3]", "[5e-3]\nphases = 0.5", "line 3, column 10: `phases = 0.5`: one phase is a list of one, [0.5]"),
         ("[5e-3]", "[5e-3]\nphases = -1", "a number of phases is not below 0: -1"),
         ("[5e-3]", "[5e-3]\nphasis = 1", "unknown field `phasis`"),
+        ("[5e-3]", "[\"5ms\"]", "invalid type: string \"5ms\", expected a number"),
+        ("[5e-3]", "[5e-3]\nduration_s = \"5ms\"", "invalid type: string \"5ms\", expected a number"),
+        ("[5e-3]", "[99999999999999999999]", "expected one of at most 9223372036854775807"),
+        ("\"wedge-box\"", "\"wedge-box\"\ndraw = 3", "invalid type: integer `3`, expected a table"),
+        ("question = \"?\"\n", "", "mine.toml: is no experiment: missing field `question`"),
+        ("\"nepce\"", "\"nepce\"\ndelivery.up = { loss = 1.0 }", "delivery.up = loss:1.0 is not valid"),
+        ("\"nepce\"", "\"nepce\"\ndelivery.up = { delay = 999 }", "delivery.up = delay:999 is not valid"),
+        ("\"nepce\"", "\"nepce\"\ndelivery_up = \"delay:999\"", "delivery_up = delay:999 is not valid"),
+        (
+            "\"nepce\"",
+            "\"nepce\"\ndelivery.up = { log = \"\", deadline_s = 1 }",
+            "log of delivery.up = \"\" is not valid; valid: the path of a log",
+        ),
         (
             "wedge-box",
             "wedge-bx",
@@ -270,7 +351,11 @@ fn what_is_no_experiment_is_told_by_line_with_what_would_be_valid() {
             "\"wedge-box\"\nset = { box_mass_kg = -1e300 }",
             "[[cases]] in line 3 (`wedge-box`): box_mass_kg = -1e300 is not valid",
         ),
-        ("[5e-3]", "[1e300]", "[[schemes]] in line 5 (`nepce` on case `wedge-box`): macro_step_s = 1e300 is not valid"),
+        (
+            "[5e-3]",
+            "[1e300]",
+            "[[schemes]] in line 5 (`nepce` on case `wedge-box`): macro_steps_s = 1e300 is not valid",
+        ),
         ("\"?\"", &long, "unknown"),
         ("[5e-3]", &long, "expected a list of macro steps"),
         ("\"nepce\"", &long, "… (400000 characters)"),

@@ -471,10 +471,17 @@ fn neither_another_experiment_nor_a_file_of_the_user_is_replaced() {
     assert_eq!(std::fs::read(place.path("s/runs.csv")).unwrap(), before);
     run(&other, &["--fresh"]).assert().success();
     assert_ne!(std::fs::read(place.path("s/runs.csv")).unwrap(), before);
+    // A table that is empty holds nothing that could be lost.
+    std::fs::write(place.path("s/runs.csv"), "").unwrap();
+    run(&other, &[]).assert().success();
     // Without its records the folder is still another experiment's, if no run is shared.
     std::fs::remove_dir_all(place.path("s/records")).unwrap();
     std::fs::write(&other, EXPERIMENT.replace("[2e-3, 5e-3]", "[3e-3]").replace("0.1", "0.2")).unwrap();
     assert!(refused(&mut run(&other, &[])).contains("another experiment of the same name"));
+
+    // The command that is named is one of a shell.
+    let blank = printed(rimbench().current_dir(&place.0).arg("run").arg(&file).args(["--out", "my own"]));
+    assert_has(&blank, &["`rimbench report 'my own'`"]);
 
     std::fs::create_dir(place.path("own")).unwrap();
     let refused_in_own = |more: &[&str]| {

@@ -65,6 +65,7 @@ impl fmt::Display for Error {
             Error::Incompatible(message) => f.write_str(message),
             Error::Stopped => f.write_str("stopped"),
             Error::Overdue { limit_s } => write!(f, "the reference took longer than wall_limit_s = {limit_s} s"),
+            Error::File { path, message } if path.as_os_str().is_empty() => write!(f, "\"\": {message}"),
             Error::File { path, message } => write!(f, "{}: {message}", path.display()),
         }
     }
@@ -82,6 +83,8 @@ impl Error {
     /// Builds [`Error::InvalidValue`]. Of a long text only the beginning is repeated.
     pub fn invalid(key: impl Into<String>, found: impl fmt::Display, expected: impl Into<String>) -> Self {
         let (key, found) = (shortened(&key.into()), shortened(&found.to_string()));
+        // What is empty or blank would not be seen.
+        let found = if found.trim().is_empty() { format!("{found:?}") } else { found };
         Error::InvalidValue { key, found, expected: with_short_numbers(&expected.into()) }
     }
 
@@ -299,6 +302,7 @@ mod tests {
     fn what_is_repeated_is_bounded_and_in_one_line() {
         for (error, wanted) in [
             (Error::invalid("gain", 1e300, "0 to 1"), "gain = 1e300 is not valid; valid: 0 to 1"),
+            (Error::invalid("gain", "", "0 to 1"), "gain = \"\" is not valid"),
             (Error::invalid("gain", -1e-300, "0 to 1"), "gain = -1e-300 is not valid"),
             (Error::invalid("to", 5.0, format!("at least {} s", 1e200)), "valid: at least 1e200 s"),
             (Error::invalid("gain", 0.1 + 0.2, "0 to 1"), "gain = 0.30000000000000004 is"),

@@ -147,8 +147,7 @@ fn compute(
                 continue;
             }
             Err(error) if has_none(&error) => {
-                let skipped = EvaluatedRun::not_evaluated(Outcome::Skipped { reason: error.to_string() });
-                group.iter().try_for_each(|&index| keep(index, &skipped))?;
+                group.iter().try_for_each(|&index| keep(index, &skipped(&error)))?;
                 continue;
             }
             found => found?,
@@ -158,7 +157,10 @@ fn compute(
                 return Ok(());
             }
             let is_wanted = job.experiment.trace_of(&plan[index].label).is_some();
-            let run = evaluated(&plan[index].spec, &reference, true, is_wanted, stop.now)?;
+            let run = match evaluated(&plan[index].spec, &reference, true, is_wanted, stop.now) {
+                Err(error) if has_none(&error) => skipped(&error),
+                run => run?,
+            };
             // No result: the same command goes on from there.
             if matches!(run.outcome, Outcome::Stopped { .. }) { Ok(()) } else { keep(index, &run) }
         })?;
@@ -227,6 +229,10 @@ pub(super) fn evaluated(
         spec.prepare()?.evaluate(reference, inside, is_wanted, Some(monotonic_clock), stop)
     }));
     attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::not_evaluated(panicked(&*panic))))
+}
+
+fn skipped(why: &Error) -> EvaluatedRun {
+    EvaluatedRun::not_evaluated(Outcome::Skipped { reason: why.to_string() })
 }
 
 fn panicked(panic: &(dyn Any + Send)) -> Outcome {

@@ -153,6 +153,9 @@ impl CaseEntry {
 
     /// The case that is meant.
     fn find(&self, catalogue: &Catalogue) -> Result<Arc<Case>> {
+        if let Some(file) = self.file.as_ref().filter(|file| file.as_os_str().is_empty()) {
+            return Err(Error::invalid("file", file.display(), "the path of a case file"));
+        }
         if self.file.is_none() && self.name.is_empty() {
             return Err(Error::invalid("name", "nothing", "the name of a case, or file = \"….toml\", a case file"));
         }
@@ -221,11 +224,19 @@ impl Experiment {
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
         let logs = logs.table();
         experiment.schemes = rows.map_err(|error| Error::file(path, error))?;
+        let texts = experiment.claims.iter().map(|claim| (format!("text of claim `{}`", claim.id), &claim.text));
+        if let Some((key, text)) = [("question".to_owned(), &experiment.question)]
+            .into_iter()
+            .chain(texts)
+            .find(|(_, text)| text.trim().is_empty())
+        {
+            return Err(Error::file(path, Error::invalid(key, format!("{text:?}"), "what it is, in words")));
+        }
         experiment.path = path.to_owned();
         let name = experiment.name();
         if name.trim_matches('.').is_empty() || name.contains(char::is_control) {
             let wanted = "is no name for an experiment: results go to a folder of that name";
-            return Err(Error::file(path, format!("`{name}` {wanted}")));
+            return Err(Error::file(shortened(&path.to_string_lossy()), format!("`{}` {wanted}", shortened(&name))));
         }
         // A copy must do without the logs. Where case files are from it is not what the experiment says.
         let own = text.split_once(CASE_FILES).map_or(&*text, |(own, _)| own);
@@ -377,6 +388,17 @@ impl Experiment {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
                 return Err(Error::invalid(key, value, "a finite time above 0 s"));
             }
+        }
+        // All of them, also those that others stand for.
+        self.macro_steps_s.check()?;
+        self.phases.check()?;
+        let in_quick = |error: Error| Error::Incompatible(format!("[quick]: {error}"));
+        if let Some(quick) = &self.quick {
+            quick.macro_steps_s.as_ref().map_or(Ok(()), MacroSteps::check).map_err(in_quick)?;
+            quick.phases.as_ref().map_or(Ok(()), Phases::check).map_err(in_quick)?;
+        }
+        for case in &self.cases {
+            case.macro_steps_s.as_ref().map_or(Ok(()), MacroSteps::check).map_err(|error| case.place(&error))?;
         }
         let labels = || self.schemes.iter().map(|row| row.label.as_str());
         let unknown = self.traces.iter().flatten().find(|wanted| !labels().any(|label| label == wanted.as_str()));

@@ -307,15 +307,14 @@ fn refuse_files_of_others(job: &Job<'_>) -> Result<()> {
     if copy.exists() && !is_ours() { refused(&copy, "this program") } else { Ok(()) }
 }
 
-/// Whether a table has the first column of ours.
+/// Whether a table has the first column of ours, or nothing that could be lost.
 fn begins_as_ours(runs: &Path) -> bool {
-    let mut line = String::new();
-    let mut read = || -> std::io::Result<()> {
-        let file = std::fs::File::open(runs)?;
-        BufReader::new(file.take(64)).read_line(&mut line).map(drop)
+    let begins = || -> std::io::Result<bool> {
+        let mut line = String::new();
+        BufReader::new(std::fs::File::open(runs)?.take(64)).read_line(&mut line)?;
+        Ok(line.is_empty() || line.starts_with("run_id,"))
     };
-    let regular = runs.metadata().is_ok_and(|found| found.is_file());
-    regular && read().is_ok() && line.starts_with("run_id,")
+    runs.metadata().is_ok_and(|found| found.is_file()) && begins().unwrap_or(false)
 }
 
 /// Whether the version of the experiment that lies beside its results had a run that this one has.

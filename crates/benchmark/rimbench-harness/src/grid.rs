@@ -92,7 +92,7 @@ pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64
         return Err(Error::invalid("to", to, format!("a finite time, at least {from} s")));
     }
     if !(1..=1000).contains(&per_decade) {
-        return Err(Error::invalid("per-decade", per_decade, "a whole number from 1 to 1000"));
+        return Err(Error::invalid("per_decade", per_decade, "a whole number from 1 to 1000"));
     }
     let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0);
     if intervals >= MOST_RUNS as f64 {
@@ -108,6 +108,16 @@ pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64
 }
 
 impl MacroSteps {
+    /// Checks what each step must be wherever it is used.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`], by the key of a file.
+    pub(super) fn check(&self) -> Result<()> {
+        let steps = self.list()?;
+        let wrong = steps.iter().find(|step| !(step.is_finite() && **step > 0.0));
+        wrong.map_or(Ok(()), |step| Err(Error::invalid("macro_steps_s", step, "finite times above 0 s")))
+    }
+
     pub(super) fn list(&self) -> Result<Vec<f64>> {
         match self {
             MacroSteps::List(steps) => Ok(steps.clone()),
@@ -127,6 +137,13 @@ pub(super) enum Phases {
 }
 
 impl Phases {
+    /// The same for phases.
+    pub(super) fn check(&self) -> Result<()> {
+        let Phases::List(phases) = self else { return Ok(()) };
+        let wrong = phases.iter().find(|phase| !(**phase > 0.0 && **phase <= 1.0));
+        wrong.map_or(Ok(()), |phase| Err(Error::invalid("phases", format!("{phase:?}"), "numbers in (0, 1]")))
+    }
+
     pub(super) fn count(&self) -> usize {
         match self {
             Phases::Count(count) => *count,

@@ -55,7 +55,14 @@ pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::i
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         written => written,
     };
-    written.map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+    written.map_err(|error| cannot_be_written(path, &error))
+}
+
+/// An error of writing a file; the name of the temporary one is of no use.
+fn cannot_be_written(path: &Path, error: &std::io::Error) -> Error {
+    let error = error.to_string();
+    let error = error.split(" at path \"").next().unwrap_or_default();
+    Error::file(path, format!("cannot be written: {error}"))
 }
 
 /// Checks, before anything is computed, that [`write_atomically`] will be able to write here. Makes no folder and opens
@@ -69,7 +76,7 @@ pub fn check_writable_file(path: &Path) -> Result<()> {
     if !folder.is_dir() {
         return Err(Error::file(path, format!("cannot be written: there is no folder {}", folder.display())));
     }
-    temporary_in(folder).map(drop).map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+    temporary_in(folder).map(drop).map_err(|error| cannot_be_written(path, &error))
 }
 
 /// Makes a folder if need be and checks that a file can be put into it.

@@ -50,6 +50,10 @@ pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// # Errors
 /// [`Error::File`] if it cannot be read, is no regular file, is larger than 64 MiB, or is no text.
 pub fn read_text(path: &Path) -> Result<String> {
-    String::from_utf8(read_bytes(path, MOST_TEXT)?)
-        .map_err(|_| Error::file(path, "cannot be read: stream did not contain valid UTF-8"))
+    String::from_utf8(read_bytes(path, MOST_TEXT)?).map_err(|error| {
+        let (good, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
+        let line = 1 + bytes[..good].iter().filter(|byte| **byte == b'\n').count();
+        let wrong = bytes.get(good).copied().unwrap_or_default();
+        Error::file(path, format!("is no text in UTF-8: line {line} has the byte {wrong:#04x}"))
+    })
 }

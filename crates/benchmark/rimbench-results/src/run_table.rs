@@ -87,6 +87,13 @@ impl RunTable {
         let wrong = |error: csv::Error| Error::file(path, error);
         let header: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
         let place = |name: &str| header.iter().position(|own| own == name);
+        if NEEDED.iter().all(|name| place(name).is_none()) {
+            let needed = NEEDED.join(", ");
+            return Err(Error::file(
+                path,
+                format!("is no table of runs: its first line has none of the columns {needed}"),
+            ));
+        }
         if let Some(lacking) = NEEDED.iter().find(|name| place(name).is_none()) {
             return Err(Error::file(path, Error::unknown("column", lacking, header.iter().map(String::as_str))));
         }

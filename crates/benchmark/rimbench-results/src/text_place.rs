@@ -13,8 +13,11 @@ pub fn line_of(text: &str, place: usize) -> usize {
 
 /// Formats what is wrong at a place of a text: line, column, the beginning of the text there, and the message.
 pub fn said_at(text: &str, place: Option<Range<usize>>, message: &str) -> String {
-    let message = message.trim_end().replace('\n', "; ");
-    let Some(place) = place.filter(|place| text.is_char_boundary(place.start)) else { return shortened_line(&message) };
+    let message = in_words_of_toml(&message.trim_end().replace('\n', "; "));
+    // What the whole text has not stands nowhere in it.
+    let nowhere = |place: &Range<usize>| place.start == 0 && message.starts_with("missing field");
+    let place = place.filter(|place| text.is_char_boundary(place.start) && !nowhere(place));
+    let Some(place) = place else { return shortened_line(&message) };
     let before = &text[..place.start];
     let column = 1 + before.rsplit('\n').next().unwrap_or_default().chars().count();
     // The whole line where it is short, else what follows the place.
@@ -31,6 +34,28 @@ pub fn said_at(text: &str, place: Option<Range<usize>>, message: &str) -> String
     };
     let message = shortened_line(&message) + hint;
     format!("line {}, column {column}: `{}`: {message}", line_of(text, place.start), shortened(here.trim()))
+}
+
+/// What a message calls by its type in this program, as TOML calls it.
+fn in_words_of_toml(message: &str) -> String {
+    const WORDS: [(&str, &str); 12] = [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected u64", "expected a whole number from 0"),
+        ("expected u32", "expected a whole number from 0"),
+        ("expected u16", "expected a whole number from 0"),
+        ("expected i64", "expected a whole number"),
+        ("expected a sequence", "expected a list"),
+        ("expected a map", "expected a table"),
+        ("type: sequence", "type: list"),
+        ("type: map", "type: table"),
+        ("type: floating point", "type: number"),
+        (" as i128, expected any valid TOML value", ", expected one of at most 9223372036854775807"),
+    ];
+    let said = WORDS.iter().fold(message.to_owned(), |said, (from, to)| said.replace(from, to));
+    let Some((before, rest)) = said.split_once("expected struct ") else { return said };
+    let after = rest.find(|c: char| !c.is_alphanumeric()).map_or("", |end| &rest[end..]);
+    format!("{before}expected a table{after}")
 }
 
 /// Cuts a message that may repeat the text it is about.

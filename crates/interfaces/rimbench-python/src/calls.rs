@@ -4,7 +4,7 @@ use crate::case::{PyCase, programs};
 use crate::errors::{RimbenchError, raised_so_far};
 use crate::everything;
 use crate::interruption::interruptible;
-use crate::numbers::{is_truth, number};
+use crate::numbers::{count as counted, given, is_truth, number, wrong_kind};
 use crate::scheme::PyScheme;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeWarning, PyTypeError};
@@ -34,18 +34,17 @@ fn refused(error: Error) -> PyErr {
 }
 
 /// A value of an option or a parameter as the command line would be given it, to the bit.
-fn text(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+fn text(key: &str, value: &Bound<'_, PyAny>, valid: &str) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_str()?.to_owned());
     }
-    if is_truth(value)? {
-        return Err(PyTypeError::new_err(format!("{key} is a truth and not a number or a name")));
-    }
-    if let Ok(whole) = value.extract::<i64>() {
+    if let (Ok(whole), false) = (value.extract::<i64>(), is_truth(value)?) {
         return Ok(whole.to_string());
     }
-    let number = number(key, value)
-        .map_err(|_| PyTypeError::new_err(format!("{key} is {} and not a number or a name", value.get_type())))?;
+    let number = number(key, value).map_err(|error| match error {
+        error if error.is_instance_of::<PyTypeError>(value.py()) => wrong_kind(key, value, valid),
+        beyond => beyond,
+    })?;
     Ok(format!("{number:?}"))
 }
 
@@ -77,7 +76,7 @@ impl Asked {
             asked.of_python = true;
             asked.case = Some(case.clone().unbind());
         } else {
-            asked.request.case = Some(text("case", case)?);
+            asked.request.case = Some(given("case", case, "the name of a case, or a Case")?);
         }
         if let Some(Ok(scheme)) = scheme.map(|scheme| scheme.cast::<PyScheme>()) {
             let made = scheme.get();
@@ -85,21 +84,25 @@ impl Asked {
             asked.request.scheme = Some(made.entry.name.to_string());
             asked.of_python = true;
         } else {
-            asked.request.scheme = scheme.map(|scheme| text("scheme", scheme)).transpose()?;
+            let named = |scheme| given("scheme", scheme, "the name of a scheme, or a Scheme");
+            asked.request.scheme = scheme.map(named).transpose()?;
         }
         let known = asked.request.case.as_deref().unwrap_or_default();
         let parameters = &asked.catalogue.case(known).map_err(refused)?.parameters;
         for (key, value) in settings.iter() {
             let key: String = key.extract()?;
-            let value = text(&key, &value)?;
-            let options = RunRequest::OPTIONS.iter().map(|option| option.key);
-            let mut options = options.filter(|key| !["case", "scheme"].contains(key) && !own.contains(key));
-            if options.clone().any(|option| option == key) {
+            let options = RunRequest::OPTIONS.iter();
+            let mut options =
+                options.filter(|option| !["case", "scheme"].contains(&option.key) && !own.contains(&option.key));
+            if let Some(option) = options.clone().find(|option| option.key == key) {
+                let value = text(&key, &value, &format!("a number or a text: {}", option.about))?;
                 asked.request.put(&key, &value).map_err(refused)?;
-            } else if parameters.iter().any(|parameter| parameter.name == key) {
+            } else if let Some(parameter) = parameters.iter().find(|parameter| parameter.name == key) {
+                let value = text(&key, &value, &parameter.range.to_string())?;
                 asked.request.set.push((key, value));
             } else {
-                let names = parameters.iter().map(|parameter| &*parameter.name).chain(&mut options);
+                let options = options.by_ref().map(|option| option.key);
+                let names = parameters.iter().map(|parameter| &*parameter.name).chain(options);
                 return Err(refused(Error::unknown("parameter or option", &key, names)));
             }
         }
@@ -205,10 +208,11 @@ pub fn limit<'py>(
     case: &Bound<'py, PyAny>,
     scheme: &Bound<'py, PyAny>,
     settings: &Bound<'py, PyDict>,
-    scan: (Ends<'py>, usize, usize, Bound<'py, PyAny>),
-    method: &str,
+    scan: (Ends<'py>, Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>),
+    method: &Bound<'py, PyAny>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let method: &str = &given::<String>("method", method, "run, spectral")?;
     if !["run", "spectral"].contains(&method) {
         return Err(refused(Error::invalid("method", method, "run, spectral")));
     }
@@ -216,6 +220,7 @@ pub fn limit<'py>(
     let ((from, to), per_decade, phases, relative_tolerance) = scan;
     let time = |key: &str, value: Option<Bound<'py, PyAny>>| value.map(|value| number(key, &value)).transpose();
     let relative_tolerance = number("relative_tolerance", &relative_tolerance)?;
+    let [per_decade, phases] = [counted("per_decade", &per_decade)?, counted("phases", &phases)?];
     let scan = Scan { from: time("from_s", from)?, to: time("to_s", to)?, per_decade, phases };
     let cache = Cache::of_user();
     let (found, _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
@@ -256,8 +261,18 @@ pub fn limit<'py>(
     Ok(result)
 }
 
-/// A search for the cheapest scheme and step: macro steps, phases, which information there may be, and prices.
-type Search<'py> = (Ends<'py>, usize, usize, (bool, bool, bool), Option<[f64; 4]>);
+/// A search for the cheapest scheme and step: macro steps, phases, which information there may be (a model, feedback,
+/// no step again), and prices.
+type Search<'py> = (Ends<'py>, Bound<'py, PyAny>, Bound<'py, PyAny>, [Bound<'py, PyAny>; 3], Option<Bound<'py, PyAny>>);
+
+/// What an exchange, a mechanics step, a micro step and a model solve cost.
+fn prices(costs: &Bound<'_, PyAny>) -> PyResult<[f64; 4]> {
+    let wrong =
+        || wrong_kind("costs", costs, "four numbers: of an exchange, a mechanics step, a micro step and a model solve");
+    let items = costs.try_iter().map_err(|_| wrong())?.collect::<PyResult<Vec<_>>>()?;
+    let costs = items.iter().map(|cost| number("costs", cost)).collect::<PyResult<Vec<_>>>()?;
+    costs.try_into().map_err(|_| wrong())
+}
 
 /// The cheapest scheme and its macro step that keep within an error, as the text of a dictionary in JSON.
 #[pyfunction]
@@ -271,10 +286,16 @@ pub fn advise(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
-    let ((from, to), per_decade, phases, (model, feedback, repetition), costs) = search;
+    let ((from, to), per_decade, phases, information, costs) = search;
+    let [per_decade, phases] = [counted("per_decade", &per_decade)?, counted("phases", &phases)?];
+    let truth = |(key, value)| given::<bool>(key, value, "True or False");
+    let mut truths = ["model", "feedback", "real_time"].into_iter().zip(&information).map(truth);
+    let mut next = || truths.next().unwrap_or(Ok(false));
+    let (model, feedback, repetition) = (next()?, next()?, !next()?);
+    let costs = costs.as_ref().map(prices).transpose()?;
     let time = |key: &str, value: Option<Bound<'_, PyAny>>| value.map(|value| number(key, &value)).transpose();
     let ends = [time("from_s", from)?, time("to_s", to)?];
-    let error = share_of_peak(&text("error", error)?).map_err(refused)?;
+    let error = share_of_peak(&text("error", error, "a share of the peak force, \"1%\" or 0.01")?).map_err(refused)?;
     let cache = Cache::of_user();
     let ((advice, prices), _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
         let Asked { catalogue, request, .. } = &asked;
@@ -321,13 +342,20 @@ pub fn advise(
 #[pyfunction]
 pub fn run(
     py: Python<'_>,
-    file: PathBuf,
-    out: Option<PathBuf>,
-    quick: bool,
-    fresh: bool,
+    file: &Bound<'_, PyAny>,
+    out: Option<&Bound<'_, PyAny>>,
+    quick: &Bound<'_, PyAny>,
+    fresh: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
-    cases: Vec<Py<PyCase>>,
+    cases: &Bound<'_, PyAny>,
 ) -> PyResult<PathBuf> {
+    let file: PathBuf = given("file", file, "the path of an experiment file")?;
+    let out: Option<PathBuf> = out.map(|out| given("out", out, "the path of a folder")).transpose()?;
+    let truth = |key, value| given::<bool>(key, value, "True or False");
+    let (quick, fresh) = (truth("quick", quick)?, truth("fresh", fresh)?);
+    let case = |case: PyResult<Bound<'_, PyAny>>| given::<Py<PyCase>>("cases", &case?, "a sequence of Case");
+    let cases = cases.try_iter().map_err(|_| wrong_kind("cases", cases, "a sequence of Case"))?;
+    let cases = cases.map(case).collect::<PyResult<Vec<_>>>()?;
     let mut catalogue = everything().clone();
     let python: PathBuf = py.import("sys")?.getattr("executable")?.extract()?;
     catalogue.read_files_by(move |file| read_case(file, programs(python.clone())));

@@ -2,7 +2,7 @@
 
 use crate::errors::{self, RimbenchError, exception, with_raised};
 use crate::everything;
-use crate::numbers::number;
+use crate::numbers::{given as given_as, number, wrong_kind};
 use crate::subsystem::{Doubted, PySubsystem};
 use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
@@ -140,10 +140,11 @@ pub fn programs(python: PathBuf) -> Programs {
 
 /// Opens a case file, its FMUs and classes of Python in processes of their own that `python` starts.
 #[pyfunction]
-pub fn open_case(file: PathBuf, python: PathBuf) -> PyResult<PyCase> {
+pub fn open_case(file: &Bound<'_, PyAny>, python: PathBuf) -> PyResult<PyCase> {
+    let file: PathBuf = given_as("file", file, "the path of a case file")?;
     let wrong = |error: Error| RimbenchError::new_err(error.to_string());
     let case = read_case(&file, programs(python)).map_err(wrong)?;
-    everything().clone().add_case(case.clone()).map_err(wrong)?;
+    everything().clone().add_case(case.clone()).map_err(|error| wrong(Error::file(&file, error)))?;
     Ok(PyCase { case, code: Ok(String::new()), references: Mutex::default() })
 }
 
@@ -223,15 +224,31 @@ impl PyCase {
     #[new]
     fn new(
         py: Python<'_>,
-        name_reference_and_code: (String, String, (Option<String>, String)),
-        like: Option<&str>,
+        name_reference_and_code: (Bound<'_, PyAny>, Bound<'_, PyAny>, (Option<String>, String)),
+        like: Option<&Bound<'_, PyAny>>,
         sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
-        parameters: Option<&Bound<'_, PyDict>>,
-        interface: Option<Vec<(String, String, String)>>,
+        parameters: Option<&Bound<'_, PyAny>>,
+        interface: Option<&Bound<'_, PyAny>>,
         times_s: [Option<Bound<'_, PyAny>>; 4],
     ) -> PyResult<Self> {
         let ((name, reference, code), (mechanics, actuator)) = (name_reference_and_code, sides);
         let code = code.0.ok_or(code.1);
+        let name: String = given_as("name", &name, "a name, in kebab-case")?;
+        let reference: String = given_as("reference", &reference, "own, original")?;
+        let like: Option<String> =
+            like.map(|like| given_as("like", like, "the name of a built-in case")).transpose()?;
+        for (key, make) in [("mechanics", &mechanics), ("actuator", &actuator)] {
+            if let Some(make) = make.as_ref().map(|make| make.bind(py)).filter(|make| !make.is_callable()) {
+                return Err(wrong_kind(key, make, "what makes the side, called with the parameters"));
+            }
+        }
+        let rows = "a sequence of (position, velocity, force), three names each";
+        let interface: Option<Vec<(String, String, String)>> =
+            interface.map(|interface| given_as("interface", interface, rows)).transpose()?;
+        let named = "a dictionary of names and defaults";
+        let parameters =
+            parameters.map(|given| given.cast::<PyDict>().map_err(|_| wrong_kind("parameters", given, named)));
+        let parameters = parameters.transpose()?;
         let keys = ["duration_s", "macro_step_s", "micro_step_s", "reference_step_s"];
         let mut times = [None; 4];
         for ((time, key), given) in times.iter_mut().zip(keys).zip(times_s) {
@@ -247,7 +264,7 @@ impl PyCase {
             let given = PerSide { mechanics, actuator };
             let are_given = given.as_ref().map(Option::is_some);
             let doubted = PerSide::from_fn(|_| Arc::new(Doubted::default()));
-            let mut case = match like {
+            let mut case = match like.as_deref() {
                 Some(like) => {
                     if parameters.is_some() || interface.is_some() {
                         let message = "parameters and interface are those of the case that it is like: give neither";
@@ -295,7 +312,7 @@ impl PyCase {
                     };
                     let parameters: Vec<(String, f64)> = parameters.map_or(Ok(Vec::new()), |given| {
                         let read = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-                            let key: String = key.extract()?;
+                            let key: String = given_as("a name in parameters", &key, "a text")?;
                             let value = number(&key, &value)?;
                             Ok((key, value))
                         };

@@ -1,6 +1,6 @@
 //! The reduced interface model as a dictionary, in both directions.
 
-use crate::numbers::attribute;
+use crate::numbers::{attribute, given, number, wrong_kind};
 use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -10,9 +10,10 @@ use rimbench::interface_model::{ReducedInterfaceModel, TOUCHING};
 /// What a model has before it is filled: an empty one, from the attributes `contacts`, `stabilisation` and
 /// `restitution`.
 pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInterfaceModel> {
-    let number = |name: &str| attribute(object, name)?.map_or(Ok(0.0), |value| value.extract::<f64>());
-    let contacts = attribute(object, "contacts")?.map_or(Ok(0), |value| value.extract::<usize>())?;
-    let (stabilisation, restitution) = (number("stabilisation")?, number("restitution")?);
+    let share = |name: &str| attribute(object, name)?.map_or(Ok(0.0), |value| number(name, &value));
+    let contacts = "a whole number from 0";
+    let contacts: usize = attribute(object, "contacts")?.map_or(Ok(0), |value| given("contacts", &value, contacts))?;
+    let (stabilisation, restitution) = (share("stabilisation")?, share("restitution")?);
     for (name, value) in [("stabilisation", stabilisation), ("restitution", restitution)] {
         if !(0.0..=1.0).contains(&value) {
             return Err(PyValueError::new_err(format!("{name} = {value} is not valid; valid: a number in [0, 1]")));
@@ -27,13 +28,16 @@ pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInt
 
 /// Fills a model whose size is known from what `interface_model` returned.
 pub fn read(value: &Bound<'_, PyAny>, h: f64, model: &mut ReducedInterfaceModel) -> PyResult<()> {
-    let dict = value.cast::<PyDict>()?;
+    let dict = value.cast::<PyDict>().map_err(|_| wrong_kind("interface_model", value, "a dictionary"))?;
     let part = |name: &str| {
         let found = dict.get_item(name)?;
         found.ok_or_else(|| PyKeyError::new_err(format!("interface_model gives no `{name}`")))
     };
     let copy = |name: &str, to: &mut [f64]| -> PyResult<()> {
-        let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = part(name)?.extract()?;
+        let part = part(name)?;
+        let array: Result<PyArrayLikeDyn<'_, f64, AllowTypeChange>, _> = part.extract();
+        let array =
+            array.map_err(|_| wrong_kind(&format!("`{name}` of interface_model"), &part, "an array of numbers"))?;
         let array = array.as_array();
         if array.len() != to.len() {
             let message = format!("interface_model: `{name}` has {} numbers instead of {}", array.len(), to.len());
@@ -53,7 +57,10 @@ pub fn read(value: &Bound<'_, PyAny>, h: f64, model: &mut ReducedInterfaceModel)
         *at_bound = *gap <= TOUCHING;
     }
     if let Some(closed) = dict.get_item("closed")? {
-        let closed: Vec<bool> = closed.try_iter()?.map(|item| item?.is_truthy()).collect::<PyResult<_>>()?;
+        let items = closed
+            .try_iter()
+            .map_err(|_| wrong_kind("`closed` of interface_model", &closed, "a sequence of truths"))?;
+        let closed: Vec<bool> = items.map(|item| item?.is_truthy()).collect::<PyResult<_>>()?;
         if closed.len() != model.contacts() {
             let (found, wanted) = (closed.len(), model.contacts());
             let message = format!("interface_model: `closed` has {found} entries instead of {wanted}");

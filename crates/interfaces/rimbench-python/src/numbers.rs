@@ -1,18 +1,44 @@
-//! Numbers that a callback returns.
+//! Values that a call gives or a callback returns.
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use crate::errors::RimbenchError;
+use pyo3::conversion::FromPyObjectOwned;
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyList, PyTuple};
+use rimbench::error::{Error, shortened};
+
+/// The error of a value that is of a kind that cannot be.
+pub fn wrong_kind(key: &str, value: &Bound<'_, PyAny>, valid: &str) -> PyErr {
+    let shown = value.repr().map_or_else(|_| "?".to_owned(), |text| shortened(&text.to_string_lossy()));
+    let kind = value.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
+    PyTypeError::new_err(format!("{key} = {shown} ({kind}) is not valid; valid: {valid}"))
+}
+
+/// A value of the kind that is wanted; a whole number beyond all use is of that kind and not valid.
+pub fn given<T: for<'py> FromPyObjectOwned<'py>>(key: &str, value: &Bound<'_, PyAny>, valid: &str) -> PyResult<T> {
+    value.extract().map_err(|error| match Into::<PyErr>::into(error) {
+        error if error.is_instance_of::<PyOverflowError>(value.py()) => {
+            let shown = value.str().map_or_else(|_| "?".to_owned(), |text| text.to_string_lossy().into_owned());
+            RimbenchError::new_err(Error::invalid(key, shown, valid).to_string())
+        }
+        _ => wrong_kind(key, value, valid),
+    })
+}
+
+/// A number of something.
+pub fn count<T: for<'py> FromPyObjectOwned<'py>>(key: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
+    let valid = "a whole number from 1";
+    if is_truth(value)? { Err(wrong_kind(key, value, valid)) } else { given(key, value, valid) }
+}
 
 /// A number that a call gives: of one that has fewer digits than ours those that it has (`np.float32(5e-3)` is 0.005),
 /// and of a truth none.
 pub fn number(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    let kind = value.get_type();
-    let wrong = || PyTypeError::new_err(format!("{key} is {kind} and not a number"));
+    let wrong = || wrong_kind(key, value, "a number");
     if is_truth(value)? {
         return Err(wrong());
     }
-    let number: f64 = value.extract().map_err(|_| wrong())?;
+    let number: f64 = given(key, value, "a number, at most 1.8e308")?;
     let is_short = match value.getattr_opt("dtype")? {
         Some(dtype) => {
             dtype.getattr("kind")?.extract::<String>()? == "f" && dtype.getattr("itemsize")?.extract::<usize>()? < 8
@@ -31,17 +57,21 @@ pub fn is_truth(value: &Bound<'_, PyAny>) -> PyResult<bool> {
 pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()> {
     let wanted = to.len();
     let wrong = |found: usize| PyValueError::new_err(format!("{what} gives {found} numbers instead of {wanted}"));
+    let put = |to: &mut f64, item: &Bound<'_, PyAny>| {
+        let read = item.extract().map_err(|_| wrong_kind(&format!("a number that {what} gives"), item, "a number"));
+        read.map(|number| *to = number)
+    };
     // The two that are made fast; any other sequence, an array among them, takes a copy.
     if let Ok(tuple) = value.cast::<PyTuple>() {
         if tuple.len() != wanted {
             return Err(wrong(tuple.len()));
         }
-        to.iter_mut().zip(tuple.iter_borrowed()).try_for_each(|(to, number)| number.extract().map(|x| *to = x))
+        to.iter_mut().zip(tuple.iter_borrowed()).try_for_each(|(to, item)| put(to, &item))
     } else if let Ok(list) = value.cast::<PyList>() {
         if list.len() != wanted {
             return Err(wrong(list.len()));
         }
-        to.iter_mut().zip(list.iter()).try_for_each(|(to, number)| number.extract().map(|x| *to = x))
+        to.iter_mut().zip(list.iter()).try_for_each(|(to, item)| put(to, &item))
     } else {
         let numbers: Vec<f64> = value.extract().map_err(|_| {
             let kind = value.get_type();

@@ -2,7 +2,7 @@
 
 use crate::errors::{self, RimbenchError};
 use crate::model;
-use crate::numbers::{copied, fill, method};
+use crate::numbers::{copied, count, fill, given, method, wrong_kind};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rimbench::cosim::{CouplingScheme, MicroStep, Ports, Sample, Side};
@@ -152,9 +152,23 @@ pub struct PyScheme {
 #[pymethods]
 impl PyScheme {
     #[new]
-    #[pyo3(signature = (name, make, *, order=1, samples=1, interface_model=false))]
-    fn new(name: String, make: Py<PyAny>, order: u32, samples: usize, interface_model: bool) -> PyResult<Self> {
-        let make = Arc::new(make);
+    #[pyo3(signature = (name, make, *, order=None, samples=None, interface_model=None))]
+    fn new(
+        name: &Bound<'_, PyAny>,
+        make: &Bound<'_, PyAny>,
+        order: Option<&Bound<'_, PyAny>>,
+        samples: Option<&Bound<'_, PyAny>>,
+        interface_model: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let name: String = given("name", name, "a name, in kebab-case")?;
+        if !make.is_callable() {
+            return Err(wrong_kind("make", make, "what makes the scheme, called with the names of outputs"));
+        }
+        let order: u32 = order.map_or(Ok(1), |order| given("order", order, "a whole number from 0"))?;
+        let samples: usize = samples.map_or(Ok(1), |samples| count("samples", samples))?;
+        let truth = |value| given("interface_model", value, "True or False");
+        let interface_model: bool = interface_model.map_or(Ok(false), truth)?;
+        let make = Arc::new(make.clone().unbind());
         let entry = SchemeEntry::new(name, "A scheme written in Python", move |construction| {
             let names = |ports: &Ports| ports.outputs.iter().map(|port| port.name.to_string()).collect::<Vec<_>>();
             let built = |py: Python<'_>| -> PyResult<SchemeObject> {

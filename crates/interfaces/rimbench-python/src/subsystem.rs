@@ -2,7 +2,7 @@
 
 use crate::errors::failure;
 use crate::model;
-use crate::numbers::{attribute, copied, fill, method};
+use crate::numbers::{attribute, copied, fill, given, method, number};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -60,7 +60,9 @@ impl PySubsystem {
     pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str, doubted: Arc<Doubted>) -> PyResult<Self> {
         let feedthrough = attribute(object, "direct_feedthrough")?;
         let direct_feedthrough = feedthrough.map_or(Ok(ports.direct_feedthrough), |value| value.is_truthy())?;
-        let names: Vec<String> = attribute(object, "observables")?.map_or(Ok(Vec::new()), |names| names.extract())?;
+        let names = attribute(object, "observables")?;
+        let names: Vec<String> =
+            names.map_or(Ok(Vec::new()), |names| given("observables", &names, "a sequence of names"))?;
         let observe = if names.is_empty() { None } else { Some(method(object, "observe", whose)?) };
         let work = match attribute(object, "interface_work")? {
             Some(_) => Some(method(object, "interface_work", whose)?),
@@ -74,9 +76,10 @@ impl PySubsystem {
             }
             None => None,
         };
-        let without_model = attribute(object, "no_interface_model")?.map(|why| why.extract()).transpose()?;
+        let without_model = attribute(object, "no_interface_model")?;
+        let without_model = without_model.map(|why| given("no_interface_model", &why, "a text")).transpose()?;
         if let Some(digest) = attribute(object, "made_from")? {
-            let _ = doubted.made_from.set(digest.extract()?);
+            let _ = doubted.made_from.set(given("made_from", &digest, "a text")?);
         }
         Ok(PySubsystem {
             outputs: method(object, "outputs", whose)?,
@@ -199,8 +202,8 @@ impl Capabilities for PySubsystem {
     fn interface_work(&mut self) -> Option<f64> {
         let work = self.work.as_ref()?;
         let worked = Python::attach(|py| {
-            let number = || work.bind(py).call0()?.extract();
-            number().map_err(|error| failure(py, error))
+            let counted = || number("the number that interface_work gives", &work.bind(py).call0()?);
+            counted().map_err(|error| failure(py, error))
         });
         Some(worked.unwrap_or_else(|failure| {
             self.failed = Some(failure);

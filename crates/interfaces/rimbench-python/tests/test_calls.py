@@ -106,8 +106,71 @@ def test_a_setting_that_is_none_is_refused_by_name():
         rimbench.simulate("wedge-box", "nepce", box_mas_kg=1)
     with pytest.raises(rimbench.RimbenchError, match="unknown parameter or option `phase`"):
         rimbench.limit("wedge-box", "nepce", phase=0.5)
-    with pytest.raises(TypeError, match="box_mass_kg is .*list.* and not a number or a name"):
-        rimbench.simulate("wedge-box", "nepce", box_mass_kg=[1])
+
+
+class Empty:
+    """What is called and makes something that is no side."""
+
+    def outputs(self, u):
+        return (0.0,)
+
+    step = outputs
+
+
+BALL = ("bouncing-ball", "zero-order-hold")
+
+
+@pytest.mark.parametrize(
+    ("call", "wanted"),
+    [
+        (lambda: rimbench.simulate("wedge-box", "nepce", box_mass_kg=[1]), r"box_mass_kg = \[1\] \(list\) .*finite number above 0"),
+        (lambda: rimbench.simulate("wedge-box", "nepce", box_mass_kg=None), r"box_mass_kg = None \(NoneType\) .*above 0"),
+        (lambda: rimbench.simulate("wedge-box", "nepce", belief={}), r"belief = {} \(dict\) .*a number or a text: What it believes"),
+        (lambda: rimbench.simulate("wedge-box", "nepce", [1e-3]), r"macro_step_s = \[0.001\] \(list\) .*Macro step"),
+        (lambda: rimbench.simulate(["wedge-box"], "nepce"), r"case = \['wedge-box'\] \(list\) .*the name of a case"),
+        (lambda: rimbench.simulate("wedge-box", None), r"scheme = None \(NoneType\) .*the name of a scheme"),
+        (lambda: rimbench.limit(*BALL, from_s=[]), r"from_s = \[\] \(list\) .*a number"),
+        (lambda: rimbench.limit(*BALL, per_decade="x"), r"per_decade = 'x' \(str\) .*a whole number"),
+        (lambda: rimbench.limit(*BALL, per_decade=True), r"per_decade = True \(bool\) .*a whole number"),
+        (lambda: rimbench.limit(*BALL, phases=1.5), r"phases = 1.5 \(float\) .*a whole number"),
+        (lambda: rimbench.limit(*BALL, relative_tolerance=None), r"relative_tolerance = None \(NoneType\) .*a number"),
+        (lambda: rimbench.limit(*BALL, method=None), r"method = None \(NoneType\) .*run, spectral"),
+        (lambda: rimbench.limit(*BALL, progress=3), r"progress = 3 \(int\) .*or True"),
+        (lambda: rimbench.advise(BALL[0], None), r"error = None \(NoneType\) .*share of the peak"),
+        (lambda: rimbench.advise(BALL[0], "1%", model="yes"), r"model = 'yes' \(str\) .*True or False"),
+        (lambda: rimbench.advise(BALL[0], "1%", costs=3), r"costs = 3 \(int\) .*four numbers"),
+        (lambda: rimbench.advise(BALL[0], "1%", costs=[1, 2]), r"costs = \[1, 2\] \(list\) .*four numbers"),
+        (lambda: rimbench.advise(BALL[0], "1%", costs=["a", 1, 1, 1]), r"costs = 'a' \(str\) .*a number"),
+        (lambda: rimbench.run(3), r"file = 3 \(int\) .*experiment file"),
+        (lambda: rimbench.run("a.toml", out=3), r"out = 3 \(int\) .*a folder"),
+        (lambda: rimbench.run("a.toml", quick="no"), r"quick = 'no' \(str\) .*True or False"),
+        (lambda: rimbench.run("a.toml", cases=3), r"cases = 3 \(int\) .*a sequence of Case"),
+        (lambda: rimbench.run("a.toml", cases=["x"]), r"cases = 'x' \(str\) .*a sequence of Case"),
+        (lambda: rimbench.open_case(None), r"file = None \(NoneType\) .*a case file"),
+        (lambda: rimbench.Case(3), r"name = 3 \(int\) .*kebab-case"),
+        (lambda: rimbench.Case("a", like=3, mechanics=Empty), r"like = 3 \(int\) .*built-in case"),
+        (lambda: rimbench.Case("a", reference=None), r"reference = None \(NoneType\) .*own, original"),
+        (lambda: rimbench.Case("a", like=BALL[0], mechanics=3), r"mechanics = 3 \(int\) .*called with the parameters"),
+        (lambda: rimbench.Case("a", interface="xvf"), r"interface = 'xvf' \(str\) .*three names each"),
+        (lambda: rimbench.Case("a", parameters=[1]), r"parameters = \[1\] \(list\) .*a dictionary"),
+        (lambda: rimbench.Scheme("a", 3), r"make = 3 \(int\) .*called with"),
+        (lambda: rimbench.Scheme(None, Empty), r"name = None \(NoneType\) .*kebab-case"),
+        (lambda: rimbench.Scheme("a", Empty, order="x"), r"order = 'x' \(str\) .*a whole number"),
+        (lambda: rimbench.Scheme("a", Empty, interface_model=1), r"interface_model = 1 \(int\) .*True or False"),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_told_with_its_name_and_what_is_valid(call, wanted):
+    said, valid = wanted.split(" .*")
+    with pytest.raises(TypeError, match=f"^{said} is not valid; valid: .*{valid}"):
+        call()
+
+
+@pytest.mark.parametrize(("name", "value"), [("per_decade", -1), ("per_decade", 2**70), ("phases", -1)])
+def test_a_number_beyond_all_use_is_not_valid(name, value):
+    with pytest.raises(rimbench.RimbenchError, match="gain = .* is not valid; valid: a number, at most 1.8e308"):
+        rimbench.simulate("wedge-box", "nepce", gain=10**400)
+    with pytest.raises(rimbench.RimbenchError, match=f"{name} = .* is not valid; valid: a whole number"):
+        rimbench.limit(*BALL, **{name: value})
 
 
 def test_numbers_of_numpy_are_numbers():
@@ -248,11 +311,11 @@ def test_numbers_of_few_digits_are_what_they_say_and_truths_are_none():
         assert np.dtype(step.dtype) == np.float16 or short.run_id == usual.run_id, step.dtype
         assert "99999" not in repr(short.settings["macro_step_s"])
     for truth in (True, np.True_):
-        with pytest.raises(TypeError, match="is a truth"):
+        with pytest.raises(TypeError, match=f"ball_mass_kg = {truth!r} .* is not valid"):
             rimbench.simulate("bouncing-ball", "zero-order-hold", 5e-3, ball_mass_kg=truth)
-        with pytest.raises(TypeError, match="is a truth"):
+        with pytest.raises(TypeError, match=f"duration_s = {truth!r} .* is not valid"):
             rimbench.simulate("bouncing-ball", "zero-order-hold", 5e-3, duration_s=truth)
-        with pytest.raises(TypeError, match="not a number"):
+        with pytest.raises(TypeError, match=f"from_s = {truth!r} .* is not valid"):
             rimbench.limit("bouncing-ball", "zero-order-hold", from_s=truth)
     with pytest.raises(ValueError, match="read-only"):
         usual["time_s"][0] = 1.0

@@ -304,7 +304,7 @@ def test_an_exception_in_a_callback_is_an_outcome_with_its_traceback():
     [
         ((1.0, 2.0, 3.0), "ValueError: step gives 3 numbers instead of 2"),
         ("nonsense", "TypeError: step gives <class 'str'> instead of a sequence of 2 numbers"),
-        (("a", "b"), "TypeError: "),
+        (("a", "b"), "TypeError: a number that step gives = 'a' (str) is not valid; valid: a number"),
         (np.zeros(3), "ValueError: step gives 3 numbers instead of 2"),
     ],
 )

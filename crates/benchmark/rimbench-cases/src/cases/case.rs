@@ -5,8 +5,8 @@ use super::drawing::DrawCase;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
-use rimbench_core::cosim::{MechanicsSteps, PerSide, Quantity, Subsystem};
-use rimbench_core::error::Result;
+use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Subsystem};
+use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, names};
 use rimbench_core::solver_entry::SolverEntry;
 use std::fmt;
@@ -82,6 +82,62 @@ pub struct CaseDefaults {
     pub reference_step_s: f64,
     /// Distance of the stored points of the reference.
     pub reference_sampling_s: f64,
+}
+
+/// Plausibility bound of macro steps, far beyond any use, so that a slip of the exponent is an error and not an endless
+/// run.
+pub(crate) const MOST_STEPS: f64 = 1e7;
+
+/// The same of what is within them: micro steps, and steps of the mechanics.
+pub(crate) const MOST_SMALL_STEPS: f64 = 1e9;
+
+/// The same of the coarsest of the three references.
+const MOST_REFERENCE_STEPS: f64 = 1e8;
+
+impl CaseDefaults {
+    /// Returns the communication points of phase φ in (0, 1].
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for steps that are not positive, a macro step above the duration, and steps that are too
+    /// many.
+    pub fn grid(&self, phase: f64) -> Result<CommunicationGrid> {
+        let CaseDefaults { duration_s, macro_step_s, micro_step_s, .. } = *self;
+        let nonsense = !(macro_step_s > 0.0 && duration_s > 0.0 && duration_s.is_finite());
+        if !nonsense && duration_s / macro_step_s > MOST_STEPS {
+            let expected = format!("at least {:e} s for this duration", duration_s / MOST_STEPS);
+            return Err(Error::invalid("macro_step_s", macro_step_s, expected));
+        }
+        let grid = CommunicationGrid::new(macro_step_s, phase, duration_s)?;
+        if !(micro_step_s.is_finite() && micro_step_s > 0.0) {
+            return Err(Error::invalid("micro_step_s", micro_step_s, "a finite time above 0 s"));
+        }
+        if duration_s / micro_step_s > MOST_SMALL_STEPS {
+            let expected = format!("at least {:e} s for this duration", duration_s / MOST_SMALL_STEPS);
+            return Err(Error::invalid("micro_step_s", micro_step_s, expected));
+        }
+        Ok(grid)
+    }
+
+    /// Checks the steps of the reference: one that would never end is found before it is begun.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for a duration with too many points, or a step longer than their distance or shorter
+    /// than any use.
+    pub fn check_reference(&self) -> Result<()> {
+        let (step, sampling) = (self.reference_step_s, self.reference_sampling_s);
+        if self.duration_s / sampling > MOST_STEPS {
+            let expected =
+                format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
+            return Err(Error::invalid("duration_s", self.duration_s, expected));
+        }
+        let least = self.duration_s / MOST_REFERENCE_STEPS;
+        if !(step >= least && step <= sampling) {
+            let expected =
+                format!("a time from {least:e} s to {sampling:e} s, the distance of the points of the reference");
+            return Err(Error::invalid("reference_step_s", format!("{step:e}"), expected));
+        }
+        Ok(())
+    }
 }
 
 /// Simulated time, macro step, longest micro step, then step and sampling of the reference, s.

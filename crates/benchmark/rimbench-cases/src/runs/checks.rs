@@ -1,6 +1,7 @@
 //! What is checked of a run before it begins: which options go together, and which steps there can be.
 
 use super::spec::RunSettings;
+use crate::cases::{CaseDefaults, CoupledSystem, MOST_SMALL_STEPS, MOST_STEPS};
 use rimbench_core::cosim::{
     ActuatorIntegrator, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule, MassLearning,
     MechanicsIntegrator, MechanicsSteps, StepRule, division,
@@ -11,12 +12,6 @@ use std::fmt;
 
 /// Of these many multiples of what a mechanics takes one is looked for that would do.
 const MOST_MULTIPLES: u32 = 10_000;
-
-/// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.
-const MOST_STEPS: f64 = 1e7;
-
-/// The same for the coarsest of the three references.
-const MOST_REFERENCE_STEPS: f64 = 1e8;
 
 impl RunSettings {
     /// Checks that the mechanics can take the longest step that is asked of it.
@@ -47,14 +42,36 @@ impl RunSettings {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub(super) fn check_model(&self) -> Result<()> {
+        let depends = self.belief.is_some() || self.model.as_ref().is_some_and(ModelOptions::depends_on_mechanics);
         // A machine that cannot be built says so when it is built.
-        if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
-            && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
-            && self.scheme.incompatibility(system.sides.lend()).is_none()
-        {
-            self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
+        let built = depends.then(|| (self.case.build)(&self.parameters, &self.solver)).and_then(Result::ok);
+        built.map_or(Ok(()), |system| self.check_sides(system))
+    }
+
+    /// Builds both sides, unless they are from outside, and checks all that depends on them.
+    ///
+    /// # Errors
+    /// Those of building the case, and those of options that it does not allow. What it does not offer is no error:
+    /// such a run is skipped with the reason.
+    pub fn check_built(&self) -> Result<()> {
+        if self.case.from_outside {
+            Ok(())
+        } else {
+            self.check_sides((self.case.build)(&self.parameters, &self.solver)?)
         }
-        Ok(())
+    }
+
+    fn check_sides(&self, mut system: CoupledSystem) -> Result<()> {
+        if self.scheme.incompatibility(system.sides.lend()).is_some() {
+            return Ok(());
+        }
+        if let (Some(belief), Some(model)) =
+            (&self.belief, system.sides.mechanics.capabilities().empty_interface_model())
+            && let Err(wrong @ Error::InvalidValue { .. }) = belief.check_model(&model)
+        {
+            return Err(wrong);
+        }
+        self.scheme.couple(system.sides.lend(), self.model.as_ref(), self.gain).map(drop)
     }
 
     /// Checks everything that can be checked without either side, and returns the communication points.
@@ -231,57 +248,37 @@ impl RunSettings {
     /// Checks the steps of the reference: one that would never end is found before it is begun.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for a duration with too many points, or a step longer than their distance or shorter
-    /// than any use.
+    /// Those of [`CaseDefaults::check_reference`].
     pub fn check_reference(&self) -> Result<()> {
-        let (step, sampling) = (self.case.defaults.reference_step_s, self.case.defaults.reference_sampling_s);
-        if self.duration / sampling > MOST_STEPS {
-            let expected =
-                format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
-            return Err(Error::invalid("duration_s", self.duration, expected));
-        }
-        let least = self.duration / MOST_REFERENCE_STEPS;
-        if !(step >= least && step <= sampling) {
-            let expected = format!(
-                "a time from {least:e} s to {sampling:e} s, the distance of the points of the reference of case {}",
-                self.case.name
-            );
-            return Err(Error::invalid("reference_step_s", format!("{step:e}"), expected));
-        }
-        Ok(())
+        self.times().check_reference()
+    }
+
+    /// The times of the case with those of the run.
+    fn times(&self) -> CaseDefaults {
+        let (duration_s, macro_step_s, micro_step_s) = (self.duration, self.macro_step, self.micro_step);
+        CaseDefaults { duration_s, macro_step_s, micro_step_s, ..self.case.defaults }
     }
 
     /// Returns the communication points.
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
+    /// [`Error::InvalidValue`] for steps that are not positive, a micro step above the macro step, and steps of either
+    /// side that are too many.
     pub(super) fn grid(&self) -> Result<CommunicationGrid> {
-        let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0 && self.duration.is_finite());
-        if !nonsense && self.duration / self.macro_step > MOST_STEPS {
-            let least = self.duration / MOST_STEPS;
-            return Err(Error::invalid(
-                "macro_step_s",
-                self.macro_step,
-                format!("at least {least:e} s for this duration"),
-            ));
-        }
-        let grid = CommunicationGrid::new(self.macro_step, self.phase, self.duration)?;
-        if !(self.micro_step.is_finite() && self.micro_step > 0.0) {
-            return Err(Error::invalid("micro_step_s", self.micro_step, "a finite time above 0 s"));
-        }
-        if self.macro_step / self.micro_step > MOST_STEPS {
-            let least = self.macro_step / MOST_STEPS;
-            return Err(Error::invalid(
-                "micro_step_s",
-                self.micro_step,
-                format!("at least {least:e} s for this macro step"),
-            ));
-        }
+        let grid = self.times().grid(self.phase)?;
         if self.micro_step > self.macro_step {
             let expected = format!("at most the macro step, {} s", self.macro_step);
             return Err(Error::invalid("micro_step_s", self.micro_step, expected));
         }
         self.mechanics_steps.check(self.macro_step)?;
+        let of_macro_step = self.mechanics_steps.within(self.macro_step, self.micro_step) as f64;
+        if self.duration / self.macro_step * of_macro_step > MOST_SMALL_STEPS {
+            let expected = format!("at most {MOST_SMALL_STEPS:e} steps of the mechanics within {} s", self.duration);
+            let key = if self.mechanics_steps.longest().is_some() { "mechanics_step_s" } else { "mechanics_steps" };
+            let found =
+                self.mechanics_steps.longest().map_or(self.mechanics_steps.to_string(), |step| step.to_string());
+            return Err(Error::invalid(key, found, expected));
+        }
         Ok(grid)
     }
 }

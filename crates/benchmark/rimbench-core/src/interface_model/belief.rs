@@ -58,8 +58,12 @@ impl Belief {
         let contacts = model.contacts();
         for (what, contact) in [("missing", self.missing), ("closed", self.closed)] {
             if let Some(contact) = contact.filter(|contact| *contact >= contacts) {
-                let expected = format!("a contact of the model, from 0 to below {contacts}");
-                return Err(Error::invalid(format!("belief {what}"), contact, expected));
+                let expected = match contacts {
+                    0 => "none of the two: the model has no contact".to_owned(),
+                    1 => format!("{what}:0, the only contact of the model"),
+                    _ => format!("a contact of the model, from {what}:0 to {what}:{}", contacts - 1),
+                };
+                return Err(Error::invalid("belief", format!("{what}:{contact}"), expected));
             }
         }
         if self.friction != 1.0 && !model.has_friction() {
@@ -159,6 +163,6 @@ mod tests {
         assert!(model.h.iter().all(|entry| *entry == 1.0) && model.a.iter().all(|a| *a == 3.0));
         assert_eq!((model.friction, model.gap), (vec![0.25, 0.2], vec![0.25, FAR]));
         let none = ReducedInterfaceModel::zeros(1, 1);
-        assert!(belief.check_model(&none).unwrap_err().to_string().contains("from 0 to below 1"));
+        assert!(belief.check_model(&none).unwrap_err().to_string().contains("missing:0, the only contact"));
     }
 }

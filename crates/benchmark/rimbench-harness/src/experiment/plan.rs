@@ -171,7 +171,7 @@ impl Experiment {
         match cells.saturating_mul(phases) {
             0 => Err(Error::Incompatible(format!(
                 "the grid is empty: {} cases, {} schemes, {cells} combinations of them with parameters and macro steps, \
-                 {phases} phases",
+                 {phases} phases; valid: at least one of each",
                 self.cases.len(),
                 self.schemes.len()
             ))),
@@ -225,7 +225,13 @@ impl Experiment {
                 }
                 let setting = settings.at(case, index).map_err(|error| entry.place(&error))?;
                 let Setting { parameters, pooled_set, rejected_draws } = &setting;
+                // A machine that was drawn and is none is a row of the results; one that was written is a slip.
+                let written = entry.draw.is_none();
+                if let Some(any) = self.any_run(entry, catalogue, case, parameters).ok().filter(|_| written) {
+                    any.check_built().map_err(|error| entry.place(&error))?;
+                }
                 for (row, steps, requests) in &rows {
+                    let first = runs.len();
                     let scheme = row.request.scheme.as_deref().unwrap_or_default();
                     let as_one = catalogue.scheme(scheme).is_ok_and(|scheme| scheme.moves_as_one());
                     for (macro_step, request) in
@@ -238,10 +244,10 @@ impl Experiment {
                                 let duration = request.duration_s.unwrap_or(case.defaults.duration_s);
                                 let grid = CommunicationGrid::new(macro_step, phase, duration);
                                 let replayed = grid.and_then(|grid| row.replay(&grid, &mut request));
-                                replayed.map_err(|error| row.place(&error, &case.name))?;
+                                replayed.map_err(|error| row.place(&self.by_key(row, error), &case.name))?;
                             }
                             let spec = request.resolve_for(catalogue, case, parameters);
-                            let mut spec = spec.map_err(|error| row.place(&error, &case.name))?;
+                            let mut spec = spec.map_err(|error| row.place(&self.by_key(row, error), &case.name))?;
                             let audit = self.audit && spec.not_auditable().is_none();
                             if audit || predict_growth {
                                 spec = spec.with(|own| (own.audit, own.predict_growth) = (audit, predict_growth))?;
@@ -255,10 +261,28 @@ impl Experiment {
                         next += phases.len();
                         runs.extend(phases[from..to].par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
                     }
+                    if let Some(run) = runs.get(first).filter(|_| written) {
+                        run.spec.check_built().map_err(|error| row.place(&error, &case.name))?;
+                    }
                 }
             }
         }
         Ok(runs)
+    }
+
+    /// An error about a value of a run, by the key that the file has it under.
+    fn by_key(&self, row: &SchemeRow, error: Error) -> Error {
+        let Error::InvalidValue { key, found, expected } = error else { return error };
+        let key = match key.as_str() {
+            "macro_step_s" => "macro_steps_s",
+            "phase" => "phases",
+            "step_tolerance" if row.step_tolerances.is_some() => "step_tolerances",
+            "delivery_up" if row.has_delivery => "delivery.up",
+            "delivery_down" if row.has_delivery => "delivery.down",
+            "reference_step_s" if self.reference_step_s.is_none() => "reference_step_s of the case",
+            own => own,
+        };
+        Error::InvalidValue { key: key.to_owned(), found, expected }
     }
 
     /// A run of a case with these parameters, for what all of its runs have in common: the reference.
@@ -382,7 +406,7 @@ fn refuse_duplicates(runs: &[PlannedRun]) -> Result<()> {
 
 fn is_there_twice(run: &PlannedRun) -> Error {
     Error::Incompatible(format!(
-        "the plan holds one run twice: `{}` at macro_step_s = {:?}, phase {:?} are the same in everything that determines a run",
+        "the plan holds one run twice: `{}` at {:?} of macro_steps_s, phase {:?} are the same in everything that determines a run",
         run.label, run.spec.macro_step, run.spec.phase
     ))
 }

@@ -68,6 +68,8 @@ pub(super) struct SchemeRow {
     pub(super) macro_steps_s: Option<MacroSteps>,
     /// Tolerances of a step control, one after the other; none: as the request has it.
     pub(super) step_tolerances: Option<Vec<f64>>,
+    /// Whether the file has a table `delivery`.
+    pub(super) has_delivery: bool,
     /// Logs that are replayed: the option that they make, what else that says, and the name of the file.
     logs: Vec<(&'static str, Channel, String, DeadlineLog)>,
     /// Everything else.
@@ -91,6 +93,7 @@ impl SchemeRow {
             given: BTreeMap::new(),
             macro_steps_s: None,
             step_tolerances: None,
+            has_delivery: false,
             logs: Vec::new(),
             request: RunRequest::default(),
         };
@@ -104,7 +107,10 @@ impl SchemeRow {
                 }
                 "macro_steps_s" => row.macro_steps_s = Some(list(&key, value)?),
                 "step_tolerances" => row.step_tolerances = Some(list(&key, value)?),
-                "delivery" => row.read_delivery(value, logs)?,
+                "delivery" => {
+                    row.has_delivery = true;
+                    row.read_delivery(value, logs)?;
+                }
                 option => {
                     if !options().any(|known| known == option) {
                         return Err(Error::unknown(
@@ -152,6 +158,12 @@ impl SchemeRow {
                 return Err(Error::unknown("key of delivery", &key, keys.iter().map(|(known, _)| *known)));
             };
             let option: &'static str = if option.is_empty() { known } else { option };
+            let by_key = |error: Error| match error {
+                Error::InvalidValue { found, expected, .. } => {
+                    Error::InvalidValue { key: format!("delivery.{key}"), found, expected }
+                }
+                other => other,
+            };
             let (text, log) = match value {
                 toml::Value::Table(mut parts) => {
                     let log = (parts.remove("log"), parts.remove("deadline_s"));
@@ -169,7 +181,7 @@ impl SchemeRow {
             };
             let (name, deadline) = match log {
                 (None, None) => {
-                    self.request.put(option, &text)?;
+                    self.request.put(option, &text).map_err(by_key)?;
                     self.given.insert(option.to_owned(), text);
                     continue;
                 }
@@ -184,7 +196,10 @@ impl SchemeRow {
             if !option.starts_with("delivery") {
                 return Err(Error::invalid(&key, "a log", "delivery.up or delivery.down, with the log in it"));
             }
-            let channel = if text.is_empty() { Channel::default() } else { text.parse()? };
+            if name.trim().is_empty() {
+                return Err(Error::invalid(format!("log of delivery.{key}"), &name, "the path of a log"));
+            }
+            let channel = if text.is_empty() { Channel::default() } else { text.parse().map_err(by_key)? };
             let log = DeadlineLog::read(logs.text(&name)?, deadline).map_err(|why| Error::file(&name, why))?;
             self.logs.push((option, channel, name.clone(), log));
             self.given.insert(option.to_owned(), [text, format!("log:{name},deadline_s:{deadline}")].join(","));

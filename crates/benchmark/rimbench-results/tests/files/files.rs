@@ -17,8 +17,9 @@ fn only_regular_files_of_a_size_that_makes_sense_are_read() {
     assert!(said(read_bytes(&file, 3)).ends_with("a: is larger than 3 bytes"));
     assert!(said(read_bytes(folder.path(), 3)).ends_with("is no regular file"));
     assert!(said(read_bytes(&folder.path().join("b"), 3)).contains("cannot be read"));
-    std::fs::write(&file, [0xff]).unwrap();
-    assert!(read_text(&file).unwrap_err().to_string().contains("UTF-8"));
+    std::fs::write(&file, b"a\nb\xff").unwrap();
+    let message = read_text(&file).unwrap_err().to_string();
+    assert!(message.contains("is no text in UTF-8: line 2 has the byte 0xff"), "{message}");
     #[cfg(unix)]
     assert!(said(read_bytes("/dev/zero".as_ref(), 3)).contains("no regular file"));
 }
@@ -29,6 +30,17 @@ fn a_place_in_a_text_is_told_by_line_and_column_and_what_stands_there() {
     assert_eq!(said_at(text, Some(14..18), "no list"), "line 2, column 9: `steps = 5e-3`: no list");
     assert_eq!(said_at(text, None, "no list\n"), "no list");
     // What the reader of TOML itself says of a path of Windows.
+    assert_eq!(said_at(text, Some(0..5), "missing field `b`"), "missing field `b`");
+    // Types are those of TOML.
+    for (message, wanted) in [
+        ("invalid type: map, expected usize", "invalid type: table, expected a whole number from 0"),
+        (
+            "invalid type: integer `3`, expected struct Draw, or so",
+            "invalid type: integer `3`, expected a table, or so",
+        ),
+    ] {
+        assert_eq!(said_at(text, None, message), wanted);
+    }
     let text = "file = \"C:\\models\\arm.fmu\"\n";
     let error = toml::from_str::<toml::Table>(text).unwrap_err();
     let said = said_at(text, error.span(), error.message());

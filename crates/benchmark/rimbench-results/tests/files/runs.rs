@@ -109,6 +109,8 @@ fn a_cell_that_is_none_is_refused_with_its_row_its_column_and_what_is_valid() {
         let error = refused(header, row);
         assert!(error.contains("my/runs.csv") && said.iter().all(|said| error.contains(said)), "{error}");
     }
+    let no_head = refused("x,b,,0.002,completed,1,2", "x,b,,0.001,completed,1,2");
+    assert!(no_head.contains("is no table of runs: its first line has none of the columns label, case"), "{no_head}");
     assert!(refused("label,case,sets,macro_step_s,outcome,a,b", "").contains("unknown column `set`"));
     let table = table("label,case,set,macro_step_s,delivery_up,outcome\nx,a,,0.001,delay:0.1,completed");
     assert_eq!(table.settings().collect::<Vec<_>>(), ["case", "set", "macro_step_s", "delivery_up"]);

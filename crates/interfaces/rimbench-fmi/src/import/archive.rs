@@ -13,6 +13,8 @@ use zip::ZipArchive;
 
 /// Most that an FMU may hold when it is unpacked, bytes: what is more was packed to fill a disk.
 const MOST_BYTES: u64 = 4 << 30;
+/// Most that its description may hold, which is read whole, bytes.
+const MOST_DESCRIBED: u64 = 256 << 20;
 /// Most files in it.
 const MOST_FILES: usize = 100_000;
 
@@ -47,7 +49,7 @@ impl Unpacked {
             .map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
         check_size(&mut archive, MOST_BYTES).map_err(&wrong)?;
         archive.extract(folder.path()).map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
-        let text = read_bytes(&folder.path().join("modelDescription.xml"), MOST_BYTES).map_err(|error| {
+        let text = read_bytes(&folder.path().join("modelDescription.xml"), MOST_DESCRIBED).map_err(|error| {
             let Error::File { message, .. } = error else { return error };
             wrong(format!("is no FMU: modelDescription.xml {message}"))
         })?;

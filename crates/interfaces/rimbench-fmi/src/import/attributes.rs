@@ -20,6 +20,8 @@ pub(super) enum Of {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Valid {
     Text,
+    /// The name of a file in the archive.
+    FileName,
     Truth,
     Number,
     /// A time of 0 or more, and finite.
@@ -71,7 +73,7 @@ pub(super) const ATTRIBUTES: &[Attribute] = &[
     row(Of::Model, "guid", TWO, Valid::Text),                      // wanted; handed to the instance
     row(Of::Model, "instantiationToken", THREE, Valid::Text),      // likewise
     row(Of::Model, "variableNamingConvention", BOTH, Valid::OneOf(&["flat", "structured"])),
-    row(Of::CoSimulation, "modelIdentifier", BOTH, Valid::Text),   // wanted; the name of the library
+    row(Of::CoSimulation, "modelIdentifier", BOTH, Valid::FileName), // wanted; the name of the library
     row(Of::CoSimulation, "needsExecutionTool", BOTH, Valid::Truth), // a note, and the reason where no instance can be made
     row(Of::CoSimulation, "canHandleVariableCommunicationStepSize", BOTH, Valid::Truth), // without it steps are equal
     row(Of::CoSimulation, "canBeInstantiatedOnlyOncePerProcess", BOTH, Valid::Truth),    // needs a process of its own
@@ -142,6 +144,7 @@ impl Valid {
         let number = || text.parse::<f64>().ok().filter(|number| !number.is_nan());
         match self {
             Valid::Text => true,
+            Valid::FileName => !text.is_empty() && !text.contains(['/', '\\']),
             Valid::Truth => truth(text).is_some(),
             Valid::Number => number().is_some(),
             Valid::Finite => number().is_some_and(f64::is_finite),
@@ -159,6 +162,7 @@ impl Valid {
     fn words(self) -> String {
         match self {
             Valid::Text => "a text".to_owned(),
+            Valid::FileName => "a name without / and \\".to_owned(),
             Valid::Truth => "true, false".to_owned(),
             Valid::Number => "a number".to_owned(),
             Valid::Finite => "a finite number".to_owned(),
@@ -294,6 +298,7 @@ mod tests {
                     (Valid::Text, "declaredType") if !two => &["Force"],
                     // A text may be any, or what it means is tried with the library (tests/interfaces/attributes.rs).
                     (Valid::Text, _) => continue,
+                    (Valid::FileName, _) => &["", "../x", "/etc/x", "a\\x"],
                     (Valid::Truth, _) => &["maybe", "yes", ""],
                     (Valid::Number, _) => &["low", "NaN"],
                     (Valid::Finite, _) => &["soon", "INF"],

@@ -322,13 +322,15 @@ fn steps_of_case(file: &CaseFile, steps: &PerSide<PossibleSteps>) -> Result<Case
             return Err(Error::invalid("reference_step_s", reference_step_s, valid).to_string());
         }
     }
-    Ok(CaseDefaults {
+    let times = CaseDefaults {
         duration_s: file.duration_s,
         macro_step_s: file.macro_step_s,
         micro_step_s,
         reference_step_s,
         reference_sampling_s: micro_step_s,
-    })
+    };
+    times.grid(1.0).and_then(|_| times.check_reference()).map_err(|error| error.to_string())?;
+    Ok(times)
 }
 
 /// Most rounds in which both sides tell each other with what they begin.

@@ -63,6 +63,7 @@ impl CaseFile {
         if file.interface.is_empty() {
             return Err("has no [[interface]]: at least one row couples the two sides".to_owned());
         }
+        file.check_names_and_factors()?;
         let of_python = Side::BOTH.into_iter().any(|side| file.side(side).python.is_some());
         let unused = |table: &&ParameterTable| table.mechanics.is_none() && table.actuator.is_none();
         match file.parameters.iter().find(|(_, table)| !of_python && unused(table)) {
@@ -95,6 +96,28 @@ impl CaseFile {
             .map(|(key, value, valid)| (key, value, 0.0, valid.to_owned()))
             .chain([("answer_within_s".to_owned(), self.answer_within_s, SHORTEST_ANSWER, valid)])
             .collect()
+    }
+
+    /// Refuses paths that are empty, and factors that make nothing of a variable.
+    fn check_names_and_factors(&self) -> Result<(), String> {
+        for side in Side::BOTH {
+            let SideTable { fmu, python, needs, .. } = self.side(side);
+            let named = [("fmu", fmu.iter()), ("python", python.iter())];
+            let named = named.into_iter().flat_map(|(key, paths)| paths.map(move |path| (key, path)));
+            let mut named = named.chain(needs.iter().map(|path| ("needs", path)));
+            if let Some((key, path)) = named.find(|(_, path)| path.as_os_str().is_empty()) {
+                let key = format!("{key} of [{}]", side_name(side));
+                return Err(Error::invalid(key, path.display(), "the path of a file").to_string());
+            }
+            let ends = self.interface.iter().flat_map(|row| (0..3).filter_map(move |which| row.end(side, which)));
+            for (variable, factor) in ends {
+                if let Some(factor) = factor.filter(|factor| !factor.is_finite() || *factor == 0.0) {
+                    let key = format!("factor of `{variable}`");
+                    return Err(Error::invalid(key, factor, "a finite number but 0").to_string());
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Longest step of the actuator, s.

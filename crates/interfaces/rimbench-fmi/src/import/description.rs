@@ -104,6 +104,8 @@ struct DeclaredType<'a> {
     unit: Option<&'a str>,
     relative: bool,
     limits: Limits,
+    /// What of it says what it may not.
+    fault: Option<String>,
 }
 
 type Types<'a> = BTreeMap<&'a str, DeclaredType<'a>>;
@@ -151,7 +153,7 @@ impl Description {
         let number = |node: Option<Node<'_, '_>>, name: &str| -> Option<f64> {
             node.and_then(|node| node.attribute(name)?.trim().parse().ok())
         };
-        let units = child("UnitDefinitions").map(read_units).transpose()?.unwrap_or_default();
+        let units = child("UnitDefinitions").map(|list| read_units(list, &mut notes)).transpose()?.unwrap_or_default();
         let types = child("TypeDefinitions").map(|list| read_types(list, two)).unwrap_or_default();
         let mut variables = Vec::new();
         let mut sizes = Vec::new();
@@ -181,26 +183,53 @@ impl Description {
                     }
                 }
             }
+            let size = variable.dimensions.iter().try_fold(1, |size: usize, extent| size.checked_mul(*extent));
+            if size.is_none_or(|size| size > MOST_VALUES) {
+                variable.fault.get_or_insert_with(|| {
+                    format!("<Dimension> {:?} is not valid; valid: at most {MOST_VALUES} values", variable.dimensions)
+                });
+                variable.dimensions = vec![0];
+            }
+            let (count, size) = (variable.start.len(), variable.size());
+            if !matches!(variable.kind, Type::Text | Type::Other)
+                && count > 1
+                && count != size
+                && variable.fault.is_none()
+            {
+                let (first, most) = (&variable.start[..count.min(3)].join(" "), if count > 3 { " …" } else { "" });
+                variable.fault = Some(format!(
+                    "start = {first}{most} is {count} values and not valid; valid: one value{}",
+                    if size > 1 { format!(", or {size}") } else { String::new() }
+                ));
+            }
         }
         let time_unit = unit_of_time(&variables)?;
         // In FMI 2.0 what is named is named by its place, from 1.
         let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
-        let known: BTreeSet<u32> = references.iter().copied().collect();
+        let mut places = BTreeMap::new();
+        for (place, variable) in variables.iter_mut().enumerate() {
+            let first = *places.entry(variable.reference).or_insert(place);
+            if !two && first != place {
+                let wrong = || format!("valueReference = {} is that of another variable as well", variable.reference);
+                variable.fault.get_or_insert_with(wrong);
+            }
+        }
         let named = |text: &str| -> Option<(usize, u32)> {
             let number: u32 = text.trim().parse().ok()?;
-            if two {
-                let place = (number as usize).checked_sub(1)?;
-                return Some((place, *references.get(place)?));
-            }
-            known.contains(&number).then_some((0, number))
+            let place = if two { (number as usize).checked_sub(1)? } else { *places.get(&number)? };
+            Some((place, *references.get(place)?))
         };
         let valid = if two { "places of variables, from 1" } else { "value references of variables" };
-        for (variable, node) in variables.iter_mut().zip(elements()) {
+        for (own, node) in elements().enumerate() {
             let Some(text) = of_type(node, two).and_then(|inner| inner.attribute("derivative")) else { continue };
-            variable.derivative = named(text).map(|(_, reference)| reference);
-            if variable.derivative.is_none() {
-                let wrong = || format!("derivative = {text} names no variable; valid: one of the {valid}");
-                variable.fault.get_or_insert_with(wrong);
+            let found = named(text);
+            let wrong = match found {
+                Some((place, _)) => no_rate(&variables[own], &variables[place]),
+                None => Some(format!("names no variable; valid: one of the {valid}")),
+            };
+            variables[own].derivative = found.map(|(_, reference)| reference);
+            if let Some(wrong) = wrong {
+                variables[own].fault.get_or_insert(format!("derivative = {text} {wrong}"));
             }
         }
         let mut aliases = Vec::new();
@@ -225,6 +254,10 @@ impl Description {
                 named(text).ok_or_else(|| wrong(format!("{name} = {text} names no variable; valid: {valid}")))
             };
             let (place, reference) = of(key, &own)?;
+            let FmuVariable { name, causality, .. } = &variables[place];
+            if causality != "output" {
+                notes.push(wrong(format!("is `{name}` of causality {causality}, and no output")));
+            }
             let list = |name: &str| output.attribute(name).map(|text| text.split_whitespace().collect::<Vec<_>>());
             let (on, kinds) = (list("dependencies"), list("dependenciesKind"));
             if let Some(kinds) = kinds.filter(|kinds| on.as_ref().is_none_or(|on| on.len() != kinds.len())) {
@@ -244,7 +277,12 @@ impl Description {
                 dependencies.insert(reference, on.map(|(_, reference)| reference).collect());
             }
         }
+        notes.extend(notes_on_faults(&variables));
         variables.append(&mut aliases);
+        let mut names = BTreeSet::new();
+        if let Some(twice) = variables.iter().find(|variable| !names.insert(&variable.name)) {
+            return Err(format!("two variables have the name `{}`; valid: a name of its own for each", twice.name));
+        }
         Ok(Description {
             token: needed(root, if two { "guid" } else { "instantiationToken" })?,
             identifier: needed(slave, "modelIdentifier")?,
@@ -279,19 +317,64 @@ impl Description {
     }
 }
 
+/// Most values of a variable, far beyond any use.
+const MOST_VALUES: usize = 100_000_000;
+
+/// Faults of variables that are told.
+const TOLD: usize = 5;
+
+/// What is to be said of variables at fault that are not used: those that are used are refused.
+fn notes_on_faults(variables: &[FmuVariable]) -> Vec<String> {
+    let faults = || variables.iter().filter_map(|variable| Some((&variable.name, variable.fault.as_ref()?)));
+    let told = faults().take(TOLD);
+    let mut notes: Vec<String> =
+        told.map(|(name, fault)| format!("variable `{name}`, which is not used: {fault}")).collect();
+    let more = faults().count().saturating_sub(TOLD);
+    if more > 0 {
+        notes.push(format!("{more} more variables that are not used say what they may not"));
+    }
+    notes
+}
+
+/// Why a variable is not the derivative of another.
+fn no_rate(rate: &FmuVariable, of: &FmuVariable) -> Option<String> {
+    if rate.name == of.name {
+        return Some("is the variable itself; valid: another".to_owned());
+    }
+    if !matches!(of.kind, Type::Float64 | Type::Float32) {
+        let (name, kind) = (&of.name, of.kind.name());
+        return Some(format!("names `{name}`, which is of type {kind}; valid: a variable of type Float64 (Real)"));
+    }
+    let (own, mut wanted) = (rate.exponents?, of.exponents?);
+    wanted[2] -= 1;
+    // A radian is 1.
+    let differs = own.iter().zip(&wanted).zip(BASE).any(|((own, wanted), base)| base != "rad" && own != wanted);
+    differs.then(|| {
+        let (name, unit) = (&of.name, &of.unit);
+        format!("names `{name}` in `{unit}`, and its own unit is `{}`; valid: that of `{name}` per second", rate.unit)
+    })
+}
+
 /// Declared types by their names.
 fn read_types<'a>(list: Node<'a, '_>, two: bool) -> Types<'a> {
     let types = list.children().filter(Node::is_element);
     let read = |node: Node<'a, '_>| {
         let inner = of_type(node, two)?;
-        let items = inner.children().filter(|node| node.has_tag_name("Item"));
-        let items = items.filter_map(|item| item.attribute("value")?.trim().parse().ok()).collect();
+        let items = || inner.children().filter(|node| node.has_tag_name("Item")).map(|item| item.attribute("value"));
+        let whole = |text: &str| text.trim().parse::<i64>().ok();
+        let wrong_item = items()
+            .find(|value| value.and_then(whole).is_none())
+            .map(|value| format!("<Item> value = {} is not valid; valid: a whole number", value.unwrap_or("nothing")));
+        let items = items().flatten().filter_map(whole).collect();
+        let name = node.attribute("name")?;
+        let fault = check(Of::Variable, inner, two).err().or(wrong_item);
         let declared = DeclaredType {
+            fault: fault.map(|what| format!("its declared type `{name}` has {what}")),
             unit: inner.attribute("unit"),
             relative: is_true(inner, "relativeQuantity"),
             limits: Limits { least: limit(inner, "min"), most: limit(inner, "max"), items },
         };
-        Some((node.attribute("name")?, declared))
+        Some((name, declared))
     };
     types.filter_map(read).collect()
 }
@@ -332,11 +415,19 @@ fn unit_of_time(variables: &[FmuVariable]) -> Result<f64, String> {
     }
 }
 
-fn read_units(list: Node<'_, '_>) -> Result<BTreeMap<String, Unit>, String> {
+fn read_units(list: Node<'_, '_>, notes: &mut Vec<String>) -> Result<BTreeMap<String, Unit>, String> {
     let mut units = BTreeMap::new();
     for node in list.children().filter(|node| node.has_tag_name("Unit")) {
         let base = node.children().find(|node| node.has_tag_name("BaseUnit"));
-        let name = node.attribute("name").unwrap_or_default();
+        let name = node.attribute("name").ok_or("a <Unit> has no name")?;
+        let known = |attribute: &str| BASE.contains(&attribute) || ["factor", "offset"].contains(&attribute);
+        for odd in base.iter().flat_map(Node::attributes).filter(|attribute| !known(attribute.name())) {
+            notes.push(format!(
+                "unit `{name}` has {} = {}, which is no base unit, and has no effect",
+                odd.name(),
+                odd.value()
+            ));
+        }
         let given = |attribute: &str| base.and_then(|base| base.attribute(attribute)).map(str::trim);
         let wrong = |attribute: &str, text: &str, valid: &str| {
             format!("unit `{name}`: {attribute} = {text} is not valid; valid: {valid}")
@@ -360,7 +451,9 @@ fn read_units(list: Node<'_, '_>) -> Result<BTreeMap<String, Unit>, String> {
             offset: number("offset", 0.0, "a finite number", |_| true)?,
             exponents: base.map(|_| exponents),
         };
-        units.insert(name.to_owned(), unit);
+        if units.insert(name.to_owned(), unit).is_some() {
+            return Err(format!("two units have the name `{name}`; valid: a name of its own for each"));
+        }
     }
     Ok(units)
 }
@@ -425,7 +518,9 @@ fn read_variable(
         (Some(least), Some(most)) if least > most => Some(format!("min = {least} is above max = {most}")),
         _ => None,
     };
-    let fault = fault.or_else(|| check_start(kind, &start).err()).or(limited);
+    let outside = || start.iter().find_map(|text| Some((text, limits.check(text.trim().parse().ok()?).err()?)));
+    let fault = fault.or(declared.fault).or_else(|| check_start(kind, &start).err()).or(limited);
+    let fault = fault.or_else(|| outside().map(|(text, valid)| format!("start = {text} is not valid; valid: {valid}")));
     Ok(FmuVariable {
         reference,
         kind,

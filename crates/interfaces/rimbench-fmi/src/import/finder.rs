@@ -129,13 +129,7 @@ impl Finder<'_> {
                 variable.unit
             )));
         }
-        let factor = factor.unwrap_or(1.0);
-        if !(factor.is_finite() && factor != 0.0) {
-            return Err(
-                self.wrong(format!("variable `{name}`: factor = {factor} is not valid; valid: a finite number but 0"))
-            );
-        }
-        Ok(found.scaled(factor))
+        Ok(found.scaled(factor.unwrap_or(1.0)))
     }
 
     /// Refuses what is not one number with digits behind the point.

@@ -37,6 +37,8 @@ def main():
     try:
         sys.path.insert(0, os.path.dirname(os.path.abspath(plan["file"])))
         spec = importlib.util.spec_from_file_location("side", plan["file"])
+        if spec is None:
+            raise ImportError("is no file of Python: its name does not end in .py")
         module = importlib.util.module_from_spec(spec)
         sys.modules["side"] = module
         spec.loader.exec_module(module)

@@ -147,7 +147,12 @@ Setting = float | int | str
 
 
 def _told(progress: Progress | None) -> Callable[[int, int], object] | None:
-    return _bar if progress is True else progress or None
+    if progress is True:
+        return _bar
+    if progress and not callable(progress):
+        valid = "what is called with done and to do, or True"
+        raise TypeError(f"progress = {progress!r} ({type(progress).__name__}) is not valid; valid: {valid}")
+    return progress or None
 
 
 def _bar(done: int, total: int) -> None:
@@ -397,7 +402,7 @@ def advise(
     **settings : as for `simulate`, without macro step and phase.
     """
     ends = (_seconds("from_s", from_s), _seconds("to_s", to_s))
-    search = (ends, per_decade, phases, (model, feedback, not real_time), None if costs is None else list(costs))
+    search = (ends, per_decade, phases, (model, feedback, real_time), costs)
     found = json.loads(_native.advise(case, scheme, error, _in_seconds(settings), search, _told(progress)))
     for which in ("advised", "runner_up"):
         found[which] = found[which] and Choice(**found[which])
@@ -476,7 +481,7 @@ def run(
 
     Ctrl-C raises `KeyboardInterrupt`; what is stored is kept, and the same call goes on from there.
     """
-    folder = _native.run(file, out, quick, fresh, _told(progress), list(cases))
+    folder = _native.run(file, out, quick, fresh, _told(progress), cases)
     with open(folder / "runs.csv", newline="", encoding="utf-8") as table:
         rows = [{column: _cell(column, text) for column, text in row.items()} for row in csv.DictReader(table)]
     return Rows(folder, rows)

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypedDict
@@ -154,7 +154,7 @@ def advise(
     scheme: str | Scheme | None,
     error: float | str,
     settings: dict[str, Any],
-    search: tuple[tuple[float | None, float | None], int, int, tuple[bool, bool, bool], list[float] | None],
+    search: tuple[tuple[float | None, float | None], int, int, tuple[bool, bool, bool], Iterable[float] | None],
     progress: Callable[[int, int], object] | None,
     /,
 ) -> str: ...
@@ -164,7 +164,7 @@ def run(
     quick: bool,
     fresh: bool,
     progress: Callable[[int, int], object] | None,
-    cases: list[Case],
+    cases: Iterable[Case],
     /,
 ) -> Path: ...
 def open_case(file: str | PathLike[str], python: str, /) -> Case: ...

@@ -391,8 +391,9 @@ fn labels(value: &toml::Value) -> Vec<String> {
 impl FigureEntry {
     /// Reads an entry, or says what is wrong with it.
     fn checked(mut table: Table) -> Result<Self, String> {
-        if let Some(text) = table.values().find_map(valid::unwritable) {
-            return Err(format!("{:?} is not valid; valid: text in one line", shortened(text)));
+        let wrong = |(key, value): (&String, &toml::Value)| Some((key.clone(), shortened(valid::unwritable(value)?)));
+        if let Some((key, text)) = table.iter().find_map(wrong) {
+            return Err(format!("{key} = {text:?} is not valid; valid: text in one line"));
         }
         let labels = labels(&toml::Value::Table(table.clone()));
         let mut own = Table::new();

@@ -142,7 +142,7 @@ takes! {
     file_name: String = format!("a file name of letters, digits, `-`, `_` and `.`, not first, at most {LONGEST_NAME} long"),
         |value| value.as_str().filter(|text| is_file_name(text)).map(str::to_owned);
     /// An experiment.
-    experiment: String = "an experiment, \"group/name\"",
+    experiment: String = "an experiment, \"group/name\", both names of folders",
         |value| value.as_str().filter(|text| is_experiment(text)).map(str::to_owned);
     /// Experiments.
     experiments: Vec<String> = "a list of experiments, [\"group/name\", …]", |value| {
@@ -240,6 +240,9 @@ pub fn is_file_name(text: &str) -> bool {
     (1..=LONGEST_NAME).contains(&text.len()) && text.chars().all(safe) && !text.starts_with('.')
 }
 
+/// Whatever a folder of results may be called.
 fn is_experiment(text: &str) -> bool {
-    text.split_once('/').is_some_and(|(group, name)| is_file_name(group) && is_file_name(name))
+    let is_name = |name: &str| !name.trim_matches('.').is_empty() && !name.contains(['/', '\\']);
+    !text.contains(char::is_control)
+        && text.split_once('/').is_some_and(|(group, name)| is_name(group) && is_name(name))
 }

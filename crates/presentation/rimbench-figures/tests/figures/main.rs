@@ -1,6 +1,8 @@
 //! Figures and pages, from made-up results and from those that are kept.
 
+mod case_pictures;
 mod figures;
+mod kept_figures;
 mod pages;
 
 use std::path::{Path, PathBuf};
