@@ -74,6 +74,9 @@ impl AccelerationJumps {
 
     /// Takes over the kinks of another model without allocating.
     pub(super) fn copy_from(&mut self, other: &Self) {
+        if self.times.is_empty() && other.times.is_empty() {
+            return;
+        }
         self.times.clear();
         self.times.extend_from_slice(&other.times);
         self.jumps.clear();
