@@ -199,8 +199,7 @@ fn shortest<S: Clone>(
 /// also where only the non-zeros of H are kept, as in cases with many contacts.
 fn print_csv() {
     println!("problem,contacts,state,ours_us,ours_by_pattern_us");
-    let make: [(&str, fn(usize) -> Problems); 3] = [("row", row), ("hit-row", hit_row), ("board", board)];
-    for (name, make) in make {
+    for (name, make) in [("row", row as fn(usize) -> Problems), ("hit-row", hit_row), ("board", board)] {
         for n in [1, 4, 16, 64, 256] {
             let (problems, mut p) = (make(n), vec![0.0; n]);
             let h = &problems[0].0;
