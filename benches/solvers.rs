@@ -199,8 +199,7 @@ fn shortest<S: Clone>(
 /// also where only the non-zeros of H are kept, as in cases with many contacts.
 fn print_csv() {
     println!("problem,contacts,state,ours_us,ours_by_pattern_us");
-    let make: [(&str, fn(usize) -> Problems); 3] = [("row", row), ("hit-row", hit_row), ("board", board)];
-    for (name, make) in make {
+    for (name, make) in [("row", row as fn(usize) -> Problems), ("hit-row", hit_row), ("board", board)] {
         for n in [1, 4, 16, 64, 256] {
             let (problems, mut p) = (make(n), vec![0.0; n]);
             let h = &problems[0].0;
@@ -209,10 +208,14 @@ fn print_csv() {
                 let tolerance = solver.tolerance();
                 solver.solve(Lcp::new(h, &problems[0].1), &mut p).expect("the problem has a solution");
                 let dense = shortest(&problems, vec![solver], None, |solver, b| {
-                    if cold {
+                    let problem = black_box(Lcp::new(h, b));
+                    let solved = if cold {
                         solver.reset();
-                    }
-                    solver.solve_again(black_box(Lcp::new(h, b)), &mut p).expect("the problem has a solution");
+                        solver.solve(problem, &mut p)
+                    } else {
+                        solver.solve_again(problem, &mut p)
+                    };
+                    solved.expect("the problem has a solution");
                 });
                 let neighbours: Vec<Vec<usize>> =
                     (0..n).map(|i| (i.saturating_sub(1)..n.min(i + 2)).collect()).collect();

@@ -8,8 +8,12 @@ import subprocess
 import sys
 import time
 
-import daqp
 import numpy as np
+
+try:
+    import daqp
+except ImportError as error:
+    raise SystemExit(f"error: daqp is not installed ({error}); see README.md in this folder")
 
 # Right-hand sides of a sequence, and passes over it in each turn, of which the shortest counts.
 STEPS, PASSES = 16, 12

@@ -283,7 +283,10 @@ impl DiscretisedModel {
 #[inline(never)]
 fn copy_first_columns<const N: usize>(h: &[f64], columns: usize, out: &mut [f64]) {
     for (row, out) in h.chunks_exact(columns).zip(out.as_chunks_mut::<N>().0) {
-        out.copy_from_slice(&row[..N]);
+        // In halves: to copy more than 16 numbers at once the compiler calls a function.
+        let (first, second) = out.split_at_mut(N / 2);
+        first.copy_from_slice(&row[..N / 2]);
+        second.copy_from_slice(&row[N / 2..N]);
     }
 }
 

@@ -56,7 +56,10 @@ impl<const T: usize> FrictionProblem<'_, T> {
                 }
             }
         }
-        w[..N].copy_from_slice(&sums);
+        // In halves: to copy more than 16 numbers at once the compiler calls a function.
+        let (first, second) = w[..N].split_at_mut(N / 2);
+        first.copy_from_slice(&sums[..N / 2]);
+        second.copy_from_slice(&sums[N / 2..]);
     }
 
     #[inline(always)]

@@ -373,12 +373,15 @@ impl ReducedInterfaceModel {
         self.at_bound.copy_from_slice(&other.at_bound);
         self.stabilisation = other.stabilisation;
         self.restitution = other.restitution;
-        self.discretisation_approach.copy_from_slice(&other.discretisation_approach);
+        if !other.discretisation_approach.is_empty() {
+            self.discretisation_approach.copy_from_slice(&other.discretisation_approach);
+        }
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
-        if self.has_friction() {
+        self.stiction = other.stiction;
+        // What a model has none of is not asked for: to copy nothing is a call as well.
+        if other.has_friction() {
             self.friction.copy_from_slice(&other.friction);
-            self.stiction = other.stiction;
             self.states.copy_from_slice(&other.states);
             self.solved_states.copy_from_slice(&other.solved_states);
             self.directions.copy_from_slice(&other.directions);

@@ -56,9 +56,9 @@ impl Elimination {
             for (row, lane) in here.clone().zip(0..LANES) {
                 let (a, convective) = row_of(row);
                 let mut sums = [0.0; 6];
-                for body in 0..2 {
-                    occupied[lane][body] = a.as_chunks::<BODY>().0[body].iter().any(|&entry| entry != 0.0);
-                    if occupied[lane][body] {
+                for (body, occupied) in occupied[lane].iter_mut().enumerate() {
+                    *occupied = a.as_chunks::<BODY>().0[body].iter().any(|&entry| entry != 0.0);
+                    if *occupied {
                         add_products(&mut sums, body, a, |l| &state[l]);
                     }
                 }
@@ -88,10 +88,11 @@ impl Elimination {
         }
         // Only one triangle is computed, so that H is symmetric to the bit.
         for row in (1..ROWS).step_by(2) {
-            for column in 0..row {
-                (model_h[column][row], model_h[column][row + 1]) = (model_h[row][column], model_h[row + 1][column]);
+            let (above, below) = model_h.split_at_mut(row);
+            for (column, above) in above.iter_mut().enumerate() {
+                (above[row], above[row + 1]) = (below[0][column], below[1][column]);
             }
-            model_h[row][row + 1] = model_h[row + 1][row];
+            below[0][row + 1] = below[1][row];
         }
         Ok(())
     }
@@ -119,9 +120,7 @@ impl Elimination {
                 add_products(&mut of_state, body, &a_b[b], |l| &state[l]);
                 add_products(&mut of_joints, body, &y[b], |l| &columns[l]);
             }
-            for c in 0..=b {
-                schur.l[b * JOINTS + c] = of_joints[c];
-            }
+            schur.l[b * JOINTS..].iter_mut().zip(&of_joints[..=b]).for_each(|(l, entry)| *l = *entry);
             s[b] = of_state[0] + gamma * eq3.bilateral.position[b] / h;
             r[b] = of_state[1] + eq3.bilateral.convective[b];
         }

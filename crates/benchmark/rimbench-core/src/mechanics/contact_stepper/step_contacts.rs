@@ -80,7 +80,15 @@ impl DenseProblem {
             let (h_cc, h_ci) = stacked_h[row * stacked..(row + 1) * stacked].split_at(rows);
             let term = if row < n { terms.normal(row) } else { terms.tangential(row) };
             b[row] = w[row] + step * a[row] + body_dot(h_ci, p_i) + term;
-            h[row * rows..(row + 1) * rows].copy_from_slice(h_cc);
+            let out = &mut h[row * rows..(row + 1) * rows];
+            if rows == 18 {
+                // In halves, or the compiler would call a function.
+                let (first, second) = out.split_at_mut(9);
+                first.copy_from_slice(&h_cc[..9]);
+                second.copy_from_slice(&h_cc[9..]);
+            } else {
+                out.copy_from_slice(h_cc);
+            }
         }
     }
 
