@@ -39,27 +39,28 @@ impl Elimination {
         model: &mut ReducedInterfaceModel,
     ) -> Option<Result<(), Failure>> {
         let MassMatrix::Diagonal(mass) = &eq3.mass else { return None };
-        let (mass, joint) = (mass.as_array()?, eq3.bilateral.of_two_bodies()?.as_array::<N_B>()?);
-        let contacts = eq3.unilateral.of_two_bodies()?.as_array::<N_U>()?;
-        let interface = eq3.interface.of_two_bodies()?.as_array::<N_I>()?;
-        let inverse_mass = inverse(six(mass));
-        let (mut start, mut free) = (six(v.as_array()?), product(six(eq3.force.as_array()?), inverse_mass));
-        *model.gap.as_mut_array::<N_U>()? = *eq3.unilateral.position.as_array()?;
-        *model.position.as_mut_array::<N_I>()? = *eq3.interface.position.as_array()?;
+        let joint: &[[f64; N]; N_B] = known(eq3.bilateral.of_two_bodies()?)?;
+        let [u_1, u_2, u_3, u_4]: &[[f64; N]; N_U] = known(eq3.unilateral.of_two_bodies()?)?;
+        let [i_1]: &[[f64; N]; N_I] = known(eq3.interface.of_two_bodies()?)?;
+        let rows = [u_1, u_2, u_3, u_4, i_1];
+        let inverse_mass = inverse(six(known(mass)?));
+        let (mut start, mut free) = (six(known(v)?), product(six(known(&eq3.force)?), inverse_mass));
+        *known_mut::<_, N_U>(&mut model.gap)? = *known(&eq3.unilateral.position)?;
+        *known_mut::<_, N_I>(&mut model.position)? = *known(&eq3.interface.position)?;
 
         let a_b = [six(&joint[0]), six(&joint[1])];
         let mut y = [product(a_b[0], inverse_mass), product(a_b[1], inverse_mass)];
-        let schur: &mut [f64; N_B * N_B] = self.schur.l.as_mut_array()?;
+        let schur: &mut [f64; N_B * N_B] = known_mut(&mut self.schur.l)?;
         [schur[0], schur[3]] = [dot(y[0], a_b[0]), dot(y[1], a_b[1])];
         schur[2] = dot(y[1], a_b[0]);
-        let (errors, convective) =
-            (eq3.bilateral.position.as_array::<N_B>()?, eq3.bilateral.convective.as_array::<N_B>()?);
+        let errors: &[f64; N_B] = known(&eq3.bilateral.position)?;
+        let convective: &[f64; N_B] = known(&eq3.bilateral.convective)?;
         let first = dots(a_b[0], start, free) + f64x2::new([gamma * errors[0] / h, convective[0]]);
         let second = dots(a_b[1], start, free) + f64x2::new([gamma * errors[1] / h, convective[1]]);
         if let Err(singular) = self.schur.factor_few::<N_B>("A_b M⁻¹ A_bᵀ") {
             return Some(Err(singular.into()));
         }
-        let &[l_00, _, l_10, l_11] = self.schur.l.as_array()?;
+        let &[l_00, _, l_10, l_11] = known(&self.schur.l)?;
         // s and r beside each other.
         let first = first / f64x2::splat(l_00);
         let second = (second - f64x2::splat(l_10) * first) / f64x2::splat(l_11);
@@ -71,33 +72,32 @@ impl Elimination {
             free = less(free, r, y[b]);
             (self.joint_start[b], self.joint_free[b]) = (s, r);
         }
-        put(start, self.start_velocity.as_mut_array()?);
-        put(free, self.free_acceleration.as_mut_array()?);
+        put(start, known_mut(&mut self.start_velocity)?);
+        put(free, known_mut(&mut self.free_acceleration)?);
 
         let (model_h, model_w, model_a) = (
-            model.h.as_mut_array::<{ ROWS * ROWS }>()?,
-            model.w.as_mut_array::<ROWS>()?,
-            model.a.as_mut_array::<ROWS>()?,
+            known_mut::<_, { ROWS * ROWS }>(&mut model.h)?,
+            known_mut::<_, ROWS>(&mut model.w)?,
+            known_mut::<_, ROWS>(&mut model.a)?,
         );
-        let coupling: &mut [f64; N_B * ROWS] = self.coupling.as_mut_array()?;
-        let g_rows = self.g_rows.as_chunks_mut::<N>().0.as_mut_array::<ROWS>()?;
-        let convective = [
-            eq3.unilateral.convective.as_array::<N_U>()?.as_slice(),
-            eq3.interface.convective.as_array::<N_I>()?.as_slice(),
-        ];
+        let coupling: &mut [f64; N_B * ROWS] = known_mut(&mut self.coupling)?;
+        let g_rows: &mut [[f64; N]; ROWS] = known_mut(self.g_rows.as_chunks_mut().0)?;
+        let ([u_1, u_2, u_3, u_4], [i_1]): (&[f64; N_U], &[f64; N_I]) =
+            (known(&eq3.unilateral.convective)?, known(&eq3.interface.convective)?);
+        let convective = [u_1, u_2, u_3, u_4, i_1];
         let mut g = [[f64x2::ZERO; 3]; ROWS];
         each_row!(ROW => {
-            let a = six(if ROW < N_U { &contacts[ROW] } else { &interface[0] });
+            let a = six(rows[ROW]);
             let [w, acceleration] = dots(a, start, free).to_array();
             model_w[ROW] = w;
-            model_a[ROW] = acceleration + convective[ROW / N_U][ROW % N_U];
+            model_a[ROW] = acceleration + convective[ROW];
             let [c_0, c_1] = dots(a, y[0], y[1]).to_array();
             [coupling[ROW], coupling[ROWS + ROW]] = [c_0, c_1];
             g[ROW] = less(less(product(a, inverse_mass), c_0, y[0]), c_1, y[1]);
             put(g[ROW], &mut g_rows[ROW]);
             // Only one triangle is computed, so that H is symmetric to the bit.
             for column in (0..=ROW).step_by(2) {
-                let next = if column < ROW { column + 1 } else { column };
+                let next = next_to(column, ROW);
                 let [entry, beside] = dots(a, g[column], g[next]).to_array();
                 [model_h[ROW * ROWS + column], model_h[column * ROWS + ROW]] = [entry; 2];
                 [model_h[ROW * ROWS + next], model_h[next * ROWS + ROW]] = [beside; 2];
@@ -111,18 +111,35 @@ impl Elimination {
     /// Writes `v⁺` of a system of this size; none if it has another.
     #[inline]
     pub(super) fn velocity_of_two_bodies(&self, h: f64, impulses: &[f64], v: &mut [f64]) -> Option<()> {
-        let impulses: &[f64; ROWS] = impulses.as_array()?;
-        let rows: &[[f64; N]; ROWS] = self.g_rows.as_chunks().0.as_array()?;
-        let start = six(self.start_velocity.as_array()?);
-        let mut next = less(start, -h, six(self.free_acceleration.as_array()?));
+        let impulses: &[f64; ROWS] = known(impulses)?;
+        let rows: &[[f64; N]; ROWS] = known(self.g_rows.as_chunks().0)?;
+        let start = six(known(&self.start_velocity)?);
+        let mut next = less(start, -h, six(known(&self.free_acceleration)?));
         for (row, &impulse) in rows.iter().zip(impulses) {
             if impulse != 0.0 {
                 next = less(next, -impulse, six(row));
             }
         }
-        put(next, v.as_mut_array()?);
+        put(next, known_mut(v)?);
         Some(())
     }
+}
+
+/// The next column, if it is not beyond the last.
+#[inline(always)]
+fn next_to(column: usize, last: usize) -> usize {
+    last.min(column + 1)
+}
+
+/// As many entries as the compiler knows of; none if there are more or fewer.
+#[inline(always)]
+fn known<T, const COUNT: usize>(entries: &[T]) -> Option<&[T; COUNT]> {
+    entries.try_into().ok()
+}
+
+#[inline(always)]
+fn known_mut<T, const COUNT: usize>(entries: &mut [T]) -> Option<&mut [T; COUNT]> {
+    entries.try_into().ok()
 }
 
 #[inline(always)]
