@@ -88,7 +88,7 @@ mod tests {
         for k in 0..40 {
             at(&[0, 1], 1e-5 * f64::from(k), 100_000);
         }
-        let numbers = || samples.0.lock().unwrap().iter().map(|(_, known)| known.data().len()).sum::<usize>();
+        let numbers = || samples.0.lock().unwrap().iter().map(|(.., known)| known.data().len()).sum::<usize>();
         assert!((1..=MOST_NUMBERS).contains(&numbers()));
         let before = numbers();
         at(&[0, 1, 2], 1e-6, MOST_NUMBERS);
