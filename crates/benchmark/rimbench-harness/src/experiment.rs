@@ -87,6 +87,9 @@ pub struct Experiment {
     audit: bool,
     /// What `--quick` replaces.
     quick: Option<Quick>,
+    /// Whether numbers of such runs were known, from a trial or from earlier runs, when bounds of its claims were set.
+    #[serde(default)]
+    numbers_known: bool,
     /// What should come out.
     #[serde(default)]
     claims: Vec<Claim>,
@@ -212,6 +215,8 @@ impl Experiment {
             Error::file(path, format!("is no experiment: {}", said_at(&text, error.span(), error.message())))
         };
         let mut experiment: Experiment = toml::from_str(&text).map_err(wrong)?;
+        let numbers_known = experiment.numbers_known;
+        experiment.claims.iter_mut().for_each(|claim| claim.numbers_known |= numbers_known);
         let places: Places = toml::from_str(&text).map_err(wrong)?;
         for (case, place) in experiment.cases.iter_mut().zip(places.cases) {
             case.line = line_of(&text, place.span().start);

@@ -13,6 +13,8 @@ use std::path::Path;
 pub enum Claimant {
     /// The source paper.
     Paper,
+    /// The source paper, in words; the number that the claim is judged by is of this project.
+    PaperOurBound,
     /// This project.
     Ours,
 }
@@ -21,6 +23,7 @@ impl fmt::Display for Claimant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Claimant::Paper => "paper",
+            Claimant::PaperOurBound => "paper, our bound",
             Claimant::Ours => "ours",
         })
     }
@@ -82,6 +85,9 @@ pub struct CheckedClaim {
     /// The claim of which this one is a variant; empty where it says something of its own.
     #[serde(default)]
     pub variant_of: String,
+    /// Whether numbers of such runs were known when its bound was set, from a trial or from earlier runs.
+    #[serde(default)]
+    pub numbers_known: bool,
     /// Number of runs it rests on.
     pub runs: usize,
     /// Number of runs that failed among those it speaks of, whether it rests on them or not.

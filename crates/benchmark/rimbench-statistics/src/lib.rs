@@ -8,6 +8,7 @@ mod equal_cost;
 mod intervals;
 mod latin_hypercube;
 mod one_threshold;
+mod paired;
 mod performance_profile;
 mod pool;
 mod rank_correlation;
@@ -18,10 +19,11 @@ pub use equal_cost::{Costed, ratios_at_equal_cost};
 pub use intervals::{share_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
 pub use one_threshold::share_told_by_threshold;
+pub use paired::{PairedRatios, PairedRun};
 pub use performance_profile::{performance_profile, performance_ratios};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
-pub use share_better::{PairedRun, Share};
+pub use share_better::Share;
 
 /// Returns quantile `p` in [0, 1] of a sample, with linear interpolation between the order statistics (Hyndman and Fan,
 /// type 7); NaN for an empty one.
@@ -30,8 +32,9 @@ pub fn quantile(values: &[f64], p: f64) -> f64 {
     sorted.sort_by(f64::total_cmp);
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let at = p.clamp(0.0, 1.0) * last as f64;
-    let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    below + (at - at.floor()) * (above - below)
+    let (below, above, share) = (sorted[at.floor() as usize], sorted[at.ceil() as usize], at - at.floor());
+    // Infinite values have no difference.
+    if share == 0.0 || below == above { below } else { below + share * (above - below) }
 }
 
 /// A straight line fitted by least squares, point by point: nothing of a point is kept.

@@ -1,22 +1,6 @@
 //! In how many settings one is better than another.
 
-use crate::Pool;
-use std::collections::BTreeMap;
-
-/// The error of a run of one of two scheme rows that are compared setting by setting.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PairedRun<'t> {
-    /// Case and set of parameters.
-    pub problem: [&'t str; 2],
-    /// H, s.
-    pub macro_step: f64,
-    /// Whether it is a run of the other of the two.
-    pub is_other: bool,
-    /// Infinite of a run that failed.
-    pub error: f64,
-    /// What an error must exceed to be known; NaN if nothing is.
-    pub floor: f64,
-}
+use crate::paired::{PairedRun, medians_by_setting};
 
 /// In how many settings (case, set of parameters, macro step) one of two has less error than the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,16 +18,8 @@ impl Share {
     /// Compares the medians of each setting; one in which either has no run is left out. What differs by no more than
     /// the share `apart` of the other is as good as equal.
     pub fn of<'t>(runs: impl IntoIterator<Item = PairedRun<'t>>, apart: f64) -> Self {
-        let mut settings: BTreeMap<_, ([Vec<f64>; 2], f64)> = BTreeMap::new();
-        for run in runs {
-            // Macro steps are above zero, so that their bits have their order.
-            let (errors, floor) = settings.entry((run.problem, run.macro_step.to_bits())).or_default();
-            errors[usize::from(run.is_other)].push(run.error);
-            *floor = floor.max(run.floor);
-        }
         let mut share = Share::default();
-        for (errors, floor) in settings.into_values() {
-            let [Some(own), Some(other)] = errors.map(|errors| Pool::of(errors).median()) else { continue };
+        for ([own, other], floor) in medians_by_setting(runs) {
             match own.partial_cmp(&other) {
                 _ if own <= floor && other <= floor => share.ties += 1,
                 _ if other.is_finite() && (own - other).abs() <= apart * other => share.ties += 1,

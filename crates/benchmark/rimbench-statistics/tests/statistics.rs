@@ -7,6 +7,11 @@ fn quantiles_interpolate_between_order_statistics() {
     assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(|p| quantile(&[4.0, 1.0, 3.0, 2.0], p)), [1.0, 1.75, 2.5, 3.25, 4.0]);
     assert_eq!(quantile(&[7.0], 0.9), 7.0);
     assert!(quantile(&[], 0.5).is_nan());
+    // What failed is infinite, and has no difference from the like.
+    assert_eq!(
+        [0.1, 0.5, 0.9].map(|p| quantile(&[1.0, 2.0, f64::INFINITY, f64::INFINITY], p)),
+        [1.3, f64::INFINITY, f64::INFINITY]
+    );
 }
 
 #[test]
@@ -51,6 +56,26 @@ fn ranks_are_compared_as_by_hand_and_equal_values_share_theirs() {
 }
 
 const FAILED: f64 = f64::INFINITY;
+
+#[test]
+fn a_failed_row_is_worse_than_every_number_and_two_of_them_cannot_be_compared() {
+    let run =
+        |case, is_other, error| PairedRun { problem: [case, ""], macro_step: 1e-3, is_other, error, floor: f64::NAN };
+    let of = |own: &[f64], other: &[f64]| {
+        let rows = [(own, false), (other, true)];
+        PairedRatios::of(rows.iter().flat_map(|(row, is_other)| row.iter().map(|&e| run("box", *is_other, e))))
+    };
+    assert_eq!(of(&[1.0], &[2.0]).ratios, [0.5]);
+    assert_eq!(of(&[FAILED], &[2.0]).ratios, [FAILED]);
+    assert_eq!(of(&[1.0], &[FAILED]).ratios, [0.0]);
+    // One phase of three that failed is the worst of them; half of them leave no median.
+    assert_eq!(of(&[1.0, FAILED, 3.0], &[2.0]).ratios, [1.5]);
+    assert_eq!(of(&[1.0, FAILED], &[2.0]).ratios, [FAILED]);
+    let none = of(&[FAILED], &[FAILED]);
+    assert_eq!((none.ratios.len(), none.both_failed, none.both_zero), (0, 1, 0));
+    assert_eq!(of(&[0.0], &[0.0]).both_zero, 1);
+    assert_eq!(of(&[1.0], &[]), PairedRatios::default());
+}
 
 #[test]
 fn the_profile_of_two_solvers_on_four_problems_is_the_one_counted_by_hand() {

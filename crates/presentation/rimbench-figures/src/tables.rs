@@ -10,7 +10,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::claims::{bound_of, digits_apart};
 use rimbench_results::input::read_text;
-use rimbench_results::kept::{SUMMARY, read_summary};
+use rimbench_results::kept::{SUMMARY, SUMMARY_KEYS, read_summary};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_results::text_place::said_at;
 use serde::de::Error as _;
@@ -319,15 +319,21 @@ impl Grid {
         let heading = |axis: &Axis, column, value| axis.shown(file, column, &rows, value, &self.names);
         let columns: Vec<String> = across_values.iter().map(|value| heading(&self.across, across, value)).collect();
         let first = if self.lines.column == "label" { "scheme" } else { &self.lines.column };
+        let cell_rows = |line: &&str, column: &&str| -> Vec<usize> {
+            let fits =
+                |row: &&usize| self.lines.has(file, lines, **row, line) && self.across.has(file, across, **row, column);
+            rows.iter().filter(fits).copied().collect()
+        };
         let (head, rule) = (columns.join(" | "), "---|".repeat(columns.len()));
-        let mut made = format!("| {} | {head} |\n|---|{rule}\n", named(&self.names, first));
+        let runs = match whole {
+            Some(whole) => self.counted(file, whole, [&line_values, &across_values], &cell_rows)?,
+            None => String::new(),
+        };
+        let mut made = format!("| {}{runs} | {head} |\n|---|{rule}\n", named(&self.names, first));
         for line in &line_values {
             made += &format!("| {} |", heading(&self.lines, lines, line));
             for column in &across_values {
-                let fits = |row: &&usize| {
-                    self.lines.has(file, lines, **row, line) && self.across.has(file, across, **row, column)
-                };
-                let found: Vec<usize> = rows.iter().filter(fits).copied().collect();
+                let found = cell_rows(line, column);
                 if let Some(whole) = whole {
                     let share = share(file, &found, cell, whole);
                     made += &if share.is_nan() {
@@ -352,6 +358,52 @@ impl Grid {
             made.push('\n');
         }
         Ok(made)
+    }
+
+    /// Says what the cells are shares of, and refuses those of labels that are shares of something else than others.
+    fn counted(
+        &self,
+        file: &ResultsTable,
+        whole: usize,
+        [lines, across]: [&[&str]; 2],
+        rows: &dyn Fn(&&str, &&str) -> Vec<usize>,
+    ) -> Result<String> {
+        let is_label = |axis: &Axis| axis.column == "label";
+        let keys: Vec<usize> =
+            SUMMARY_KEYS.iter().filter(|name| **name != "label").filter_map(|name| file.column(name).ok()).collect();
+        let all_of = |line: &&str, column: &&str| {
+            let of_row = |&row: &usize| {
+                let key: Vec<&str> = keys.iter().map(|&column| file.text(row, column)).collect();
+                (key, file.text(row, whole))
+            };
+            let mut own: Vec<_> = rows(line, column).iter().map(of_row).collect();
+            own.sort_unstable();
+            own
+        };
+        let mut counts: Vec<f64> = Vec::new();
+        for (line, column) in lines.iter().flat_map(|line| across.iter().map(move |column| (line, column))) {
+            // The first of the labels is what the others are held against.
+            let first = all_of(
+                if is_label(&self.lines) { &lines[0] } else { line },
+                if is_label(&self.across) { &across[0] } else { column },
+            );
+            let own = all_of(line, column);
+            if !own.is_empty() && !first.is_empty() && own != first {
+                let message = format!(
+                    "the shares of `{line}` and `{column}` are of other {} than those beside them: say in `only` which rows, or in \
+                     `values` which labels have the same",
+                    self.of.as_deref().unwrap_or_default()
+                );
+                return Err(Error::file(file.path(), message));
+            }
+            counts.extend(
+                (!own.is_empty()).then(|| rows(line, column).iter().map(|&row| file.number(row, whole)).sum::<f64>()),
+            );
+        }
+        let [least, most] =
+            [counts.iter().copied().fold(f64::INFINITY, f64::min), counts.iter().copied().fold(0.0, f64::max)];
+        let n = if least < most { format!("{least} to {most}") } else { format!("{most}") };
+        Ok(format!(", of {n} {}", self.of.as_deref().unwrap_or_default()))
     }
 }
 

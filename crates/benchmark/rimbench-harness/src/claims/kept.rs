@@ -7,6 +7,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_results::selection::ALL;
+use rimbench_statistics::{PairedRatios, PairedRun, Pool};
 use std::path::{Path, PathBuf};
 
 /// The group whose claims stand together.
@@ -123,7 +124,7 @@ fn remedy(experiment: &Experiment) -> String {
 
 impl Claim {
     /// What the summary says of it, with the number of runs that failed: where it is about the median of the completed
-    /// runs of one row, or about a ratio of two.
+    /// runs of one row, or about ratios of two rows of which no run failed.
     fn said_by(&self, summary: &[SummaryRow]) -> Option<(f64, usize)> {
         let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric.name())?;
         // Of pooled settings the summary has no single problem.
@@ -134,28 +135,33 @@ impl Claim {
         if self.statistic != Statistic::Median || other || is_pooled {
             return None;
         }
-        let middle = |label: &str| {
-            let is = |text: &str, wanted: &Option<String>| {
-                wanted.as_deref().is_none_or(|wanted| wanted == ALL || wanted == text)
-            };
-            let mut rows = summary.iter().filter(|row| {
-                let [case, set, own, step, _] = &row.keys;
-                own == label
-                    && is(case, &self.case)
-                    && is(set, &self.set)
-                    && step.parse().is_ok_and(|step| self.is_about(step))
-            });
-            let only = rows.next()?;
-            let median = Some(only.quartiles[metric][1]).filter(|value| rows.next().is_none() && !value.is_nan())?;
-            Some((median, only.failed))
+        let is = |text: &str, wanted: &Option<String>| {
+            wanted.as_deref().is_none_or(|wanted| wanted == ALL || wanted == text)
         };
-        let own = middle(&self.scheme)?;
-        match &self.relative_to {
-            None => Some(own),
-            Some(other) => {
-                let (other, failed) = middle(other)?;
-                Some((own.0 / other, own.1 + failed)).filter(|(ratio, _)| ratio.is_finite())
-            }
+        let step = |row: &SummaryRow| row.keys[3].parse().ok();
+        let is_asked = |row: &&SummaryRow| {
+            let [case, set, label, ..] = &row.keys;
+            let is_of_row = *label == self.scheme || Some(label) == self.relative_to.as_ref();
+            is_of_row && is(case, &self.case) && is(set, &self.set) && step(row).is_some_and(|step| self.is_about(step))
+        };
+        let rows: Vec<&SummaryRow> = summary.iter().filter(is_asked).collect();
+        let median = |row: &SummaryRow| row.quartiles[metric][1];
+        if self.relative_to.is_none() {
+            let [only] = rows[..] else { return None };
+            return Some((median(only), only.failed)).filter(|(median, _)| !median.is_nan());
         }
+        let says_less = |row: &&SummaryRow| !row.keys[4].is_empty() || row.failed + row.no_answer > 0;
+        if rows.iter().any(says_less) {
+            return None;
+        }
+        let runs = rows.iter().map(|row| PairedRun {
+            problem: [&row.keys[0], &row.keys[1]],
+            macro_step: step(row).unwrap_or(f64::NAN),
+            is_other: row.keys[2] != self.scheme,
+            error: median(row),
+            floor: f64::NAN,
+        });
+        let ratio = Pool::of(PairedRatios::of(runs).ratios).median()?;
+        Some((ratio, 0)).filter(|(ratio, _)| ratio.is_finite())
     }
 }

@@ -9,10 +9,10 @@ use rimbench_results::claims::CheckedClaim;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::{ALL, Runs};
 use rimbench_statistics::{
-    Costed, PairedRun, Pool, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost, share_interval,
-    share_told_by_threshold,
+    Costed, PairedRatios, PairedRun, Pool, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
+    share_interval, share_told_by_threshold,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Holds a claim against the rows of an experiment, of which it is told what of a case and a set was drawn.
 pub(super) fn check(
@@ -43,7 +43,10 @@ pub(super) fn check(
         share_interval(&drawn.iter().map(|rows| count(rows)).collect::<Vec<_>>()).filter(|_| drawn.len() > 1)
     };
     let interval = match claim.statistic {
-        Statistic::Median if claim.at_equal.is_some() => Pool::of(values.ratios(known.rows())).interval(),
+        // Of one that is drawn twice each ratio counts twice.
+        Statistic::Median if claim.is_about_ratios() && known.problems().len() > 1 => {
+            Pool::grouped(drawn.iter().map(|rows| values.ratios(rows).ratios)).interval()
+        }
         Statistic::Median | Statistic::Order => bootstrap_interval(&drawn, |drawn| values.measured(&drawn)),
         Statistic::ShareBetter => counted(&|rows| {
             let share = values.share(rows);
@@ -61,6 +64,7 @@ pub(super) fn check(
     };
     let settings = match claim.statistic {
         Statistic::ShareBetter => values.share(known.rows()).in_words(),
+        _ if claim.is_about_ratios() && claim.at_equal.is_none() => values.ratios(known.rows()).in_words(),
         _ => String::new(),
     };
     let mut remarks = if claim.counts_ends() { Vec::new() } else { values.failed_in_words([&all, &failed, &refuting]) };
@@ -87,6 +91,7 @@ pub(super) fn check(
         finding: claim.finding,
         superseded: claim.superseded.clone(),
         variant_of: claim.variant_of.clone(),
+        numbers_known: claim.numbers_known,
         runs: asked.rows().len(),
         failed: failed.rows().len(),
         run_ids: asked.iter().map(|run| run.id.to_string()).collect(),
@@ -105,6 +110,8 @@ struct Values<'a> {
     cost: Vec<f64>,
     /// What an error must exceed to be known; NaN where it is not asked for.
     floor: Vec<f64>,
+    /// Whether the two rows have a macro step in common; else each has one of its own.
+    shares_steps: bool,
 }
 
 impl<'a> Values<'a> {
@@ -117,6 +124,10 @@ impl<'a> Values<'a> {
             .try_for_each(|finding| table.check(finding))?;
         let known = matches!(claim.statistic, Statistic::Order | Statistic::ShareBetter);
         let all = table.len();
+        let steps = |label: &String| -> BTreeSet<u64> {
+            runs.of_label(label).iter().map(|run| run.macro_step_s.to_bits()).collect()
+        };
+        let other = claim.relative_to.as_ref().map(steps);
         let mut values = Values {
             claim,
             runs,
@@ -124,6 +135,7 @@ impl<'a> Values<'a> {
             tolerance: vec![0.0; all],
             cost: vec![0.0; all],
             floor: vec![f64::NAN; all],
+            shares_steps: other.is_none_or(|other| !other.is_disjoint(&steps(&claim.scheme))),
         };
         for &row in runs.rows() {
             let (run, number) = (runs.run(row), runs.value(row, metric));
@@ -166,10 +178,10 @@ impl<'a> Values<'a> {
         [Some(&self.claim.scheme), self.claim.relative_to.as_ref()].into_iter().flatten().filter_map(of).collect()
     }
 
-    /// The statistic of some rows, or the ratio of the two schemes' ones.
+    /// The statistic of some rows, or of the factors between those of two schemes, or the ratio of two shares.
     fn measured(&self, rows: &[usize]) -> Option<f64> {
-        if self.claim.at_equal.is_some() {
-            return self.claim.statistic.of(self.ratios(rows).into_iter().map(|ratio| (0.0, ratio)));
+        if self.claim.is_about_ratios() {
+            return self.claim.statistic.of(self.ratios(rows).ratios.into_iter().map(|ratio| (0.0, ratio)));
         }
         if self.claim.statistic == Statistic::ShareBetter {
             return self.share(rows).share();
@@ -200,27 +212,35 @@ impl<'a> Values<'a> {
         share_told_by_threshold(groups.into_values())
     }
 
-    /// In how many settings the one row is better than the other.
-    fn share(&self, rows: &[usize]) -> Share {
-        let runs = rows.iter().map(|&row| PairedRun {
+    /// The runs of the two rows, to be compared setting by setting.
+    fn paired(&self, rows: &[usize]) -> impl Iterator<Item = PairedRun<'a>> {
+        rows.iter().map(|&row| PairedRun {
             problem: self.runs.problem(row),
-            macro_step: self.runs.macro_step(row),
+            macro_step: if self.shares_steps { self.runs.macro_step(row) } else { 0.0 },
             is_other: self.runs.label(row) != self.claim.scheme,
             error: self.value[row],
             floor: self.floor[row],
-        });
-        Share::of(runs, self.claim.apart.unwrap_or(0.0))
+        })
     }
 
-    /// What the two rows have to say at equal counts, one ratio per case and set.
-    fn ratios(&self, rows: &[usize]) -> Vec<f64> {
-        ratios_at_equal_cost(rows.iter().map(|&row| Costed {
+    /// In how many settings the one row is better than the other.
+    fn share(&self, rows: &[usize]) -> Share {
+        Share::of(self.paired(rows), self.claim.apart.unwrap_or(0.0))
+    }
+
+    /// The factors between the two rows: one per case, set and macro step; at equal counts one per case and set.
+    fn ratios(&self, rows: &[usize]) -> PairedRatios {
+        if self.claim.at_equal.is_none() {
+            return PairedRatios::of(self.paired(rows));
+        }
+        let ratios = ratios_at_equal_cost(rows.iter().map(|&row| Costed {
             problem: self.runs.problem(row),
             setting: [self.runs.macro_step(row), self.tolerance[row]],
             is_other: self.runs.label(row) != self.claim.scheme,
             cost: self.cost[row],
             error: self.value[row],
-        }))
+        }));
+        PairedRatios { ratios, ..PairedRatios::default() }
     }
 }
 
@@ -575,26 +595,69 @@ mod tests {
     }
 
     #[test]
-    fn of_a_ratio_the_row_that_is_said_to_be_good_must_have_lived() {
+    fn in_a_ratio_a_phase_that_failed_is_infinite_and_two_rows_that_fail_have_none() {
         let header = "run_id,label,case,set,macro_step_s,outcome,velocity_error_rms_m_s,outcome_at_s";
-        let of = |own: &str, other: &str, keys: &str| {
-            let rows = [("x", "completed,1.0"), ("x", own), ("y", "completed,4.0"), ("y", other)];
-            let rows = rows.map(|(label, row)| format!("r,{label},box,,0.001,{row},\n")).concat();
-            check_in(
-                &table(header, &rows),
-                &format!("metric = \"velocity_error_rms_m_s\"\nrelative_to = \"y\"\n{keys}"),
-            )
+        let of = |own: [&str; 2], other: [&str; 2], keys: &str| {
+            let rows = [("x", own), ("y", other)]
+                .map(|(label, rows)| rows.map(|row| format!("r,{label},box,,0.001,{row},\n")).concat());
+            let keys = format!("metric = \"velocity_error_rms_m_s\"\nrelative_to = \"y\"\n{keys}");
+            check_in(&table(header, &rows.concat()), &keys)
         };
-        let [lived, died] = ["completed,2.0", "diverged,1e9"];
+        let [lived, died] = [["completed,1.0", "completed,2.0"], ["completed,1.0", "diverged,1e9"]];
         let [better, worse] = ["expect = \"<= 0.5\"", "expect = \">= 0.2\""];
-        assert_eq!(of(lived, lived, better).verdict, Verdict::Reproduced);
-        assert_eq!(of(died, lived, better).verdict, Verdict::NotReproduced);
-        // What the baseline made before it diverged is no measure of it.
-        let baseline = of(lived, died, better);
-        assert_eq!((baseline.measured, baseline.verdict), (Some(0.375), Verdict::Reproduced));
-        assert!(baseline.quantity.ends_with("(1 of 2 of y failed)"), "{}", baseline.quantity);
-        assert_eq!(of(lived, died, worse).verdict, Verdict::NotReproduced);
-        assert_eq!(of(died, lived, worse).verdict, Verdict::Reproduced);
+        let of_all = |own, other| {
+            let checked = [better, worse].map(|keys| of(own, other, keys));
+            (checked[0].measured, checked.map(|claim| claim.verdict))
+        };
+        let [holds, fails] = [Verdict::Reproduced, Verdict::NotReproduced];
+        assert_eq!(of_all(lived, lived), (Some(1.0), [fails, holds]));
+        assert_eq!(of_all(died, lived), (Some(f64::INFINITY), [fails, holds]));
+        // What the baseline made before it diverged is no measure of it, and that it did no praise of none.
+        assert_eq!(of_all(lived, died), (Some(0.0), [holds, fails]));
+        assert_eq!(of_all(died, died), (None, [Verdict::NotMeasured; 2]));
+        let quantity = of(died, died, better).quantity;
+        assert!(
+            quantity.ends_with(", 1 left out in which both fail (1 of 2 of x failed; 1 of 2 of y failed)"),
+            "{quantity}"
+        );
+        let completed = of(died, lived, "expect = \"<= 0.7\"\nwitnesses = \"completed\"");
+        assert_eq!((completed.measured, completed.verdict), (Some(1.0 / 1.5), holds));
+    }
+
+    /// A crane of 10 kN, a ball of 1 N: the ratio of the medians over both is that of no machine.
+    #[test]
+    fn the_median_of_ratios_is_over_machines_and_macro_steps_and_not_a_ratio_of_medians() {
+        let header = "run_id,label,case,set,macro_step_s,phase,outcome,force_error_rms_n,outcome_at_s";
+        let mut rows = String::new();
+        for (case, step, errors) in [
+            ("ball", 1e-3, [1.0, 1.0]),
+            ("ball", 2e-3, [2.0, 2.0]),
+            ("box", 1e-3, [90.0, 100.0]),
+            ("box", 2e-3, [110.0, 100.0]),
+            ("crane", 1e-3, [4e4, 1e4]),
+            ("crane", 2e-3, [4e4, 1e4]),
+        ] {
+            for (label, error) in ["x", "y"].into_iter().zip(errors) {
+                rows += &format!(
+                    "r,{label},{case},,{step},0.5,completed,{error},\nr,{label},{case},,{step},1,completed,{error},\n"
+                );
+            }
+        }
+        let of = |rows: &str, keys: &str| {
+            let keys = format!("metric = \"force_error_rms_n\"\nrelative_to = \"y\"\ncase = \"all\"\n{keys}");
+            check_in(&table(header, rows), &keys)
+        };
+        let median = of(&rows, "");
+        approx::assert_relative_eq!(median.measured.unwrap(), 1.05, max_relative = 1e-14);
+        assert!(median.quantity.ends_with("all cases: the ratio in each of 6 settings"), "{}", median.quantity);
+        // Machines are drawn whole: one that is drawn twice counts twice.
+        assert_eq!((median.low, median.high), (Some(1.0), Some(4.0)));
+        let of_statistic = |statistic: &str| of(&rows, &format!("statistic = \"{statistic}\"")).measured.unwrap();
+        assert_eq!([of_statistic("max"), of_statistic("min")], [4.0, 0.9]);
+        // Rows with one macro step each are compared though it is not the same.
+        let own_steps: String =
+            rows.lines().filter(|row| row.contains(",x,") == row.contains(",0.001,")).collect::<Vec<_>>().join("\n");
+        assert_eq!(of(&own_steps, "").measured, Some(0.9));
     }
 
     /// Of what is best at one or has a sign, what is good lies on either side.

@@ -6,7 +6,7 @@
 //! failed   the claim counts how runs end          how it ended: completed, failed, within, thresholds
 //!          witnesses = "all"                      its number, before it failed
 //!          witnesses = "completed"                nothing
-//!          share-better                           that it is worse than every number
+//!          share-better, ratios of errors         that it is worse than every number
 //!          a run without error meets the claim    that the claim does not hold
 //!          else                                   nothing: it does not say how large an error is
 //! ```
@@ -35,10 +35,16 @@ impl Claim {
             _ if self.counts_ends() => OfFailed::ItsEnd,
             Some(Witnesses::All) => OfFailed::ItsNumber,
             Some(Witnesses::Completed) => OfFailed::LeftOut,
-            None if self.statistic == Statistic::ShareBetter => OfFailed::Infinite,
+            None if self.statistic == Statistic::ShareBetter || self.charges_failures() => OfFailed::Infinite,
             None if self.praises(is_other) => OfFailed::Against,
             None => OfFailed::LeftOut,
         }
+    }
+
+    /// Whether it is about ratios in which a run that failed stands as infinite. At equal counts no infinite error has a
+    /// place on a line, and of what is best at one a large value is not always bad.
+    fn charges_failures(&self) -> bool {
+        self.is_about_ratios() && self.at_equal.is_none() && self.metric.ideal() == 0.0
     }
 
     /// Whether it speaks well of a row: a run of it without error would meet the bound.

@@ -26,7 +26,8 @@ pub struct Claim {
     pub(crate) set: Option<String>,
     /// Label of the scheme row it is about.
     pub(crate) scheme: String,
-    /// Label of another scheme row; the measured value is then the ratio of the two.
+    /// Label of another scheme row. Measured is then the factor between the two in each case, set and macro step, of
+    /// which the statistic is taken; or the ratio of their shares, where runs are counted.
     pub(crate) relative_to: Option<String>,
     /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
     #[serde(default, deserialize_with = "counter")]
@@ -59,6 +60,9 @@ pub struct Claim {
     /// measured all the same, and statements are counted once.
     #[serde(default)]
     pub(crate) variant_of: String,
+    /// Whether numbers of such runs were known when its bound was set, from a trial or from earlier runs.
+    #[serde(default)]
+    pub(crate) numbers_known: bool,
 }
 
 /// Which runs a claim on a metric asks, where it says so itself.
@@ -150,6 +154,13 @@ impl Claim {
     pub(crate) fn is_by_magnitude(&self) -> bool {
         let compares = matches!(self.statistic, Statistic::Order | Statistic::ShareBetter);
         self.metric.metric().is_some_and(|metric| metric.signed) && (compares || self.relative_to.is_some())
+    }
+
+    /// Whether it is about factors between two rows, one for each case with its set and macro step, or one for each
+    /// case with its set at equal counts.
+    pub(crate) fn is_about_ratios(&self) -> bool {
+        let of_ratios = matches!(self.statistic, Statistic::Median | Statistic::Min | Statistic::Max | Statistic::Mean);
+        self.relative_to.is_some() && of_ratios && self.above.is_none() && !self.counts_ends()
     }
 
     /// Whether it is about how runs end.

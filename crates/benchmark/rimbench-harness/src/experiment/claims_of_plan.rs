@@ -38,6 +38,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
                 return Err(Error::unknown("scheme of a claim", label, valid));
             }
             claim.check_problems(of_label())?;
+            claim.check_unit(of_label())?;
             if !of_label().any(|run| claim.is_about(run.spec.macro_step)) {
                 let step = claim.macro_step_s.unwrap_or(f64::NAN);
                 let message =
@@ -45,6 +46,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
                 return Err(Error::Incompatible(message));
             }
         }
+        claim.check_steps(planned)?;
     }
     Ok(())
 }
@@ -61,6 +63,9 @@ pub(crate) fn check_claim_id(id: &str) -> Result<()> {
     let expected = format!("letters, digits, `-`, `_` and `.`, a letter or digit first, at most {LONGEST_ID}");
     Err(Error::invalid("id of a claim", format!("{id:?}"), expected))
 }
+
+/// A metric that machines have in common.
+const OF_PEAK: &str = "force_error_rms_of_peak";
 
 /// Longest id of a claim.
 const LONGEST_ID: usize = 100;
@@ -195,6 +200,54 @@ impl Claim {
             }
             None => Ok(()),
         }
+    }
+
+    /// Whether a run is of the case and the set that it is about.
+    fn is_of_problem(&self, run: &PlannedRun) -> bool {
+        let case = self.case.as_deref().is_none_or(|case| case == ALL || run.spec.case.name == case);
+        let given = run.spec.parameters.given();
+        case && self.set.as_deref().is_none_or(|set| set == ALL || given == set || has_words(&given, set))
+    }
+
+    /// Checks that what has a unit is not pooled over machines: a newton of one is not a newton of another. Machines
+    /// are cases, and settings that were drawn.
+    fn check_unit<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
+        let Some(metric) = self.metric.metric().filter(|metric| metric.unit != "-") else { return Ok(()) };
+        let compares = self.is_about_ratios() || self.statistic == Statistic::ShareBetter;
+        let machine = |run: &PlannedRun| {
+            (run.spec.case.name.clone(), run.pooled_set.as_ref().map(|_| run.spec.parameters.given()))
+        };
+        let machines: BTreeSet<_> = runs.filter(|run| self.is_of_problem(run)).map(machine).collect();
+        if compares || machines.len() < 2 {
+            return Ok(());
+        }
+        let (id, count) = (&self.id, machines.len());
+        Err(Error::Incompatible(format!(
+            "claim `{id}`: metric = \"{}\" would pool {} of {count} machines, and none of one is worth as much as of \
+             another; valid: a metric without a unit (as {OF_PEAK}), relative_to, or one machine in case and set",
+            metric.name, metric.unit
+        )))
+    }
+
+    /// Checks that of two rows that are compared there is a macro step in common, or one of each.
+    fn check_steps(&self, planned: &[PlannedRun]) -> Result<()> {
+        let Some(other) = self.relative_to.as_ref().filter(|_| self.is_about_ratios() && self.at_equal.is_none())
+        else {
+            return Ok(());
+        };
+        let [own, other] = [&self.scheme, other].map(|label| -> BTreeSet<u64> {
+            let steps = planned.iter().filter(|run| run.label == *label && self.is_of_problem(run));
+            steps.map(|run| run.spec.macro_step).filter(|step| self.is_about(*step)).map(f64::to_bits).collect()
+        });
+        if !own.is_disjoint(&other) || (own.len() < 2 && other.len() < 2) {
+            return Ok(());
+        }
+        Err(Error::Incompatible(format!(
+            "claim `{}`: `{}` and relative_to = \"{}\" have no macro step in common; valid: rows with one, or with one step each",
+            self.id,
+            self.scheme,
+            self.relative_to.as_deref().unwrap_or_default()
+        )))
     }
 
     fn pools(&self, key: &str, values: BTreeSet<&str>) -> Error {

@@ -1,6 +1,8 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
-use super::statistics::{Bars, Only, OverPhases, floor, over_phases, rounded, row, unit_of};
+use super::statistics::{
+    Bars, CountedRuns, Only, OverPhases, floor, over_phases, rounded, row, share_of_runs, unit_of,
+};
 use super::valid;
 use super::{FigureOptions, Source};
 use crate::chart::{Absent, Axis};
@@ -93,12 +95,20 @@ impl FigureOptions for DotsFigure {
         // on.
         let most = steps.iter().map(Vec::len).max().unwrap_or(0);
         let alike = steps.iter().all(|own| *own == steps[0]);
-        let mut dots: Vec<Vec<Vec<Dot>>> = Vec::new();
+        let (mut dots, mut titles): (Vec<Vec<Vec<Dot>>>, Vec<String>) = (Vec::new(), Vec::new());
         for ((spec, runs), steps) in self.panels.iter().zip(&parts).zip(&steps) {
+            let [mut counted, mut failing] = [CountedRuns::default(), CountedRuns::default()];
             let of_label = |label: &&str| -> Result<Vec<Dot>> {
                 let rows = runs.of_label(label);
                 let step_of = |row: usize| runs.macro_step_ms(row);
-                let points = over_phases(&rows, step_of, spec.metric, f64::abs, self.bars)?;
+                let points = match spec.metric {
+                    Finding::Completed => share_of_runs(&rows, step_of, None, &mut counted)?,
+                    metric => over_phases(&rows, step_of, metric, f64::abs, self.bars)?,
+                };
+                // What stands beside the panel is the share that failed.
+                for (step, rows) in rows.select(|row| !runs.is_skipped(row)).by(step_of) {
+                    failing.take(step, &rows)?;
+                }
                 let dot = |index: usize| {
                     let Some(&step) = steps.get(index) else { return nothing(Absent::NotRun) };
                     let tally = rows.select(|row| step_of(row) == step).tally();
@@ -108,6 +118,7 @@ impl FigureOptions for DotsFigure {
                 Ok((0..most).map(dot).collect())
             };
             dots.push(labels.iter().map(of_label).collect::<Result<_>>()?);
+            titles.push(counted.behind(&spec.title));
         }
         let ideals: Vec<f64> = self.panels.iter().map(|panel| panel.metric.ideal()).collect();
         let order = ranked(&dots, &ideals, labels.len());
@@ -131,7 +142,7 @@ impl FigureOptions for DotsFigure {
             };
             if self.runs { order.iter().map(of_row).collect() } else { Vec::new() }
         };
-        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| {
+        let panel = |(((spec, runs), dots), title): (((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>), String)| {
             let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
             let least =
                 dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
@@ -142,7 +153,7 @@ impl FigureOptions for DotsFigure {
                 marks: marks(spec, runs),
                 floor: floor(runs, spec.metric).filter(|floor| *floor > lowest),
             });
-            RowsPanel { title: spec.title.clone(), content }
+            RowsPanel { title, content }
         };
         let drawing = RowsPlot {
             width: self.width,
@@ -150,7 +161,7 @@ impl FigureOptions for DotsFigure {
             quantity,
             signs: (0..most).map(sign).collect(),
             rows: order.iter().map(|&index| row(&all, labels[index], styles)).collect(),
-            panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect(),
+            panels: self.panels.iter().zip(&parts).zip(dots).zip(titles).map(panel).collect(),
         }
         .draw_if_it_fits()?;
         Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))

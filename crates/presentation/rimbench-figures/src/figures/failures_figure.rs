@@ -1,7 +1,7 @@
 //! Which machine fails with which scheme at which macro step: a row for each case, a panel for each scheme, and in each
 //! cell the share of the runs that fail.
 
-use super::statistics::{name, rounded, unit_of};
+use super::statistics::{CountedRuns, Only, name, rounded, unit_of};
 use super::valid;
 use super::{FigureOptions, Source};
 use crate::chart::Absent;
@@ -26,6 +26,9 @@ pub struct FailuresFigure {
     /// Scheme rows, a panel for each; all there are where none is given.
     #[serde(default)]
     labels: Vec<String>,
+    /// The part of the results shown.
+    #[serde(default)]
+    only: Only,
 }
 
 impl FigureOptions for FailuresFigure {
@@ -34,13 +37,20 @@ impl FigureOptions for FailuresFigure {
     /// Draws the tables from `runs.csv`; the case with most failures is on top.
     ///
     /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there, and for labels that ran on
+    /// other settings of a case than others.
     fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
-        let all = Runs::of(source.runs()?);
+        let all = self.only.of(&Runs::of(source.runs()?))?;
         let labels = all.labels(&self.labels);
         let cases: BTreeSet<&str> = all.problems().iter().map(|[case, _]| *case).collect();
         let steps: Vec<f64> = all.by(|row| all.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
         let (unit, factor) = unit_of(&all);
+        let mut counted = CountedRuns::default();
+        for label in &labels {
+            let tried = all.of_label(label).select(|row| !all.is_skipped(row));
+            tried.by(|row| all.macro_step_ms(row)).iter().try_for_each(|(step, runs)| counted.take(*step, runs))?;
+        }
+        let n = counted.in_words().unwrap_or_default();
         let cell = |runs: &Runs<'_>, step: f64| {
             let tally = runs.select(|row| runs.macro_step_ms(row) == step).tally();
             match tally.run() {
@@ -64,7 +74,7 @@ impl FigureOptions for FailuresFigure {
         let panel = |(index, label): (usize, &&str)| RowsPanel {
             title: name(&all, label, styles),
             content: Content::Grid(Grid {
-                quantity: format!("macro step H ({unit})"),
+                quantity: format!("macro step H ({unit}), {n} each"),
                 columns: steps.iter().map(column).collect(),
                 cells: rows.iter().map(|(.., cells)| cells[index].clone()).collect(),
             }),

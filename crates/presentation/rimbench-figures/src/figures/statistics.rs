@@ -5,10 +5,11 @@ use crate::line_style::LineStyle;
 use crate::rows::Row;
 use crate::style::Styles;
 use rimbench_cases::runs::Finding;
+use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::selection::{ALL, Runs};
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One case of an experiment with several, for a figure or a panel of it.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -20,6 +21,9 @@ pub struct Only {
     /// Its parameters as in the column `set` of runs.csv; "" where none is set; "all" pools several.
     #[serde(default)]
     set: Option<String>,
+    /// A parameter: of several sets those in which it is given are left out.
+    #[serde(default)]
+    without: Option<String>,
 }
 
 /// A quantity over the phases at one abscissa.
@@ -85,7 +89,70 @@ impl Only {
                 return Err(Error::file(runs.table().path(), Error::unknown(name, wanted, BTreeSet::from_iter(there))));
             }
         }
-        Ok(chosen)
+        let Some(parameter) = &self.without else { return Ok(chosen) };
+        let names = |row| chosen.problem(row)[1].split(' ').map(|word| word.split('=').next().unwrap_or(word));
+        let is_given = |row: usize| names(row).any(|name| name == parameter);
+        let left = chosen.select(|row| !is_given(row));
+        if left.rows().is_empty() || left.rows().len() == chosen.rows().len() {
+            let there = chosen.rows().iter().flat_map(|&row| names(row)).filter(|name| !name.is_empty());
+            let found = Error::unknown("parameter in `without`", parameter, BTreeSet::from_iter(there));
+            return Err(Error::file(runs.table().path(), found));
+        }
+        Ok(left)
+    }
+}
+
+/// The runs that shares are of: at each abscissa the same ones for every row of a panel.
+#[derive(Debug, Default)]
+pub struct CountedRuns<'t> {
+    /// By the bits of the abscissa: the row that came first, and its runs.
+    at: BTreeMap<u64, (&'t str, Vec<CountedRun<'t>>)>,
+}
+
+/// What tells a run from the others of its row: case and set, phase, bits of the macro step.
+type CountedRun<'t> = ([&'t str; 2], &'t str, u64);
+
+impl<'t> CountedRuns<'t> {
+    /// Takes the runs at an abscissa that a share of a row is of.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the share of another row is of other runs there.
+    pub fn take(&mut self, x: f64, runs: &Runs<'t>) -> Result<()> {
+        let Some(label) = runs.rows().first().map(|&row| runs.label(row)) else { return Ok(()) };
+        let mut own: Vec<CountedRun<'t>> =
+            runs.iter().map(|run| (run.problem(), &*run.phase, run.macro_step_s.to_bits())).collect();
+        own.sort_unstable();
+        let (first, known) = self.at.entry(x.to_bits()).or_insert_with(|| (label, own.clone()));
+        if *known == own {
+            return Ok(());
+        }
+        let lone = known.iter().find(|run| own.binary_search(run).is_err());
+        let lone = lone.or_else(|| own.iter().find(|run| known.binary_search(run).is_err()));
+        let such =
+            lone.map_or(String::new(), |([case, set], ..)| format!(", as of `{}`", [*case, *set].join(" ").trim_end()));
+        let message = format!(
+            "has shares of `{first}` over {} runs and of `{label}` over {} that are not the same{such}: such shares are not \
+             compared; valid: rows with the same runs, by labels, or by only = {{ case, set, without }}",
+            known.len(),
+            own.len()
+        );
+        Err(Error::file(runs.table().path(), message))
+    }
+
+    /// Says how many runs a share is of; nothing where nothing was counted.
+    pub fn in_words(&self) -> Option<String> {
+        let counts = || self.at.values().map(|(_, runs)| runs.len());
+        let (least, most) = (counts().min()?, counts().max()?);
+        Some(if least == most { format!("n = {most}") } else { format!("n = {least} to {most}") })
+    }
+
+    /// Writes it behind a heading.
+    pub fn behind(&self, title: &str) -> String {
+        match self.in_words() {
+            Some(n) if title.is_empty() => n,
+            Some(n) => format!("{title}, {n}"),
+            None => title.to_owned(),
+        }
     }
 }
 
@@ -159,28 +226,32 @@ pub fn rounded(step: f64) -> f64 {
     (step * 1e6).round() / 1e6
 }
 
-/// The share of the runs with one abscissa, by ascending abscissa, that are usable: they completed with a metric of at
-/// most `within` in magnitude. Those without an answer are left out.
-pub fn share_usable(
-    runs: &Runs<'_>,
+/// The share of the runs with one abscissa, by ascending abscissa, that completed, and with a metric of at most
+/// `within` in magnitude where one is given. Those without an answer are left out.
+///
+/// # Errors
+/// [`Error::File`] for a column that is not there, and where the shares that were counted before are of other runs.
+pub fn share_of_runs<'t>(
+    runs: &Runs<'t>,
     x: impl Fn(usize) -> f64,
-    metric: Finding,
-    within: f64,
+    within: Option<(Finding, f64)>,
+    counted: &mut CountedRuns<'t>,
 ) -> Result<Vec<OverPhases>> {
-    runs.table().check(metric)?;
-    let point = |(x, runs): (f64, Runs<'_>)| {
-        let is_usable = |row: &&usize| runs.value(**row, metric).abs() <= within;
-        let usable = runs.completed().rows().iter().filter(is_usable).count() as f64;
-        let tally = runs.tally();
-        let tried = tally.completed + tally.failed;
-        let share = usable / tried as f64;
-        (tried > 0).then_some(OverPhases { x, median: share, least: share, most: share, lost: Loss::default() })
-    };
-    Ok(runs.by(x).into_iter().filter_map(point).collect())
+    within.map_or(Ok(()), |(metric, _)| runs.table().check(metric))?;
+    let mut points = Vec::new();
+    for (x, runs) in runs.by(x) {
+        let tried = runs.select(|row| runs.class(row) != OutcomeClass::NoAnswer);
+        let is_good = |row: usize| within.is_none_or(|(metric, most)| runs.value(row, metric).abs() <= most);
+        let good = tried.completed().select(is_good).rows().len();
+        counted.take(x, &tried)?;
+        let share = good as f64 / tried.rows().len() as f64;
+        let point = OverPhases { x, median: share, least: share, most: share, lost: Loss::default() };
+        points.extend((!tried.rows().is_empty()).then_some(point));
+    }
+    Ok(points)
 }
 
-/// A metric as it is shown, or the share that completed, over the runs with one abscissa, by ascending abscissa, with
-/// least and most as `bars` says. Runs that did not complete are left out of a metric and counted as lost; where none
+/// A metric as it is shown over the runs with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did not complete are left out of a metric and counted as lost; where none
 /// is left, the point is NaN and breaks the line.
 pub fn over_phases(
     runs: &Runs<'_>,
@@ -189,13 +260,6 @@ pub fn over_phases(
     shown: fn(f64) -> f64,
     bars: Bars,
 ) -> Result<Vec<OverPhases>> {
-    if metric == Finding::Completed {
-        let point = |(x, runs): (f64, Runs<'_>)| {
-            let share = runs.share_completed()?;
-            Some(OverPhases { x, median: share, least: share, most: share, lost: Loss::default() })
-        };
-        return Ok(runs.by(x).into_iter().filter_map(point).collect());
-    }
     runs.table().check(metric)?;
     let value = |row: usize| {
         let value = shown(runs.value(row, metric));

@@ -3,7 +3,8 @@
 
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
-    Bars, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_usable, style, unit_of,
+    Bars, CountedRuns, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_of_runs, style,
+    unit_of,
 };
 use super::valid::{self, refuse};
 use super::{FigureOptions, Source};
@@ -190,15 +191,17 @@ impl FigureOptions for XyFigure {
             if let Some(Border { at, label }) = &spec.border {
                 panel = panel.guide(Guide::Vertical(*at, label.clone()));
             }
+            let counted = &mut CountedRuns::default();
             if let Some(band) = &spec.band {
-                let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label)?, factor)));
+                let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label, counted)?, factor)));
                 panel.bands.push(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
             }
             let curves = match &abscissa {
-                Abscissa::MacroStep => spec.over_steps(&runs, &all, self.panels.len() == 1, styles)?,
-                Abscissa::Parameter(values) => spec.over_parameter(&runs, values, styles)?,
+                Abscissa::MacroStep => spec.over_steps(&runs, &all, self.panels.len() == 1, styles, counted)?,
+                Abscissa::Parameter(values) => spec.over_parameter(&runs, values, styles, counted)?,
                 Abscissa::Cost(work) => spec.over_cost(&runs, &all, work, styles)?,
             };
+            panel.title = counted.behind(&spec.title);
             for curve in curves {
                 let curve = Curve { name: spec.without_variant(curve.name), ..curve };
                 let style = style(&all, curve.name, styles);
@@ -297,9 +300,10 @@ impl XyPanel {
         all: &Runs<'_>,
         is_alone: bool,
         styles: &Styles,
+        counted: &mut CountedRuns<'t>,
     ) -> Result<Vec<Curve<'t>>> {
         let curve = |label: &'t str| {
-            let points = self.points(runs, label)?;
+            let points = self.points(runs, label, counted)?;
             let has_order = is_alone && self.symlog.is_none() && self.within.is_none();
             // Two points are a line whatever they are.
             let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
@@ -322,7 +326,13 @@ impl XyPanel {
     }
 
     /// Lines over the values of a parameter.
-    fn over_parameter<'t>(&self, runs: &Runs<'t>, values: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
+    fn over_parameter<'t>(
+        &self,
+        runs: &Runs<'t>,
+        values: &[f64],
+        styles: &Styles,
+        counted: &mut CountedRuns<'t>,
+    ) -> Result<Vec<Curve<'t>>> {
         let wanted_ms = self.macro_step_s.map(|step| step * 1e3);
         let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
         if !self.lines.is_empty() {
@@ -331,25 +341,25 @@ impl XyPanel {
                 let last = runs.labels(&line.labels).pop()?;
                 let rows = line.labels.iter().flat_map(|label| runs.of_label(label).rows().to_vec());
                 let rows = runs.with_rows(rows.collect()).select(shown);
-                let points = self.medians(&rows, |row| values[row]);
+                let points = self.medians(&rows, |row| values[row], counted);
                 Some(points.map(|points| Curve::new(last, line.label.clone(), points)))
             };
             return self.lines.iter().filter_map(curve).collect();
         }
         // One value of the parameter is one problem: no other case, and nothing else that differs.
         let refuse_problems = |rows: &Runs<'_>| refuse_several(rows, "case and set", |row| runs.problem(row).join(" "));
-        let curve = |(label, rows): (&'t str, Runs<'_>)| {
+        let curve = |(label, rows): (&'t str, Runs<'t>)| {
             let rows = rows.select(shown);
             refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
             let points = match rows.rows().iter().any(|&row| values[row].is_finite()) {
                 true => {
                     rows.by(|row| values[row]).iter().try_for_each(|(_, rows)| refuse_problems(rows))?;
-                    self.medians(&rows, |row| values[row])?
+                    self.medians(&rows, |row| values[row], counted)?
                 }
                 // What has no value of the parameter is a level across.
                 false => {
                     refuse_problems(&rows)?;
-                    let level = self.medians(&rows, |_| 0.0)?;
+                    let level = self.medians(&rows, |_| 0.0, &mut CountedRuns::default())?;
                     let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
                     abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
                 }
@@ -397,16 +407,21 @@ impl XyPanel {
         runs.labels(&self.labels).into_iter().map(curve).collect()
     }
 
-    /// The medians of one label over the macro steps, or the shares of its runs that are usable.
-    fn points(&self, runs: &Runs<'_>, label: &str) -> Result<Vec<OverPhases>> {
-        self.medians(&runs.of_label(label), |row| runs.macro_step_ms(row))
+    /// The medians of one label over the macro steps, or shares of its runs.
+    fn points<'t>(&self, runs: &Runs<'t>, label: &str, counted: &mut CountedRuns<'t>) -> Result<Vec<OverPhases>> {
+        self.medians(&runs.of_label(label), |row| runs.macro_step_ms(row), counted)
     }
 
-    /// The medians of runs over what is across, or the shares of them that are usable.
-    fn medians(&self, runs: &Runs<'_>, across: impl Fn(usize) -> f64) -> Result<Vec<OverPhases>> {
-        match self.within {
-            Some(within) => share_usable(runs, across, self.metric, within),
-            None => over_phases(runs, across, self.metric, identity, Bars::Range),
+    /// The medians of runs over what is across, or shares of them.
+    fn medians<'t>(
+        &self,
+        runs: &Runs<'t>,
+        across: impl Fn(usize) -> f64,
+        counted: &mut CountedRuns<'t>,
+    ) -> Result<Vec<OverPhases>> {
+        match self.within.map(|within| (self.metric, within)) {
+            None if self.metric != Finding::Completed => over_phases(runs, across, self.metric, identity, Bars::Range),
+            within => share_of_runs(runs, across, within, counted),
         }
     }
 
@@ -557,8 +572,34 @@ mod tests {
         let header = "case,set,label,macro_step_s,outcome,velocity_error_rms_m_s";
         let table = table(header, &rows.map(|row| format!("box,,x,0.005,{row}")));
         let panel: XyPanel = toml::from_str("metric = \"velocity_error_rms_m_s\"\nwithin = 0.1\n").unwrap();
-        let points = panel.points(&Runs::of(&table), "x").unwrap();
+        let points = panel.points(&Runs::of(&table), "x", &mut CountedRuns::default()).unwrap();
         assert_eq!(points.iter().map(|point| (point.x, point.median)).collect::<Vec<_>>(), [(5.0, 0.4)]);
+    }
+
+    /// With friction one scheme had no runs, and the share of its rival was that of more machines.
+    #[test]
+    fn shares_of_rows_with_other_runs_are_not_drawn_in_one_panel() {
+        let header = "case,set,label,macro_step_s,outcome,velocity_error_rms_m_s";
+        let row = |row: &str| format!("{row},completed,0.05");
+        let rows = ["box,,x,0.005", "box,,y,0.005", "box,friction=0.3,x,0.005", "box,,x,0.01"].map(row);
+        let table = table(header, &rows);
+        let runs = Runs::of(&table);
+        let shares = |metric: &str, only: &str| {
+            let panel: XyPanel = toml::from_str(&format!("{metric}\nonly = {{ case = \"all\", {only} }}")).unwrap();
+            let (mut counted, runs) = (CountedRuns::default(), panel.only.one_of(&runs)?);
+            panel.over_steps(&runs, &runs, false, &Styles::standard(), &mut counted)?;
+            Ok::<_, Error>(counted.behind("(a)"))
+        };
+        let usable = "metric = \"velocity_error_rms_m_s\"\nwithin = 0.1";
+        for metric in [usable, "metric = \"fraction_stable\""] {
+            let refused = shares(metric, "set = \"all\"").unwrap_err().to_string();
+            let said = "`x` over 2 runs and of `y` over 1 that are not the same, as of `box friction=0.3`";
+            assert!(refused.contains(said), "{refused}");
+            assert_eq!(shares(metric, "without = \"friction\"").unwrap(), "(a), n = 1");
+        }
+        assert!(shares(usable, "without = \"mass\"").unwrap_err().to_string().contains("valid: friction"));
+        // Medians are of whatever completed.
+        assert_eq!(shares("metric = \"velocity_error_rms_m_s\"", "set = \"all\"").unwrap(), "(a)");
     }
 
     #[test]
@@ -580,7 +621,8 @@ mod tests {
         let lines = "[[lines]]\nlabels = [\"c/1\"]\nlabel = \"third\"\n[[lines]]\nlabels = [\"b/1\"]\nlabel = \"second\"\n\
                      [[lines]]\nlabels = [\"a/1\"]\nlabel = \"first\"\n";
         let runs = Runs::of(&table);
-        let curves = panel(lines).over_parameter(&runs, &[5.0, 5.0], &Styles::standard()).unwrap();
+        let curves =
+            panel(lines).over_parameter(&runs, &[5.0, 5.0], &Styles::standard(), &mut CountedRuns::default()).unwrap();
         let found: Vec<_> = curves.iter().map(|curve| (&*curve.entry, curve.points[0].median)).collect();
         assert_eq!(found, [("second", 2.0), ("first", 1.0)]);
     }

@@ -18,6 +18,13 @@ fn shown(verdict: Verdict) -> [&'static str; 3] {
     }
 }
 
+/// Who claims, as the head counts it, and what the table of it is called.
+const CLAIMANTS: [(Claimant, &str, &str); 3] = [
+    (Claimant::Paper, "the paper’s", "What the paper says"),
+    (Claimant::PaperOurBound, "the paper’s by a bound of ours", "What the paper says in words, by bounds of ours"),
+    (Claimant::Ours, "ours", "What we say"),
+];
+
 fn anchor(claim: &CheckedClaim, study: &Study) -> String {
     let id = claim.id.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
     format!("claim-{}-{id}", study.anchor().trim_start_matches("study-"))
@@ -187,11 +194,10 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         return unchecked;
     }
     claims.sort_by_key(|(_, claim)| claim.verdict);
-    let parts =
-        [("the paper’s", Claimant::Paper), ("ours", Claimant::Ours)].map(|(name, by)| match tally(report, Some(by)) {
-            [_, 0] => String::new(),
-            [good, all] => format!("{name} {good} of {all}"),
-        });
+    let parts = CLAIMANTS.map(|(by, name, _)| match tally(report, Some(by)) {
+        [_, 0] => String::new(),
+        [good, all] => format!("{name} {good} of {all}"),
+    });
     // They are in the table, and elsewhere they count.
     let count = |is: fn(&CheckedClaim) -> bool| self::claims(report).filter(|(_, claim)| is(claim)).count();
     let superseded = count(|claim| !claim.superseded.is_empty());
@@ -263,7 +269,7 @@ pub(super) fn section(report: &Report<'_>) -> String {
          file gives. Claims added after the first run are marked in the experiment’s file. In each drawing the claim holds in the shaded part, \
          the upright line is its bound, the dot what was measured, the thin bar its 95 % interval where it has one.</p>\n",
     );
-    for (by, title) in [(Claimant::Paper, "What the paper says"), (Claimant::Ours, "What we say")] {
+    for (by, _, title) in CLAIMANTS {
         let mut rows = Vec::new();
         for (index, study) in report.studies.iter().enumerate() {
             for (number, claim) in study.claims.iter().enumerate().filter(|(_, claim)| claim.by == by) {
@@ -318,6 +324,7 @@ mod tests {
             finding: Verdict::NotReproduced,
             superseded: String::new(),
             variant_of: String::new(),
+            numbers_known: false,
             runs: 0,
             failed: 0,
             run_ids: Vec::new(),
