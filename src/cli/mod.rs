@@ -385,6 +385,7 @@ mod tests {
             finding: Verdict::NotReproduced,
             superseded: String::new(),
             variant_of: String::new(),
+            numbers_known: false,
             runs: 2,
             failed: 0,
             run_ids: Vec::new(),

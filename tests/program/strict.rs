@@ -364,6 +364,18 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         let (head, claim) = EXPERIMENT.split_once("[[claims]]").unwrap();
         format!("{head}[[claims]]{}", claim.replacen(key, other, 1))
     };
+    let of_errors = |text: &str| text.replace("metric = \"failed\"", "metric = \"force_error_rms_n\"");
+    let drawn = said(
+        &EXPERIMENT.replacen(
+            "name = \"wedge-box\"",
+            "name = \"wedge-box\"\ndraw = { settings = 2, seed = 1, declared = [\"box_mass_kg\"] }",
+            1,
+        ),
+        "set = \"all\"",
+    );
+    let other = "[[schemes]]\nscheme = \"rim-nonsmooth\"\nlabel = \"other\"\nmacro_steps_s = [1e-3]\n\n[[claims]]";
+    let two_steps =
+        of_errors(&claim_with("scheme", "relative_to = \"other\"\nscheme")).replacen("[[claims]]", other, 1);
     let place = Place::new();
     for (text, wanted) in [
         (several.clone(), "say set = one of \"box_mass_kg=200.0\", \"box_mass_kg=210.0\", or set = \"all\""),
@@ -390,7 +402,28 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         let message = refused(rimbench().args(["run", "--dry-run"]).arg(place.write(&text)));
         assert!(message.contains(wanted), "{wanted}: {message}");
     }
+    for (text, wanted) in [
+        // A newton of a wedge box is none of a ball.
+        (
+            of_errors(&said(&cases, "case = \"all\"")),
+            "claim `stable`: metric = \"force_error_rms_n\" would pool N of 2 machines",
+        ),
+        (of_errors(&said(&cases, "case = \"all\"")), "valid: a metric without a unit (as force_error_rms_of_peak)"),
+        (of_errors(&drawn), "claim `stable`: metric = \"force_error_rms_n\" would pool N of 2 machines"),
+        (
+            two_steps.clone(),
+            "`rim-nonsmooth` and relative_to = \"other\" have no macro step in common; valid: rows with one",
+        ),
+    ] {
+        let message = refused(rimbench().args(["run", "--dry-run"]).arg(place.write(&text)));
+        assert!(message.contains(wanted), "{wanted}: {message}");
+    }
     for text in [
+        of_errors(&said(&cases, "case = \"all\"")).replace("_n\"", "_of_peak\""),
+        of_errors(&said(&cases, "case = \"all\"\nrelative_to = \"zero-order-hold\"")),
+        of_errors(&said(&cases, "case = \"wedge-box\"")),
+        of_errors(&said(&several, "set = \"all\"")),
+        two_steps.replace("[1e-3]", "[5e-3]"),
         said(&several, "set = \"all\""),
         said(&several, "set = \"box_mass_kg=200.0\""),
         said(&cases, "case = \"wedge-box\""),

@@ -14,6 +14,7 @@ use super::run_table::{Run, RunTable};
 use super::selection::Runs;
 use crate::input::read_text;
 use crate::text_place::said_at;
+use rimbench_cases::metrics::USABLE;
 use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
@@ -48,9 +49,6 @@ const QUARTILES: [&str; 3] = ["_q1", "_median", "_q3"];
 
 /// The metric by which a run is usable: the share of the event's peak that is wrong.
 const JUDGE: &str = "force_error_rms_of_event_peak";
-
-/// The largest such share of a run that is usable.
-const USABLE: f64 = 0.1;
 
 /// Columns that count the runs.
 const COUNTS: [&str; 5] = ["runs", "completed", "failed", "no_answer", "usable"];

@@ -59,6 +59,19 @@ impl ResultsTable {
         (0..self.len()).filter(|&row| self.text(row, column) == text).collect()
     }
 
+    /// Appends the rows of a table with the same columns.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the other table if its columns are others.
+    pub fn append(&mut self, other: Self) -> Result<()> {
+        if other.header != self.header {
+            let message = format!("has other columns than {}: make it anew", self.path.display());
+            return Err(Error::file(other.path, message));
+        }
+        self.rows.extend(other.rows);
+        Ok(())
+    }
+
     /// Pairs of two columns.
     ///
     /// # Errors

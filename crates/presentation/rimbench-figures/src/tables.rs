@@ -20,6 +20,13 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use toml::Value;
 
+/// The folder that stands for those of all experiments that are kept.
+const ALL: &str = "all";
+
+/// The group whose experiments are kept together, and the groups of which each is kept on its own.
+const TOGETHER: &str = "paper";
+const GROUPS: [&str; 2] = ["published", "study"];
+
 /// Relative slack when two numbers are held against each other.
 const SAME: f64 = 1e-9;
 
@@ -560,9 +567,23 @@ impl Unit {
     }
 }
 
-/// Reads a file of results; a summary must be the one that its digest tells of.
+/// Reads a file of results; a summary must be the one that its digest tells of. Of [`ALL`] it is that of all experiments
+/// that are kept, one behind the other.
 fn source(results: &Path, folder: &str, name: &str) -> Result<ResultsTable> {
     let folder = results.join(folder);
+    if folder.ends_with(ALL) {
+        let mut paths = vec![results.join(TOGETHER).join(name)];
+        for group in GROUPS {
+            let group = results.join(group);
+            let below = std::fs::read_dir(&group).map_err(|error| Error::file(&group, error))?;
+            paths.extend(below.filter_map(|entry| Some(entry.ok()?.path().join(name))));
+        }
+        paths.retain(|path| path.is_file());
+        paths.sort();
+        let mut tables = paths.iter().map(|path| read_table(path));
+        let first = tables.next().ok_or_else(|| Error::file(results, format!("holds no {name} of an experiment")))?;
+        return tables.try_fold(first?, |mut all, table| all.append(table?).map(|()| all));
+    }
     if name == SUMMARY {
         read_summary(&folder)?;
     }

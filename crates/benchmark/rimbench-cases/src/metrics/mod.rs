@@ -19,7 +19,8 @@ mod macro_step;
 mod model_energy;
 mod sums;
 
-/// Largest rms force error over the reference's peak of a run that is *usable*, the bound of figures, page and tables.
+/// The largest share of a peak that the rms force error of a good run is: of the peak at the event, of a *usable* run,
+/// and of the peak of the whole run, of an *accurate* one.
 pub const USABLE: f64 = 0.1;
 
 pub use contact::STAYS_DOWN_M;

@@ -65,7 +65,7 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
         _ => (
             "limit",
             "Limits by scheme",
-            "The number of cases by their largest usable macro step, for each scheme; a scheme that no step tried makes fail is counted last.",
+            "The number of cases by their largest accurate macro step, for each scheme; a scheme that no step tried makes fail is counted last.",
         ),
     };
     let mut map = figure("stability", "stability-map", caption, "outcome", vec![json!({ "across": across })]);

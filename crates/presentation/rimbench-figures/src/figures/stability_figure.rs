@@ -1,5 +1,5 @@
 //! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest
-//! usable step on top.
+//! accurate step on top.
 
 use super::statistics::{Bars, Only, over_phases, rounded, row, unit_of};
 use super::valid;
@@ -44,7 +44,7 @@ pub struct StabilityPanel {
     #[serde(default, deserialize_with = "valid::experiment")]
     of: Option<String>,
     /// Columns: macro steps, each with what became of the runs; or limits, each with the number of cases whose largest
-    /// usable macro step it is.
+    /// accurate macro step it is.
     #[serde(default)]
     across: Across,
     /// The part of the results shown.
@@ -132,7 +132,7 @@ impl StabilityFigure {
         let row = |label: &&str| -> Result<(Vec<Cell>, f64)> {
             let own = runs.of_label(label);
             let cells = steps.iter().map(|&step| self.cell(&own, step)).collect::<Result<Vec<_>>>()?;
-            let usable = cells.iter().take_while(|cell| **cell == Cell::Right).count() as f64;
+            let accurate = cells.iter().take_while(|cell| **cell == Cell::Right).count() as f64;
             // Of equals the one that stays stable longer, then the one that loses fewer runs.
             let kept = cells.iter().map(|cell| match cell {
                 Cell::Right | Cell::Wrong => 1.0,
@@ -141,14 +141,14 @@ impl StabilityFigure {
             });
             let count = cells.len().max(1) as f64;
             let kept = kept.sum::<f64>() / count;
-            Ok((cells, usable / count + 0.01 * kept))
+            Ok((cells, accurate / count + 0.01 * kept))
         };
         let rows = labels.iter().map(row).collect::<Result<_>>()?;
         let column = |step: &f64| Column { label: rounded(step * factor).to_string(), value: *step };
         Ok((steps.iter().map(column).collect(), format!("macro step H ({unit})"), rows))
     }
 
-    /// Counts the cases by the largest usable macro step that each allows; the last column are those in which no step
+    /// Counts the cases by the largest accurate macro step that each allows; the last column are those in which no step
     /// tried fails.
     fn by_limit(&self, runs: &Runs<'_>, labels: &[&str]) -> Result<Ranked> {
         let mut limits: Vec<Vec<(f64, f64)>> = vec![Vec::new(); labels.len()];
@@ -188,7 +188,7 @@ impl StabilityFigure {
         };
         let column = |(index, value)| Column { label: label(value), value: index as f64 };
         let columns = values.iter().enumerate().map(column).collect();
-        Ok((columns, "largest usable macro step (ms)".to_owned(), limits.iter().map(row).collect()))
+        Ok((columns, "largest accurate macro step (ms)".to_owned(), limits.iter().map(row).collect()))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The largest usable macro step: case × scheme.
+//! The largest accurate macro step: case × scheme.
 
 use super::store::Study;
 use crate::vector::escaped;
@@ -67,10 +67,10 @@ pub(super) fn section(studies: &[Study]) -> String {
                 Some(format!("{} {step}", escaped(scheme)))
             };
             let limits: Vec<String> = schemes.iter().filter_map(of_scheme).collect();
-            format!("<p>Largest usable macro step of {}: {}.</p>\n", escaped(case), limits.join(", "))
+            format!("<p>Largest accurate macro step of {}: {}.</p>\n", escaped(case), limits.join(", "))
         };
         let said: String = cases.iter().map(said).collect();
-        return format!("<section id=\"grid\"><h2>Largest usable step</h2>\n{said}</section>\n");
+        return format!("<section id=\"grid\"><h2>Largest accurate step</h2>\n{said}</section>\n");
     }
     let head: String =
         schemes.iter().map(|scheme| format!("<th scope=\"col\"><span>{}</span></th>", escaped(scheme))).collect();
@@ -97,12 +97,12 @@ pub(super) fn section(studies: &[Study]) -> String {
         ),
     };
     format!(
-        "<section id=\"grid\"><h2>Largest usable step</h2>\n<p>Macro step in milliseconds up to which, at every step tried, all \
+        "<section id=\"grid\"><h2>Largest accurate step</h2>\n<p>Macro step in milliseconds up to which, at every step tried, all \
          runs completed and the median rms force error was at most a tenth of the reference’s peak; schemes as they are, without \
          options of an experiment. Darker is closer to the best of the row; <em>none</em>: not even at the shortest step tried; ?: a \
          run beyond gave no answer; an empty cell was not tried at two steps. A limit is one of the steps tried, and no more than the longest of them. Schemes stand from the best \
          to the worst by their mean shade.{few}</p>\n\
-         <div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Largest usable step\"><table class=\"grid\"><thead><tr><th scope=\"col\">case</th>{head}</tr></thead><tbody>\n{rows}</tbody></table></div></section>\n"
+         <div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Largest accurate step\"><table class=\"grid\"><thead><tr><th scope=\"col\">case</th>{head}</tr></thead><tbody>\n{rows}</tbody></table></div></section>\n"
     )
 }
 
@@ -133,13 +133,13 @@ fn shade(limit: Option<f64>, best: f64) -> usize {
     limit.map_or(0, |step| 4 - ((best / step).log(3.0).round() as usize).min(3))
 }
 
-/// The largest step up to which all was usable, if any was; nothing where the first step that is not says nothing.
+/// The largest step up to which all was accurate, if any was; nothing where the first step that is not says nothing.
 fn limit(tried: &Tried) -> Option<Option<f64>> {
-    let usable = |errors: &BTreeMap<String, Result<f64, OutcomeClass>>| {
+    let accurate = |errors: &BTreeMap<String, Result<f64, OutcomeClass>>| {
         let completed: Result<Vec<f64>, _> = errors.values().copied().collect();
         completed.is_ok_and(|errors| Pool::of(errors).median().is_some_and(|error| error <= USABLE))
     };
-    let good = tried.iter().take_while(|(_, errors)| usable(errors)).count();
+    let good = tried.iter().take_while(|(_, errors)| accurate(errors)).count();
     let mut steps = tried.iter().skip(good.saturating_sub(1));
     let last = if good > 0 { steps.next().map(|(step, _)| f64::from_bits(*step)) } else { None };
     let beyond = steps.next().is_some_and(|(_, errors)| {

@@ -6,7 +6,7 @@
 //! | `address` | which runs the simulator shows, and where |
 //! | `claims` | the claims, the paper's and ours apart, each with its bound drawn |
 //! | `sections` | head, text of the paper, studies, what is missing |
-//! | `grid` | the largest usable macro step: case × scheme |
+//! | `grid` | the largest accurate macro step: case × scheme |
 //! | `packed` | runs, traces and exact values for the script, as small as they must be |
 //!
 //! Figures are SVG in the page: they print, and need no script. A script (`page/report.js`) makes them alive, and shows

@@ -40,7 +40,7 @@ impl Report<'_> {
             if is_paper { live } else { ("studies", "Studies", true) },
             ("paper", "The paper, remade", !text.is_empty()),
             found,
-            ("grid", "Largest usable step", !grid.is_empty()),
+            ("grid", "Largest accurate step", !grid.is_empty()),
             if is_paper { ("studies", "Studies", true) } else { live },
             ("runs", "Runs", true),
             ("missing", "What is missing", true),

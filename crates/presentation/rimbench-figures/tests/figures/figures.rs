@@ -315,7 +315,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("range = [0.0, 1.0]", "range = "),
         ("range = [1.0]", "range = [1.0] is"),
         ("slope = [1.0, [0.0, 1.0]]", "slope = "),
-        ("only = { caze = \"box\" }", "only: caze: unknown field `caze`, expected `case` or `set`"),
+        ("only = { caze = \"box\" }", "only: caze: unknown field `caze`, expected one of `case`, `set`, `without`"),
         ("labels = [1, 2]", "labels 1: invalid type: integer `1`, expected a string"),
     ] {
         let message = refused(&format!("{LEAST_XY}{LEAST_PANEL}{line}\n"));

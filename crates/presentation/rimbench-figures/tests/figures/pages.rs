@@ -117,6 +117,47 @@ fn lines_may_be_other_than_schemes_and_names_other_than_identifiers() {
     assert!(error.contains("`study/x/t`") && error.contains("2 rows have `a` and `0.005`: say one"), "{error}");
 }
 
+/// With friction one scheme had no runs, and the share of its rival was that of more machines.
+#[test]
+fn a_table_of_shares_says_of_how_many_runs_and_has_one_set_of_them_for_all_schemes() {
+    let folder = results();
+    let own = folder.path().join("study/x");
+    let row = |row: &str| format!("{row},0.005,,completed,0.01\n");
+    let rows = ["a,box,", "b,box,", "a,crane,", "b,crane,", "a,box,friction=0.3"].map(row).concat();
+    let header = "label,case,set,macro_step_s,step_tolerance,outcome,force_error_rms_of_event_peak";
+    std::fs::write(own.join("runs.csv"), format!("{header}\n{rows}")).unwrap();
+    keep(&own, &PooledSets::new(), &"0".repeat(64)).unwrap();
+    let table = |keys: &str| {
+        let steps = "across = { column = \"macro_step_s\", unit = \"ms\" }";
+        let cell =
+            format!("[table.\"study/x/t\".grid]\ncell = \"usable\"\nof = \"runs\"\nunit = \"%\"\n{steps}\n{keys}");
+        made(&cell, folder.path())
+    };
+    let refused = table("").unwrap_err().to_string();
+    assert!(refused.contains("the shares of `b` and `0.005` are of other runs than those beside them"), "{refused}");
+    let shares = table("only.set = { not = [\"friction=0.3\"] }").unwrap();
+    assert_eq!(shares, "| scheme, of 2 runs | 5 ms |\n|---|---|\n| a | 100 |\n| b | 100 |\n");
+    // Cases are not the same runs, and are not meant to be.
+    let cases = table("lines.column = \"case\"\nonly.label = \"a\"").unwrap();
+    assert!(cases.starts_with("| case, of 1 to 2 runs | 5 ms |\n"), "{cases}");
+}
+
+#[test]
+fn claims_are_counted_over_all_experiments_that_are_kept() {
+    let folder = results();
+    for (name, text) in [("paper", "experiment,id\nfig1,a\nfig2,b\n"), ("published/c", "experiment,id\nc,a\n")] {
+        std::fs::create_dir_all(folder.path().join(name)).unwrap();
+        std::fs::write(folder.path().join(name).join("claims.csv"), text).unwrap();
+    }
+    let other = folder.path().join("study/x/claims.csv");
+    let list = list("[value]\n\"all/claims\" = { file = \"claims.csv\", column = \"id\", fold = \"count\" }\n");
+    let filled = || fill_page("p.md".as_ref(), "<!-- value id=all/claims --><!-- /value -->", folder.path(), &list);
+    let error = filled().unwrap_err().to_string();
+    assert!(error.contains("has other columns than") && error.contains("study/x/claims.csv"), "{error}");
+    std::fs::write(other, "experiment,id\nx,a\n").unwrap();
+    assert!(filled().unwrap().contains("-->4<!--"));
+}
+
 #[test]
 fn rows_of_other_files_are_chosen_folded_and_held_against_each_other() {
     let folder = results();
