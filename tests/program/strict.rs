@@ -418,12 +418,16 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         let message = refused(rimbench().args(["run", "--dry-run"]).arg(place.write(&text)));
         assert!(message.contains(wanted), "{wanted}: {message}");
     }
+    let shares = two_steps.replace("force_error_rms_n", "failed").replace("\"max\"", "\"mean\"");
+    let message = refused(rimbench().args(["run", "--dry-run"]).arg(place.write(&shares)));
+    assert_has(&message, &["a share of 8 runs of `rim-nonsmooth` against one of 4 other runs"]);
     for text in [
         of_errors(&said(&cases, "case = \"all\"")).replace("_n\"", "_of_peak\""),
         of_errors(&said(&cases, "case = \"all\"\nrelative_to = \"zero-order-hold\"")),
         of_errors(&said(&cases, "case = \"wedge-box\"")),
         of_errors(&said(&several, "set = \"all\"")),
         two_steps.replace("[1e-3]", "[5e-3]"),
+        shares.replace("[1e-3]", "[2e-3, 5e-3]"),
         said(&several, "set = \"all\""),
         said(&several, "set = \"box_mass_kg=200.0\""),
         said(&cases, "case = \"wedge-box\""),

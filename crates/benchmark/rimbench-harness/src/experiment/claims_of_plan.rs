@@ -47,6 +47,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
             }
         }
         claim.check_steps(planned)?;
+        claim.check_shares(planned)?;
     }
     Ok(())
 }
@@ -247,6 +248,31 @@ impl Claim {
             self.id,
             self.scheme,
             self.relative_to.as_deref().unwrap_or_default()
+        )))
+    }
+
+    /// Checks that two shares whose ratio it is about are of the same runs.
+    fn check_shares(&self, planned: &[PlannedRun]) -> Result<()> {
+        let is_of_shares =
+            !matches!(self.statistic, Statistic::Order | Statistic::ShareBetter) && !self.is_about_ratios();
+        let Some(other) = self.relative_to.as_ref().filter(|_| is_of_shares) else { return Ok(()) };
+        let [own, others] = [&self.scheme, other].map(|label| {
+            let runs = planned.iter().filter(|run| run.label == *label && self.is_of_problem(run));
+            let runs = runs.filter(|run| self.is_about(run.spec.macro_step));
+            let key = |run: &PlannedRun| {
+                let spec = &run.spec;
+                (spec.case.name.clone(), spec.parameters.given(), spec.macro_step.to_bits(), spec.phase.to_bits())
+            };
+            runs.map(key).collect::<BTreeSet<_>>()
+        });
+        if own == others {
+            return Ok(());
+        }
+        let (id, scheme, runs) = (&self.id, &self.scheme, [own.len(), others.len()]);
+        Err(Error::Incompatible(format!(
+            "claim `{id}`: relative_to = \"{other}\" holds a share of {} runs of `{scheme}` against one of {} other runs; \
+             valid: rows with the same cases, sets, macro steps and phases",
+            runs[0], runs[1]
         )))
     }
 
