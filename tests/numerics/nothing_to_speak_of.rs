@@ -94,7 +94,7 @@ fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
         let spec = spec.changed(|own| own.duration = spec.duration.min(10.0));
         let solution = match Reference::exact(&spec, StopFlag::never()).unwrap() {
             Some(reference) => reference.trajectory,
-            None => Reference::solution(&with_coarse_reference(&spec), 1, StopFlag::never()).unwrap(),
+            None => Reference::solution(&with_coarse_reference(&spec), 1, StopFlag::never()).unwrap().rows,
         };
         let most = |name: &str| largest(column(&solution, name).iter().map(|value| value.abs()));
         let over = |of: fn(&rimbench::cases::InterfaceColumns) -> &Name| {
