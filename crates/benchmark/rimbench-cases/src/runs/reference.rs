@@ -137,6 +137,31 @@ impl Reference {
         Ok(reference)
     }
 
+    /// Computes it by steps and rows so many times as long, and brings it to the rows of the reference: by 1 and 1 it is
+    /// that.
+    ///
+    /// # Errors
+    /// As for [`compute`](Self::compute).
+    pub fn coarse(spec: &RunSpec, [steps, rows]: [f64; 2], stop: StopFlag<'_>) -> Result<Self> {
+        let spec = &spec.of_the_reference();
+        let mut case = Case::clone(&spec.case);
+        case.defaults.reference_step_s *= steps;
+        case.defaults.reference_sampling_s *= rows;
+        let found = Self::compute(&spec.of_case(Arc::new(case)), stop)?;
+        if rows == 1.0 {
+            return Ok(found);
+        }
+        let times = (0..points(spec) + 1).map(|point| spec.duration * point as f64 / points(spec) as f64);
+        let mut there = found.trajectory.resampled(times.clone());
+        let judged = found.judged.resampled(times);
+        let columns = judged_columns(&spec.case, &there, &found.contact_gaps);
+        for (row, known) in there.rows_mut().zip(judged.rows()) {
+            columns.iter().zip(known).for_each(|(&column, value)| row[column] = *value);
+        }
+        let rows = [there, found.events];
+        Ok(Self::of(&spec.case, rows, found.uncertainty, found.order, found.step, found.contact_gaps))
+    }
+
     /// Checks that it is known what runs are held against: no force and no position of the interface is uncertain by
     /// more than a tenth of its peak, where that is above the case's own scale. A run that is unbounded is not held
     /// against it, but against its own energy.

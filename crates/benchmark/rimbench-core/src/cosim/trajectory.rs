@@ -60,6 +60,11 @@ impl Trajectory {
         self.data.chunks_exact(self.columns.len().max(1))
     }
 
+    /// Returns all rows, to be changed.
+    pub fn rows_mut(&mut self) -> impl ExactSizeIterator<Item = &mut [f64]> {
+        self.data.chunks_exact_mut(self.columns.len().max(1))
+    }
+
     /// Returns one column by position.
     pub fn column(&self, index: usize) -> impl ExactSizeIterator<Item = f64> + Clone + '_ {
         self.rows().map(move |row| row[index])
