@@ -165,9 +165,10 @@ fn between_its_rows_too_the_reference_must_be_the_independent_route_to_its_own_u
     let exact = run(h, 2.5, every);
     let reference = wedge_box_reference();
     let times: Vec<f64> = (0..exact.samples.len()).map(|k| (every * k) as f64 * h).collect();
-    for (name, theirs, own) in
-        [("actuator_length_m", pick(&exact, |s| s.length), 1e-11), ("actuator_force_n", pick(&exact, |s| s.force), 1e-5)]
-    {
+    for (name, theirs, own) in [
+        ("actuator_length_m", pick(&exact, |s| s.length), 1e-11),
+        ("actuator_force_n", pick(&exact, |s| s.force), 1e-5),
+    ] {
         let (off, uncertainty) = (off(reference, name, &times, &theirs), reference.uncertainty_of(name).unwrap());
         assert!(off <= 1.5 * uncertainty + own, "{name}: off by {off}, uncertainty {uncertainty}");
     }
@@ -218,7 +219,8 @@ const ROCKING_BLOCK: [[f64; 4]; 26] = [
 
 #[test]
 fn between_its_rows_the_reference_of_the_rocking_block_must_be_that_of_another_hand() {
-    let reference = Reference::compute(&usual_spec("rocking-block", "zero-order-hold", 1e-3), StopFlag::never()).unwrap();
+    let reference =
+        Reference::compute(&usual_spec("rocking-block", "zero-order-hold", 1e-3), StopFlag::never()).unwrap();
     let times = ROCKING_BLOCK.map(|row| row[0]);
     // What is looked at lies in the first quarter second for the most part, where all of the uncertainty is.
     let denser = (18.0 / 26.0 * 1.5 / 0.25_f64).sqrt();

@@ -31,8 +31,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
         reference.check(spec)?;
         return Ok(reference);
     }
-    let Ok([fine, middle, coarse]) =
-        <[Solution; 3]>::try_from(within_limit(spec, stop, |stop| solutions(spec, stop))?)
+    let Ok([fine, middle, coarse]) = <[Solution; 3]>::try_from(within_limit(spec, stop, |stop| solutions(spec, stop))?)
     else {
         unreachable!("three refinements give three solutions")
     };

@@ -202,7 +202,7 @@
   const locked = () => {
     const [{ columns: run }, { columns: truth }] = [shown.pair[0], shown.reference];
     const lock = run.time_s[run[LOCK.mass].indexOf(Infinity)], touch = truth.time_s[truth[LOCK.contact].findIndex((force) => force > 0)];
-    return lock < touch ? `locks ${seconds(touch - lock)} before the touch-down, the wedge ${verdict.length(at(shown.pair[0], LOCK.gap, lock))} above the floor` : "fails";
+    return lock < touch ? `locks ${seconds(touch - lock)} before the touch-down, the wedge ${verdict.digits(1000 * at(shown.pair[0], LOCK.gap, lock), 3)}\u00a0mm above the floor` : "fails";
   };
   const STORY = [
     ["Hold", "h=1&a=zero-order-hold&b=first-order-hold", "play", () => `Each side holds the other's last value, or extrapolates it. At a macro step of 1 ms: ${told(0)}. Press Play.`],

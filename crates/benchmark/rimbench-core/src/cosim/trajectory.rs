@@ -339,7 +339,8 @@ mod tests {
         // without a mark.
         let (first, second) = (|t: f64| t * t * t - t, |t: f64| 5.0 - t * t * (t - 7.0));
         let marked = |rows: &mut Vec<[f64; 2]>| rows.splice(5..5, [[4.3, first(4.3)], [4.3, second(4.3)]]);
-        let mut rows: Vec<[f64; 2]> = (0..10).map(f64::from).map(|t| [t, if t < 4.3 { first(t) } else { second(t) }]).collect();
+        let mut rows: Vec<[f64; 2]> =
+            (0..10).map(f64::from).map(|t| [t, if t < 4.3 { first(t) } else { second(t) }]).collect();
         drop(marked(&mut rows));
         let times: Vec<f64> = (0..90).map(|k| f64::from(k) * 0.1 + 0.05).collect();
         let wanted: Vec<f64> = times.iter().map(|&t| if t < 4.3 { first(t) } else { second(t) }).collect();
@@ -349,7 +350,10 @@ mod tests {
         near(&at(&rows, &times), &times.iter().map(|&t| kinked(t)).collect::<Vec<_>>());
         let steps: Vec<[f64; 2]> = (0..10).map(f64::from).map(|t| [t, f64::from(t > 4.5)]).collect();
         let found = at(&steps, &[0.5, 3.5, 4.5, 5.5, 8.5]);
-        assert!(found[2] > 0.0 && found[2] < 1.0 && [0, 1, 3, 4].map(|k| found[k]) == [0.0, 0.0, 1.0, 1.0], "{found:?}");
+        assert!(
+            found[2] > 0.0 && found[2] < 1.0 && [0, 1, 3, 4].map(|k| found[k]) == [0.0, 0.0, 1.0, 1.0],
+            "{found:?}"
+        );
         // Beside a value that is infinite a line, and the value before where that one is.
         let infinite = [[0.0, 1.0], [0.1, 2.0], [7.0, f64::INFINITY], [8.0, 5.0]];
         let there = [1.5, 2.0, f64::INFINITY, f64::INFINITY, f64::INFINITY];
