@@ -28,7 +28,7 @@ const verdict = (() => {
   // The program's bounds: what stays down, and which share of the peak an error may be. A run is usable within it, else completes or fails.
   const { stays_down_m, usable } = JSON.parse(document.getElementById("known").textContent);
   const SIGNS = { usable: "●", completes: "○", fails: "✕" };
-  const judge = (run, reference, of) => {
+  const judge = (run, of) => {
     if (run.verdict) return run.verdict;
     const facts = run.facts, column = of.force.column;
     // What it counts as is said by the program, which knows every outcome.
@@ -41,7 +41,7 @@ const verdict = (() => {
     const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
     // Without a share there is no force to speak of, and no ratio of peaks either.
     const share = facts.get("force_error_rms_of_peak") ?? "", error = Number(share), touch = Number(facts.get("touch_down_peak_ratio") ?? NaN);
-    const ratio = share === "" ? 0 : peak(run, column) / peak(reference, column);
+    const ratio = share === "" ? 0 : peak(run, column) / Number(facts.get("reference_force_peak_n"));
     const opened = Number(facts.get("lift_off_height_m") ?? 0);
     const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > stays_down_m ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";

@@ -50,8 +50,8 @@ impl Simulator {
     /// reference                with the same lines: the trajectory that runs are held against
     /// ```
     /// A run is answered by `run_id`, `outcome`, `outcome_class`, `outcome_at_s`, `reason`, every metric that has a
-    /// value, `reference_force_uncertainty_n`, `without_peak` where no error is related to one, the exact counters,
-    /// `columns`, and its rows at communication points; a reference by `columns` and its rows.
+    /// value, `reference_force_uncertainty_n`, `reference_force_peak_n`, `without_peak` where no error is related to one,
+    /// the exact counters, `columns`, and its rows at communication points; a reference by `columns` and rows to draw.
     ///
     /// What runs are held against is made as the program does it and compared at the program's rows, by [`COARSER`]
     /// times its steps at first, so that a page need not wait. Until the uncertainty is a tenth of the force error that
@@ -73,7 +73,9 @@ impl Simulator {
                 let spec = self.spec(lines)?;
                 let trajectory = &self.reference_of(&spec)?.reference.trajectory;
                 let words = columns(trajectory.columns());
-                Ok(Answer { words, numbers: trajectory.data().to_vec() })
+                let last = trajectory.len() - 1;
+                let shown = trajectory.rows().enumerate().filter(|(k, _)| k % SHOWN_ROWS == 0 || *k == last);
+                Ok(Answer { words, numbers: shown.flat_map(|(_, row)| row).copied().collect() })
             }
             other => Err(Error::unknown("request", other, ["schemes", "cases", "run", "reference"])),
         }
@@ -132,6 +134,11 @@ impl Simulator {
             let run = evaluate(spec, result, reference)?;
             if *coarser <= 1.0 || is_certain(&run) {
                 let mut words = words(spec, &run);
+                if let Some(row) = spec.case.interface_columns.first()
+                    && let Some(column) = reference.trajectory.index_of(&row.force)
+                {
+                    words = format!("reference_force_peak_n {:?}\n{words}", reference.largest[column]);
+                }
                 if let (None, Some(reason)) = (run.found.metric(SHARE), reference.without_peak(&spec.case)) {
                     words = format!("without_peak {reason}\n{words}");
                 }
@@ -146,6 +153,9 @@ impl Simulator {
 /// How many times as long as the program's the steps of a page's reference are at first, and its rows at most.
 pub const COARSER: f64 = 8.0;
 const MOST_BETWEEN_ROWS: f64 = 4.0;
+
+/// Every so-manieth row of a reference is drawn.
+const SHOWN_ROWS: usize = 4;
 
 /// Share of what is shown that the uncertainty of the reference may be.
 const CERTAIN: f64 = 0.1;
