@@ -94,7 +94,7 @@ fn the_scale_of_a_case_must_be_the_largest_motion_and_force_at_its_defaults() {
         let spec = spec.changed(|own| own.duration = spec.duration.min(10.0));
         let solution = match Reference::exact(&spec, StopFlag::never()).unwrap() {
             Some(reference) => reference.trajectory,
-            None => Reference::solution(&with_coarse_reference(&spec), 1, StopFlag::never()).unwrap(),
+            None => Reference::solution(&with_coarse_reference(&spec), 1, StopFlag::never()).unwrap().rows,
         };
         let most = |name: &str| largest(column(&solution, name).iter().map(|value| value.abs()));
         let over = |of: fn(&rimbench::cases::InterfaceColumns) -> &Name| {
@@ -239,4 +239,15 @@ fn the_least_of_many_gaps_must_be_no_contact() {
     let unpacked = Reference::unpack(&spec.case, reference.pack()).unwrap();
     assert!(unpacked.trajectory == reference.trajectory && unpacked.contacts == reference.contacts);
     assert!(!unpacked.is_contact_gap("gap_supports_least_m") && unpacked.is_contact_gap("gap_left_support_m"));
+    // With what stands at events; numbers that do not fit are none.
+    let spec = spec_with("rocking-block", "zero-order-hold", &[("duration_s", "0.12")], &[]);
+    let reference = coarse_reference(&spec);
+    let packed = reference.pack();
+    let unpacked = Reference::unpack(&spec.case, packed.clone()).unwrap();
+    assert!(!reference.events.is_empty() && unpacked.events == reference.events && unpacked.judged == reference.judged);
+    for at_events in [f64::NAN, -1.0, 0.5, 1.0, 1e300, f64::INFINITY] {
+        let mut damaged = packed.clone();
+        *damaged.last_mut().unwrap() = at_events;
+        assert!(Reference::unpack(&spec.case, damaged).is_none(), "{at_events}");
+    }
 }

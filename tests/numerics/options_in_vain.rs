@@ -135,7 +135,7 @@ fn every_parameter_reaches_the_run_and_the_reference() {
             let reference = rimbench::runs::Reference::exact(&spec, StopFlag::never()).ok()?;
             let reference = match reference {
                 Some(reference) => reference.trajectory,
-                None => rimbench::runs::Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).ok()?,
+                None => rimbench::runs::Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).ok()?.rows,
             };
             Some((result.trajectory, reference))
         };

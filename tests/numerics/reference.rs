@@ -3,7 +3,7 @@
 
 use crate::support::*;
 use rimbench_independent::event_driven_wedge_box::{Run, Sample, run};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// The independent route at 10 µs, sampled every 50 µs; computed once.
 fn independent() -> &'static Run {
@@ -149,6 +149,109 @@ fn the_event_driven_reference_must_be_the_independent_route_to_its_own_uncertain
         // The independent route is itself certain to 1e-11 m and 1e-5 N rms.
         let own = if column == "actuator_force_n" { 1e-5 } else { 1e-11 };
         assert!(off <= 1.5 * uncertainty + own, "{column}: off by {off}, uncertainty {uncertainty}");
+    }
+}
+
+/// Root mean square difference of a reference at these times from what they show.
+fn off(reference: &Reference, name: &str, times: &[f64], theirs: &[f64]) -> f64 {
+    rms_difference(&column(&reference.judged.resampled(times.iter().copied()), name), theirs)
+}
+
+/// A run is judged at its own instants, of which few are those of rows.
+#[test]
+fn between_its_rows_too_the_reference_must_be_the_independent_route_to_its_own_uncertainty() {
+    // Every 29.3 µs, which a row of 50 µs meets each 128th time.
+    let (h, every) = (2.5 / 256_000.0, 3);
+    let exact = run(h, 2.5, every);
+    let reference = wedge_box_reference();
+    let times: Vec<f64> = (0..exact.samples.len()).map(|k| (every * k) as f64 * h).collect();
+    for (name, theirs, own) in [
+        ("actuator_length_m", pick(&exact, |s| s.length), 1e-11),
+        ("actuator_force_n", pick(&exact, |s| s.force), 1e-5),
+    ] {
+        let (off, uncertainty) = (off(reference, name, &times, &theirs), reference.uncertainty_of(name).unwrap());
+        assert!(off <= 1.5 * uncertainty + own, "{name}: off by {off}, uncertainty {uncertainty}");
+    }
+    // Each impact has two rows, where the independent route has it, and the force jumps as there.
+    let (events, force) = (&reference.events, column(&reference.events, "actuator_force_n"));
+    let jumps: Vec<(f64, f64)> = (0..events.len() / 2)
+        .map(|k| (events.row(2 * k)[0], force[2 * k + 1] - force[2 * k]))
+        .filter(|(_, jump)| jump.abs() > 1.0)
+        .collect();
+    assert!((jumps[0].0 - exact.touch_down).abs() < 1e-8, "{jumps:?} {}", exact.touch_down);
+    let largest_of = |jumps: Vec<f64>| largest(jumps.into_iter().map(f64::abs));
+    let (ours, theirs) = (largest_of(jumps.iter().map(|jump| jump.1).collect()), largest_of(exact.jumps));
+    assert!((ours - theirs).abs() < 1e-3 * theirs, "{ours} {theirs}");
+}
+
+/// Time (s), length (m), velocity (m/s) and force (N) of the actuator of the rocking block by an implementation in
+/// Python that knows the machine from a page of text: classical Runge–Kutta steps of 50 µs, events located by bisection,
+/// plastic impacts by projection. No time is that of a row.
+#[rustfmt::skip]
+const ROCKING_BLOCK: [[f64; 4]; 26] = [
+    [0.003819660113, 1.8052394498103, -0.00340008562, 268.068107],
+    [0.038819660113, 1.8051921770239, -0.00118320959, 253.439173],
+    [0.083819660113, 1.8051436166743, -0.00086878077, 187.821247],
+    [0.088819660113, 1.8051394283117, -0.00080542334, 176.008192],
+    [0.093819660113, 1.8052918018612, -0.00018179884, -3595.698707],
+    [0.103819660113, 1.8052137788203, 0.01627608439, -230.442038],
+    [0.123819660113, 1.8054960716382, 0.02182477711, -103.495526],
+    [0.158819660113, 1.8068937575711, 0.05684574285, -91.646649],
+    [0.163819660113, 1.8071761421282, 0.03035350246, 499.676571],
+    [0.168819660113, 1.8074213457341, 0.07203824521, 1558.784790],
+    [0.173819660113, 1.807805668226, 0.0721945769, -441.544432],
+    [0.193819660113, 1.8093493117998, 0.08698558434, 531.820300],
+    [0.198819660113, 1.8098013799378, 0.0932817657, 419.404965],
+    [0.203819660113, 1.8103245512326, 0.09977226529, -971.318404],
+    [0.208819660113, 1.8107941586902, 0.09276312931, -27.397886],
+    [0.213819660113, 1.8112778112866, 0.09968917192, -207.538173],
+    [0.218819660113, 1.8117363507276, 0.09168051888, 515.024737],
+    [0.223819660113, 1.8122266247382, 0.10024360325, -209.657030],
+    [0.228819660113, 1.8127099773297, 0.09372020267, -97.528447],
+    [0.233819660113, 1.8131813246744, 0.09584036035, 140.495157],
+    [0.248819660113, 1.814622082119, 0.09596560068, 25.492862],
+    [0.298819660113, 1.8194163887992, 0.09587118514, -0.130090],
+    [0.398819660113, 1.8290035503959, 0.09587165255, -0.000115],
+    [0.598819660113, 1.8481778809066, 0.09587165255, -0.000108],
+    [0.898819660113, 1.8769393766668, 0.09587165252, -0.000103],
+    [1.298819660113, 1.9152880376695, 0.09587165249, -0.000097],
+];
+
+#[test]
+fn between_its_rows_the_reference_of_the_rocking_block_must_be_that_of_another_hand() {
+    let reference =
+        Reference::compute(&usual_spec("rocking-block", "zero-order-hold", 1e-3), StopFlag::never()).unwrap();
+    let times = ROCKING_BLOCK.map(|row| row[0]);
+    // What is looked at lies in the first quarter second for the most part, where all of the uncertainty is.
+    let denser = (18.0 / 26.0 * 1.5 / 0.25_f64).sqrt();
+    for (name, place, own) in
+        [("actuator_length_m", 1, 1e-12), ("actuator_velocity_m_s", 2, 1e-10), ("actuator_force_n", 3, 1e-5)]
+    {
+        let off = off(&reference, name, &times, &ROCKING_BLOCK.map(|row| row[place]));
+        let uncertainty = reference.uncertainty_of(name).unwrap();
+        assert!(off <= denser * uncertainty + own, "{name}: off by {off}, uncertainty {uncertainty}");
+    }
+}
+
+/// Where an independent solution is not at hand: by rows that are four times as dense, of the same steps.
+#[test]
+fn what_lies_between_rows_must_be_within_the_uncertainty_that_is_told() {
+    for case in ["half-car", "rocking-block-friction"] {
+        let spec = usual_spec(case, "zero-order-hold", 1e-3);
+        let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
+        let mut denser = Case::clone(&spec.case);
+        denser.defaults.reference_step_s /= 4.0;
+        denser.defaults.reference_sampling_s /= 4.0;
+        let denser = spec.changed(|own| own.case = Arc::new(denser));
+        let dense = Reference::solution(&denser, 1, StopFlag::never()).unwrap().rows;
+        let times = column(&dense, "time_s");
+        for row in &spec.case.interface_columns {
+            for name in [&row.position, &row.velocity, &row.force] {
+                let (off, told) =
+                    (off(&reference, name, &times, &column(&dense, name)), reference.uncertainty_of(name).unwrap());
+                assert!(off <= told, "{case}: {name} is off by {off}, uncertainty {told}");
+            }
+        }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::cache::Cache;
 use rayon::prelude::*;
-use rimbench_cases::runs::{Reference, RunSpec};
-use rimbench_core::cosim::{StopFlag, Trajectory};
+use rimbench_cases::runs::{Reference, RunSpec, Solution};
+use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::Thread;
@@ -31,8 +31,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
         reference.check(spec)?;
         return Ok(reference);
     }
-    let Ok([fine, middle, coarse]) =
-        <[Trajectory; 3]>::try_from(within_limit(spec, stop, |stop| solutions(spec, stop))?)
+    let Ok([fine, middle, coarse]) = <[Solution; 3]>::try_from(within_limit(spec, stop, |stop| solutions(spec, stop))?)
     else {
         unreachable!("three refinements give three solutions")
     };
@@ -51,7 +50,7 @@ pub(super) fn has_none(error: &Error) -> bool {
 }
 
 /// The solutions, the finest first because it takes longest.
-fn solutions(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
+fn solutions(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Solution>> {
     Reference::REFINEMENTS.par_iter().rev().map(|&refinement| Reference::solution(spec, refinement, stop)).collect()
 }
 

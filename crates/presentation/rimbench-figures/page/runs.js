@@ -265,7 +265,7 @@
     table.append(make("tbody", {}, ...rows.map(([key, a, b]) => make("tr", {}, make("th", { scope: "row" }, key), make("td", {}, a), make("td", {}, b), make("td", {}, a === b ? "equal" : "different")))));
     const verdict = !same ? "The digits differ: results of another version, or another machine’s dense factorisation." : stored.length ? "The digits are the stored ones, to the last." : "Run id and outcome are the stored ones; this page holds no digits of it to compare.";
     const errors = ["force_error_rms_n", "position_error_rms_m"].filter((key) => found.has(key)).map((key) => `${spoken(key)} ${shown(Number(found.get(key)))}`);
-    answer.replaceChildren(make("p", {}, make("strong", {}, verdict)), table, make("p", { class: "soft" }, errors.length ? `Held against the coarser reference of this page: ${errors.join(", ")}.` : ""));
+    answer.replaceChildren(make("p", {}, make("strong", {}, verdict)), table, make("p", { class: "soft" }, errors.length ? `Held against the reference of this page, which is known to ±\u00a0${shown(Number(found.get("reference_force_uncertainty_n") ?? NaN))}\u00a0N: ${errors.join(", ")}.` : ""));
   });
   // The medians that are kept of a study without rows.
   for (const kept of document.querySelectorAll("details.kept"))

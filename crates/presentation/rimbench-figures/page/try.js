@@ -164,7 +164,7 @@
     const place = (side, h) => {
       const run = known(side, h);
       if (!run || !reference) return "unknown";
-      return judge(run, reference, of).state;
+      return judge(run, of).state;
     };
     const rows = SIDES.map((side) => steps().map((_, h) => place(side, h)));
     curves.drawMap($("map"), rows, colors(), state.h);
@@ -202,7 +202,7 @@
   const locked = () => {
     const [{ columns: run }, { columns: truth }] = [shown.pair[0], shown.reference];
     const lock = run.time_s[run[LOCK.mass].indexOf(Infinity)], touch = truth.time_s[truth[LOCK.contact].findIndex((force) => force > 0)];
-    return lock < touch ? `locks ${seconds(touch - lock)} before the touch-down, the wedge ${verdict.length(at(shown.reference, LOCK.gap, lock))} above the floor` : "fails";
+    return lock < touch ? `locks ${seconds(touch - lock)} before the touch-down, the wedge ${verdict.digits(1000 * at(shown.pair[0], LOCK.gap, lock), 3)}\u00a0mm above the floor` : "fails";
   };
   const STORY = [
     ["Hold", "h=1&a=zero-order-hold&b=first-order-hold", "play", () => `Each side holds the other's last value, or extrapolates it. At a macro step of 1 ms: ${told(0)}. Press Play.`],
@@ -235,7 +235,7 @@
       return;
     }
     if (!reference.rows) return;
-    const judged = pair.map((run) => judge(run, reference, of)), window = curves.event(of, reference, pair, steps()[state.h] / 1000);
+    const judged = pair.map((run) => judge(run, of)), window = curves.event(of, reference, pair, steps()[state.h] / 1000);
     // The window stays while the event stays in its middle: it must not jump under the hand.
     const last = shown?.of === of ? shown.window : null, stays = last && window[0] > last[0] - 0.2 * (last[1] - last[0]) && window[1] < last[1] + 0.2 * (last[1] - last[0]);
     shown = { of, reference, pair, h: state.h, window: stays ? last : window };

@@ -28,9 +28,9 @@ const verdict = (() => {
   // The program's bounds: what stays down, and which share of the peak an error may be. A run is usable within it, else completes or fails.
   const { stays_down_m, usable } = JSON.parse(document.getElementById("known").textContent);
   const SIGNS = { usable: "●", completes: "○", fails: "✕" };
-  const judge = (run, reference, of) => {
+  const judge = (run, of) => {
     if (run.verdict) return run.verdict;
-    const facts = run.facts, force = of.force.column;
+    const facts = run.facts, column = of.force.column;
     // What it counts as is said by the program, which knows every outcome.
     const counts_as = facts.get("outcome_class");
     if (facts.has("error") || counts_as === "no-answer" || !run.rows) {
@@ -41,7 +41,7 @@ const verdict = (() => {
     const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
     // Without a share there is no force to speak of, and no ratio of peaks either.
     const share = facts.get("force_error_rms_of_peak") ?? "", error = Number(share), touch = Number(facts.get("touch_down_peak_ratio") ?? NaN);
-    const ratio = share === "" ? 0 : peak(run, force) / peak(reference, force);
+    const ratio = share === "" ? 0 : peak(run, column) / Number(facts.get("reference_force_peak_n"));
     const opened = Number(facts.get("lift_off_height_m") ?? 0);
     const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > stays_down_m ? `${opens} ${millimetres(opened)}` : "";
     const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
@@ -49,8 +49,11 @@ const verdict = (() => {
     const parts = (failed ? [moved, `${facts.get("outcome").replaceAll("-", " ")} at ${seconds(when)}`] : [moved || stays, of_force]).filter(Boolean);
     // The error over the whole run, and what it hides: the peak of the touch-down, or of the run where nothing touches down.
     const peaks = Number.isFinite(touch) ? touch : ratio, percent = Math.round(100 * Math.abs(peaks - 1));
-    const rms = `error ${digits(100 * error)}\u00a0%\u00a0rms`, high = peaks > 1 ? "high" : "low", height = peaks > 2 ? `${digits(peaks)}×` : `${percent}\u00a0% too ${high}`;
-    const numbers = failed ? "" : share === "" ? "no force to speak of" : `${rms}, ${Number.isFinite(touch) ? "touch-down peak" : "peak"} ${percent ? height : "exact to 1\u00a0%"}`;
+    // The reference is known to a tenth of what is shown; where it is not, the error is at most what both make.
+    const [force, known] = ["force_error_rms_n", "reference_force_uncertainty_n"].map((key) => Number(facts.get(key)));
+    const most = known > 0.1 * force ? 1 + known / force : 0;
+    const rms = `error ${most ? "≤\u00a0" : ""}${digits(100 * error * (most || 1))}\u00a0%\u00a0rms`, high = peaks > 1 ? "high" : "low", height = peaks > 2 ? `${digits(peaks)}×` : `${percent}\u00a0% too ${high}`;
+    const numbers = failed ? "" : share === "" ? facts.get("without_peak") ?? "no force to speak of" : `${rms}, ${Number.isFinite(touch) ? "touch-down peak" : "peak"} ${percent ? height : "exact to 1\u00a0%"}`;
     // An error over the whole run hides an event: half of its peak must be there as well.
     const follows = share !== "" && error <= usable, state = failed ? "fails" : follows && percent <= 50 ? "usable" : "completes";
     if (!parts.length) parts.push(!follows ? "leaves the reference" : percent > 25 ? "follows the reference, not its peak" : "follows the reference");

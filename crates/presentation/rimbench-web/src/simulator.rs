@@ -3,7 +3,7 @@
 use crate::gallery;
 use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::METRICS;
+use rimbench_cases::metrics::{METRICS, USABLE};
 use rimbench_cases::runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate, simulate};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
@@ -13,7 +13,14 @@ use std::sync::Arc;
 /// Answers requests one after the other, and keeps the last reference.
 pub struct Simulator {
     catalogue: Catalogue,
-    reference: Option<(RunSpec, Reference)>,
+    reference: Option<Kept>,
+}
+
+/// What the runs of a machine are held against, and how many times as long as the program's its steps are.
+struct Kept {
+    of: RunSpec,
+    reference: Reference,
+    coarser: f64,
 }
 
 /// What comes back: words, and numbers in rows.
@@ -43,10 +50,12 @@ impl Simulator {
     /// reference                with the same lines: the trajectory that runs are held against
     /// ```
     /// A run is answered by `run_id`, `outcome`, `outcome_class`, `outcome_at_s`, `reason`, every metric that has a
-    /// value, the exact counters, `columns`, and its rows at communication points; a reference by `columns` and its
-    /// rows. What runs are held against here are both sides stepped together by the case's own reference method at
-    /// [`COARSER`] times its coarsest step, so that a page need not wait: on the wedge box that is within 0.02 N rms of
-    /// the program's reference.
+    /// value, `reference_force_uncertainty_n`, `reference_force_peak_n`, `without_peak` where no error is related to one,
+    /// the exact counters, `columns`, and its rows at communication points; a reference by `columns` and rows to draw.
+    ///
+    /// What runs are held against is made as the program does it and compared at the program's rows, by [`COARSER`]
+    /// times its steps at first, so that a page need not wait. Until the uncertainty is a tenth of the force error that
+    /// is shown the steps are halved, down to the program's own: the reference is that of the program then.
     pub fn answer(&mut self, request: &str) -> Answer {
         self.try_answer(request).unwrap_or_else(|error| {
             let one_line = error.to_string().replace(char::is_control, " ");
@@ -62,9 +71,11 @@ impl Simulator {
             "run" => self.run(&self.spec(lines)?),
             "reference" => {
                 let spec = self.spec(lines)?;
-                let trajectory = &self.reference_of(&spec)?.trajectory;
+                let trajectory = &self.reference_of(&spec)?.reference.trajectory;
                 let words = columns(trajectory.columns());
-                Ok(Answer { words, numbers: trajectory.data().to_vec() })
+                let last = trajectory.len() - 1;
+                let shown = trajectory.rows().enumerate().filter(|(k, _)| k % SHOWN_ROWS == 0 || *k == last);
+                Ok(Answer { words, numbers: shown.flat_map(|(_, row)| row).copied().collect() })
             }
             other => Err(Error::unknown("request", other, ["schemes", "cases", "run", "reference"])),
         }
@@ -105,43 +116,82 @@ impl Simulator {
         Ok(request.resolve(&self.catalogue)?.with_drawn_coordinates())
     }
 
-    fn reference_of(&mut self, spec: &RunSpec) -> Result<&Reference> {
-        let at_hand = self.reference.take().filter(|(known, _)| known.shares_reference_with(spec));
-        let entry = match at_hand {
-            Some(entry) => entry,
-            None => (spec.clone(), reference(spec)?),
+    fn reference_of(&mut self, spec: &RunSpec) -> Result<&Kept> {
+        let at_hand = self.reference.take().filter(|kept| kept.of.shares_reference_with(spec));
+        let kept = match at_hand {
+            Some(kept) => kept,
+            None => Kept::by(spec, COARSER)?,
         };
-        Ok(&self.reference.insert(entry).1)
+        Ok(self.reference.insert(kept))
     }
 
     fn run(&mut self, spec: &RunSpec) -> Result<Answer> {
-        let reference = self.reference_of(spec)?;
-        // Errors inside macro steps are not shown, and where the reference is a closed form they take most of the time.
-        let result = simulate(spec, reference.bounds(spec)?, None, StopFlag::never())?;
-        let run = evaluate(spec, result, reference)?;
-        Ok(Answer { words: words(spec, &run), numbers: run.trajectory.data().to_vec() })
+        loop {
+            let Kept { reference, coarser, .. } = self.reference_of(spec)?;
+            // Errors inside macro steps are not shown, and where the reference is a closed form they take most of the
+            // time.
+            let result = simulate(spec, reference.bounds(spec)?, None, StopFlag::never())?;
+            let run = evaluate(spec, result, reference)?;
+            if *coarser <= 1.0 || is_certain(&run) {
+                let mut words = words(spec, &run);
+                if let Some(row) = spec.case.interface_columns.first()
+                    && let Some(column) = reference.trajectory.index_of(&row.force)
+                {
+                    words = format!("reference_force_peak_n {:?}\n{words}", reference.largest[column]);
+                }
+                if let (None, Some(reason)) = (run.found.metric(SHARE), reference.without_peak(&spec.case)) {
+                    words = format!("without_peak {reason}\n{words}");
+                }
+                return Ok(Answer { words, numbers: run.trajectory.data().to_vec() });
+            }
+            let finer = Kept::by(spec, 0.5 * coarser)?;
+            self.reference = Some(finer);
+        }
     }
 }
 
-/// How many times as long as the program's the reference steps of a page are.
-pub const COARSER: f64 = 4.0;
+/// How many times as long as the program's the steps of a page's reference are at first, and its rows at most.
+pub const COARSER: f64 = 8.0;
+const MOST_BETWEEN_ROWS: f64 = 4.0;
 
-/// One solution with the longer step; of its uncertainty nothing is known here.
-fn reference(spec: &RunSpec) -> Result<Reference> {
-    if let Some(exact) = Reference::exact(spec, StopFlag::never())? {
-        return Ok(exact);
+/// Every so-manieth row of a reference is drawn.
+const SHOWN_ROWS: usize = 4;
+
+/// Share of what is shown that the uncertainty of the reference may be.
+const CERTAIN: f64 = 0.1;
+
+/// The metric that a verdict rests on.
+const SHARE: &str = "force_error_rms_of_peak";
+
+/// Tells whether the reference is certain enough for the force error of a run, and for the side of the usable share on
+/// which it lies.
+fn is_certain(run: &EvaluatedRun) -> bool {
+    let [uncertainty, _] = run.found.reference_uncertainty;
+    let Some(uncertainty) = uncertainty else { return true };
+    match (run.found.metric("force_error_rms_n"), run.found.metric(SHARE)) {
+        (Some(error), Some(share)) => {
+            let from_usable = error * (1.0 - USABLE / share).abs();
+            uncertainty <= (CERTAIN * error).min(from_usable)
+        }
+        // Whether it is known to a tenth.
+        _ => false,
     }
-    let solved = |coarser: f64| {
-        let mut case = (*spec.case).clone();
-        case.defaults.reference_step_s *= coarser;
-        case.defaults.reference_sampling_s *= coarser;
-        let step = case.defaults.reference_step_s;
-        let solution = Reference::solution(&spec.with(|own| own.case = case.into())?, 1, StopFlag::never())?;
-        Ok::<_, Error>((solution, step))
-    };
-    // An impact in the heap of the crane takes the program's step.
-    let (solution, step) = solved(COARSER).or_else(|_| solved(1.0))?;
-    Reference::of_one(spec, solution, step)
+}
+
+impl Kept {
+    /// By steps so many times as long as the program's, or less where there is no reference by these.
+    fn by(spec: &RunSpec, coarser: f64) -> Result<Kept> {
+        let of = spec.clone();
+        if let Some(reference) = Reference::exact(spec, StopFlag::never())? {
+            return Ok(Kept { of, reference, coarser: 1.0 });
+        }
+        match Reference::coarse(spec, [coarser, coarser.min(MOST_BETWEEN_ROWS)], StopFlag::never()) {
+            Ok(reference) => Ok(Kept { of, reference, coarser }),
+            // An impact in the heap of the crane takes the program's step.
+            Err(_) if coarser > 1.0 => Kept::by(spec, 0.5 * coarser),
+            Err(error) => Err(error),
+        }
+    }
 }
 
 fn words(spec: &RunSpec, run: &EvaluatedRun) -> String {
@@ -158,6 +208,9 @@ fn words(spec: &RunSpec, run: &EvaluatedRun) -> String {
         if let Some(value) = value {
             let _ = writeln!(words, "{} {value:?}", metric.name);
         }
+    }
+    if let [Some(uncertainty), _] = run.found.reference_uncertainty {
+        let _ = writeln!(words, "reference_force_uncertainty_n {uncertainty:?}");
     }
     for counter in run.found.counters() {
         let _ = writeln!(words, "{} {}", counter.name, counter.cell());

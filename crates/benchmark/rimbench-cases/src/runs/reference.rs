@@ -14,7 +14,7 @@ use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Quantity, Side, StopFlag, Trajectory,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::mechanics::{ReferenceSteps, monolithic};
+use rimbench_core::mechanics::{Due, ReferenceSteps, monolithic_with_events};
 use rimbench_core::solver_entry::SolverEntry;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -70,18 +70,28 @@ const MAY_BE_INFINITE: &str = "effective_mass";
 /// Norms are root mean squares over the stored points, column by column. No column of the interface is known better
 /// than to rounding, not even by a closed form, and differences that are rounding have no order. Every value is finite
 /// but an effective mass, or there is no reference.
+///
+/// Between its rows the reference is cubic, piece by piece ([`Trajectory::columns_at`]): located events have two rows,
+/// before and after. Leaving out every second row tells what lies between them, also of jumps that no event was located
+/// for:
+/// ```text
+/// d = ‖u(t_k) − (cubic through the other rows)(t_k)‖,  k odd         uncertainty = √(uncertainty² + ½ d²)
+/// ```
+/// The error of a jump somewhere between two rows has order ½ in their distance, and all others vanish faster.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// The solution with step h/4.
+    /// The solution with step h/4, at equal distances.
     pub trajectory: Trajectory,
+    /// What runs are judged by before and after each located event: time, the interface's columns and the gaps.
+    pub events: Trajectory,
     /// Estimated rms error of each column, in the column's unit.
     pub uncertainty: Vec<f64>,
     /// Observed order of each column; NaN where the differences vanish.
     pub order: Vec<f64>,
     /// Largest magnitude of each column.
     pub largest: Vec<f64>,
-    /// What runs are judged by: time, the interface's columns and the gaps, at the same points. A run looks up as many
-    /// rows as it has macro steps, and narrow rows stay in the processor's cache.
+    /// What runs are judged by: time, the interface's columns and the gaps, at the same points and at events. A run
+    /// looks up as many rows as it has macro steps, and narrow rows stay in the processor's cache.
     pub judged: Trajectory,
     /// When each contact is closed, one list per gap column.
     pub contacts: Vec<Vec<ContactInterval>>,
@@ -97,6 +107,15 @@ pub struct Reference {
     contact_gaps: Vec<String>,
     /// What was made of `judged` for the times of runs.
     samples: Samples,
+}
+
+/// A solution of a whole system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// Its rows at equal distances.
+    pub rows: Trajectory,
+    /// Two rows of each event that was located, before and after it; no more in all than there are others.
+    pub events: Trajectory,
 }
 
 impl Reference {
@@ -117,6 +136,31 @@ impl Reference {
         let reference = Self::compared(spec, [coarse?, middle?, fine?], stop)?;
         reference.check(spec)?;
         Ok(reference)
+    }
+
+    /// Computes it by steps and rows so many times as long, and brings it to the rows of the reference: by 1 and 1 it is
+    /// that.
+    ///
+    /// # Errors
+    /// As for [`compute`](Self::compute).
+    pub fn coarse(spec: &RunSpec, [steps, rows]: [f64; 2], stop: StopFlag<'_>) -> Result<Self> {
+        let spec = &spec.of_the_reference();
+        let mut case = Case::clone(&spec.case);
+        case.defaults.reference_step_s *= steps;
+        case.defaults.reference_sampling_s *= rows;
+        let found = Self::compute(&spec.of_case(Arc::new(case)), stop)?;
+        if rows == 1.0 {
+            return Ok(found);
+        }
+        let times = (0..points(spec) + 1).map(|point| spec.duration * point as f64 / points(spec) as f64);
+        let mut there = found.trajectory.resampled(times.clone());
+        let judged = found.judged.resampled(times);
+        let columns = judged_columns(&spec.case, &there, &found.contact_gaps);
+        for (row, known) in there.rows_mut().zip(judged.rows()) {
+            columns.iter().zip(known).for_each(|(&column, value)| row[column] = *value);
+        }
+        let rows = [there, found.events];
+        Ok(Self::of(&spec.case, rows, found.uncertainty, found.order, found.step, found.contact_gaps))
     }
 
     /// Checks that it is known what runs are held against: no force and no position of the interface is uncertain by
@@ -193,26 +237,31 @@ impl Reference {
     ///
     /// # Errors
     /// Bad parameters; a value that is not finite.
-    pub fn of_one(spec: &RunSpec, solution: Trajectory, step: f64) -> Result<Self> {
-        check_finite(&spec.case, &solution)?;
-        let unknown = vec![f64::NAN; solution.columns().len()];
-        Ok(Self::of(&spec.case, solution, unknown.clone(), unknown, step, contact_gaps(spec)?))
+    pub fn of_one(spec: &RunSpec, Solution { rows, events }: Solution, step: f64) -> Result<Self> {
+        check_finite(&spec.case, &rows)?;
+        let unknown = vec![f64::NAN; rows.columns().len()];
+        let contact_gaps = contact_gaps(spec)?;
+        let events = events.selected(&judged_columns(&spec.case, &rows, &contact_gaps));
+        Ok(Self::of(&spec.case, [rows, events], unknown.clone(), unknown, step, contact_gaps))
     }
 
     /// Integrates the whole system with the reference step over `refinement`.
     ///
     /// # Errors
     /// As for [`compute`](Self::compute).
-    pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Trajectory> {
+    pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Solution> {
         Self::solution_by(spec, reference_steps(spec, refinement), stop)
     }
 
-    fn solution_by(spec: &RunSpec, steps: ReferenceSteps, stop: StopFlag<'_>) -> Result<Trajectory> {
+    fn solution_by(spec: &RunSpec, steps: ReferenceSteps, stop: StopFlag<'_>) -> Result<Solution> {
         let case = &spec.case;
         // The run's own solver has no say in what it is held against: references are kept and shared.
         let mut system = (case.build)(&spec.parameters, &SolverEntry::active_set())?;
         let mut recorder = Recorder::new(case, &mut system)?.with_active_effective_mass(&mut system);
+        let late = system.late_rows;
         let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps.steps / steps.every + 1);
+        let mut events = Trajectory::with_capacity(case.recorded_columns(), 0);
+        let most = 2 * (steps.steps / steps.every / 2);
         let solved = match (case.reference)(&spec.parameters)? {
             ReferenceMethod::Own(integrate) => integrate(steps, stop, &mut trajectory),
             method @ (ReferenceMethod::Refined | ReferenceMethod::EventDriven | ReferenceMethod::Exact(_)) => {
@@ -222,11 +271,16 @@ impl Reference {
                         return Err(Error::Incompatible(format!("the reference of case {}: {reason}", case.name)));
                     }
                 }
-                monolithic(system.sides.lend(), steps, stop, &mut |point| recorder.record(point, &mut trajectory))
+                monolithic_with_events(system.sides.lend(), steps, stop, &mut |due, point| match due {
+                    Due::Row => recorder.record(point, &mut trajectory),
+                    // Rows that show another time have none of an event.
+                    Due::BeforeEvent | Due::AfterEvent if late || events.len() >= most => {}
+                    Due::BeforeEvent | Due::AfterEvent => recorder.record(point, &mut events),
+                })
             }
         };
         match solved {
-            Ok(()) => Ok(trajectory),
+            Ok(()) => Ok(Solution { rows: trajectory, events }),
             Err(failure) if failure.is_stop() => Err(Error::Stopped),
             Err(failure) => Err(Error::Incompatible(format!(
                 "case {} has no reference with these parameters: the monolithic solution fails after {:.4} s ({failure})",
@@ -243,7 +297,8 @@ impl Reference {
     ///
     /// # Errors
     /// Bad parameters; a value that is not finite; a side that does not move in the steps of the reference.
-    pub fn compared(spec: &RunSpec, [coarse, middle, fine]: [Trajectory; 3], stop: StopFlag<'_>) -> Result<Self> {
+    pub fn compared(spec: &RunSpec, solutions: [Solution; 3], stop: StopFlag<'_>) -> Result<Self> {
+        let [Solution { rows: coarse, .. }, Solution { rows: middle, .. }, Solution { rows: fine, events }] = solutions;
         let best = match (spec.case.reference)(&spec.parameters)? {
             ReferenceMethod::EventDriven => 2.0,
             _ => 1.0,
@@ -271,7 +326,13 @@ impl Reference {
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
         let contact_gaps = contact_gaps(spec)?;
-        Ok(Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h, contact_gaps))
+        let judged = judged_columns(&spec.case, &fine, &contact_gaps);
+        let events = events.selected(&judged);
+        check_finite(&spec.case, &events)?;
+        for (column, between) in judged.iter().zip(between_rows(&fine.selected(&judged), &events)).skip(1) {
+            uncertainty[*column] = libm::hypot(uncertainty[*column], between);
+        }
+        Ok(Self::of(&spec.case, [fine, events], uncertainty, order, reference_steps(spec, finest).h, contact_gaps))
     }
 
     /// Tells by how much a solution by the case's macro step differs from one that is the same for all steps of a
@@ -281,7 +342,7 @@ impl Reference {
         let longer = ReferenceSteps { h: spec.duration / steps as f64, steps, every: 1 };
         // Steps in which nothing can be computed tell nothing.
         let solution = match Self::solution_by(spec, longer, stop) {
-            Ok(solution) if check_finite(&spec.case, &solution).is_ok() => solution,
+            Ok(Solution { rows, .. }) if check_finite(&spec.case, &rows).is_ok() => rows,
             Err(Error::Stopped) => return Err(Error::Stopped),
             _ => return Ok(vec![0.0; fine.columns().len()]),
         };
@@ -308,23 +369,25 @@ impl Reference {
     /// Derives once what every run is held against.
     fn of(
         case: &Case,
-        trajectory: Trajectory,
+        [trajectory, events]: [Trajectory; 2],
         mut uncertainty: Vec<f64>,
         order: Vec<f64>,
         step: f64,
         contact_gaps: Vec<String>,
     ) -> Self {
-        let largest = largest(&trajectory);
-        let mut columns = vec![0];
-        columns.extend(interface_of(case, &trajectory));
-        for &column in &columns[1..] {
+        let mut largest = largest(&trajectory);
+        let columns = judged_columns(case, &trajectory, &contact_gaps);
+        for (&column, at_events) in columns.iter().zip(self::largest(&events)) {
+            largest[column] = largest[column].max(at_events);
+        }
+        for column in interface_of(case, &trajectory) {
             let scale = case.scale_of(&trajectory.columns()[column]).unwrap_or(0.0);
             uncertainty[column] = uncertainty[column].max(ROUNDING * largest[column].max(scale));
         }
-        columns.extend(contact_gaps.iter().filter_map(|name| trajectory.index_of(name)));
-        let judged = with_impulses(case, trajectory.selected(&columns));
-        let gaps = contact_gaps.iter().filter_map(|gap| judged.index_of(gap));
-        let contacts: Vec<_> = gaps.map(|gap| contact_intervals(&judged, gap)).collect();
+        let judged = with_impulses(case, merged(trajectory.selected(&columns).rows(), &events));
+        // By rows at equal distances, as those of a run are, which does not see hops of less than that.
+        let gaps = contact_gaps.iter().filter_map(|gap| trajectory.index_of(gap));
+        let contacts: Vec<_> = gaps.map(|gap| contact_intervals(&trajectory, gap)).collect();
         let touch_downs = touch_downs(&contacts);
         let near = |row: &&[f64]| touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&row[0]));
         let touch_down_peaks = largest_of(judged.columns().len(), judged.rows().filter(near));
@@ -337,6 +400,7 @@ impl Reference {
             contacts,
             friction,
             trajectory,
+            events,
             uncertainty,
             order,
             step,
@@ -356,7 +420,10 @@ impl Reference {
         check_finite(&spec.case, &trajectory)?;
         let count = trajectory.columns().len();
         let contact_gaps = contact_gaps(spec)?;
-        Ok(Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0, contact_gaps))
+        let columns = judged_columns(&spec.case, &trajectory, &contact_gaps);
+        let events = Trajectory::with_capacity(trajectory.columns().to_vec(), 0).selected(&columns);
+        let order = vec![f64::NAN; count];
+        Ok(Self::of(&spec.case, [trajectory, events], vec![0.0; count], order, 0.0, contact_gaps))
     }
 
     /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling
@@ -478,29 +545,36 @@ impl Reference {
         self.trajectory.index_of(column).map(|index| self.uncertainty[index])
     }
 
-    /// Returns all of it as numbers, to be kept: the rows, then what is known about the columns, then the step, because
-    /// what is read back is cut off from the end.
+    /// Returns all of it as numbers, to be kept: the rows, those at events, then what is known about the columns, the
+    /// step and how many numbers are of events, because what is read back is cut off from the end.
     pub fn pack(&self) -> Vec<f64> {
         let is_gap = self.trajectory.columns().iter().map(|name| f64::from(self.contact_gaps.contains(name)));
         let gaps: Vec<f64> = is_gap.collect();
-        [self.trajectory.data(), &gaps, &self.uncertainty, &self.order, &[self.step]].concat()
+        let (rows, events) = (self.trajectory.data(), self.events.data());
+        [rows, events, &gaps, &self.uncertainty, &self.order, &[self.step, events.len() as f64]].concat()
     }
 
     /// Reads back what [`pack`](Self::pack) made of a reference of this case; none if the numbers do not fit.
     pub fn unpack(case: &Case, mut data: Vec<f64>) -> Option<Self> {
         let columns = case.recorded_columns();
         let n = columns.len();
+        let at_events = data.pop().filter(|count| *count >= 0.0 && count.fract() == 0.0)? as usize;
         let step = data.pop()?;
-        let mut cut = || Some(data.split_off(data.len().checked_sub(n)?));
-        let (order, uncertainty, is_gap) = (cut()?, cut()?, cut()?);
+        let mut cut = |count| Some(data.split_off(data.len().checked_sub(count)?));
+        let (order, uncertainty, is_gap, events) = (cut(n)?, cut(n)?, cut(n)?, cut(at_events)?);
         if data.is_empty() || !data.len().is_multiple_of(n) {
             return None;
         }
         let gaps = columns.iter().zip(is_gap).filter(|(_, is_gap)| *is_gap == 1.0).map(|(name, _)| name.clone());
         let gaps: Vec<String> = gaps.collect();
         let trajectory = Trajectory::from_data(columns, data);
-        check_finite(case, &trajectory).ok()?;
-        Some(Self::of(case, trajectory, uncertainty, order, step, gaps))
+        let judged = trajectory.slice(0, 0).selected(&judged_columns(case, &trajectory, &gaps)).columns().to_vec();
+        if !events.len().is_multiple_of(judged.len()) {
+            return None;
+        }
+        let events = Trajectory::from_data(judged, events);
+        [&trajectory, &events].into_iter().try_for_each(|rows| check_finite(case, rows)).ok()?;
+        Some(Self::of(case, [trajectory, events], uncertainty, order, step, gaps))
     }
 }
 
@@ -608,10 +682,42 @@ fn interface_of<'a>(case: &'a Case, trajectory: &'a Trajectory) -> impl Iterator
     names.filter_map(|name| trajectory.index_of(name))
 }
 
+/// What runs are judged by of a trajectory: time, columns of the interface, gaps of contacts.
+fn judged_columns(case: &Case, trajectory: &Trajectory, contact_gaps: &[String]) -> Vec<usize> {
+    let gaps = contact_gaps.iter().filter_map(|name| trajectory.index_of(name));
+    std::iter::once(0).chain(interface_of(case, trajectory)).chain(gaps).collect()
+}
+
+/// Rows in the order of their times, with those at events.
+fn merged<'a>(rows: impl Iterator<Item = &'a [f64]>, events: &Trajectory) -> Trajectory {
+    let mut data = Vec::with_capacity(rows.size_hint().0 * events.columns().len() + events.data().len());
+    let mut events_left = events.rows().peekable();
+    for row in rows {
+        while let Some(event) = events_left.next_if(|event| event[0] <= row[0]) {
+            data.extend_from_slice(event);
+        }
+        data.extend_from_slice(row);
+    }
+    Trajectory::from_data(events.columns().to_vec(), data)
+}
+
+/// Root mean square error of each column between rows: what leaving out every second row changes at these, less what a
+/// jump somewhere between two rows, of which no error vanishes more slowly, gains when the rows are as dense again.
+fn between_rows(rows: &Trajectory, events: &Trajectory) -> Vec<f64> {
+    let last = rows.len() - 1;
+    let is_left_out = |k: usize| k % 2 == 1 && k != last;
+    let kept = rows.rows().enumerate().filter(|(k, _)| !is_left_out(*k)).map(|(_, row)| row);
+    let left_out = rows.rows().enumerate().filter(|(k, _)| is_left_out(*k));
+    let data = left_out.flat_map(|(_, row)| row).copied().collect();
+    let left_out = Trajectory::from_data(rows.columns().to_vec(), data);
+    let found = merged(kept, events).resampled(left_out.column(0));
+    (0..rows.columns().len()).map(|column| distance(&found, &left_out, column) / 2.0_f64.sqrt()).collect()
+}
+
 /// Root mean square distance of two solutions in a column.
 fn distance(a: &Trajectory, b: &Trajectory, column: usize) -> f64 {
     let squares: f64 = a.column(column).zip(b.column(column)).map(|(x, y)| finite_difference(x, y).powi(2)).sum();
-    (squares / a.len() as f64).sqrt()
+    (squares / a.len().max(1) as f64).sqrt()
 }
 
 /// What each contact with friction does, with its state column.

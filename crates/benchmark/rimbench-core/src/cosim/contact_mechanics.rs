@@ -58,6 +58,19 @@ pub trait ContactMechanics {
         sent: &mut Sent<'_>,
     ) -> Result<(), Failure>;
 
+    /// Does the same up to the next event: returns the time (s) of the step that is over where one is met, before it acts
+    /// and once more after it, to be called again with the same step until it is over.
+    ///
+    /// # Errors
+    /// Those of [`step_together`](Self::step_together).
+    fn step_together_to_event(
+        &mut self,
+        actuator: &mut dyn JointActuator,
+        time: f64,
+        h: f64,
+        sent: &mut Sent<'_>,
+    ) -> Result<Option<f64>, Failure>;
+
     /// Advances the mechanics alone by `h` (s): each piece is taken under the mean force over that piece.
     ///
     /// # Errors

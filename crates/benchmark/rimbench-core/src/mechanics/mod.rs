@@ -17,6 +17,6 @@ pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction};
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelNames, ModelSize, Sparsity};
 pub use memory::{MANY_JOINTS, bytes_needed, solver_memory};
-pub use monolithic::{ReferenceSteps, monolithic};
+pub use monolithic::{Due, ReferenceSteps, monolithic, monolithic_with_events};
 pub use non_smooth_mechanics::NonSmoothMechanics;
 pub use stiff_forces::StiffForces;

@@ -35,10 +35,38 @@ impl ReferenceSteps {
 /// # Errors
 /// The first [`Failure`] of either side; [`Cause::Stopped`](crate::error::Cause::Stopped).
 pub fn monolithic(
-    mut sides: Sides<'_>,
+    sides: Sides<'_>,
     steps: ReferenceSteps,
     stop: StopFlag<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
+) -> Result<(), Failure> {
+    monolithic_with_events(sides, steps, stop, &mut |due, point| {
+        if due == Due::Row {
+            observe(point);
+        }
+    })
+}
+
+/// What is shown of a reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Due {
+    /// A row that is due.
+    Row,
+    /// Where an event is met that is located within a step, before it acts.
+    BeforeEvent,
+    /// What it leaves.
+    AfterEvent,
+}
+
+/// Integrates as [`monolithic`] does, and calls `observe` at located events as well.
+///
+/// # Errors
+/// Those of [`monolithic`].
+pub fn monolithic_with_events(
+    mut sides: Sides<'_>,
+    steps: ReferenceSteps,
+    stop: StopFlag<'_>,
+    observe: &mut dyn FnMut(Due, CommunicationPoint<'_>),
 ) -> Result<(), Failure> {
     let h = steps.h;
     let mut motion = vec![0.0; sides.mechanics.ports().outputs.len()];
@@ -53,33 +81,51 @@ pub fn monolithic(
             sides.actuator.step((step - 1) as f64 * h, &motion, h)?;
         }
         sides.actuator.outputs(&motion, &mut force)?;
-        if steps.shows(step) {
-            observe(CommunicationPoint {
+        let mut show = |due, time, [motion, force, received]: [&[f64]; 3], sides: Sides<'_>| {
+            let y = PerSide { mechanics: motion, actuator: force };
+            let point = CommunicationPoint {
                 audit: None,
-                time: step as f64 * h,
-                y: PerSide { mechanics: &motion, actuator: &force },
-                received: if together && step > 0 { &mean } else { &force },
+                time,
+                y,
+                received,
                 effective_mass: None,
                 mechanics_step: h,
                 interface_residual: None,
                 inside: None,
-                sides: sides.lend(),
-            });
+                sides,
+            };
+            observe(due, point);
+        };
+        let start = step as f64 * h;
+        if steps.shows(step) {
+            let received = if together && step > 0 { &mean } else { &force };
+            show(Due::Row, start, [&motion, &force, received], sides.lend());
         }
-        if step < steps.steps && together {
-            if let Some(mechanics) = sides.mechanics.capabilities().contact_mechanics() {
-                mean.fill(0.0);
-                mechanics.step_together(
-                    &mut LentActuator(sides.actuator),
-                    step as f64 * h,
-                    h,
-                    &mut |length, sent, _| {
-                        mean.iter_mut().zip(sent).for_each(|(mean, sent)| *mean += length / h * sent);
-                    },
-                )?;
-            }
-        } else if step < steps.steps {
-            sides.mechanics.step(step as f64 * h, &force, h)?;
+        if step == steps.steps {
+            break;
+        }
+        if !together {
+            sides.mechanics.step(start, &force, h)?;
+            continue;
+        }
+        mean.fill(0.0);
+        let mut due = Due::BeforeEvent;
+        while let Some(mechanics) = sides.mechanics.capabilities().contact_mechanics() {
+            let met = mechanics.step_together_to_event(
+                &mut LentActuator(sides.actuator),
+                start,
+                h,
+                &mut |length, sent, _| {
+                    mean.iter_mut().zip(sent).for_each(|(mean, sent)| *mean += length / h * sent);
+                },
+            )?;
+            let Some(done) = met else { break };
+            sides.mechanics.outputs(&force, &mut motion)?;
+            sides.actuator.outputs(&motion, &mut force)?;
+            // Behind the row that starts the step, and not behind the one that ends it.
+            let time = if done < h { (start + done).max(start.next_up()) } else { (step + 1) as f64 * h };
+            show(due, time, [&motion, &force, &force], sides.lend());
+            due = if due == Due::BeforeEvent { Due::AfterEvent } else { Due::BeforeEvent };
         }
     }
     Ok(())

@@ -388,6 +388,17 @@ impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
     }
 
+    fn step_together_to_event(
+        &mut self,
+        actuator: &mut dyn JointActuator,
+        time: f64,
+        h: f64,
+        sent: &mut Sent<'_>,
+    ) -> Result<Option<f64>, Failure> {
+        self.with_second_order(|mechanics, steps| mechanics.step_to_event(steps, actuator, (time, h), sent))
+            .unwrap_or(Ok(None))
+    }
+
     fn step_under(&mut self, profile: ForceProfile<'_>, h: f64) -> Result<(), Failure> {
         let pieces = Excitation::Prescribed { profile, done: 0.0 };
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))

@@ -75,7 +75,7 @@ fn a_setting_without_the_event_is_drawn_again_and_counted() {
     assert_eq!(rejected[..4], rejected[4..]);
     assert!(rejected.iter().sum::<usize>() > 0, "{rejected:?}");
     for run in landing.iter().step_by(2) {
-        let solution = Reference::solution(&run.spec.of_the_reference(), 1, StopFlag::never()).unwrap();
+        let solution = Reference::solution(&run.spec.of_the_reference(), 1, StopFlag::never()).unwrap().rows;
         let gap = solution.index_of("gap_left_wedge_m").unwrap();
         let least = solution.column(gap).fold(f64::INFINITY, f64::min);
         assert!(least < 1e-6, "{least} m with {}", run.spec.parameters.given());

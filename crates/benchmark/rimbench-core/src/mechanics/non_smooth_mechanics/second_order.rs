@@ -9,7 +9,7 @@ pub(super) use excitation::Excitation;
 use super::super::contact_stepper::{ActiveProblem, ContactStepper};
 use super::super::mechanical_model::{MechanicalModel, ModelSize};
 use super::NonSmoothMechanics;
-use crate::cosim::SecondOrder;
+use crate::cosim::{JointActuator, SecondOrder, Sent};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;
 use excitation::InterfaceTrajectory;
@@ -44,6 +44,26 @@ pub(super) struct SecondOrderSteps {
     length: f64,
     middle: [Vec<f64>; 2],
     joint: InterfaceTrajectory,
+    /// Of a joint step that stands at an event, with the time of the actuator's state, s.
+    interrupted: Option<(Progress, f64)>,
+}
+
+/// How far a step from event to event has come.
+#[derive(Debug, Clone, Copy, Default)]
+struct Progress {
+    /// Time that is over, s.
+    done: f64,
+    splits: u32,
+    /// What ended the last piece and has not acted yet.
+    met: Option<Met>,
+}
+
+/// What happens between two pieces.
+#[derive(Debug, Clone, Copy)]
+enum Met {
+    /// The impact of a contact that was located, or of those that collide where the piece begins.
+    Impact(Option<usize>),
+    Switch(usize),
 }
 
 impl SecondOrderSteps {
@@ -66,6 +86,7 @@ impl SecondOrderSteps {
             length: f64::INFINITY,
             middle: [zeros(n), zeros(n)],
             joint: InterfaceTrajectory::new(n_i),
+            interrupted: None,
         }
     }
 }
@@ -78,19 +99,66 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         mut drive: Excitation<'_, '_>,
         h: f64,
     ) -> Result<(), Failure> {
-        steps.length = h;
-        self.choose_implicit(h);
-        if !std::mem::replace(&mut steps.acceleration_known, true) {
-            self.find_first_acceleration(steps, &mut drive, h)?;
-        }
+        self.begin_step(steps, &mut drive, h)?;
         match steps.rule {
             SecondOrder::Midpoint => {
                 self.note_start(steps);
                 self.try_piece(steps, &mut drive, h, SubStepContacts::Gap)?;
                 self.accept_piece(steps, &mut drive, h)
             }
-            SecondOrder::EventSplit => self.step_from_event_to_event(steps, &mut drive),
+            SecondOrder::EventSplit => {
+                let mut progress = Progress::default();
+                while self.go_on(steps, &mut drive, &mut progress)? {}
+                self.stepper.set_closed(&steps.resting);
+                Ok(())
+            }
         }?;
+        self.end_step(h)
+    }
+
+    /// Advances both sides by `h` (s) from `time`, or to the next event: returns the time (s) of the step that is over
+    /// where one is met, before it acts and once more after it, to be called again with the same step until it is over.
+    pub(super) fn step_to_event(
+        &mut self,
+        steps: &mut SecondOrderSteps,
+        actuator: &mut dyn JointActuator,
+        (time, h): (f64, f64),
+        sent: &mut Sent<'_>,
+    ) -> Result<Option<f64>, Failure> {
+        if steps.rule == SecondOrder::Midpoint {
+            return self.step_second_order(steps, Excitation::Together { actuator, time, sent }, h).map(|()| None);
+        }
+        let interrupted = steps.interrupted.take();
+        let (mut progress, time) = interrupted.unwrap_or((Progress::default(), time));
+        let mut drive = Excitation::Together { actuator, time, sent };
+        if interrupted.is_none() {
+            self.begin_step(steps, &mut drive, h)?;
+        }
+        let at_event = self.go_on(steps, &mut drive, &mut progress)?;
+        self.stepper.set_closed(&steps.resting);
+        let Excitation::Together { time, .. } = drive else { unreachable!("both sides step together") };
+        if at_event {
+            steps.interrupted = Some((progress, time));
+            return Ok(Some(progress.done));
+        }
+        self.end_step(h).map(|()| None)
+    }
+
+    fn begin_step(
+        &mut self,
+        steps: &mut SecondOrderSteps,
+        drive: &mut Excitation<'_, '_>,
+        h: f64,
+    ) -> Result<(), Failure> {
+        steps.length = h;
+        self.choose_implicit(h);
+        if !std::mem::replace(&mut steps.acceleration_known, true) {
+            self.find_first_acceleration(steps, drive, h)?;
+        }
+        Ok(())
+    }
+
+    fn end_step(&mut self, h: f64) -> Result<(), Failure> {
         // Models whose rows change are not stepped here; others say whether what they list still holds.
         let ContactStepper { q, v, .. } = &self.stepper;
         self.model.remap_contacts(q, v, h).map(drop)
@@ -115,39 +183,46 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         Ok(())
     }
 
-    fn step_from_event_to_event(
+    /// Lets act what ended the last piece, or takes a piece; tells whether an event has been met or has acted, and else
+    /// the step is over.
+    fn go_on(
         &mut self,
         steps: &mut SecondOrderSteps,
         drive: &mut Excitation<'_, '_>,
-    ) -> Result<(), Failure> {
+        progress: &mut Progress,
+    ) -> Result<bool, Failure> {
         let length = steps.length;
-        let (mut done, mut splits) = (0.0, 0);
-        while done < length {
-            let left = length - done;
-            self.note_start(steps);
-            steps.note_rest();
-            if splits >= MOST_SPLITS {
-                self.stepper.count_split_fallback();
-                self.try_piece(steps, drive, left, SubStepContacts::Gap)?;
-                self.accept_piece(steps, drive, left)?;
-                break;
+        match progress.met.take() {
+            Some(Met::Impact(contact)) => return self.pass_impact(steps, contact).map(|()| true),
+            Some(Met::Switch(switch)) => {
+                steps.passed = Some(switch);
+                return Ok(true);
             }
-            if steps.collides_at_once() {
-                self.pass_impact(steps, None)?;
-                splits += 1;
-                continue;
-            }
-            let Some((time, event)) = self.go_to_event(steps, drive, left)? else { break };
-            splits += 1;
-            self.stepper.count_split();
-            done = if time < left { done + time } else { length };
-            steps.passed = None;
-            match event {
-                Event::Closing(contact) => self.pass_impact(steps, Some(contact))?,
-                Event::Switch(switch) => steps.passed = Some(switch),
-            }
+            None if progress.done >= length => return Ok(false),
+            None => {}
         }
-        self.stepper.set_closed(&steps.resting);
-        Ok(())
+        let left = length - progress.done;
+        self.note_start(steps);
+        steps.note_rest();
+        if progress.splits >= MOST_SPLITS {
+            self.stepper.count_split_fallback();
+            self.try_piece(steps, drive, left, SubStepContacts::Gap)?;
+            return self.accept_piece(steps, drive, left).map(|()| false);
+        }
+        if steps.collides_at_once() {
+            progress.met = Some(Met::Impact(None));
+            progress.splits += 1;
+            return Ok(true);
+        }
+        let Some((time, event)) = self.go_to_event(steps, drive, left)? else { return Ok(false) };
+        progress.splits += 1;
+        self.stepper.count_split();
+        progress.done = if time < left { progress.done + time } else { length };
+        steps.passed = None;
+        progress.met = Some(match event {
+            Event::Closing(contact) => Met::Impact(Some(contact)),
+            Event::Switch(switch) => Met::Switch(switch),
+        });
+        Ok(true)
     }
 }
