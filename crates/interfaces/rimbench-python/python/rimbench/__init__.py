@@ -57,14 +57,14 @@ __all__ = [
 
 #: A time in s, or a text with its unit, such as "5ms".
 Time = float | str
-_UNITS = {"ns": 1e9, "us": 1e6, "µs": 1e6, "ms": 1e3, "min": 1.0 / 60.0, "s": 1.0}
+_UNITS = {"ns": 1e9, "us": 1e6, "\u00b5s": 1e6, "\u03bcs": 1e6, "ms": 1e3, "min": 1.0 / 60.0, "s": 1.0}
 
 
 def _seconds(key: str, value: Any) -> Any:
     """The time in s that a text with a unit is; anything else as it is, and of one that is no time the error is the caller's."""
     if not isinstance(value, str) or not key.endswith("_s") or key.endswith(("_m_s", "_rad_s")):
         return value
-    found = re.fullmatch(r"\s*([-+.\deE]+)\s*(ns|us|µs|ms|min|s)\s*", value)
+    found = re.fullmatch(r"\s*([-+.\deE]+)\s*(ns|us|\u00b5s|\u03bcs|ms|min|s)\s*", value)
     try:
         return float(found[1]) / _UNITS[found[2]] if found else value
     except ValueError:

@@ -83,8 +83,8 @@ class Mechanics:
     reach : distance beyond which a contact is no part of that model, m.
     keyframe : name of the keyframe to start from.
 
-    It steps by the model's `timestep`, or by equal steps that are shorter. A subclass may set `self.data.ctrl` in `control(t)`, called
-    before each step of the engine, and say what else is recorded in `observables` and `observe()`; what it keeps besides is copied.
+    It steps by the model's `timestep`, or by equal steps that are shorter. A subclass may set `self.data.ctrl` and forces of its own in
+    `control(t)`, called before each step of the engine: to `self.data.qfrc_applied` those of the interface are added. It may say what else is recorded in `observables` and `observe()`; what it keeps besides is copied.
     """
 
     stabilisation = 0.0
@@ -276,8 +276,11 @@ class Mechanics:
                 self._see()
             self.control(t + index * h / count)
             before = self._speeds
-            data.qfrc_applied[:] = force @ self._rows
+            # What a subclass has applied is its own.
+            own = data.qfrc_applied.copy()
+            data.qfrc_applied += force @ self._rows
             engine.mj_step2(model, data)
+            data.qfrc_applied[:] = own
             self._see()
             self._work += 0.5 * h / count * float(force @ (before + self._speeds))
         for warning in (engine.mjtWarning.mjWARN_BADQPOS, engine.mjtWarning.mjWARN_BADQVEL, engine.mjtWarning.mjWARN_BADQACC):
@@ -377,7 +380,6 @@ class Mechanics:
             self._wide[:] = [wide, engine.MjData(wide)]
         wide, data = self._wide
         engine.mj_setState(wide, data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
-        data.qfrc_applied[:] = 0.0
         for stage in (engine.mj_fwdPosition, engine.mj_fwdVelocity, engine.mj_fwdActuation, engine.mj_fwdAcceleration):
             stage(wide, data)
         gaps, rows, marks = self._all_rows(data)
