@@ -81,8 +81,9 @@ impl PySubsystem {
         };
         let without_model = attribute(object, "no_interface_model")?;
         let without_model = without_model.map(|why| given("no_interface_model", &why, "a text")).transpose()?;
-        if let Some(digest) = attribute(object, "made_from")? {
-            let _ = doubted.made_from.set(given("made_from", &digest, "a text")?);
+        if attribute(object, "made_from")?.is_some() && doubted.made_from.get().is_none() {
+            let digest = object.py().import("rimbench")?.call_method1("_made_from", (object,))?;
+            let _ = doubted.made_from.set(given("made_from", &digest, "a text, or paths of files")?);
         }
         Ok(PySubsystem {
             outputs: method(object, "outputs", whose)?,

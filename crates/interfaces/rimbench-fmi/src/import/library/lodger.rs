@@ -96,12 +96,12 @@ extern "C" fn at_exit() {
     let at_work = AT_WORK.get().map(|(file, side)| unsafe { (&*file, &*side) });
     let is_ours = || {
         let any = if is_first_thread() { &WORKING } else { &HERE };
-        LEAVING.load(Ordering::Relaxed) || any.load(Ordering::Relaxed) == 0
+        any.load(Ordering::Relaxed) == 0
     };
     let who = match at_work {
         Some((file, side)) => format!("{}: the FMU of the {side}", file.display()),
-        None if is_ours() => return,
-        // In a thread that it has begun.
+        None if LEAVING.load(Ordering::Relaxed) || (is_ours() && !ENDING.load(Ordering::Relaxed)) => return,
+        // In a thread that it has begun; or it is ending the program already.
         None => "an FMU".to_owned(),
     };
     // Another thread is about to say so and to end the program; with this one it would end at once.
