@@ -87,17 +87,17 @@ def _modules(maker: Any) -> list[Path]:
     """Files of the modules that the module of a maker names, and those name in turn; without itself, and without what is installed."""
     places = [sys.prefix, sys.base_prefix, str(Path(os.__file__).parent), *site.getsitepackages(), site.getusersitepackages()]
     system = [Path(place).resolve() for place in places]
-    here = str(getattr(maker, "__module__", None) or getattr(type(maker), "__module__", ""))
-    waiting, seen = [here], {here}
+    parts = (maker, *(vars(maker).values() if isinstance(maker, type) else ()))
+    waiting = [names for names in (getattr(part, "__globals__", None) for part in parts) if names][:1]
+    seen = {getattr(maker, "__module__", None)}
     files = []
     while waiting:
-        module = sys.modules.get(waiting.pop())
-        for value in list(vars(module).values()) if module else ():
+        for value in list(waiting.pop().values()):
             name = value.__name__ if inspect.ismodule(value) else getattr(value, "__module__", None)
             file = getattr(sys.modules.get(name), "__file__", None) if isinstance(name, str) and name not in seen else None
             if file and not any(Path(file).resolve().is_relative_to(place) for place in system):
                 seen.add(name)
-                waiting.append(name)
+                waiting.append(vars(sys.modules[name]))
                 files.append(Path(file))
     return sorted(files)
 
