@@ -336,6 +336,7 @@ def test_the_exact_model_is_of_the_model_as_it_is_now():
     made = Mechanics(SLIDE.format(more=""), [("joint", "s")])
     assert made.interface_model(1e-3)["H"][0, 0] == pytest.approx(1.0)
     made.model.body_mass[1] = 4.0
+    mujoco.mj_setConst(made.model, mujoco.MjData(made.model))
     margins, flags = made.model.geom_margin.copy(), made.model.opt.disableflags
     assert made.interface_model(1e-3)["H"][0, 0] == pytest.approx(0.25)
     assert (made.model.geom_margin == margins).all() and made.model.opt.disableflags == flags
