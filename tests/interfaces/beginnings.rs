@@ -109,12 +109,15 @@ fn a_fault_outside_of_a_digest_is_none_whatever_kind_of_file_a_side_is_made_of()
         );
     };
     library("100.0");
-    let (soft, error) = (digest(path), run(path, "--scheme zero-order-hold").0["force_error_rms_n"].clone());
+    let soft = digest(path);
+    run(path, "--scheme zero-order-hold");
     assert_eq!(digest(path), soft);
     library("400.0");
     assert_ne!(digest(path), soft);
-    let stiff = run(path, "--scheme zero-order-hold").0["force_error_rms_n"].clone();
-    assert!(stiff.as_f64() > error.as_f64() && stiff.as_f64() < error.as_f64().map(|error| 20.0 * error), "{stiff}");
+    let error = || run(path, "--scheme zero-order-hold").0["force_error_rms_n"].clone();
+    let beside_the_old_one = error();
+    fs::remove_dir_all(path.join("cache")).unwrap();
+    assert_eq!(error(), beside_the_old_one);
     if python().is_none() {
         return;
     }
@@ -186,7 +189,7 @@ fn a_fault_outside_of_the_unit_of_what_is_observed_is_none() {
         return;
     };
     write_case(folder.path(), &[("fmu = \"mass.fmu\"", "fmu = \"mass.fmu\"\nobserve = [\"way\"]")]);
-    assert_has(&refused(folder.path()), &["variable `way` has clocks = 77", "valid: a variable without clocks"]);
+    assert_has(&refused(folder.path()), &["variable `way` has clocks = 77", "use a variable without clocks"]);
 }
 
 #[test]

@@ -17,10 +17,13 @@ use rimbench_core::linear_algebra::Lu;
 const MOST_STEPS: usize = 50;
 /// How often a step is halved.
 const MOST_HALVINGS: usize = 20;
-/// Share of the scale of forces below which a residual is round-off.
-const ROUND_OFF: f64 = 1e-14;
+/// Share of the forces below which a residual is round-off, and share of their scale below which it shrinks by a full
+/// step or not at all.
+const ROUND_OFF: [f64; 2] = [1e-16, 1e-12];
 /// Share of it up to which both sides agree: some know what they begin with to so many digits only.
 const AGREED: f64 = 1e-6;
+/// How many times the scale forces may be: beyond, what both agree within is round-off of them.
+const MOST: f64 = 1e8;
 /// Least change of a force by which it is seen what it does, of the scale.
 const LEAST_CHANGE: f64 = 1e-6;
 
@@ -65,25 +68,25 @@ impl Beginning {
     }
 }
 
-/// Finds where two sides begin, from forces `at` (N) on. `exchange` gives the mechanics forces, and writes what it puts
-/// out and what the actuator answers to that. Both agree within 10⁻⁶ of `scale` (N), or of the forces of the first two
-/// exchanges, where those are larger or there is none.
+/// Finds where two sides begin that exchange so many forces and `outputs`. `exchange` gives the mechanics forces, and
+/// writes what it puts out and what the actuator answers to that. Both agree within 10⁻⁶ of `scale` (N), or of what the
+/// actuator answers where no force acts, whichever is larger.
 ///
 /// # Errors
 /// [`NoBeginning`]: what `exchange` says, or how far apart the sides remain.
 pub fn beginning<E>(
-    at: Vec<f64>,
+    forces: usize,
     outputs: usize,
     scale: Option<f64>,
     mut exchange: impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), E>,
 ) -> Result<Beginning, NoBeginning<E>> {
-    let m = at.len();
+    let m = forces;
     let mut exchanged = |force: Vec<f64>| {
         let (mut motion, mut told) = (vec![0.0; outputs], vec![0.0; m]);
         exchange(&force, &mut motion, &mut told).map_err(NoBeginning::Failed)?;
         Ok(Beginning { force, motion, told, follows: false })
     };
-    let first = exchanged(at)?;
+    let first = exchanged(vec![0.0; m])?;
     if first.told == first.force {
         return Ok(first);
     }
@@ -91,14 +94,14 @@ pub fn beginning<E>(
     if best.motion == first.motion {
         return Ok(best);
     }
-    let scale = scale.unwrap_or(0.0).max(first.scale()).max(best.scale());
+    let scale = scale.unwrap_or(0.0).max(first.scale());
     if first.residual().0 < best.residual().0 {
         best = first;
     }
     let (mut jacobian, mut lu) = (vec![0.0; m * m], Lu::new(m));
     'newton: for _ in 0..MOST_STEPS {
         let (size, _) = best.residual();
-        if size <= ROUND_OFF * scale || !size.is_finite() {
+        if size <= ROUND_OFF[0] * best.scale() || !size.is_finite() {
             break;
         }
         for column in 0..m {
@@ -116,7 +119,8 @@ pub fn beginning<E>(
         if !lu.solve(&mut jacobian, &mut step) {
             break;
         }
-        for halved in 0..=MOST_HALVINGS {
+        let most = if size <= ROUND_OFF[1] * scale { 0 } else { MOST_HALVINGS };
+        for halved in 0..=most {
             let share = 0.5_f64.powi(halved as i32);
             let next = exchanged(best.force.iter().zip(&step).map(|(force, step)| force + share * step).collect())?;
             if next.residual().0 < size {
@@ -128,7 +132,7 @@ pub fn beginning<E>(
     }
     let (apart, row) = best.residual();
     // How the search came to an end matters to nobody: how far apart both are is what counts.
-    if apart <= AGREED * scale {
+    if apart <= AGREED * scale && best.scale() <= MOST * scale {
         Ok(Beginning { follows: true, ..best })
     } else {
         Err(NoBeginning::Apart(best, row, AGREED * scale))
@@ -188,11 +192,10 @@ impl CoupledSystem {
     pub fn agreed(mut self, scale: Option<f64>) -> Result<Self> {
         let PerSide { mechanics, actuator } = &mut self.sides;
         let ports = [mechanics.ports().clone(), actuator.ports().clone()];
-        let found =
-            beginning(vec![0.0; ports[1].outputs.len()], ports[0].outputs.len(), scale, |force, motion, told| {
-                mechanics.outputs(force, motion)?;
-                actuator.outputs(motion, told)
-            });
+        let found = beginning(ports[1].outputs.len(), ports[0].outputs.len(), scale, |force, motion, told| {
+            mechanics.outputs(force, motion)?;
+            actuator.outputs(motion, told)
+        });
         match found {
             Ok(at) => Ok(self.begun(at)),
             // A run that begins so says it, with its reason.
@@ -215,7 +218,7 @@ mod tests {
         motion: impl Fn(&[f64]) -> Vec<f64>,
         told: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Result<Beginning, NoBeginning<()>> {
-        beginning(vec![0.0; m], m, None, |force, x, y| {
+        beginning(m, m, None, |force, x, y| {
             x.copy_from_slice(&motion(force));
             y.copy_from_slice(&told(x));
             Ok(())
@@ -243,7 +246,7 @@ mod tests {
     #[test]
     fn a_motion_that_does_not_follow_forces_is_found_by_one_exchange() {
         let mut count = 0;
-        let at = beginning(vec![0.0], 1, None, |_, x, y| {
+        let at = beginning(1, 1, None, |_, x, y| {
             count += 1;
             (x[0], y[0]) = (0.1, -10.0);
             Ok::<_, ()>(())

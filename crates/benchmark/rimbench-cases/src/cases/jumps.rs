@@ -82,7 +82,9 @@ impl JumpWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use libm::{cos, sin};
     use rimbench_core::cosim::Port;
+    use std::f64::consts::TAU;
 
     fn ports() -> Ports {
         let outputs = vec![Port::new("x", Quantity::Position), Port::new("v", Quantity::Velocity)];
@@ -96,18 +98,18 @@ mod tests {
 
     #[test]
     fn what_wraps_is_named_and_what_swings_or_is_hit_is_not() {
-        for wrap in [0.5, 6.283, 100.0] {
+        for wrap in [0.5, TAU, 100.0] {
             for speed in [2.0, -0.3] {
                 let said = seen(1e-2, |t| {
-                    let turns = speed * (10.0 * t + 0.3 * (3.0 * t).sin()) / wrap;
-                    [(turns - turns.floor()) * wrap, speed * (10.0 + 0.9 * (3.0 * t).cos())]
+                    let turns = speed * (10.0 * t + 0.3 * sin(3.0 * t)) / wrap;
+                    [(turns - turns.floor()) * wrap, speed * (10.0 + 0.9 * cos(3.0 * t))]
                 });
                 assert!(said.is_err_and(|said| said.contains("position x jumps from")), "{wrap} {speed}");
             }
         }
         // Even where a step is as long as a period and more.
         for rate in [1.0, 40.0, 400.0, 777.0] {
-            let swings = seen(1e-2, |t| [(rate * t).sin(), rate * (rate * t).cos()]);
+            let swings = seen(1e-2, |t| [sin(rate * t), rate * cos(rate * t)]);
             assert_eq!(swings, Ok(()), "{rate}");
         }
         let thrown_back = seen(1e-2, |t| [(t % 2.0 - 1.0).abs(), if t % 2.0 < 1.0 { -1.0 } else { 1.0 }]);

@@ -381,16 +381,15 @@ fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) 
     let mut sides = made()?;
     let (forces, motions) = (members.actuator.ports().outputs.len(), members.mechanics.ports().outputs.len());
     let scale = started.force_scale;
-    let found = beginning(vec![0.0; forces], motions, scale, |force, motion, told| {
-        sides.tell(force, motion, told).map_err(failed)
-    });
+    let found =
+        beginning(forces, motions, scale, |force, motion, told| sides.tell(force, motion, told).map_err(failed));
     let at = found.map_err(|none| apart(none, started))?;
     let mut last = at.clone();
     sides.begin(&mut last).map_err(failed)?;
     if last.agrees(scale) {
         return Ok((sides, at));
     }
-    let found = beginning(last.told.clone(), motions, scale, |force, motion, told| {
+    let found = beginning(forces, motions, scale, |force, motion, told| {
         sides = made()?;
         let mut next =
             Beginning { force: force.to_vec(), motion: motion.to_vec(), told: told.to_vec(), follows: false };
