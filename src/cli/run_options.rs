@@ -127,7 +127,9 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> FromArgMatches for RunOptions<SC
 }
 
 /// Units of time that may be typed, with how many make a second.
-const TIMES: [(&str, f64); 6] = [("ns", 1e9), ("us", 1e6), ("µs", 1e6), ("ms", 1e3), ("min", 1.0 / 60.0), ("s", 1.0)];
+/// The letter of micro is the sign of that name, U+00B5, or the Greek one, U+03BC.
+const TIMES: [(&str, f64); 7] =
+    [("ns", 1e9), ("us", 1e6), ("\u{b5}s", 1e6), ("\u{3bc}s", 1e6), ("ms", 1e3), ("min", 1.0 / 60.0), ("s", 1.0)];
 
 /// Reads a time as it is typed, `5ms`, `200us`, `0.005` or `5e-3`; without a unit it is in seconds.
 ///
@@ -151,7 +153,8 @@ mod tests {
         for (text, wanted) in [
             ("5ms", 0.005),
             ("200us", 2e-4),
-            ("200 µs", 2e-4),
+            ("200 \u{b5}s", 2e-4),
+            ("200\u{3bc}s", 2e-4),
             ("0.005", 0.005),
             ("5e-3", 0.005),
             ("2s", 2.0),

@@ -386,7 +386,7 @@ fn an_fmu_that_calls_exit_in_our_process_ends_it_with_a_message_and_no_success()
 }
 
 /// The lines of what a folder of results has recorded.
-fn records(folder: &Path) -> Vec<String> {
+pub fn records(folder: &Path) -> Vec<String> {
     let files = crate::program::files(&folder.join("out/records"));
     files
         .iter()

@@ -5,6 +5,7 @@
 #include <fenv.h>
 #include <locale.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +23,11 @@ typedef double D;
 #ifndef X_TIMES
 #define X_TIMES 1
 #endif
+#ifdef STEADY
+#define OWN (STEADY)
+#elif defined SETTLES
+#define OWN (SETTLES)
+#endif
 #ifndef V_TIMES
 #define V_TIMES 1
 #endif
@@ -30,7 +36,7 @@ typedef double D;
 #endif
 typedef struct {
     D x, v, f, p, d, x0, n, t, rest, own;
-    D table[3], before[2];
+    D table[3], before[2], held;
     int undone;
     int whole, truth, begun, stop, place;
     char home[4096];
@@ -111,6 +117,9 @@ static int start(S *s, int stop_known) {
 }
 static int begin(S *s) {
     s->begun = 1;
+#ifdef SETTLES /* as STEADY, and it is there when initialisation ends, not before */
+    s->x = s->x0 + s->f / (SETTLES);
+#endif
 #if ROLE == 1
     s->rest = s->x0;
 #ifdef REST_AT_START
@@ -119,7 +128,25 @@ static int begin(S *s) {
 #endif
     return 0;
 }
-static D force(S *s) { return -s->p * (s->x - s->rest) - s->d * s->v; }
+#ifdef NEEDS
+extern D stiffness(void);
+#endif
+static D force_now(S *s) {
+#ifdef NEEDS
+    s->p = stiffness();
+#endif
+    return -s->p * (s->x - s->rest) - s->d * s->v;
+}
+static D force(S *s) {
+#ifdef LATCH
+    return s->held; /* what it puts out is of its last step */
+#else
+    return force_now(s);
+#endif
+}
+#ifdef THREADS_EXIT
+static void *ends(void *x) { exit(0); }
+#endif
 static int step(S *s, D t, D h, int for_good) {
     (void)for_good;
 #ifdef REPEATS /* as long as one may go back, a step is only tried */
@@ -148,6 +175,13 @@ static int step(S *s, D t, D h, int for_good) {
 #endif
 #ifdef START
     if (s->n == 0 && t != START) return fail(s, t, "its data begin later");
+#endif
+#ifdef THREADS_EXIT
+    static int once;
+    if (t > 0.1 && !once++) { pthread_t p; for (int i = 0; i < THREADS_EXIT; i++) pthread_create(&p, 0, ends, 0); usleep(100000); }
+#endif
+#ifdef EXIT_ABOVE
+    if (t > 0.1 && h > EXIT_ABOVE) exit(0);
 #endif
 #ifdef EXIT_AT
     if (t > EXIT_AT) exit(0);
@@ -183,12 +217,18 @@ static int step(S *s, D t, D h, int for_good) {
     (void)dt;
 #if ROLE == 0
     for (long i = 0; i < n; i++) {
+#if defined STEADY || defined SETTLES
+        s->v += dt * OWN * (s->x0 - s->x) / s->p;
+#endif
         s->v += dt * s->f / s->p;
         s->x += dt * s->v;
     }
 #endif
     s->t = t + h;
     s->n += 1;
+#ifdef LATCH
+    s->held = force_now(s);
+#endif
 #ifdef NAN_BELOW
     if (h < NAN_BELOW) s->v = NAN; /* no solution at short steps, and no word of it */
 #endif
@@ -207,8 +247,15 @@ static int step(S *s, D t, D h, int for_good) {
     return 0;
 }
 static int get(S *s, const VR *r, size_t n, D *y) {
+#ifdef STEADY
+    if (!s->begun) s->x = s->x0 + s->f / (STEADY); /* at rest, where a spring of its own carries the force */
+#endif
     for (size_t i = 0; i < n; i++) switch (r[i]) {
+#ifdef WRAPS
+        case 0: y[i] = remainder(s->x, WRAPS); break; /* an angle from -pi to pi, or an encoder */
+#else
         case 0: y[i] = s->x * X_TIMES; break;
+#endif
         case 1: y[i] = s->v * V_TIMES; break;
 #if ROLE == 0
         case 2: y[i] = s->f; break;

@@ -122,7 +122,13 @@ impl Guest<'_> {
         fs::write(folder.path().join("guest.c"), SOURCE).unwrap();
         let mut compiler = Command::new("cc");
         compiler.args(["-shared", "-fPIC", "-O0", "-w", "-ffp-contract=off", "-o", "guest.so", "guest.c"]);
-        if !compiler.args(&macros).arg("-lm").current_dir(folder.path()).status().is_ok_and(|status| status.success()) {
+        if !compiler
+            .args(&macros)
+            .args(["-lm", "-lpthread"])
+            .current_dir(folder.path())
+            .status()
+            .is_ok_and(|status| status.success())
+        {
             eprintln!("skipped: there is no C compiler `cc` on the path");
             return None;
         }

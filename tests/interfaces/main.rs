@@ -8,6 +8,7 @@ mod exported_fmus;
 mod program;
 
 mod attributes;
+mod beginnings;
 mod faulty_guest;
 mod fmi;
 mod guest_fmu;

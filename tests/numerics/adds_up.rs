@@ -142,7 +142,8 @@ fn doubts(case: &Case, set: &[(&str, &str)], h: f64, lies: PerSide<Lie>) -> Doub
     let PerSide { mechanics, actuator } = system.sides;
     let mut sides =
         PerSide { mechanics: Liar::of(mechanics, lies.mechanics), actuator: Liar::of(actuator, lies.actuator) };
-    let tried = Tried { h, any_step: PerSide::from_fn(|_| true), probed: PerSide::from_fn(|_| false) };
+    let (any_step, probed) = (PerSide::from_fn(|_| true), PerSide::from_fn(|_| false));
+    let tried = Tried { h, any_step, probed, declared: false };
     doubts_of(sides.lend(), tried)
 }
 

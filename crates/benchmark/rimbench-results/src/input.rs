@@ -30,12 +30,25 @@ pub fn beside(file: &Path, name: &Path) -> PathBuf {
     real.map(|real| in_folder_of(&real)).filter(|there| there.exists() || !here.exists()).unwrap_or(here)
 }
 
+/// Says what is odd about a path of which nothing is there: in double quotes of TOML a backslash begins an escape, and
+/// in a path it separates folders on Windows alone; empty where nothing is.
+pub fn path_hint(path: &Path) -> &'static str {
+    let text = path.to_string_lossy();
+    if text.contains(char::is_control) {
+        "; it has a control character, as a backslash in double quotes makes one: write a path with `/`, or in single quotes"
+    } else if !cfg!(windows) && text.contains('\\') {
+        "; a backslash separates no folders here: write a path with `/`"
+    } else {
+        ""
+    }
+}
+
 /// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// [`Error::File`] if it cannot be read, is no regular file, or is larger.
 pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
-    let wrong = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}"));
+    let wrong = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}{}", path_hint(path)));
     check_regular(path)?;
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes)).map_err(wrong)?;

@@ -95,7 +95,9 @@ fn tried(case: &Case, given: PerSide<bool>, doubted: &PerSide<Arc<Doubted>>) -> 
     let parameters = case.default_parameters().lasting(case.defaults.duration_s);
     let step = case.defaults.micro_step_s;
     let mut system = (case.build)(&parameters, &solver)?;
-    let tried = Tried { h: step, any_step: PerSide::from_fn(|_| true), probed: PerSide::from_fn(|_| false) };
+    let (any_step, probed) = (PerSide::from_fn(|_| true), PerSide::from_fn(|_| false));
+    let declared = given.actuator && system.sides.actuator.ports().direct_feedthrough;
+    let tried = Tried { h: step, any_step, probed, declared };
     let Doubts { failed, state, model, mut faults, notes, first_outputs: first } =
         doubts_of(system.sides.lend(), tried);
     let wrong = |words: String| Err(Error::Incompatible(format!("case {}: {words}", case.name)));
@@ -330,6 +332,8 @@ impl PyCase {
                 }
             };
             case.name = Name::from(name);
+            let (built, scale) = (case.build.clone(), case.scale.map(|scale| scale.force_n));
+            case.build = Arc::new(move |parameters, solver| built(parameters, solver)?.agreed(scale));
             // A name that cannot be is found here and not in every run.
             everything().clone().add_case(case.clone()).map_err(wrong)?;
             for note in tried(&case, are_given, &doubted).map_err(wrong)? {

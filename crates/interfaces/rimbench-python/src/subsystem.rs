@@ -6,7 +6,7 @@ use crate::numbers::{attribute, copied, fill, given, method, number};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rimbench::cases::model_against_outputs;
+use rimbench::cases::{JumpWatch, model_against_outputs};
 use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench::error::{Cause, Failure};
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -37,6 +37,9 @@ pub struct PySubsystem {
     /// Outputs of the present state that it has put out, if it has.
     told: Vec<f64>,
     is_told: bool,
+    /// Time since outputs were put out last, s.
+    since: f64,
+    jumps: JumpWatch,
     /// What `observe` raised, which cannot fail itself.
     failed: Option<Failure>,
     counters: SubsystemCounters,
@@ -78,8 +81,9 @@ impl PySubsystem {
         };
         let without_model = attribute(object, "no_interface_model")?;
         let without_model = without_model.map(|why| given("no_interface_model", &why, "a text")).transpose()?;
-        if let Some(digest) = attribute(object, "made_from")? {
-            let _ = doubted.made_from.set(given("made_from", &digest, "a text")?);
+        if attribute(object, "made_from")?.is_some() && doubted.made_from.get().is_none() {
+            let digest = object.py().import("rimbench")?.call_method1("_made_from", (object,))?;
+            let _ = doubted.made_from.set(given("made_from", &digest, "a text, or paths of files")?);
         }
         Ok(PySubsystem {
             outputs: method(object, "outputs", whose)?,
@@ -89,6 +93,8 @@ impl PySubsystem {
             is_known: false,
             told: vec![0.0; ports.outputs.len()],
             is_told: false,
+            since: 0.0,
+            jumps: JumpWatch::of(ports),
             ports: Ports { direct_feedthrough, ..ports.clone() },
             observables: names.into_iter().map(Name::from).collect(),
             observe,
@@ -124,11 +130,16 @@ impl Subsystem for PySubsystem {
         }
         self.told.copy_from_slice(y);
         self.is_told = !self.ports.direct_feedthrough;
+        match std::mem::take(&mut self.since) {
+            0.0 => self.jumps.begin(y),
+            since => self.jumps.see(since, y, &self.ports).map_err(Failure::reported)?,
+        }
         Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.counters.micro_steps += 1;
+        self.since += h;
         (self.is_known, self.is_told) = (false, false);
         self.call(|this, py| {
             let value = this.step.bind(py).call1((t, PyTuple::new(py, u)?, h))?;
@@ -155,7 +166,8 @@ impl Subsystem for PySubsystem {
         let copy = copy.map_err(|_| Cause::NotCopied)?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
         let (told, is_told) = (self.told.clone(), self.is_told);
-        Ok(Box::new(PySubsystem { known, is_known, told, is_told, counters, ..copy }))
+        let (since, jumps) = (self.since, self.jumps.clone());
+        Ok(Box::new(PySubsystem { known, is_known, told, is_told, since, jumps, counters, ..copy }))
     }
 }
 

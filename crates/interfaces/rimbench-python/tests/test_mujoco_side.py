@@ -313,3 +313,47 @@ class Ball(Mechanics):
             np.testing.assert_allclose(there["interface_position_m"], here["z_m"], rtol=0, atol=1e-12)
         else:
             assert "contacts lists none" in said["reason"]
+
+
+SLIDE = """<mujoco><option timestep="1e-3" gravity="0 0 0"/><worldbody><body><joint name="s" type="slide" axis="1 0 0"/>
+<geom type="sphere" size="0.01" mass="1" contype="0" conaffinity="0"/></body></worldbody>{more}</mujoco>"""
+
+
+def test_forces_of_a_subclass_are_added_to_and_stay_its_own():
+    class Pushed(Mechanics):
+        def control(self, t):
+            self.data.qfrc_applied[0] = 5.0
+
+    made = Pushed(SLIDE.format(more=""), [("joint", "s")])
+    for k in range(100):
+        made.step(k * 1e-3, (2.0,), 1e-3)
+    assert made.data.qvel[0] == pytest.approx(0.7) and made.data.qfrc_applied[0] == 5.0
+    assert made.interface_model(1e-3)["a"][0] == pytest.approx(5.0)
+    assert copy.deepcopy(made).data.qfrc_applied[0] == 5.0
+
+
+def test_the_exact_model_is_of_the_model_as_it_is_now():
+    made = Mechanics(SLIDE.format(more=""), [("joint", "s")])
+    assert made.interface_model(1e-3)["H"][0, 0] == pytest.approx(1.0)
+    made.model.body_mass[1] = 4.0
+    mujoco.mj_setConst(made.model, mujoco.MjData(made.model))
+    margins, flags = made.model.geom_margin.copy(), made.model.opt.disableflags
+    assert made.interface_model(1e-3)["H"][0, 0] == pytest.approx(0.25)
+    assert (made.model.geom_margin == margins).all() and made.model.opt.disableflags == flags
+
+
+@pytest.mark.parametrize("more", [
+    '<actuator><motor name="m" joint="s" delay="0.1" nsample="{room}"/></actuator>',
+    '<sensor><jointpos name="m" joint="s" delay="0.1" nsample="{room}"/></sensor>',
+])
+def test_a_delay_that_is_counted_in_steps_must_fit_in_those_that_are_taken(more):
+    if not hasattr(mujoco.MjModel, "actuator_delay"):
+        pytest.skip("this version of MuJoCo has no delays")
+    wide = Mechanics(SLIDE.format(more=more.format(room=1000)), [("joint", "s")])
+    wide.step(0.0, (0.0,), 1e-4)
+    narrow = Mechanics(SLIDE.format(more=more.format(room=200)), [("joint", "s")])
+    narrow.step(0.0, (0.0,), 1e-3)
+    with pytest.raises(rimbench.RimbenchError, match=r"`m` .* delay of 0.1 s and nsample = 200, .* valid: nsample of 1000 and more"):
+        narrow.step(1e-3, (0.0,), 1e-4)
+    with pytest.raises(rimbench.RimbenchError, match="nsample of 100 and more"):
+        Mechanics(SLIDE.format(more=more.format(room=50)), [("joint", "s")])

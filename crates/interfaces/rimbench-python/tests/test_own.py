@@ -54,7 +54,8 @@ def test_a_step_that_returns_its_outputs_costs_one_callback(example):
     assert calls["step"] <= 20 and calls["outputs"] <= 20
     calls.update(outputs=0, step=0)
     result = rimbench.simulate(case, "zero-order-hold", 1e-3, **SETTINGS)
-    assert calls == {"outputs": 2, "step": result.counters["mechanics_micro_steps"]}
+    # One of them where both sides agree on where they begin, at a force of 0.
+    assert calls == {"outputs": 3, "step": result.counters["mechanics_micro_steps"]}
 
 
 def test_a_mechanics_is_deep_copied_where_steps_are_taken_again(example):
@@ -192,6 +193,62 @@ def test_an_experiment_on_a_case_in_python_is_kept_until_its_code_changes(tmp_pa
     assert changed[-1] == (4, 4)
     assert [row["run_id"] for row in other] != [row["run_id"] for row in kept]
     assert [row["force_error_rms_n"] for row in other] == [row["force_error_rms_n"] for row in kept]
+
+
+HELPED = """
+import helper
+import rimbench
+
+class Mass(helper.Mass):
+    made_from = ["table.bin"]
+
+class Spring:
+    direct_feedthrough = True
+    def __init__(self, parameters): pass
+    def outputs(self, u): return (-100.0 * u[0],)
+    def step(self, t, u, h): pass
+
+case = rimbench.Case("shaken-weight", mechanics=Mass, actuator=Spring, interface=[("x_m", "v_m_s", "f_n")], duration_s=0.1, macro_step_s=1e-3)
+"""
+HELPER = """
+class Mass:
+    own, moved = 50.0, False
+    def __init__(self, parameters): self.x, self.v = 0.1, 0.0
+    def outputs(self, u):
+        if not self.moved:  # where a spring of its own carries the force
+            self.x = 0.1 + u[0] / self.own
+        return self.x, self.v
+    def step(self, t, u, h):
+        self.moved = True
+        self.v += h * (u[0] + self.own * (0.1 - self.x))
+        self.x += h * self.v
+"""
+
+
+def test_a_case_knows_the_modules_and_files_it_is_made_from_and_begins_where_both_sides_agree(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "weight.toml").write_text(EXPERIMENT.replace('[[schemes]]\nscheme = "rim-nonsmooth-gap"\n', ""))
+    ids = []
+    for helper, table in [(HELPER, b"1"), (HELPER, b"1"), (HELPER + "# another", b"1"), (HELPER, b"2")]:
+        (tmp_path / "helper.py").write_text(helper)
+        (tmp_path / "table.bin").write_bytes(table)
+        (tmp_path / "weight.py").write_text(HELPED)
+        monkeypatch.delitem(sys.modules, "helper", raising=False)
+        spec = importlib.util.spec_from_file_location("weight", tmp_path / "weight.py")
+        module = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, "weight", module)
+        spec.loader.exec_module(module)
+        ids.append(rimbench.run(tmp_path / "weight.toml", tmp_path / "out", cases=[module.case])[0]["run_id"])
+    assert ids[0] == ids[1] and len(set(ids)) == 3
+    assert rimbench.simulate(module.case, "zero-order-hold")["x_m"][0] == pytest.approx(0.1 / 3, rel=1e-12)
+    module.Mass.own = -100.0
+    with pytest.raises(rimbench.RimbenchError, match="do not agree on where they begin: under f_n = .* N the mechanics is at x_m = "):
+        rimbench.simulate(module.case, "zero-order-hold")
+
+
+@pytest.mark.parametrize("micro", ["\u00b5", "\u03bc", "u"])
+def test_micro_is_one_letter(micro):
+    assert rimbench.simulate("bouncing-ball", "zero-order-hold", f"5000{micro}s", duration_s=0.1).completed
 
 
 def test_a_case_whose_code_is_not_to_be_had_is_not_kept(tmp_path, example):

@@ -5,6 +5,7 @@
 //! file of its family or one of its own, and add it to the list.
 
 mod beam_on_stops;
+mod beginning;
 mod carriage;
 mod case;
 mod contacts;
@@ -22,6 +23,7 @@ mod hardware_contact;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod hydraulics;
+mod jumps;
 mod lift_table;
 mod memory;
 mod opening;
@@ -41,6 +43,7 @@ mod wedge_box_space;
 mod wedge_boxes;
 mod woodpecker;
 
+pub use beginning::{Beginning, NoBeginning, apart_in_words, beginning};
 pub use case::{
     Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns,
     PossibleSteps, Purpose, RowFunction, Scale, StateVariable,
@@ -55,6 +58,7 @@ pub use drawing::{Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, S
 pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
+pub use jumps::JumpWatch;
 pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};

@@ -5,7 +5,7 @@ mod of_actuator;
 mod of_mechanics;
 
 use adds_up::{Move, is_motion, position_over_velocity};
-use of_actuator::{Answer, answer_of};
+use of_actuator::{Answer, answer_of, answers_late};
 use of_mechanics::{OfMechanics, Relation, answer_in_time, moves_against, pushed_place, pushed_rows};
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Sides, Subsystem};
 use rimbench_core::error::Failure;
@@ -42,6 +42,8 @@ pub struct Tried {
     pub any_step: PerSide<bool>,
     /// Whether what a side says of how its outputs move was probed, and is its motion anyway.
     pub probed: PerSide<bool>,
+    /// Whether it is the actuator itself that says that its outputs follow its inputs at once.
+    pub declared: bool,
 }
 
 /// What does not add up of a side.
@@ -128,6 +130,13 @@ fn try_sides(sides: &mut Sides<'_>, tried: Tried, doubts: &mut Doubts, seen: &mu
     let mut t = BEFORE as f64 * h;
     let answer =
         answer_of(&mut *sides.actuator, (&at.u.actuator, &at.y.actuator), t, tried, &mut doubts.faults.actuator)?;
+    if tried.declared && answers_late(&mut *sides.actuator, &at.u.actuator, [t, h], &doubts.first_outputs)? {
+        doubts.notes.push(
+            "the actuator: it says that its outputs follow its inputs at once (direct feedthrough), and they do so at its next step only; \
+             direct_feedthrough = false says that, and what it costs is no fault of a scheme"
+                .to_owned(),
+        );
+    }
     let rows: Vec<usize> = (0..pushed_rows(sides.mechanics.ports())).collect();
     let model = model_of(&mut *sides.mechanics, tried);
     let place = pushed_place(&mut *sides.mechanics, &at.u.mechanics, [t, h], &rows, model)?;

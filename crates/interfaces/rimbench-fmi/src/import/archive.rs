@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 use std::env::consts::{DLL_SUFFIX, OS};
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use zip::ZipArchive;
 
 /// Most that an FMU may hold when it is unpacked, bytes: what is more was packed to fill a disk.
@@ -18,13 +19,43 @@ const MOST_DESCRIBED: u64 = 256 << 20;
 /// Most files in it.
 const MOST_FILES: usize = 100_000;
 
+/// Folders that are there, for what ends the program without a word to those who hold them.
+static UNPACKED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes all folders, whoever still holds them.
+pub(super) fn remove_unpacked() {
+    let folders = std::mem::take(&mut *UNPACKED.lock().unwrap_or_else(PoisonError::into_inner));
+    folders.iter().for_each(|folder| drop(std::fs::remove_dir_all(folder)));
+}
+
+/// A folder for an FMU that lives as long as this.
+pub(super) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> std::io::Result<Self> {
+        let folder = tempfile::Builder::new().prefix("rimbench-fmu-").tempdir()?;
+        UNPACKED.lock().unwrap_or_else(PoisonError::into_inner).push(folder.path().to_owned());
+        Ok(Folder(folder))
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        UNPACKED.lock().unwrap_or_else(PoisonError::into_inner).retain(|folder| folder != self.path());
+    }
+}
+
 /// An FMU unpacked into a folder that lives as long as this.
 pub(super) struct Unpacked {
     /// The file.
     pub(super) file: PathBuf,
     pub(super) description: Description,
     pub(super) library: PathBuf,
-    pub(super) folder: tempfile::TempDir,
+    pub(super) folder: Folder,
     /// Hash of the file.
     pub(super) digest: String,
     /// Whether it says that it has the reduced interface model of our proposal.
@@ -43,10 +74,7 @@ impl Unpacked {
         let digest = hex(&Sha256::digest(&bytes)[..8]);
         let mut archive = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| wrong(format!("is no FMU: no zip archive ({error})")))?;
-        let folder = tempfile::Builder::new()
-            .prefix("rimbench-fmu-")
-            .tempdir()
-            .map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
+        let folder = Folder::new().map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
         check_size(&mut archive, MOST_BYTES).map_err(&wrong)?;
         archive.extract(folder.path()).map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
         let text = read_bytes(&folder.path().join("modelDescription.xml"), MOST_DESCRIBED).map_err(|error| {

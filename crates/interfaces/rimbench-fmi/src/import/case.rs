@@ -8,14 +8,14 @@ use super::side::ImportedSide;
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameters, PossibleSteps, Remedy, Scale,
-    Tried, WHAT_REMAINS, doubts_of, first_outputs,
+    Beginning, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, NoBeginning, Parameters,
+    PossibleSteps, Remedy, Scale, Tried, WHAT_REMAINS, apart_in_words, beginning, doubts_of, first_outputs,
 };
 use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
-use rimbench_results::input::{beside, read_text};
+use rimbench_results::input::{beside, path_hint, read_text};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -38,6 +38,10 @@ pub struct Programs {
 struct Started {
     process: Process,
     notes: SideNotes,
+    /// Magnitude of forces, N, where the case declares one.
+    force_scale: Option<f64>,
+    /// What the sides call position, the force that is taken and the one that is told, of each row.
+    rows: Vec<[String; 3]>,
 }
 
 /// One side.
@@ -70,8 +74,16 @@ impl Member {
 
     fn digest(&self) -> &str {
         match self {
-            Member::Fmu(fmu) => &fmu.unpacked.digest,
+            Member::Fmu(fmu) => &fmu.digest,
             Member::Python(python) => &python.digest,
+        }
+    }
+
+    /// Whether it says itself that its outputs follow its inputs at once.
+    fn declares_feedthrough(&self) -> bool {
+        match self {
+            Member::Fmu(fmu) => fmu.declares_feedthrough,
+            Member::Python(python) => python.ports.direct_feedthrough,
         }
     }
 
@@ -90,7 +102,7 @@ impl Member {
         PossibleSteps { equal: !any, multiple_of: self.own_step().filter(|_| !any) }
     }
 
-    fn side(&self, parameters: &Parameters, Started { process, notes }: &Started) -> Result<ImportedSide> {
+    fn side(&self, parameters: &Parameters, Started { process, notes, .. }: &Started) -> Result<ImportedSide> {
         let made = match self {
             Member::Fmu(fmu) => fmu.side(parameters, process, notes),
             Member::Python(python) => python.side(parameters, notes),
@@ -151,7 +163,12 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         },
         _ => Process::Same,
     };
-    let started = Started { process, notes: programs.notes };
+    let started = Started {
+        process,
+        notes: programs.notes,
+        force_scale: file.scale.map(|scale| scale.force_n),
+        rows: called(&file, &rows),
+    };
     let steps = members.as_ref().map(Member::steps);
     let defaults = steps_of_case(&file, &steps).map_err(wrong)?;
     note_odd_steps(&members, &defaults);
@@ -181,11 +198,11 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     members.actuator.doubt(actuator, None);
     let members = Arc::new(members);
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-        let mut sides = begun(&members, parameters, &started)?;
+        let (mut sides, at) = begun(&members, parameters, &started)?;
         for side in Side::BOTH {
             members[side].give_model(&mut sides[side], macro_step_s).map_err(Error::Incompatible)?;
         }
-        Ok(CoupledSystem::new(sides.mechanics, sides.actuator))
+        Ok(CoupledSystem::new(sides.mechanics, sides.actuator).begun(at))
     };
     let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
     let scale =
@@ -230,8 +247,12 @@ fn named(path: &Path, file: &Path, side: Side) -> Result<PathBuf> {
     let side = side_name(side);
     let folder = found.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = std::path::absolute(folder).unwrap_or_default();
-    let message =
-        format!("cannot be read: it is not in {}, where [{side}] of {} names it", folder.display(), path.display());
+    let message = format!(
+        "cannot be read: it is not in {}, where [{side}] of {} names it{}",
+        folder.display(),
+        path.display(),
+        path_hint(file)
+    );
     Err(Error::file(found, message))
 }
 
@@ -259,6 +280,16 @@ fn in_words(Fault { words, remedy }: &Fault, file: &CaseFile, side: Side, member
         }
         _ => format!("{words}; valid: the {name} times {factor} in what the class takes or puts out"),
     }
+}
+
+/// What the sides call position, the force that the mechanics takes and the one that the actuator tells, of each row.
+fn called(file: &CaseFile, rows: &[[String; 3]]) -> Vec<[String; 3]> {
+    let name = |at: usize, side: Side, which: usize| {
+        let own = file.interface[at].end(side, which).map(|(variable, _)| format!("`{variable}`"));
+        own.unwrap_or_else(|| rows[at][which].clone())
+    };
+    let ends = [(Side::Mechanics, 0), (Side::Mechanics, 2), (Side::Actuator, 2)];
+    (0..rows.len()).map(|at| ends.map(|(side, which)| name(at, side, which))).collect()
 }
 
 /// Opens what the file names as its two sides.
@@ -333,40 +364,87 @@ fn steps_of_case(file: &CaseFile, steps: &PerSide<PossibleSteps>) -> Result<Case
     Ok(times)
 }
 
-/// Most rounds in which both sides tell each other with what they begin.
-const ROUNDS: usize = 10;
-
-/// Makes both sides and lets them begin.
+/// Makes both sides and lets them begin where they agree ([`beginning`]).
 ///
-/// Both are in initialisation mode first. The mechanics says where it is, the actuator takes that and answers with its
-/// force, which the mechanics takes, and so on until no force changes any more, or [`ROUNDS`] times. Then the mechanics
-/// leaves initialisation mode with that force, and the actuator with where the mechanics is by then.
-fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) -> Result<PerSide<ImportedSide>> {
-    let mut mechanics = members.mechanics.side(parameters, started)?;
-    let mut actuator = members.actuator.side(parameters, started)?;
-    let zeros = |member: &Member| vec![0.0; member.ports().outputs.len()];
-    let (mut force, mut motion) = (zeros(&members.actuator), zeros(&members.mechanics));
-    let mut told = force.clone();
-    let of_mechanics = |failure| (Side::Mechanics, failure);
-    let of_actuator = |failure| (Side::Actuator, failure);
-    let mut begin = || -> Result<(), (Side, Failure)> {
-        for _ in 0..ROUNDS {
-            mechanics.initial_outputs(&force, &mut motion).map_err(of_mechanics)?;
-            actuator.initial_outputs(&motion, &mut told).map_err(of_actuator)?;
-            if told == force {
-                break;
-            }
-            force.copy_from_slice(&told);
-        }
-        mechanics.begin(&force).map_err(of_mechanics)?;
-        mechanics.initial_outputs(&force, &mut motion).map_err(of_mechanics)?;
-        actuator.begin(&motion).map_err(of_actuator)
+/// Both are in initialisation mode first. The mechanics leaves it with the force that was found, and the actuator with
+/// where the mechanics is by then. Where both no longer agree after that, because one comes to what it begins with as
+/// its initialisation ends, the force is found by instances that begin, each with another force.
+fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) -> Result<(Sides, Beginning)> {
+    let made = || -> Result<Sides> {
+        let mechanics = members.mechanics.side(parameters, started)?;
+        Ok(Sides { mechanics, actuator: members.actuator.side(parameters, started)? })
     };
-    begin().map_err(|(side, failure)| {
-        let file = members[side].file().display();
-        Error::Incompatible(format!("{file}: {}", without_file(&failure.to_string(), members[side].file())))
-    })?;
-    Ok(PerSide { mechanics, actuator })
+    let failed = |(side, failure): (Side, Failure)| {
+        let file = members[side].file();
+        Error::Incompatible(format!("{}: {}", file.display(), without_file(&failure.to_string(), file)))
+    };
+    let mut sides = made()?;
+    let (forces, motions) = (members.actuator.ports().outputs.len(), members.mechanics.ports().outputs.len());
+    let scale = started.force_scale;
+    let found =
+        beginning(forces, motions, scale, |force, motion, told| sides.tell(force, motion, told).map_err(failed));
+    let at = found.map_err(|none| apart(none, started))?;
+    let mut last = at.clone();
+    sides.begin(&mut last).map_err(failed)?;
+    if last.agrees(scale) {
+        return Ok((sides, at));
+    }
+    let found = beginning(forces, motions, scale, |force, motion, told| {
+        sides = made()?;
+        let mut next =
+            Beginning { force: force.to_vec(), motion: motion.to_vec(), told: told.to_vec(), follows: false };
+        sides.tell(force, &mut next.motion, &mut next.told).and_then(|()| sides.begin(&mut next)).map_err(failed)?;
+        motion.copy_from_slice(&next.motion);
+        told.copy_from_slice(&next.told);
+        last = next;
+        Ok(())
+    });
+    let at = found.map_err(|none| apart(none, started))?;
+    if last.force != at.force {
+        sides = made()?;
+        last = at.clone();
+        sides
+            .tell(&at.force, &mut last.motion, &mut last.told)
+            .and_then(|()| sides.begin(&mut last))
+            .map_err(failed)?;
+    }
+    Ok((sides, at))
+}
+
+/// Why both sides do not begin, in the names that they have for what is exchanged.
+fn apart(none: NoBeginning<Error>, started: &Started) -> Error {
+    match none {
+        NoBeginning::Failed(error) => error,
+        NoBeginning::Apart(at, row, within) => {
+            let names = started.rows[row].each_ref().map(|name| &**name);
+            Error::Incompatible(apart_in_words(&at, row, within, names))
+        }
+    }
+}
+
+/// Both sides of a case that are made.
+type Sides = PerSide<ImportedSide>;
+
+/// What both tell each other before a run.
+trait Begin {
+    fn tell(&mut self, force: &[f64], motion: &mut [f64], told: &mut [f64]) -> Result<(), (Side, Failure)>;
+    fn begin(&mut self, at: &mut Beginning) -> Result<(), (Side, Failure)>;
+}
+
+impl Begin for Sides {
+    /// Where the mechanics is under forces, and what the actuator answers.
+    fn tell(&mut self, force: &[f64], motion: &mut [f64], told: &mut [f64]) -> Result<(), (Side, Failure)> {
+        self.mechanics.initial_outputs(force, motion).map_err(|failure| (Side::Mechanics, failure))?;
+        self.actuator.initial_outputs(motion, told).map_err(|failure| (Side::Actuator, failure))
+    }
+
+    /// Ends the initialisation of both, and asks once more.
+    fn begin(&mut self, at: &mut Beginning) -> Result<(), (Side, Failure)> {
+        self.mechanics.begin(&at.force).map_err(|failure| (Side::Mechanics, failure))?;
+        self.mechanics.initial_outputs(&at.force, &mut at.motion).map_err(|failure| (Side::Mechanics, failure))?;
+        self.actuator.begin(&at.motion).map_err(|failure| (Side::Actuator, failure))?;
+        self.actuator.initial_outputs(&at.motion, &mut at.told).map_err(|failure| (Side::Actuator, failure))
+    }
 }
 
 /// Tries both sides by steps of `h` (s); in one process a second time beside them, for sides that share what they are
@@ -378,14 +456,15 @@ fn try_out(
     [macro_step, h]: [f64; 2],
 ) -> Result<Doubts> {
     let boxed = || -> Result<(CoupledSystem, Option<String>)> {
-        let mut sides = begun(members, parameters, started)?;
+        let (mut sides, at) = begun(members, parameters, started)?;
         let given = members.mechanics.give_model(&mut sides.mechanics, macro_step);
-        Ok((CoupledSystem::new(sides.mechanics, sides.actuator), given.err()))
+        Ok((CoupledSystem::new(sides.mechanics, sides.actuator).begun(at), given.err()))
     };
     let (mut system, refused) = boxed()?;
     let any_step = members.as_ref().map(|member| !member.steps().equal && member.steps().multiple_of.is_none());
     let probed = members.as_ref().map(|member| matches!(member, Member::Fmu(fmu) if fmu.offers.probed));
-    let mut doubts = doubts_of(system.sides.lend(), Tried { h, any_step, probed });
+    let declared = members.actuator.declares_feedthrough();
+    let mut doubts = doubts_of(system.sides.lend(), Tried { h, any_step, probed, declared });
     if let Some(words) = refused {
         doubts.model = Some(format!("{words}; {WHAT_REMAINS}"));
     }

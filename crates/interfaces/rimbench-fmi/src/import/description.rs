@@ -29,6 +29,11 @@ const COHERENT: [(&str, Exponents); 8] = [
     ("N.m", ENERGY),
 ];
 
+/// A unit with one letter for micro: its sign, U+00B5, is the Greek one, U+03BC.
+pub(super) fn one_micro(unit: &str) -> String {
+    unit.replace('\u{b5}', "\u{3bc}")
+}
+
 /// A variable of an FMU.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FmuVariable {
@@ -61,6 +66,8 @@ pub(super) struct FmuVariable {
     pub(super) fault: Option<String>,
     /// Why it may not be coupled.
     pub(super) uncoupled: Option<String>,
+    /// The clocks with which it counts alone.
+    pub(super) clocks: Option<String>,
     /// Attributes that FMI has none of.
     pub(super) unknown: Vec<String>,
 }
@@ -451,7 +458,7 @@ fn read_units(list: Node<'_, '_>, notes: &mut Vec<String>) -> Result<BTreeMap<St
             offset: number("offset", 0.0, "a finite number", |_| true)?,
             exponents: base.map(|_| exponents),
         };
-        if units.insert(name.to_owned(), unit).is_some() {
+        if units.insert(one_micro(name), unit).is_some() {
             return Err(format!("two units have the name `{name}`; valid: a name of its own for each"));
         }
     }
@@ -481,7 +488,7 @@ fn read_variable(
         })?,
     };
     let unit = inner.attribute("unit").or(declared.unit).unwrap_or_default().to_owned();
-    let known = units.get(&unit);
+    let known = units.get(&one_micro(&unit));
     let coherent = || COHERENT.iter().find(|(name, _)| *name == unit).map(|(_, exponents)| *exponents);
     // Of a difference, such as a change of temperature, the offset of its unit is no part.
     let relative = if inner.attribute("relativeQuantity").is_some() {
@@ -538,6 +545,7 @@ fn read_variable(
         discrete: node.attribute("variability") == Some("discrete"),
         fault,
         uncoupled: uncoupled(node, two),
+        clocks: node.attribute("clocks").filter(|_| !two).map(str::to_owned),
         unknown,
         name,
     })

@@ -284,9 +284,30 @@ impl Finder<'_> {
         }
     }
 
-    /// A number to be looked at, in SI; a truth is 1 or 0.
-    pub(super) fn readable(&self, name: &str) -> Result<Scaled> {
+    /// A number to be looked at, in the FMU's own unit; a truth is 1 or 0.
+    pub(super) fn observed(&self, name: &str) -> Result<Scaled> {
+        Ok(Scaled { factor: 1.0, offset: 0.0, ..self.readable(name)? })
+    }
+
+    /// The heading of what is observed: its name, with its unit unless the name ends in it.
+    pub(super) fn heading(&self, name: &str) -> String {
+        let unit = self.look_up(name, "output").map_or(String::new(), |found| found.variable.unit.trim().to_owned());
+        let ending = unit.replace(|c: char| !c.is_alphanumeric(), "_");
+        // Data call a newton `n`; of units with a prefix that would be ambiguous.
+        let ending = if ["N", "J", "Pa", "W", "K", "N.m"].contains(&&*unit) { ending.to_lowercase() } else { ending };
+        let says = |ending: &str| name.strip_suffix(ending).is_some_and(|before| before.ends_with('_'));
+        if ["", "1", "-"].contains(&&*unit) || says(&ending) { name.to_owned() } else { format!("{name} [{unit}]") }
+    }
+
+    /// A number to be looked at, in SI.
+    fn readable(&self, name: &str) -> Result<Scaled> {
         let found = self.find(name, "output")?;
+        if let Some(clocks) = &found.variable.clocks {
+            return Err(self.wrong(format!(
+                "variable `{name}` has clocks = {clocks}: it counts when these clocks tick, and clocks take event mode, which is not used; \
+                 valid: a variable without clocks"
+            )));
+        }
         let kind = found.variable.kind;
         if !(kind.is_real() || kind.whole().is_some() || kind == Type::Boolean) || !found.is_one() {
             let kind = if found.is_one() { kind.name() } else { "an array" };

@@ -350,6 +350,8 @@ pub(super) struct Plan {
     pub(super) model: Option<ModelVariables>,
     /// The variable that takes the step of the mechanics for what is observed, if there is one.
     pub(super) step: Option<u32>,
+    /// Values in the FMU's own units.
     pub(super) observed: Vec<Scaled>,
+    pub(super) observed_names: Vec<String>,
     pub(super) work: Option<Scaled>,
 }

@@ -437,7 +437,7 @@ impl Loaded {
         Ok(())
     }
 
-    /// Appends what is observed, in SI, of whatever type it is.
+    /// Appends numbers of whatever type, as their scale has them.
     fn look(&self, observed: &[Scaled], output: &mut Vec<f64>) -> Result<(), String> {
         let mut array = Vec::new();
         for scale in observed {
@@ -614,7 +614,10 @@ impl Loaded {
                 if let Some(step) = self.plan.step {
                     self.set(&[step], input)?;
                 }
-                self.look(&self.plan.observed, output)
+                self.look(&self.plan.observed, output).map_err(|what| {
+                    let name = self.plan.observed_names.get(output.len()).map_or("", |name| name);
+                    format!("{what} (observe = {name:?})")
+                })
             }
             Ask::Work => {
                 let Some(work) = self.plan.work else { return Err("it counts no work".to_owned()) };

@@ -2,7 +2,7 @@
 
 use super::archive::Unpacked;
 use super::case_file::{CaseFile, ProcessKind, SideTable};
-use super::description::{Description, Exponents, FORCE, LENGTH, VELOCITY};
+use super::description::{Description, Exponents, FORCE, LENGTH, VELOCITY, one_micro};
 use super::finder::{Finder, number_as};
 use super::host::{Element, Host, Limits, ModelVariables, NEEDS_TOOL, Plan, Probe, Scaled, Start, Type};
 use super::library::Loaded;
@@ -16,7 +16,9 @@ use rimbench_cases::cases::{Parameters, WHAT_REMAINS};
 use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
-use rimbench_results::input::beside;
+use rimbench_results::checksums::hex;
+use rimbench_results::input::{beside, read_bytes};
+use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -53,6 +55,9 @@ struct Taken {
 /// One FMU with what the case makes of it.
 pub(super) struct FmuMember {
     pub(super) unpacked: Unpacked,
+    /// Hash of what it is made of: the file and the libraries that it needs.
+    pub(super) digest: String,
+    pub(super) declares_feedthrough: bool,
     plan: Plan,
     pub(super) ports: Ports,
     pub(super) offers: Offers,
@@ -71,6 +76,8 @@ struct Coupled {
     notes: Vec<String>,
     ports: Ports,
     shape: Shape,
+    /// Whether the FMU lists what its outputs depend on.
+    said: bool,
 }
 
 /// From what is known how its outputs move, and which interface model follows.
@@ -156,7 +163,8 @@ impl FmuMember {
         let finder = Finder { unpacked: &unpacked };
         let coupled = coupled(file, &finder, side, rows)?;
         let (starts, parameters) = starts(file, &finder, side)?;
-        let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.readable(name)).collect::<Result<_>>()?;
+        let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.observed(name)).collect::<Result<_>>()?;
+        let headings: Vec<String> = table.observe.iter().map(|name| finder.heading(name)).collect();
         let work = table.interface_work.as_ref().map(|name| finder.work(name)).transpose()?;
         check_roles(&finder, [&coupled.inputs, &[&*coupled.outputs, work.as_slice()].concat()], &starts, &parameters)?;
         let motion = Motion::of(file, &finder, side, &coupled)?;
@@ -173,12 +181,15 @@ impl FmuMember {
                 "note: {file}: its time is {begin} when a run begins (startTime of <DefaultExperiment>)\n"
             ));
         }
-        let offers = motion.offers(side, description, &table.observe, work.is_some());
-        let Coupled { outputs, inputs, limits, ports, shape, .. } = coupled;
+        let offers = motion.offers(side, description, &headings, work.is_some());
+        let Coupled { outputs, inputs, limits, ports, shape, said, .. } = coupled;
+        let needs: Vec<PathBuf> = table.needs.iter().map(|library| library_at(path, library)).collect();
+        let digest = digest_of(&unpacked.digest, &needs)?;
+        let declares_feedthrough = ports.direct_feedthrough && (said || table.direct_feedthrough.is_some());
         let plan = Plan {
             file: unpacked.file.clone(),
             library: unpacked.library.clone(),
-            needs: table.needs.iter().map(|library| library_at(path, library)).collect(),
+            needs: needs.clone(),
             resources: unpacked.folder.path().join("resources"),
             version_2: description.is_version_2(),
             token: description.token.clone(),
@@ -202,9 +213,10 @@ impl FmuMember {
             step: description.variable("rim.step").filter(|_| unpacked.layered).map(|variable| variable.reference),
             model: motion.model,
             observed,
+            observed_names: table.observe.clone(),
             work,
         };
-        Ok(FmuMember { plan, ports, offers, shape, parameters, unpacked })
+        Ok(FmuMember { plan, ports, offers, shape, parameters, unpacked, digest, declares_feedthrough })
     }
 
     /// The size of the interface model that it tells itself.
@@ -296,6 +308,32 @@ fn library_at(file: &Path, library: &Path) -> PathBuf {
     if there.is_file() { std::path::absolute(&there).unwrap_or(there) } else { library.to_owned() }
 }
 
+/// Folders in which the system finds libraries by their names, after those of `LD_LIBRARY_PATH`.
+const OF_SYSTEM: [&str; 5] = ["/usr/local/lib", "/lib64", "/usr/lib64", "/lib", "/usr/lib"];
+/// Most that a library may hold, bytes.
+const MOST_OF_LIBRARY: u64 = 4 << 30;
+
+/// Hash of an FMU together with the libraries that it needs; of one that is not where the system finds most, its name.
+fn digest_of(fmu: &str, needs: &[PathBuf]) -> Result<String> {
+    if needs.is_empty() {
+        return Ok(fmu.to_owned());
+    }
+    let mut hash = Sha256::new();
+    hash.update(fmu);
+    let multiarch = format!("{}-linux-gnu", std::env::consts::ARCH);
+    for library in needs {
+        hash.update(library.file_name().unwrap_or_default().as_encoded_bytes());
+        let given = std::env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
+        let folders = OF_SYSTEM.iter().flat_map(|folder| [PathBuf::from(folder).join(&multiarch), folder.into()]);
+        let mut places = std::env::split_paths(&given).chain(folders).map(|folder| folder.join(library));
+        // What stands beside the case file has its whole path by now.
+        if let Some(found) = places.find(|place| place.is_file()) {
+            hash.update(Sha256::digest(read_bytes(&found, MOST_OF_LIBRARY)?));
+        }
+    }
+    Ok(hex(&hash.finalize()[..8]))
+}
+
 /// Finds the coupling variables.
 fn coupled(file: &CaseFile, finder: &Finder<'_>, side: Side, rows: &[[String; 3]]) -> Result<Coupled> {
     let mechanics = side == Side::Mechanics;
@@ -331,9 +369,9 @@ fn coupled(file: &CaseFile, finder: &Finder<'_>, side: Side, rows: &[[String; 3]
     let limits = limits.map(|(at, (found, name))| (at, (*name).to_owned(), found.variable.limits.clone()));
     let limits = limits.filter(|(.., limits)| !limits.is_none()).collect();
     let notes = names.iter().flat_map(|name| finder.notes(name)).collect();
+    let said = outputs.iter().all(|output| description.dependencies.contains_key(&output.reference));
     let depends = || {
         let depends = |output: &Scaled, input: &Scaled| description.depends(output.reference, input.reference);
-        let said = outputs.iter().all(|output| description.dependencies.contains_key(&output.reference));
         // Where nothing is said: positions and velocities are states, forces may follow them at once.
         (said || !mechanics) && outputs.iter().any(|output| inputs.iter().any(|input| depends(output, input)))
     };
@@ -342,7 +380,7 @@ fn coupled(file: &CaseFile, finder: &Finder<'_>, side: Side, rows: &[[String; 3]
         outputs: given.iter().map(port).collect(),
         direct_feedthrough: file.side(side).direct_feedthrough.unwrap_or_else(depends),
     };
-    Ok(Coupled { outputs, inputs, limits, continuous, notes, ports, shape })
+    Ok(Coupled { outputs, inputs, limits, continuous, notes, ports, shape, said })
 }
 
 /// Finds what is set before a run, by the file itself and by parameters of the case.
@@ -368,7 +406,7 @@ fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start
             ))
         })?;
         let units = [&*table.unit, &*variable.unit].map(|unit| if unit == "-" { "" } else { unit });
-        if units.iter().all(|unit| !unit.is_empty()) && units[0] != units[1] {
+        if units.iter().all(|unit| !unit.is_empty()) && one_micro(units[0]) != one_micro(units[1]) {
             return Err(finder.wrong(format!(
                 "variable `{to}` is in `{}`, and [parameters.{parameter}] says unit = {:?}; valid: the same, or none, for its values \
                  go to the FMU as they are",

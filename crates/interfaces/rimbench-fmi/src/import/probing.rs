@@ -66,6 +66,11 @@ impl ProbeErrors {
         ProbeErrors { file: file.to_owned(), notes: notes.clone(), errors: Vec::new() }
     }
 
+    /// What is found of it, with its file.
+    pub(super) fn of_file(&self, found: &str) -> String {
+        format!("{}: {found}", self.file.display())
+    }
+
     /// Notes one.
     pub(super) fn note(&mut self, error: f64) {
         self.errors.push(error);

@@ -79,7 +79,7 @@ impl PythonMember {
         let mut member = PythonMember {
             file: path.to_owned(),
             class: class.to_owned(),
-            digest: hex(&Sha256::digest(text)[..8]),
+            digest: hex(&Sha256::digest(&text)[..8]),
             ports: Ports { inputs, outputs, direct_feedthrough: false },
             offers: Offers { copies: true, ..Offers::default() },
             model: None,
@@ -95,7 +95,11 @@ impl PythonMember {
         };
         let names: Vec<u8> = names.iter().map(|byte| *byte as u8).collect();
         let names = String::from_utf8_lossy(&names);
-        let (names, without_model) = names.split_once('\0').unwrap_or((&names, ""));
+        let mut parts = names.split('\0');
+        let [names, without_model, made_of] = std::array::from_fn(|_| parts.next().unwrap_or_default());
+        if !made_of.is_empty() {
+            member.digest = hex(&Sha256::digest(text + made_of)[..8]);
+        }
         member.ports.direct_feedthrough = table.direct_feedthrough.unwrap_or(*through == 1.0);
         member.offers.work = *work == 1.0;
         member.offers.observables = names.lines().map(|name| Name::from(name.to_owned())).collect();
@@ -117,8 +121,12 @@ impl PythonMember {
             all.insert(parameter.name.to_string(), value);
         }
         let (outputs, inputs) = (self.ports.outputs.len(), self.ports.inputs.len());
+        let file = self
+            .file
+            .to_str()
+            .ok_or_else(|| format!("{}: its path is no text in UTF-8; valid: a path that is", self.file.display()))?;
         let plan = json!({
-            "file": self.file, "class": self.class, "parameters": all, "outputs": outputs, "inputs": inputs,
+            "file": file, "class": self.class, "parameters": all, "outputs": outputs, "inputs": inputs,
         });
         let plan = serde_json::to_vec(&plan).map_err(|error| error.to_string())?;
         let command = [self.python.clone(), "-c".into(), WORKER.into()];

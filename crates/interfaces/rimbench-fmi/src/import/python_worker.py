@@ -1,6 +1,6 @@
 """One side of a case, an object of Python, driven through the socket that is the standard input; process.rs says how."""
 
-import copy, importlib.util, json, os, socket, struct, sys, traceback
+import copy, hashlib, importlib.util, json, os, site, socket, struct, sys, traceback
 
 OUTPUTS, STEP, RATES, MODEL, OBSERVE, WORK, COPY, DROP, BEGIN, HEARD, DESCRIBE = range(1, 12)
 TOUCHING = 1e-9
@@ -30,12 +30,47 @@ def main():
     def refusal(error):
         place = traceback.extract_tb(error.__traceback__)[-1:]
         where = "".join(f" ({os.path.basename(at.filename)}, line {at.lineno}, in {at.name})" for at in place)
-        text = f"{type(error).__name__}: {error}{where}".replace("\n", "; ").encode()
+        try:
+            said = str(error)
+        except Exception:
+            said = "without words"
+        text = f"{type(error).__name__}: {said}{where}".replace("\n", "; ").encode(errors="backslashreplace")
         return struct.pack("<BQ", 1, len(text)) + text
 
     plan = json.loads(read(struct.unpack("<Q", read(8))[0]))
+    own = os.path.dirname(os.path.abspath(plan["file"]))
+    opened = set()
+
+    def note(event, arguments):
+        # A name that is opened to be read, while the side is made.
+        if event == "open" and isinstance(arguments[0], (str, bytes, os.PathLike)) and not arguments[2] & 3:
+            opened.add(os.path.abspath(os.fsdecode(arguments[0])))
+
+    def made_of(side):
+        """Digest of what the side is made of besides its file: what it says, modules of its own, and files that it has read so far."""
+        said = getattr(side, "made_from", None)
+        listed = [] if said is None or isinstance(said, str) else [os.path.join(own, os.fspath(path)) for path in said]
+        modules = {os.path.abspath(module.__file__) for module in list(sys.modules.values()) if getattr(module, "__file__", None)}
+        system = [sys.prefix, sys.base_prefix, os.path.dirname(os.__file__), *site.getsitepackages(), site.getusersitepackages()]
+        system = [os.path.join(os.path.realpath(folder), "") for folder in (*system, "/etc", "/proc", "/sys", "/dev")]
+
+        def is_own(path):
+            inside = os.path.realpath(path)
+            here = inside.startswith(os.path.join(os.path.realpath(own), ""))
+            elsewhere = inside.startswith(tuple(system)) or any(part.startswith(".") for part in inside.split(os.sep))
+            return os.path.isfile(path) and not path.endswith(".pyc") and (here or not elsewhere)
+
+        files = {path for path in opened | modules if is_own(path)} - {os.path.abspath(plan["file"])}
+        parts = []
+        for path in files.union(listed):
+            with open(path, "rb") as file:
+                parts.append(f"{os.path.basename(path)} {hashlib.sha256(file.read()).hexdigest()}")
+        parts = sorted(parts) + ([said] if isinstance(said, str) else [])
+        return hashlib.sha256("\n".join(parts).encode(errors="backslashreplace")).hexdigest()[:16] if parts else ""
+
     try:
-        sys.path.insert(0, os.path.dirname(os.path.abspath(plan["file"])))
+        sys.addaudithook(note)
+        sys.path.insert(0, own)
         spec = importlib.util.spec_from_file_location("side", plan["file"])
         if spec is None:
             raise ImportError("is no file of Python: its name does not end in .py")
@@ -105,9 +140,10 @@ def main():
             through = getattr(side, "direct_feedthrough", None)
             known = [-1.0 if through is None else float(bool(through))]
             known += [float(getattr(side, name, None) is not None) for name in ("interface_work", "interface_model")]
-            # Behind the names, why there is no interface model.
-            names = "\n".join(getattr(side, "observables", ()) or ()) + "\0" + (getattr(side, "no_interface_model", None) or "")
-            return known + [float(getattr(side, "contacts", 0) or 0), *names.encode()]
+            # Behind the names, why there is no interface model, and what it is made of.
+            names = "\n".join(getattr(side, "observables", ()) or ())
+            names += "\0" + (getattr(side, "no_interface_model", None) or "") + "\0" + made_of(side)
+            return known + [float(getattr(side, "contacts", 0) or 0), *names.encode(errors="backslashreplace")]
         return [0.0] if what == HEARD else []
 
     while True:

@@ -2,8 +2,9 @@
 
 use super::host::{Ask, Host};
 use super::probing::{ProbeErrors, SideNotes};
+use crate::last_words::tell_once;
 use crate::model_parts::ModelSize;
-use rimbench_cases::cases::model_against_outputs;
+use rimbench_cases::cases::{JumpWatch, model_against_outputs};
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -95,6 +96,7 @@ pub(super) struct ImportedSide {
     /// By how much what was probed may be wrong.
     errors: ProbeErrors,
     foreseen: Foreseen,
+    jumps: JumpWatch,
     /// The largest that the diagonal of H, and an eigenvalue of it, have been where it follows from rates, 1/kg.
     diagonal: Vec<f64>,
     largest_mobility: f64,
@@ -116,6 +118,7 @@ impl ImportedSide {
         ImportedSide {
             host: Arc::new(Mutex::new(host)),
             id: 0,
+            jumps: JumpWatch::of(&ports),
             ports,
             model: None,
             told: None,
@@ -398,6 +401,9 @@ impl Subsystem for ImportedSide {
             self.know_outputs(u)?;
             self.shape.integrals.iter_mut().for_each(|(row, position)| *position += 0.5 * h * self.y[rows + *row]);
         }
+        if self.known {
+            self.jumps.begin(&self.y);
+        }
         self.input.clear();
         self.input.extend([t, h]);
         self.put(u);
@@ -408,6 +414,7 @@ impl Subsystem for ImportedSide {
             *position += 0.5 * h * self.y[rows + *row];
             self.y[*row] = *position;
         }
+        self.jumps.see(h, &self.y, &self.ports).map_err(|jump| Failure::reported(self.errors.of_file(&jump)))?;
         // Of several steps of its own the first.
         if (h - self.foreseen.step).abs() <= 1e-9 * h {
             self.errors.note(self.foreseen.miss(u, &self.y[rows..]));
@@ -445,6 +452,7 @@ impl Subsystem for ImportedSide {
             longest: self.longest,
             errors: self.errors.of_a_copy(),
             foreseen: self.foreseen.clone(),
+            jumps: self.jumps.clone(),
             diagonal: self.diagonal.clone(),
             largest_mobility: self.largest_mobility,
             failed: self.failed.clone(),
@@ -499,7 +507,13 @@ impl Capabilities for ImportedSide {
         self.input.clear();
         self.input.push(h);
         match self.ask(Ask::Observe) {
-            Ok(()) => row.copy_from_slice(&self.output),
+            Ok(()) => {
+                row.copy_from_slice(&self.output);
+                if let Some(at) = row.iter().position(|value| !value.is_finite()) {
+                    let found = format!("observed `{}` is {}", self.offers.observables[at], row[at]);
+                    tell_once(&format!("note: {}\n", self.errors.of_file(&found)));
+                }
+            }
             Err(message) => {
                 row.fill(f64::NAN);
                 self.failed = Some(Failure::reported(message));

@@ -12,7 +12,9 @@ import hashlib
 import html
 import inspect
 import json
+import os
 import re
+import site
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -57,14 +59,14 @@ __all__ = [
 
 #: A time in s, or a text with its unit, such as "5ms".
 Time = float | str
-_UNITS = {"ns": 1e9, "us": 1e6, "µs": 1e6, "ms": 1e3, "min": 1.0 / 60.0, "s": 1.0}
+_UNITS = {"ns": 1e9, "us": 1e6, "\u00b5s": 1e6, "\u03bcs": 1e6, "ms": 1e3, "min": 1.0 / 60.0, "s": 1.0}
 
 
 def _seconds(key: str, value: Any) -> Any:
     """The time in s that a text with a unit is; anything else as it is, and of one that is no time the error is the caller's."""
     if not isinstance(value, str) or not key.endswith("_s") or key.endswith(("_m_s", "_rad_s")):
         return value
-    found = re.fullmatch(r"\s*([-+.\deE]+)\s*(ns|us|µs|ms|min|s)\s*", value)
+    found = re.fullmatch(r"\s*([-+.\deE]+)\s*(ns|us|\u00b5s|\u03bcs|ms|min|s)\s*", value)
     try:
         return float(found[1]) / _UNITS[found[2]] if found else value
     except ValueError:
@@ -81,12 +83,51 @@ def _source(maker: Any) -> str:
     return inspect.getsource(maker)
 
 
+def _modules(maker: Any) -> list[Path]:
+    """Files of the modules that the module of a maker names, and those name in turn; without itself, and without what is installed."""
+    places = [sys.prefix, sys.base_prefix, str(Path(os.__file__).parent), *site.getsitepackages(), site.getusersitepackages()]
+    system = [Path(place).resolve() for place in places]
+    parts = (maker, *(vars(maker).values() if isinstance(maker, type) else ()))
+    waiting = [names for names in (getattr(part, "__globals__", None) for part in parts) if names][:1]
+    seen = {getattr(maker, "__module__", None)}
+    files = []
+    while waiting:
+        for value in list(waiting.pop().values()):
+            name = value.__name__ if inspect.ismodule(value) else getattr(value, "__module__", None)
+            file = getattr(sys.modules.get(name), "__file__", None) if isinstance(name, str) and name not in seen else None
+            if file and not any(Path(file).resolve().is_relative_to(place) for place in system):
+                seen.add(name)
+                waiting.append(vars(sys.modules[name]))
+                files.append(Path(file))
+    return sorted(files)
+
+
+def _digest(files: Iterable[str | PathLike[str]]) -> str:
+    """Hash of names and contents of files."""
+    parts = sorted(f"{Path(file).name} {hashlib.sha256(Path(file).read_bytes()).hexdigest()}" for file in files)
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+
+def _made_from(side: Any) -> str:
+    """What a side says that it is made of besides its code: a text, or files beside its own."""
+    said = side.made_from
+    if isinstance(said, str):
+        return said
+    try:
+        beside = Path(inspect.getfile(type(side))).parent
+    except (TypeError, OSError):
+        beside = Path()
+    return _digest(beside / file for file in said)
+
+
 def _code(makers: Iterable[Any]) -> tuple[str | None, str]:
     """Hash of the code that makes sides; else why there is none."""
     text = ""
     for maker in makers:
         try:
             text += _source(maker)
+            if files := _modules(maker):
+                text += _digest(files)
         except (TypeError, OSError):
             return None, f"the source of {maker!r} is not to be had"
     return hashlib.sha256(text.encode()).hexdigest()[:16], ""

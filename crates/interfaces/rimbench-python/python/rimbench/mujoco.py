@@ -84,7 +84,8 @@ class Mechanics:
     keyframe : name of the keyframe to start from.
 
     It steps by the model's `timestep`, or by equal steps that are shorter. A subclass may set `self.data.ctrl` in `control(t)`, called
-    before each step of the engine, and say what else is recorded in `observables` and `observe()`; what it keeps besides is copied.
+    before each step of the engine, and forces of its own: to `self.data.qfrc_applied` those of the interface are added. It may say what
+    else is recorded in `observables` and `observe()`; what it keeps besides is copied.
     """
 
     stabilisation = 0.0
@@ -132,6 +133,7 @@ class Mechanics:
         if self.no_interface_model:
             self.interface_model = None  # type: ignore[assignment]
         self._wide: list[Any] = []
+        self._check_delays(self._timestep)
         self._spare: list[Any] = []
         self._work = 0.0
         self._see()
@@ -264,6 +266,21 @@ class Mechanics:
     def outputs(self, u: Sequence[float]) -> Sequence[float]:
         return self._outputs
 
+    def _check_delays(self, step: float) -> None:
+        """Refuses a step in which what the engine keeps of a delay, a number of samples, one per step, is less than the delay."""
+        for kind in ("actuator", "sensor"):
+            # Before MuJoCo 4 there are none.
+            delays = getattr(self.model, f"{kind}_delay", ())
+            for at, delay in enumerate(delays):
+                room = int(getattr(self.model, f"{kind}_history")[at][0])
+                every = max(step, float(self.model.sensor_interval[at][0])) if kind == "sensor" else step
+                if delay > 0.0 and room * every < delay * (1 - 1e-9):
+                    raise RimbenchError(
+                        f"{kind} `{getattr(self.model, kind)(at).name or at}` of the MuJoCo model has a delay of {delay} s and nsample = {room}, which "
+                        f"hold {room * every:.3g} s at a step of {step} s: the reference takes shorter steps than the model's {self._timestep} s; "
+                        f"valid: nsample of {math.ceil(delay / every * (1 - 1e-9))} and more"
+                    )
+
     def step(self, t: float, u: Sequence[float], h: float) -> Sequence[float]:
         engine, model, data = _engine(), self.model, self.data
         count = max(1, math.ceil(h / self._timestep * (1 - 1e-9)))
@@ -273,11 +290,15 @@ class Mechanics:
             model.opt.timestep = h / count
             if self._begun != h / count:
                 self._begun = h / count
+                self._check_delays(self._begun)
                 self._see()
             self.control(t + index * h / count)
             before = self._speeds
-            data.qfrc_applied[:] = force @ self._rows
+            # What a subclass has applied is its own.
+            own = data.qfrc_applied.copy()
+            data.qfrc_applied += force @ self._rows
             engine.mj_step2(model, data)
+            data.qfrc_applied[:] = own
             self._see()
             self._work += 0.5 * h / count * float(force @ (before + self._speeds))
         for warning in (engine.mjtWarning.mjWARN_BADQPOS, engine.mjtWarning.mjWARN_BADQVEL, engine.mjtWarning.mjWARN_BADQACC):
@@ -330,7 +351,7 @@ class Mechanics:
 
     def _all_rows(self, data: Any) -> tuple[Numbers, Numbers, list[Any]]:
         """Gaps, Jacobians of contacts and interface, and what each row stands for."""
-        engine, model = _engine(), self._wide[0]
+        engine, model = _engine(), self.model
         gaps, rows = np.full(self.contacts, FAR), np.zeros((self.contacts + len(self._interface), model.nv))
         marks: list[Any] = [None] * self.contacts
         first = dict(zip(self._pairs, np.cumsum([0, *self._pairs.values()])))
@@ -367,17 +388,23 @@ class Mechanics:
 
     def interface_model(self, h: float) -> dict[str, Any]:
         """The exact model: H, free accelerations, velocities and gaps from the engine, its contacts as rigid ones."""
-        engine = _engine()
+        engine, model = _engine(), self.model
         if not self._wide:
-            wide = copy.copy(self.model)
-            wide.geom_margin[:] = self._reach
-            wide.pair_margin[:] = self._reach
-            # Bounding volumes know nothing of margins.
-            wide.opt.disableflags |= engine.mjtDisableBit.mjDSBL_MIDPHASE
-            self._wide[:] = [wide, engine.MjData(wide)]
-        wide, data = self._wide
+            self._wide.append(engine.MjData(model))
+        kept = model.geom_margin.copy(), model.pair_margin.copy(), model.opt.disableflags
+        model.geom_margin[:] = self._reach
+        model.pair_margin[:] = self._reach
+        # Bounding volumes know nothing of margins.
+        model.opt.disableflags |= engine.mjtDisableBit.mjDSBL_MIDPHASE
+        try:
+            return self._exact(model, self._wide[0])
+        finally:
+            model.geom_margin[:], model.pair_margin[:], model.opt.disableflags = kept
+
+    def _exact(self, wide: Any, data: Any) -> dict[str, Any]:
+        """The exact model of a model whose contacts are within reach, by data of its own."""
+        engine = _engine()
         engine.mj_setState(wide, data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
-        data.qfrc_applied[:] = 0.0
         for stage in (engine.mj_fwdPosition, engine.mj_fwdVelocity, engine.mj_fwdActuation, engine.mj_fwdAcceleration):
             stage(wide, data)
         gaps, rows, marks = self._all_rows(data)

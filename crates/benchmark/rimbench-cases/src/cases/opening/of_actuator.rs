@@ -1,8 +1,8 @@
 //! Which way an actuator answers to its motion, and whether its derivatives say so.
 
 use super::adds_up::{Move, Push, Ratio, answer_over_rate, in_words, step_over_rate};
-use super::{Fault, SHORTER, Tried, little};
-use rimbench_core::cosim::{OutputRates, Quantity, Subsystem};
+use super::{Fault, SHORTER, Tried, little, pushed};
+use rimbench_core::cosim::{OutputRates, PerSide, Quantity, Subsystem};
 use rimbench_core::error::Failure;
 
 /// Rows whose positions and velocities an actuator is pushed by.
@@ -17,6 +17,42 @@ pub(super) enum Answer {
     PushesOn,
     /// Neither, or both.
     Unclear,
+}
+
+/// How many times what is little an actuator is pushed by to see when it answers.
+const PUSHES: [f64; 2] = [1.0, -1e3];
+
+/// Whether an actuator does not answer at once, and does after a step; of one that gives no copies, whether its outputs
+/// have moved in the steps `before`.
+pub(super) fn answers_late(
+    actuator: &mut dyn Subsystem,
+    u: &[f64],
+    [t, h]: [f64; 2],
+    before: &[PerSide<Vec<f64>>],
+) -> Result<bool, Failure> {
+    let ports = actuator.ports().clone();
+    let told = |actuator: &mut dyn Subsystem, times: f64| {
+        let mut y = vec![0.0; ports.outputs.len()];
+        actuator.outputs(&pushed(&ports, u, times), &mut y).map(|()| y)
+    };
+    let as_is = told(actuator, 0.0)?;
+    let mut at_once = false;
+    for times in PUSHES {
+        at_once |= told(actuator, times)? != as_is;
+    }
+    told(actuator, 0.0)?;
+    if at_once {
+        return Ok(false);
+    }
+    let mut after = Vec::new();
+    for times in [0.0, PUSHES[0], PUSHES[1]] {
+        let Ok(mut copy) = actuator.try_clone() else {
+            return Ok(before.windows(2).any(|two| two[0].actuator != two[1].actuator));
+        };
+        copy.step(t, &pushed(&ports, u, times), h)?;
+        after.push(told(&mut *copy, times)?);
+    }
+    Ok(after.iter().any(|y| *y != after[0]))
 }
 
 /// How the forces of an actuator change with position and velocity of their rows, after a step of a copy, or at once

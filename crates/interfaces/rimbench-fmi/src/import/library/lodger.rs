@@ -2,6 +2,7 @@
 //! locale, and how the processor rounds and traps. Folder and locale are those of all threads, which may see them until
 //! the call is over.
 
+use super::super::archive::remove_unpacked;
 use super::system;
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -22,6 +23,9 @@ unsafe extern "C" {
     fn fflush(stream: *mut c_void) -> c_int;
     fn setlocale(category: c_int, locale: *const c_char) -> *const c_char;
     fn atexit(call: extern "C" fn()) -> c_int;
+    fn getpid() -> c_int;
+    #[cfg(target_os = "linux")]
+    fn gettid() -> c_int;
     #[cfg(target_os = "linux")]
     fn at_quick_exit(call: extern "C" fn()) -> c_int;
 }
@@ -45,14 +49,30 @@ thread_local! {
 /// Says which FMU is at work in this thread, until this is dropped.
 pub(super) struct AtWork(Option<(*const Path, *const str)>);
 
-/// How many are at work in all threads, and whether the program ends of its own accord.
+/// How many are here, how many of them are at work in all threads, and whether the program ends, of its own accord or
+/// by one of them.
+static HERE: AtomicUsize = AtomicUsize::new(0);
 static WORKING: AtomicUsize = AtomicUsize::new(0);
 static LEAVING: AtomicBool = AtomicBool::new(false);
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// Threads that may call `exit` at once: each takes away one of the calls that are made at the end.
+const MOST_AT_ONCE: usize = 1024;
 
 /// Ends the program, whatever FMUs are at.
 pub(super) fn leave(code: u8) -> ! {
     LEAVING.store(true, Ordering::Relaxed);
+    remove_unpacked();
     std::process::exit(code.into())
+}
+
+/// Whether this is the thread with which the program began, which comes to an `exit` of its own.
+fn is_first_thread() -> bool {
+    // SAFETY: both take nothing and cannot fail.
+    #[cfg(target_os = "linux")]
+    return unsafe { gettid() == getpid() };
+    #[cfg(not(target_os = "linux"))]
+    true
 }
 
 impl AtWork {
@@ -74,12 +94,21 @@ impl Drop for AtWork {
 extern "C" fn at_exit() {
     // SAFETY: while an FMU is at work in this thread, what its `AtWork` was given is there.
     let at_work = AT_WORK.get().map(|(file, side)| unsafe { (&*file, &*side) });
+    let is_ours = || {
+        let any = if is_first_thread() { &WORKING } else { &HERE };
+        any.load(Ordering::Relaxed) == 0
+    };
     let who = match at_work {
         Some((file, side)) => format!("{}: the FMU of the {side}", file.display()),
-        // In a thread that it has begun.
-        None if WORKING.load(Ordering::Relaxed) > 0 && !LEAVING.load(Ordering::Relaxed) => "an FMU".to_owned(),
-        None => return,
+        None if LEAVING.load(Ordering::Relaxed) || (is_ours() && !ENDING.load(Ordering::Relaxed)) => return,
+        // In a thread that it has begun; or it is ending the program already.
+        None => "an FMU".to_owned(),
     };
+    // Another thread is about to say so and to end the program; with this one it would end at once.
+    while ENDING.swap(true, Ordering::Relaxed) {
+        std::thread::sleep(std::time::Duration::from_secs(1));
+    }
+    remove_unpacked();
     let line = format!(
         "error: {who} ended this program by itself (exit); what is stored is kept, and the same command goes on from there; valid: \
          process = \"own\", with which that is the end of one run\n"
@@ -100,10 +129,13 @@ impl House {
         static GUARDED: Once = Once::new();
         // SAFETY: what is called at the end takes nothing and is there to the end.
         GUARDED.call_once(|| unsafe {
-            atexit(at_exit);
-            #[cfg(target_os = "linux")]
-            at_quick_exit(at_exit);
+            for _ in 0..MOST_AT_ONCE {
+                atexit(at_exit);
+                #[cfg(target_os = "linux")]
+                at_quick_exit(at_exit);
+            }
         });
+        HERE.fetch_add(1, Ordering::Relaxed);
         let mut output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner);
         if output.0 == 0 {
             let _ = std::io::stdout().flush();
@@ -139,6 +171,7 @@ impl House {
 impl Drop for House {
     fn drop(&mut self) {
         self.tidy();
+        HERE.fetch_sub(1, Ordering::Relaxed);
         let mut output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner);
         output.0 -= 1;
         if output.0 == 0

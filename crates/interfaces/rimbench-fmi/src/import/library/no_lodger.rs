@@ -29,5 +29,6 @@ impl AtWork {
 
 /// Ends the program.
 pub(super) fn leave(code: u8) -> ! {
+    super::super::archive::remove_unpacked();
     std::process::exit(code.into())
 }

@@ -355,6 +355,7 @@ mod tests {
             keeps_state: true,
             model: None,
             step: None,
+            observed_names: Vec::new(),
             observed: Vec::new(),
             work: None,
         };

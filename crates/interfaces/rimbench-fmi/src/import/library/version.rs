@@ -2,6 +2,7 @@
 
 use super::super::host::{Plan, Start, Type};
 use libloading::Library;
+use rimbench_results::input::path_hint;
 use std::ffi::{CString, c_int, c_void};
 use std::fmt::Display;
 
@@ -106,7 +107,8 @@ impl Opened {
         let file = plan.file.display().to_string();
         for needed in &plan.needs {
             load_for_all(needed).map_err(|error| {
-                format!("{file}: needs = {}, which cannot be loaded: {}", needed.display(), why(&error))
+                let (name, hint) = (needed.display(), path_hint(needed));
+                format!("{file}: needs = {name}, which cannot be loaded: {}{hint}", why(&error))
             })?;
         }
         // SAFETY: what a library does when it is loaded is its own business; whoever names an FMU trusts it.
