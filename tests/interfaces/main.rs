@@ -9,6 +9,7 @@ mod program;
 
 mod attributes;
 mod faulty_guest;
+mod fixed_steps;
 mod fmi;
 mod guest_fmu;
 mod outside;
