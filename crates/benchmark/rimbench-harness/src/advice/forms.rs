@@ -62,7 +62,10 @@ fn requests(scheme: &SchemeEntry, fixed: &RunRequest) -> Vec<RunRequest> {
 
 /// Says a coupling as the calls of a master in a macro step, so that it can be followed without this program.
 pub fn as_a_master(run: &RunSpec) -> String {
-    let step = |length: f64| format!("{} ms", format!("{:.4e}", length * 1e3).parse().unwrap_or(length * 1e3));
+    let step = |length: f64| {
+        let (number, unit) = if length < 9e-5 { (length * 1e6, "µs") } else { (length * 1e3, "ms") };
+        format!("{} {unit}", format!("{number:.4e}").parse().unwrap_or(number))
+    };
     let stepped = |side: &str, count: usize| {
         let times = match count {
             1 => "once".to_owned(),
