@@ -8,13 +8,16 @@ use super::run_options::{RunOptions, seconds as time, typed};
 use super::screen::{Mood, command_row, headline, paragraph, row};
 use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, warn_of_cache, with_file};
 use clap::Args;
+use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
-use rimbench::fmi::import::SideNotes;
+use rimbench::fmi::import::{SideNotes, master_script};
 use rimbench::harness::{
-    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of, share_of_peak, steps_to_try,
+    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, prices_of, share_of_peak,
+    steps_to_try,
 };
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Arguments of `advise`.
@@ -51,6 +54,9 @@ pub struct Advise {
     /// Phases at which the error must be met
     #[arg(long, value_name = "K", default_value_t = 32)]
     phases: usize,
+    /// Write the advice for two FMUs as a script for FMPy, where its scheme is a hold or an extrapolation
+    #[arg(long, value_name = "FILE.py")]
+    write_master: Option<PathBuf>,
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -63,6 +69,15 @@ impl Advise {
     /// `files` are the options by which files of cases were given.
     pub(super) fn run(self, catalogue: &Catalogue, mut files: String) -> anyhow::Result<ExitCode> {
         let mut fixed = self.run.request()?;
+        let case_file = fixed.case.clone().filter(|name| is_file_of_case(catalogue, name)).map(PathBuf::from);
+        if let Some(script) = &self.write_master {
+            if case_file.is_none() {
+                let found = fixed.case.clone().unwrap_or_default();
+                let valid = "with --write-master a case file (.toml) that names two FMUs (docs/guide/fmi.md)";
+                return Err(Error::invalid("case", found, valid).into());
+            }
+            check_writable_file(script)?;
+        }
         if let Some(file) = fixed.case.as_ref().filter(|name| is_file_of_case(catalogue, name)) {
             files += &file_option("--case-file", file.as_ref());
         }
@@ -98,36 +113,65 @@ impl Advise {
             advice => advice?,
         };
         warn_of_cache(&cache);
+        let master = match (&self.write_master, &advice.advised, &case_file) {
+            (Some(script), Some(choice), Some(case)) => Some(write_master(catalogue, script, choice, case)?),
+            _ => None,
+        };
         let command = |choice: &Choice| format!("rimbench simulate{}{files}", typed(&choice.request));
         match self.format {
-            Format::Table => print(&text(&question, &advice, command))?,
-            Format::Json => print_json(&facts(&question, &advice, command)?)?,
+            Format::Table => print(&text(&question, &advice, master, command)?)?,
+            Format::Json => print_json(&facts(&question, &advice, master, command)?)?,
         }
         Ok(ExitCode::SUCCESS)
     }
 }
 
-fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> String) -> String {
+/// Writes the advice as a script; says that it was written, or why it was not.
+fn write_master(catalogue: &Catalogue, script: &Path, choice: &Choice, case: &Path) -> anyhow::Result<String> {
+    let run = choice.request.resolve(catalogue)?;
+    match master_script(case, &run, &as_a_master(&run), choice.worst_error.unwrap_or(f64::NAN)) {
+        Ok(text) => {
+            write_atomically(script, |file| file.write_all(text.as_bytes()))?;
+            Ok(format!("written to {}; `python {0}` prints its error", script.display()))
+        }
+        Err(Error::Incompatible(why)) => Ok(why),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn text(
+    question: &Question<'_>,
+    advice: &Advice,
+    master: Option<String>,
+    command: impl Fn(&Choice) -> String,
+) -> anyhow::Result<String> {
     let set: String = question.fixed.set.iter().map(|(key, value)| format!(" · {key} = {value}")).collect();
     let case = question.fixed.case.as_deref().unwrap_or_default();
     let about = format!("{case}{set} · rms force error at most {} of the peak", percent(question.error));
-    let usual = question.catalogue.case(case).map_or(f64::NAN, |case| case.defaults.duration_s);
-    let duration_s = question.fixed.duration_s.unwrap_or(usual);
     let step = |choice: &Choice| with_digits(choice.macro_step_s, "s", 4);
+    let error = |choice: &Choice| percent(choice.worst_error.unwrap_or(f64::NAN));
     let verdict = |choice: &Choice| (format!("{} at {}", choice.scheme, step(choice)), Mood::Good);
     let (verdict, mood) = advice.advised.as_ref().map_or(("none".to_owned(), Mood::Bad), verdict);
     let mut lines = vec![headline(&about, &verdict, mood)];
-    for (label, choice) in [("advised", &advice.advised), ("runner-up", &advice.runner_up)] {
-        let Some(choice) = choice else { continue };
-        let Choice { scheme, form, time_is_of, .. } = choice;
-        lines.push(row(label, &format!("{scheme}, {form}, H = {}", step(choice))));
-        let (error, cost) = (percent(choice.worst_error.unwrap_or(f64::NAN)), with_digits(choice.cost, "-", 3));
-        let unit = if question.prices == USUAL_PRICES { "micro steps" } else { "units of price" };
-        lines.push(row("", &format!("error {error}, worst of {} phases; cost {cost} {unit}", question.phases)));
-        let time = quantity(choice.time_per_macro_step_s, "s");
-        let count = (duration_s / choice.macro_step_s).ceil();
-        let total = quantity(count * choice.time_per_macro_step_s, "s");
-        lines.push(row("computing time", &format!("{time} per macro step, {total} in all ({time_is_of} time)")));
+    if let Some(choice) = &advice.advised {
+        let worst =
+            if advice.phases == 1 { "phase 1".to_owned() } else { format!("the worst of {} phases", advice.phases) };
+        lines.push(row(
+            "advised",
+            &format!("{} at {}: error {} at {worst}", choice.scheme, step(choice), error(choice)),
+        ));
+        let run = choice.request.resolve(question.catalogue)?;
+        lines.push(row("as a master", &as_a_master(&run)));
+        let (time, count) = (choice.time_per_macro_step_s, run.communication_points().macro_steps());
+        let [time, total] = [time, count as f64 * time].map(|time| quantity(time, "s"));
+        let of = choice.time_is_of;
+        lines.push(row("computing time", &format!("{time} per macro step, {total} in all ({of} time)")));
+    }
+    if let Some((choice, advised)) = advice.runner_up.as_ref().zip(advice.advised.as_ref()) {
+        let Choice { scheme, form, .. } = choice;
+        let more = percent(choice.cost / advised.cost - 1.0);
+        let said = format!("{scheme}, {form}, at {}: error {}, {more} more work", step(choice), error(choice));
+        lines.push(row("runner-up", &said));
     }
     if let Some((advised, finer)) = advice.advised.as_ref().zip(advice.finer.as_ref()) {
         let (Choice { scheme, form, .. }, error) = (finer, percent(finer.worst_error.unwrap_or(f64::NAN)));
@@ -145,11 +189,17 @@ fn text(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> S
     }
     lines.extend(advice.notes.iter().map(|note| format!("  {}", paragraph(note, 2))));
     lines.extend(advice.advised.as_ref().map(|choice| command_row("try it", &command(choice))));
+    lines.extend(master.map(|said| row("master", &said)));
     lines.push(format!("{} runs", advice.runs_made));
-    lines.join("\n")
+    Ok(lines.join("\n"))
 }
 
-fn facts(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> String) -> anyhow::Result<Value> {
+fn facts(
+    question: &Question<'_>,
+    advice: &Advice,
+    master: Option<String>,
+    command: impl Fn(&Choice) -> String,
+) -> anyhow::Result<Value> {
     let mut facts = serde_json::to_value(advice)?;
     advice.advised.iter().for_each(|choice| facts["advised"]["command"] = command(choice).into());
     advice.runner_up.iter().for_each(|choice| facts["runner_up"]["command"] = command(choice).into());
@@ -157,7 +207,7 @@ fn facts(question: &Question<'_>, advice: &Advice, command: impl Fn(&Choice) -> 
     facts["case"] = json!(question.fixed.case);
     facts["metric"] = json!(METRIC);
     facts["error"] = json!(question.error);
-    facts["phases"] = json!(question.phases);
+    master.into_iter().for_each(|said| facts["master"] = said.into());
     facts["macro_steps_s"] = json!(question.macro_steps);
     facts["costs"] = json!(question.prices);
     Ok(facts)

@@ -51,6 +51,9 @@ pub struct Limit {
     format: Format,
 }
 
+/// What is said of runs with a side of fixed step.
+const FIXED_STEPS: &str = "a side takes steps of one length only: phase 1, each run to its last whole macro step";
+
 /// How stability is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Method {
@@ -114,7 +117,7 @@ impl Limit {
             Format::Table => {
                 let name = |name: &Option<String>| name.clone().unwrap_or_default();
                 let about = format!("{} · {}", name(&request.case), name(&request.scheme));
-                let shown = screen(&found, &about, phases.len(), self.all);
+                let shown = screen(&found, &about, phases.len(), self.all, least.case.has_fixed_steps());
                 print(&if unbounded { self::unbounded(&shown) } else { shown })?;
                 if let Some(predicted) = predicted {
                     print_prediction(predicted, &found)?;
@@ -145,12 +148,14 @@ fn facts(found: &StabilityLimit) -> Object {
     facts.number("last_stable_s", found.last_stable);
     facts.number("first_unstable_s", found.first_unstable);
     facts.number("no_answer_s", found.no_answer);
+    let is_skipped = |point: &&StabilityPoint| matches!(point.verdict, StepVerdict::Skipped(_));
+    facts.put("skipped", found.points.iter().filter(is_skipped).count());
     facts.put("fraction_stable", found.points.iter().map(point).collect::<Value>());
     facts
 }
 
 /// The limit in words first, then what goes wrong beyond it, then how it was found.
-fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> String {
+fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool, fixed: bool) -> String {
     let step = |step: f64| with_digits(step, "s", 4);
     let known = |low: &str| match found.first_unstable {
         Some(unstable) => format!("{low}, unstable at {}; between them no answer", step(unstable)),
@@ -178,6 +183,7 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
         StepVerdict::Unstable(Instability::Run(outcome)) => ended(outcome),
         StepVerdict::Unstable(growth) => growth.to_string(),
         StepVerdict::NoAnswer(why) => format!("no answer: {why}"),
+        StepVerdict::Skipped(why) => format!("skipped: {why}"),
     };
     for point in [at(found.no_answer), at(found.first_unstable)].into_iter().flatten() {
         lines.push(row(&format!("at {}", step(point.macro_step)), &why(&point.verdict)));
@@ -189,6 +195,16 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     let tried =
         format!("{} from {} to {}, {phases}{more}", counted(found.points.len(), "macro step"), step(least), step(most));
     lines.push(row("tried", &tried));
+    let mut skipped = found.points.iter().filter_map(|point| match &point.verdict {
+        StepVerdict::Skipped(why) => Some(why),
+        _ => None,
+    });
+    if let Some(first) = skipped.next() {
+        lines.push(row("skipped", &format!("{} of them, the first because {first}", 1 + skipped.count())));
+    }
+    if fixed {
+        lines.push(row("steps", FIXED_STEPS));
+    }
     if all {
         let mut table = Table::new(&["H", "stable", "first failure"]);
         for point in &found.points {

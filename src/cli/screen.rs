@@ -55,7 +55,9 @@ pub(super) fn headline(about: &str, verdict: &str, mood: Mood) -> String {
 fn headline_within(width: usize, about: &str, verdict: &str, mood: Mood) -> String {
     let [left, right] = [about, verdict].map(|text| text.chars().count());
     if left + 2 + right <= width {
-        return format!("{about}{}{}", " ".repeat(width - left - right), coloured(verdict, mood));
+        // Far apart on a wide screen they would be two texts.
+        let between = width.min(COLUMNS).saturating_sub(left + right).max(2);
+        return format!("{about}{}{}", " ".repeat(between), coloured(verdict, mood));
     }
     let verdict: Vec<String> = wrap(verdict, width).iter().map(|line| coloured(line, mood)).collect();
     format!("{}\n{}", wrap(about, width).join("\n"), verdict.join("\n"))
@@ -282,6 +284,7 @@ mod tests {
             assert_eq!(wrap(text, width).join(" "), text);
         }
         assert_eq!(headline_within(20, "box · hold", "fine", Mood::Good), "box · hold      fine");
+        assert_eq!(headline_within(200, "box · hold", "fine", Mood::Good).chars().count(), COLUMNS);
         assert_eq!(headline_within(12, "box · hold", "fine", Mood::Good), "box · hold\nfine");
         assert_eq!(
             row_within(40, "error", "of many words that go on below"),

@@ -1,7 +1,7 @@
 //! `rimbench simulate`: one run.
 
 use super::json::Object;
-use super::number::{percent, quantity};
+use super::number::{percent, quantity, with_digits};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, seconds, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
@@ -9,7 +9,7 @@ use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, wit
 use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{CommunicationGrid, Creation, Jump, Outcome, OutcomeClass, StopFlag};
+use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::error::Error;
 use rimbench::fmi::import::{ProbeQuality, SideNotes};
 use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
@@ -65,7 +65,7 @@ impl Simulate {
             // For its macro steps: what comes late is what the log says.
             let bare = RunRequest { delivery_up: None, delivery_down: None, ..request.clone() };
             let spec = RunRequest { late_samples: None, late_forces: None, ..bare }.resolve(&catalogue)?;
-            let grid = CommunicationGrid::new(spec.macro_step, spec.phase, spec.duration)?;
+            let grid = *spec.communication_points();
             let channel = request.delivery_up.get_or_insert_default();
             channel.check("delivery_up", grid.macro_steps())?;
             if let Some(note) = log.replay(&grid, channel).map_err(|why| wrong(file, why))? {
@@ -195,6 +195,11 @@ impl Said<'_> {
             let on = run.outcome.at_s().filter(|at_s| *at_s < ended);
             let on = on.map(|_| format!("; what follows is up to {}", quantity(ended, "s"))).unwrap_or_default();
             lines.push(format!("  {}", paragraph(&(self.why() + &on), 2)));
+        }
+        if spec.end() < spec.duration * (1.0 - 1e-9) && run.outcome.kind().was_run() {
+            let [end, whole] = [spec.end(), spec.duration].map(|time| with_digits(time, "s", 7));
+            let text = format!("at {end} of {whole}, with the last whole macro step: a side takes steps of one length");
+            lines.push(row("ends", &text));
         }
         let metric = |name: &str| run.found.metric(name);
         if let Some(force) = metric("force_error_rms_n") {

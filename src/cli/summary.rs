@@ -3,19 +3,10 @@
 use super::number::{percent, quantity, with_digits};
 use super::screen::{Table, paragraph};
 use rimbench::error::Result;
-use rimbench::harness::Experiment;
+use rimbench::harness::{Comparison, ComparisonRow, Experiment, MEDIANS};
 use rimbench::run_table::RunTable;
-use rimbench::runs::Finding;
 use rimbench::selection::Runs;
-use std::collections::BTreeMap;
 use std::path::Path;
-
-/// Metrics whose medians are shown, with their headings and units; an error without a unit is a share of the peak.
-const MEDIANS: [(&str, &str, &str); 3] = [
-    ("force_error_rms_of_peak", "force", "-"),
-    ("position_error_rms_m", "position", "m"),
-    ("interface_residual_j", "energy", "J"),
-];
 
 /// Rows shown; all of them are in the file.
 const MOST_ROWS: usize = 60;
@@ -26,37 +17,28 @@ const MOST_ROWS: usize = 60;
 /// [`Error::File`](rimbench::error::Error::File) for a file or column that is not there.
 pub(super) fn summary(folder: &Path) -> Result<String> {
     let table = RunTable::read_from(folder)?;
-    let metrics = MEDIANS.iter().map(|(name, ..)| Finding::named(name)).collect::<Result<Vec<Finding>>>()?;
-    let groups = Runs::of(&table).by_key(|run| (run.problem(), &*run.label, run.macro_step_s.to_bits()));
+    let Comparison { rows } = Comparison::of(&table)?;
     let mut header = vec!["scheme row", "H", "done"];
     header.extend(MEDIANS.map(|(_, heading, _)| heading));
     let mut text = paragraph("Medians of completed runs: rms errors of force and position, energy residual", 0);
-    let shown = &groups[..groups.len().min(MOST_ROWS)];
-    for of_case in shown.chunk_by(|a, b| a.0.0 == b.0.0) {
+    for of_case in rows[..rows.len().min(MOST_ROWS)].chunk_by(|a, b| a.problem == b.problem) {
         let mut shown = Table::new(&header);
-        for ((_, label, macro_step), runs) in of_case {
-            let completed = runs.completed();
-            let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
-            let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
-            failed.for_each(|&row| *failures.entry(runs.run(row).found.outcome.name()).or_default() += 1);
+        for ComparisonRow { label, macro_step_s, runs, completed, failures, medians, .. } in of_case {
             let failures: String = failures.iter().map(|(name, count)| format!(", {count} {name}")).collect();
-            let step = with_digits(f64::from_bits(*macro_step), "s", 6);
-            let done = format!("{}/{}{failures}", completed.rows().len(), runs.rows().len());
-            let mut row = vec![(*label).to_owned(), step, done];
-            row.extend(metrics.iter().zip(MEDIANS).map(|(&metric, (.., unit))| {
-                match completed.pool(|row| runs.value(row, metric)).median() {
-                    None => "–".to_owned(),
-                    Some(value) if unit == "-" => percent(value),
-                    Some(value) => quantity(value, unit),
-                }
+            let step = with_digits(*macro_step_s, "s", 6);
+            let mut row = vec![label.clone(), step, format!("{completed}/{runs}{failures}")];
+            row.extend(medians.iter().zip(MEDIANS).map(|(median, (.., unit))| match median {
+                None => "–".to_owned(),
+                Some(value) if unit == "-" => percent(*value),
+                Some(value) => quantity(*value, unit),
             }));
             shown.add_row(row);
         }
-        let ([case, set], ..) = of_case[0].0;
+        let [case, set] = &of_case[0].problem;
         text += &format!("\n\n{}\n{shown}", format!("{case} {set}").trim_end());
     }
-    if groups.len() > MOST_ROWS {
-        text += &format!("\n… and {} more in {}", groups.len() - MOST_ROWS, table.path().display());
+    if rows.len() > MOST_ROWS {
+        text += &format!("\n… and {} more in {}", rows.len() - MOST_ROWS, table.path().display());
     }
     Ok(text)
 }

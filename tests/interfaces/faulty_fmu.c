@@ -36,7 +36,7 @@ typedef double D;
 #endif
 typedef struct {
     D x, v, f, p, d, x0, n, t, rest, own;
-    D table[3], before[2], held;
+    D table[3], before[2], held, length;
     int undone;
     int whole, truth, begun, stop, place;
     char home[4096];
@@ -162,6 +162,10 @@ static int step(S *s, D t, D h, int for_good) {
 #ifdef AT_HOME
     char here[4096];
     if (!getcwd(here, sizeof here) || strcmp(here, s->home)) return fail(s, t, "not the folder that it began in");
+#endif
+#ifdef EQUAL_STEPS /* its solver was set up for the first */
+    if (s->length == 0) s->length = h;
+    if (fabs(h / s->length - 1) > 1e-9) return fail(s, t, "a step of another length");
 #endif
 #ifdef SLOW_US
     usleep(SLOW_US);

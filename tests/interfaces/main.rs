@@ -10,6 +10,7 @@ mod program;
 mod attributes;
 mod beginnings;
 mod faulty_guest;
+mod fixed_steps;
 mod fmi;
 mod guest_fmu;
 mod outside;

@@ -167,21 +167,27 @@ fn every_option_changes_the_fact_of_its_name_and_the_id() {
 #[test]
 fn a_side_that_takes_equal_steps_or_multiples_only_is_not_asked_for_others() {
     let catalogue = Catalogue::standard();
-    let skipped = |equal: bool, multiple_of: Option<f64>, options: &[(&str, &str)]| {
+    let report = |equal: bool, multiple_of: Option<f64>, options: &[(&str, &str)]| {
         let mut request = RunRequest::of("wedge-box", "zero-order-hold");
         options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
         let mut spec = request.resolve(&catalogue).unwrap();
         let mut case = Case::clone(&spec.case);
         case.steps.mechanics = PossibleSteps { equal, multiple_of };
         spec = spec.with(|own| own.case = Arc::new(case)).unwrap();
-        run(&spec).report.outcome.name() == "skipped"
+        run(&spec).report
+    };
+    let skipped = |equal: bool, multiple_of: Option<f64>, options: &[(&str, &str)]| {
+        report(equal, multiple_of, options).outcome.name() == "skipped"
     };
     let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
     let with = |more: (&'static str, &'static str)| [even[0], even[1], more];
     assert!(!skipped(true, Some(1e-3), &even));
     assert!(!skipped(false, None, &with(("phase", "0.5"))));
     assert!(skipped(true, None, &with(("phase", "0.5"))));
-    assert!(skipped(true, None, &with(("duration_s", "0.105"))));
+    // It ends with the last whole macro step.
+    let longer = report(true, None, &[even[0], ("duration_s", "0.105")]);
+    assert_eq!((longer.outcome.name(), longer.work.cosim.macro_steps), ("completed", 10));
+    assert!((longer.ended_at_s - 0.1).abs() < 1e-15, "{}", longer.ended_at_s);
     assert!(skipped(false, Some(4e-3), &even));
     assert!(skipped(false, Some(1e-3), &with(("phase", "0.55"))));
 }

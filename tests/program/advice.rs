@@ -100,7 +100,7 @@ fn where_nothing_can_be_advised_the_reason_is_said() {
         // A scheme that the case has nothing to offer for.
         (
             "--case elastic-bar --scheme hydraulic-line --error 50%",
-            ["None: no form", "The nearest: hydraulic-line", ": skipped: "],
+            ["None: no form", "No form could be run.", "Skipped: "],
         ),
     ] {
         let advice = advised(options);

@@ -24,8 +24,10 @@ pub fn read(path: &Path) -> String {
 pub fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
+        let entry = entry.unwrap();
+        let path = entry.path();
+        // A link may lead back: `examples/examples` does.
+        if entry.file_type().unwrap().is_dir() {
             found.extend(files(&path, extension));
         } else if path.extension().is_some_and(|own| own == extension) {
             found.push(path);

@@ -30,25 +30,24 @@ fn run(name: &str, experiment: &Path) -> String {
     printed
 }
 
-/// Completed and planned runs of the first line that names both.
-fn completed(table: &str, case: &str, scheme: &str) -> (usize, usize) {
+/// Completed and planned runs of each line of a case and a scheme: one for each macro step.
+fn lines_of(table: &str, case: &str, scheme: &str) -> Vec<(usize, usize)> {
     let words = |line: &'_ str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-    let found = table
-        .lines()
-        .map(words)
-        .find(|line| line.len() > 2 && line[0] == case && line[1] == scheme && line[2].contains('/'));
-    let line = found.unwrap_or_else(|| panic!("no line for {case} {scheme} in\n{table}"));
-    let (completed, runs) = line[2].split_once('/').unwrap();
-    (completed.parse().unwrap(), runs.parse().unwrap())
+    let own = table.lines().map(words).filter(|line| line.len() > 3 && line[0] == case && line[1] == scheme);
+    let counts = own.map(|line| {
+        let (completed, runs) = line[3].split_once('/').unwrap();
+        (completed.parse().unwrap(), runs.parse().unwrap())
+    });
+    counts.collect()
 }
 
 #[test]
 fn a_scheme_of_ones_own_stands_beside_the_built_in_ones() {
     let table = run("custom_scheme", Path::new("experiments/paper/fig2.toml"));
     // It is no better than the hold it is made from, and its failures are shown.
-    assert_eq!(completed(&table, "wedge-box", "zero-order-hold"), (0, 1));
-    assert_eq!(completed(&table, "wedge-box", "smoothed-hold"), (0, 1));
-    assert_eq!(completed(&table, "wedge-box", "rim-nonsmooth-gap"), (1, 1));
+    assert_eq!(lines_of(&table, "wedge-box", "zero-order-hold"), [(0, 1)]);
+    assert_eq!(lines_of(&table, "wedge-box", "smoothed-hold"), [(0, 1)]);
+    assert_eq!(lines_of(&table, "wedge-box", "rim-nonsmooth-gap"), [(1, 1)]);
 }
 
 #[test]
@@ -59,12 +58,10 @@ fn a_case_of_ones_own_is_run_by_every_scheme_of_an_experiment() {
     let short = folder.path().join("oscillator.toml");
     std::fs::write(&short, format!("duration_s = 0.3\n{}", std::fs::read_to_string(shipped).unwrap())).unwrap();
     let table = run("custom_case", &short);
-    let (done, runs) = completed(&table, "light-on-heavy", "zero-order-hold");
-    assert!(done > 0 && runs == 2, "{table}");
-    // The cases of the experiment stand beside it, each of the six sets of parameters in a line of its own.
-    assert_eq!(completed(&table, "linear-oscillator", "zero-order-hold").1, runs);
-    let of_hold = |line: &&str| line.split_whitespace().take(2).eq(["linear-oscillator", "zero-order-hold"]);
-    assert_eq!(table.lines().filter(of_hold).count(), 6 * 2, "{table}");
+    let own = lines_of(&table, "light-on-heavy", "zero-order-hold");
+    assert!(own.iter().any(|(done, _)| *done > 0), "{table}");
+    // The cases of the experiment stand beside it, each of the six sets of parameters in lines of its own.
+    assert_eq!(lines_of(&table, "linear-oscillator", "zero-order-hold").len(), 6 * 2 * own.len(), "{table}");
 }
 
 #[test]
@@ -72,4 +69,17 @@ fn a_solver_from_outside_solves_the_problems_with_known_answers() {
     let said = printed(&mut Command::new(example("custom_solver")));
     assert!(said.lines().any(|line| line.starts_with("Murty, 2 × 2: ")), "{said}");
     assert!(said.lines().last().unwrap().starts_with("42 problems"), "{said}");
+}
+
+#[test]
+fn a_copied_example_is_found_by_its_name() {
+    let copy = root().join("examples/my_copied_scheme.rs");
+    std::fs::copy(root().join("examples/custom_scheme.rs"), &copy).unwrap();
+    let metadata = std::process::Command::new(env!("CARGO"))
+        .current_dir(root())
+        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .output();
+    std::fs::remove_file(copy).unwrap();
+    let said = String::from_utf8(metadata.unwrap().stdout).unwrap();
+    assert!(said.contains("\"my_copied_scheme\""), "a file beside the examples is one of them");
 }

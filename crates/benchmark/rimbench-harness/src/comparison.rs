@@ -1,4 +1,4 @@
-//! How the schemes of an experiment compare: one row per case and scheme, failures counted.
+//! How the schemes of an experiment compare: one row per case, scheme and macro step, failures counted.
 
 use super::build_info::BuildInfo;
 use super::cache::Cache;
@@ -11,33 +11,40 @@ use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::Result;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::Runs;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-/// The metric that is compared.
-const METRIC: &str = "force_error_rms_of_peak";
+/// Metrics whose medians are compared, with their headings and units; an error without a unit is a share of the peak.
+pub const MEDIANS: [(&str, &str, &str); 3] = [
+    ("force_error_rms_of_peak", "force", "-"),
+    ("position_error_rms_m", "position", "m"),
+    ("interface_residual_j", "energy", "J"),
+];
 
-/// What became of one scheme row in one case, over macro steps and phases.
+/// What became of one scheme row at one macro step of one case, over phases and tolerances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComparisonRow {
-    /// Case by name.
-    pub case: String,
-    /// Its parameters that the experiment sets, as in the column `set` of `runs.csv`.
-    pub set: String,
+    /// Case by name, and its parameters that the experiment sets, as in the column `set` of `runs.csv`.
+    pub problem: [String; 2],
     /// Label of the scheme row.
     pub label: String,
+    /// H, s.
+    pub macro_step_s: f64,
     /// Runs planned, those skipped included.
     pub runs: usize,
     /// Runs that came to their end within bounds.
     pub completed: usize,
-    /// Median of the rms force error over the reference's peak, over the completed runs; none without such a run.
-    pub force_error: Option<f64>,
+    /// Those that did not, by outcome.
+    pub failures: BTreeMap<&'static str, usize>,
+    /// Medians of [`MEDIANS`] over the completed runs; none without such a run.
+    pub medians: [Option<f64>; 3],
 }
 
 /// The rows in the order of the plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// One per case, set of parameters and label.
+    /// One per case, set of parameters, label and macro step: survivors at other macro steps are no rivals.
     pub rows: Vec<ComparisonRow>,
 }
 
@@ -58,37 +65,45 @@ pub fn compare(
     let (folder, cache) = (experiment.results_folder(results), Cache::in_folder(results.join("references")));
     let job = Job { quick, ..Job::new(experiment, catalogue, &folder, &cache, build) };
     run_job(job, &|_| {}, StopFlag::never())?;
-    Comparison::read(&folder.join("runs.csv"))
+    Comparison::of(&RunTable::read_from(&folder)?)
 }
 
 impl Comparison {
-    fn read(runs: &Path) -> Result<Self> {
-        let (table, metric) = (RunTable::read(runs)?, Finding::named(METRIC)?);
-        table.check(metric)?;
-        let row = |(([case, set], label), runs): (([&str; 2], &str), Runs<'_>)| {
-            let ([case, set, label], completed) = ([case, set, label].map(str::to_owned), runs.completed());
+    /// Compares the rows of a table.
+    ///
+    /// # Errors
+    /// A column that is not there.
+    pub fn of(table: &RunTable) -> Result<Self> {
+        let metrics = MEDIANS.iter().map(|(name, ..)| Finding::named(name)).collect::<Result<Vec<_>>>()?;
+        metrics.iter().try_for_each(|metric| table.check(*metric))?;
+        let row = |(([case, set], label, macro_step), runs): (([&str; 2], &str, u64), Runs<'_>)| {
+            let (completed, mut failures) = (runs.completed(), BTreeMap::new());
+            let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
+            failed.for_each(|&row| *failures.entry(runs.run(row).found.outcome.name()).or_default() += 1);
             ComparisonRow {
-                case,
-                set,
-                label,
+                problem: [case, set].map(str::to_owned),
+                label: label.to_owned(),
+                macro_step_s: f64::from_bits(macro_step),
                 runs: runs.rows().len(),
                 completed: completed.rows().len(),
-                force_error: completed.pool(|row| runs.value(row, metric)).median(),
+                failures,
+                medians: std::array::from_fn(|of| completed.pool(|row| runs.value(row, metrics[of])).median()),
             }
         };
-        let groups = Runs::of(&table).by_key(|run| (run.problem(), &*run.label));
+        let groups = Runs::of(table).by_key(|run| (run.problem(), &*run.label, run.macro_step_s.to_bits()));
         Ok(Comparison { rows: groups.into_iter().map(row).collect() })
     }
 }
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:<20} {:<40} {:>9}  {METRIC}, median of completed", "case", "scheme", "completed")?;
-        for row in &self.rows {
-            let completed = format!("{}/{}", row.completed, row.runs);
-            let error = row.force_error.map_or("–".to_owned(), |error| format!("{error:.3e}"));
-            let set = if row.set.is_empty() { String::new() } else { format!("  ({})", row.set) };
-            writeln!(f, "{:<20} {:<40} {completed:>9}  {error}{set}", row.case, row.label)?;
+        write!(f, "{:<20} {:<32} {:>10} {:>9}", "case", "scheme", "H", "completed")?;
+        writeln!(f, "  {}, median of completed", MEDIANS[0].0)?;
+        for ComparisonRow { problem: [case, set], label, macro_step_s, runs, completed, medians, .. } in &self.rows {
+            let error = medians[0].map_or("–".to_owned(), |error| format!("{error:.3e}"));
+            let set = if set.is_empty() { String::new() } else { format!("  ({set})") };
+            let completed = format!("{completed}/{runs}");
+            writeln!(f, "{case:<20} {label:<32} {macro_step_s:>10} {completed:>9}  {error}{set}")?;
         }
         Ok(())
     }
@@ -102,12 +117,19 @@ mod tests {
     fn failures_count_as_runs_and_never_as_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.csv");
-        let rows = "case,set,label,macro_step_s,outcome,force_error_rms_of_peak\na,,x,1,completed,0.1\na,,x,1,diverged,1e9\n\
-                    a,,x,1,completed,0.3\na,,y,1,skipped,\nb,,x,1,completed,\na,m=2,x,1,completed,5.0\n";
+        let header =
+            "case,set,label,macro_step_s,outcome,force_error_rms_of_peak,position_error_rms_m,interface_residual_j";
+        let rows = "a,,x,1,completed,0.1,,\na,,x,1,diverged,1e9,,\na,,x,1,completed,0.3,,\na,,x,2,diverged,1e9,,\n\
+                    a,,y,1,skipped,,,\nb,,x,1,completed,,,\na,m=2,x,1,completed,5.0,,\n";
+        let rows = format!("{header}\n{rows}");
         std::fs::write(&path, rows).unwrap();
-        let found = Comparison::read(&path).unwrap().rows;
+        let found = Comparison::of(&RunTable::read(&path).unwrap()).unwrap().rows;
         let facts: Vec<_> =
-            found.iter().map(|row| (row.label.as_str(), row.runs, row.completed, row.force_error)).collect();
-        assert_eq!(facts, [("x", 3, 2, Some(0.2)), ("y", 1, 0, None), ("x", 1, 1, None), ("x", 1, 1, Some(5.0))]);
+            found.iter().map(|row| (row.label.as_str(), row.runs, row.completed, row.medians[0])).collect();
+        // What survives at the short step alone is no rival of what completes at both.
+        let of_x = [("x", 3, 2, Some(0.2)), ("x", 1, 0, None)];
+        assert_eq!(facts[..2], of_x);
+        assert_eq!(facts[2..], [("y", 1, 0, None), ("x", 1, 1, None), ("x", 1, 1, Some(5.0))]);
+        assert_eq!(found[0].failures, [("diverged", 1)].into());
     }
 }

@@ -29,7 +29,8 @@ mod stability;
 mod store;
 
 pub use advice::{
-    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, prices_of, share_of_peak, steps_to_try,
+    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, prices_of, share_of_peak,
+    steps_to_try,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
@@ -38,7 +39,7 @@ pub use claims::{
     write_claims,
 };
 pub use clock::{monotonic_clock, processor_clock};
-pub use comparison::{Comparison, ComparisonRow, compare};
+pub use comparison::{Comparison, ComparisonRow, MEDIANS, compare};
 pub use deadline_log::DeadlineLog;
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, PlannedRun, Verdict};

@@ -4,7 +4,8 @@
 //! A problem is a case with its parameters at a macro step. On each of them a row has an error over its phases: the
 //! median rms force error over the reference's peak, at most 1, of the runs that completed, and 1 of those that failed,
 //! which are worth no more than no force at all. Runs that gave no answer (they took too long, or could not be begun)
-//! are not charged; a row that has no answer to a problem lacks it and is not ranked.
+//! are not charged: a problem to which a row has no answer is left out for all, and a row without any in some case is not
+//! ranked.
 //!
 //! ```text
 //! score = exp(mean over cases of the mean over its problems of the mean over runs of ln(e + s)) − s          s = 0.1 % of the peak
@@ -207,11 +208,18 @@ impl Row {
     }
 }
 
-/// Rows that have an answer to all problems, by class, untuned before tuned, by score.
-fn ranked(rows: BTreeMap<String, Row>) -> Vec<Row> {
-    let problems = rows.values().flat_map(|row| row.values.keys()).collect::<BTreeSet<_>>().len();
+/// Rows that have an answer in all cases, by class, untuned before tuned, by score over the problems to which all of
+/// them have one.
+fn ranked(mut rows: BTreeMap<String, Row>) -> Vec<Row> {
+    let of = |row: &Row| row.values.keys().map(|[case, ..]| case.clone()).collect::<BTreeSet<_>>();
+    let cases: BTreeSet<_> = rows.values().flat_map(of).collect();
+    rows.retain(|_, row| of(row) == cases);
+    let answered = |problem: &[String; 3]| rows.values().all(|row| row.values.contains_key(problem));
+    let problems: BTreeSet<_> =
+        rows.values().flat_map(|row| row.values.keys()).filter(|own| answered(own)).cloned().collect();
     let mut groups = BTreeMap::<_, Vec<Row>>::new();
-    for (label, mut row) in rows.into_iter().filter(|(_, row)| row.values.len() == problems && problems > 0) {
+    for (label, mut row) in rows.into_iter().filter(|_| !problems.is_empty()) {
+        row.values.retain(|problem, _| problems.contains(problem));
         let mut of_case: BTreeMap<&String, Vec<f64>> = BTreeMap::new();
         row.values.iter().for_each(|([case, ..], value)| of_case.entry(case).or_default().push(*value));
         row.by_case = of_case.values().map(|own| mean(own)).collect();
@@ -303,6 +311,19 @@ mod tests {
         // Half of the runs at 1 % and half at the peak: √(0.011 · 1.001) − 0.001.
         approx::assert_relative_eq!(rows[2].score, (0.011_f64 * 1.001).sqrt() - 1e-3, max_relative = 1e-12);
         approx::assert_relative_eq!(rows[1].score, 0.01, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn a_macro_step_that_one_row_cannot_take_is_left_out_for_all() {
+        let at = |steps: &[(&str, f64)]| {
+            let mut row = row(&[("a", [1, 0, 0], 0.1)]);
+            row.values = steps.iter().map(|(step, value)| (["a", "", step].map(str::to_owned), *value)).collect();
+            row
+        };
+        let (few, all) = (at(&[("0.001", -4.0)]), at(&[("0.001", -5.0), ("0.002", -1.0)]));
+        let rows = ranked([("few", few), ("all", all)].map(|(label, row)| (label.to_owned(), row)).into());
+        let found: Vec<_> = rows.iter().map(|row| (&*row.label, row.values.len())).collect();
+        assert_eq!(found, [("all", 1), ("few", 1)]);
     }
 
     #[test]

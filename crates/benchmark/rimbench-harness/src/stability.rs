@@ -1,5 +1,6 @@
 //! The stability limit: up to which macro step does a scheme hold, over all phases?
 
+use super::advice::phases_of;
 use super::cache::Cache;
 use super::clock::monotonic_clock;
 use super::grid::{logarithmic_grid, phase_ensemble};
@@ -8,7 +9,7 @@ use super::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{NEUTRAL, RunRequest, RunSpec, predicted_growth, simulate};
-use rimbench_core::cosim::{Outcome, OutcomeClass, StopFlag};
+use rimbench_core::cosim::{MechanicsSteps, Outcome, OutcomeClass, StopFlag};
 use rimbench_core::error::{Error, Result};
 use std::fmt;
 
@@ -50,6 +51,13 @@ pub struct StabilityPoint {
     pub spectral_radius: Option<f64>,
 }
 
+impl StabilityPoint {
+    fn skipped(macro_step: f64, reason: String) -> Self {
+        let verdict = StepVerdict::Skipped(reason);
+        StabilityPoint { macro_step, fraction_stable: f64::NAN, verdict, spectral_radius: None }
+    }
+}
+
 /// What is known of a macro step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StepVerdict {
@@ -59,6 +67,8 @@ pub enum StepVerdict {
     Unstable(Instability),
     /// Nothing: no phase failed, and one ended in a way that says nothing, or there is no radius.
     NoAnswer(String),
+    /// It was not tried: there is no run at this macro step. The limit is that of the others.
+    Skipped(String),
 }
 
 impl StepVerdict {
@@ -68,6 +78,7 @@ impl StepVerdict {
             StepVerdict::Stable => None,
             StepVerdict::Unstable(why) => Some(why.to_string()),
             StepVerdict::NoAnswer(why) => Some(format!("no answer: {why}")),
+            StepVerdict::Skipped(why) => Some(format!("skipped: {why}")),
         }
     }
 }
@@ -143,12 +154,51 @@ impl Scan {
         if let (Some(from), None) = (self.from.filter(|from| *from > to), self.to) {
             return Err(Error::invalid("from", from, format!("at most {to} s, the largest macro step of the scan")));
         }
-        let grid = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
+        let from = self.from.unwrap_or_else(|| shortest_macro_step(to));
+        let grid = possible_steps(catalogue, request, logarithmic_grid(from, to, self.per_decade)?, [from, to])?;
         // The coarsest macro step must fit into the duration.
-        let request = RunRequest { macro_step_s: Some(to), ..request.clone() };
-        request.resolve(catalogue).and_then(|spec| spec.prepare().map(drop)).map_err(said_of_the_scan)?;
-        Ok((grid, phase_ensemble(self.phases)))
+        let request = RunRequest { macro_step_s: grid.last().copied(), ..request.clone() };
+        let spec = request.resolve(catalogue).map_err(said_of_the_scan)?;
+        spec.prepare().map_err(said_of_the_scan)?;
+        Ok((grid, phases_of(&spec.case, phase_ensemble(self.phases))))
     }
+}
+
+/// Takes of each macro step (s) the nearest one from `from` to `to` that both sides may be asked for, each once.
+///
+/// # Errors
+/// An unknown case; ends between which there is none.
+pub(super) fn possible_steps(
+    catalogue: &Catalogue,
+    request: &RunRequest,
+    steps: Vec<f64>,
+    [from, to]: [f64; 2],
+) -> Result<Vec<f64>> {
+    let Some(unit) = unit_of(catalogue, request)? else { return Ok(steps) };
+    let [least, most] = [(from / unit * (1.0 - 1e-9)).ceil().max(1.0), (to / unit * (1.0 + 1e-9)).floor()];
+    if most < least {
+        let expected = format!("at least {unit:e} s: a side takes macro steps that are multiples of it");
+        return Err(Error::invalid("to", to, expected));
+    }
+    let mut steps: Vec<f64> =
+        steps.into_iter().map(|step| multiple((step / unit).round().clamp(least, most), unit)).collect();
+    steps.dedup();
+    Ok(steps)
+}
+
+/// The time (s) of which macro steps of a request must be multiples, if they must.
+fn unit_of(catalogue: &Catalogue, request: &RunRequest) -> Result<Option<f64>> {
+    let case = catalogue.case(request.case.as_deref().unwrap_or_default())?;
+    let count = match request.mechanics_steps {
+        Some(MechanicsSteps::Count(count)) => count.get(),
+        _ => 1,
+    };
+    Ok(case.unit_of_macro_steps(count))
+}
+
+/// A multiple of a time, without the round-off of the product.
+fn multiple(count: f64, unit: f64) -> f64 {
+    format!("{:.12e}", count * unit).parse().unwrap_or(count * unit)
 }
 
 /// The longest macro step that is scanned within a duration (s) unless one is asked for: what goes on in less than ten
@@ -182,11 +232,12 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=0.5;
 /// enough.
 ///
 /// # Errors
-/// Bad input; a scheme that does not apply to the case; a case that runs away by itself; [`Error::Stopped`].
+/// Bad input; a scheme that can be run at no macro step; a case that runs away by itself; [`Error::Stopped`].
 pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -> Result<StabilityLimit> {
-    let coarsest = search.macro_steps.last().copied();
-    let coarsest = coarsest.ok_or_else(|| Error::invalid("macro_steps", "none", "at least one"))?;
-    let spec = search.at(coarsest)?;
+    // The reference is that of all of them; the coarsest is most likely to be valid.
+    let mut specs = search.macro_steps.iter().rev().map(|&macro_step| search.at(macro_step));
+    let coarsest = specs.next().ok_or_else(|| Error::invalid("macro_steps", "none", "at least one"))?;
+    let spec = coarsest.or_else(|error| specs.find_map(Result::ok).ok_or(error))?;
     let reference = obtain_reference(&spec, cache, search.stop)?;
     if reference.runs_away(&spec.case) {
         return Err(Error::Incompatible(format!(
@@ -197,6 +248,9 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
     let bounds = reference.bounds(&spec)?;
     search.run(|macro_step| {
         let run = search.at(macro_step)?;
+        if let Some(reason) = run.refused_steps() {
+            return Ok(StabilityPoint::skipped(macro_step, reason));
+        }
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()
             .map(|&phase| {
@@ -207,13 +261,10 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
                 }
             })
             .collect();
-        let outcomes = outcomes?;
-        if let Some(reason) = outcomes.iter().find_map(|outcome| match outcome {
-            Outcome::Skipped { reason } => Some(reason),
-            _ => None,
-        }) {
-            let (scheme, case) = (&spec.scheme.name, &spec.case.name);
-            return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
+        let (skipped, outcomes): (Vec<_>, Vec<_>) =
+            outcomes?.into_iter().partition(|outcome| !outcome.kind().was_run());
+        if let (Some(skipped), true) = (skipped.first(), outcomes.is_empty()) {
+            return Ok(StabilityPoint::skipped(macro_step, skipped.reason()));
         }
         let of = |class| outcomes.iter().filter(move |outcome| outcome.class() == class);
         let (stable, failed) = (of(OutcomeClass::Completed).count(), of(OutcomeClass::Failed).count());
@@ -248,6 +299,17 @@ pub fn predicted_stability_limit(search: LimitSearch<'_>) -> Result<Option<(Stab
     let Some((_, coupling)) = predicted_growth(&search.at(finest)?)? else { return Ok(None) };
     let radius = |spec: &RunSpec| Ok(predicted_growth(spec)?.map_or(f64::NAN, |(growth, _)| growth));
     Ok(Some((search.run_by_radius(radius)?, coupling.oscillation())))
+}
+
+/// The macro step (s) that halves a bracket and was not tried: a multiple of `unit`, if there is one; none where no
+/// such one is left.
+fn between(points: &[StabilityPoint], [low, high]: [f64; 2], unit: Option<f64>) -> Option<f64> {
+    let is_new = |step: &f64| *step > low && *step < high && points.iter().all(|point| point.macro_step != *step);
+    let middle = (high * low).sqrt();
+    let Some(unit) = unit else { return Some(middle).filter(is_new) };
+    let (nearest, most) = ((middle / unit).round(), ((high - low) / unit).ceil() as u32);
+    let around = (0..=most).flat_map(|away| [nearest - f64::from(away), nearest + f64::from(away)]);
+    around.map(|count| multiple(count, unit)).find(is_new)
 }
 
 impl LimitSearch<'_> {
@@ -287,8 +349,30 @@ impl LimitSearch<'_> {
             (self.progress)(&point);
             Ok(point)
         };
-        let points: Result<Vec<StabilityPoint>> = self.macro_steps.par_iter().map(|&step| probe(step)).collect();
-        let mut points = points?;
+        let mut tried: Vec<Result<StabilityPoint>> = self.macro_steps.par_iter().map(|&step| probe(step)).collect();
+        if tried.iter().all(Result::is_err)
+            && let Some(Err(error)) = tried.drain(..).next()
+        {
+            return Err(error);
+        }
+        // What is refused at one macro step is possible at another.
+        let refused = |point: Result<StabilityPoint>, step: f64| match point {
+            Err(error @ (Error::Incompatible(_) | Error::InvalidValue { .. })) => {
+                Ok(StabilityPoint::skipped(step, error.to_string()))
+            }
+            other => other,
+        };
+        let points = tried.into_iter().zip(self.macro_steps).map(|(point, step)| refused(point, *step));
+        let mut points = points.collect::<Result<Vec<_>>>()?;
+        let is_skipped = |point: &StabilityPoint| matches!(point.verdict, StepVerdict::Skipped(_));
+        if let Some(StepVerdict::Skipped(reason)) = points.first().map(|point| &point.verdict)
+            && points.iter().all(is_skipped)
+        {
+            let name = |name: &Option<String>| name.clone().unwrap_or_default();
+            let (scheme, case) = (name(&self.request.scheme), name(&self.request.case));
+            return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
+        }
+        let unit = unit_of(self.catalogue, self.request)?;
         let first = |points: &[StabilityPoint], is: fn(&StepVerdict) -> bool| {
             points.iter().find(|point| is(&point.verdict)).map(|point| point.macro_step)
         };
@@ -296,14 +380,18 @@ impl LimitSearch<'_> {
         let is_silent = |verdict: &StepVerdict| matches!(verdict, StepVerdict::NoAnswer(_));
         loop {
             points.sort_by(|a, b| a.macro_step.total_cmp(&b.macro_step));
-            let stable = points.iter().take_while(|point| point.verdict == StepVerdict::Stable).last();
+            let run = points.iter().filter(|point| !is_skipped(point));
+            let stable = run.take_while(|point| point.verdict == StepVerdict::Stable).last();
             let (last_stable, first_unstable) = (stable.map(|point| point.macro_step), first(&points, is_unstable));
             let below = |silent: &f64| first_unstable.is_none_or(|unstable| *silent < unstable);
             let no_answer = first(&points, is_silent).filter(below);
             match (last_stable, first_unstable, no_answer) {
                 // Nothing between them is unknown: the bracket is halved.
                 (Some(low), Some(high), None) if high / low > 1.0 + self.relative_tolerance => {
-                    points.push(probe((high * low).sqrt())?);
+                    let Some(step) = between(&points, [low, high], unit) else {
+                        return Ok(StabilityLimit { points, last_stable, first_unstable, no_answer });
+                    };
+                    points.push(refused(probe(step), step)?);
                 }
                 _ => return Ok(StabilityLimit { points, last_stable, first_unstable, no_answer }),
             }

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import sysconfig
 import time
+import zipfile
 from pathlib import Path
 
 from fmpy import extract, read_model_description
@@ -461,6 +462,47 @@ def an_fmu_that_fails_hangs_or_crashes_costs_one_run():
     assert "no answer within 10 s" in reasons["hang_above"], reasons
 
 
+def fixed(file):
+    """The same FMU, which says that it takes steps of one length only."""
+    out = file.with_name(f"fixed-{file.name}")
+    with zipfile.ZipFile(file) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for item in old.infolist():
+            data = old.read(item.filename)
+            if item.filename == "modelDescription.xml":
+                true, false = (f'canHandleVariableCommunicationStepSize="{truth}"'.encode() for truth in ("true", "false"))
+                assert true in data
+                data = data.replace(true, false)
+            new.writestr(item, data)
+    return out
+
+
+def the_advice_as_a_master_prints_the_error_that_the_answer_says():
+    row = ("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")
+    free = [export("wedge-box", side, "--macro-step", "1e-3", "--set", "box_mass_kg=250") for side in SIDES]
+    times = {"duration_s": 0.3, "macro_step_s": 1e-3, "micro_step_s": 1e-4, "reference_step_s": 1e-4}
+    for name, (mechanics, actuator) in {"free": free, "one-fixed": [fixed(free[0]), free[1]]}.items():
+        text = coupled(name, mechanics.name, actuator.name, [row], **times).replace("[mechanics]", 'process = "same"\n[mechanics]')
+        text = text.replace(f'"{mechanics.name}"', f'"{mechanics.name}"\nstart = {{ disc_mass_kg = 61.0, serialisable = false }}')
+        (FOLDER / f"{name}.toml").write_text(text)
+        for form in (
+            ("zero-order-hold", "--force-return", "end"),
+            ("zero-order-hold", "--sequence", "jacobi", "--duration", "0.1007"),
+            ("first-order-hold", "--sequence", "gauss-seidel-mechanics-first", "--mechanics-steps", "2"),
+            ("second-order-hold", "--force-return", "profile", "--mechanics-steps", "3"),
+        ):
+            asked = ("--error", "90%", "--from", "1ms", "--to", "1.3ms", "--phases", "3", "--scheme", *form)
+            said = json.loads(
+                rimbench("advise", "--case", f"{name}.toml", *asked, "--write-master", "own.py", "--format", "json", "--jobs", "1")
+            )
+            assert said["phases"] == (3 if name == "free" else 1), said
+            lines = (FOLDER / "own.py").read_text().splitlines()
+            done = subprocess.run([sys.executable, "own.py"], cwd=FOLDER, capture_output=True, text=True)
+            assert done.returncode == 0 and len(lines) <= 80, (len(lines), done.stderr)
+            printed = float(done.stdout.split("error ")[1].split(" %")[0])
+            # Four decimals are printed.
+            assert abs(printed - 100 * said["advised"]["worst_error"]) <= 1e-4, (form, done.stdout, said["advised"])
+
+
 TESTS = [
     states_are_kept_set_and_serialised_to_the_bit,
     directional_derivatives_are_those_of_finite_differences,
@@ -468,6 +510,7 @@ TESTS = [
     the_examples_of_the_guide_run,
     the_wedge_box_driven_by_fmpy_gives_the_digits_of_the_program,
     an_fmu_that_fails_hangs_or_crashes_costs_one_run,
+    the_advice_as_a_master_prints_the_error_that_the_answer_says,
     fmus_of_others_are_simulated_swept_and_limited,
     every_exported_fmu_is_valid_and_driven_by_fmpy_gives_the_digits_of_the_golden_run,
     every_case_comes_back_from_its_fmus_with_the_same_digits,

@@ -5,7 +5,7 @@ use super::drawing::DrawCase;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
-use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Subsystem};
+use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Side, Subsystem};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, names};
 use rimbench_core::solver_entry::SolverEntry;
@@ -201,7 +201,15 @@ impl PossibleSteps {
         let is_multiple = |count: f64| count.round() >= 1.0 && (count - count.round()).abs() < SAME_STEP;
         self.multiple_of.is_none_or(|unit| is_multiple(step / unit))
     }
+
+    /// Tells whether all steps of a run must be of one length.
+    pub fn are_fixed(&self) -> bool {
+        self.equal || self.multiple_of.is_some()
+    }
 }
+
+/// Of these many multiples of what a side takes one is looked for that would do.
+pub(crate) const MOST_MULTIPLES: u32 = 10_000;
 
 /// What a case is built with besides its own numbers.
 #[derive(Debug, Clone, Copy)]
@@ -351,6 +359,28 @@ impl Case {
     /// actuator takes, so that what is seen is the coupling.
     pub fn usual_mechanics_steps(&self) -> MechanicsSteps {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
+    }
+
+    /// Tells whether a side takes steps of one length only: a run then is at phase 1, and ends with its last whole
+    /// macro step.
+    pub fn has_fixed_steps(&self) -> bool {
+        Side::BOTH.into_iter().any(|side| self.steps[side].are_fixed())
+    }
+
+    /// The time (s) of which macro steps must be multiples where the mechanics takes so many steps in each; none where
+    /// they may be of any length.
+    pub fn unit_of_macro_steps(&self, mechanics_steps: u32) -> Option<f64> {
+        let PerSide { mechanics, actuator } = self.steps;
+        let own = mechanics.multiple_of.map(|unit| f64::from(mechanics_steps) * unit);
+        let Some((unit, other)) = own.zip(actuator.multiple_of) else { return own.or(actuator.multiple_of) };
+        let mut multiples = (1..=MOST_MULTIPLES).map(|count| f64::from(count) * unit);
+        // Without a common one no macro step suits both, and each run is skipped with that reason.
+        multiples.find(|step| actuator.allows(*step)).or(Some(unit.max(other)))
+    }
+
+    /// Tells whether both sides may be asked for a step (s).
+    pub fn allows_step(&self, step: f64) -> bool {
+        Side::BOTH.into_iter().all(|side| self.steps[side].allows(step))
     }
 
     /// Gives a case its scale: m, m/s, N.

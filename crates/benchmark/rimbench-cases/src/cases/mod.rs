@@ -48,7 +48,7 @@ pub use case::{
     Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns,
     PossibleSteps, Purpose, RowFunction, Scale, StateVariable,
 };
-pub(crate) use case::{MOST_SMALL_STEPS, MOST_STEPS};
+pub(crate) use case::{MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS};
 pub use contacts::Contacts;
 #[doc(hidden)]
 pub use declaration::SharedSet;

@@ -1,7 +1,7 @@
 //! What is checked of a run before it begins: which options go together, and which steps there can be.
 
 use super::spec::RunSettings;
-use crate::cases::{CaseDefaults, CoupledSystem, MOST_SMALL_STEPS, MOST_STEPS};
+use crate::cases::{CaseDefaults, CoupledSystem, MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS};
 use rimbench_core::cosim::{
     ActuatorIntegrator, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule, MassLearning,
     MechanicsIntegrator, MechanicsSteps, StepRule, division,
@@ -10,8 +10,8 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{ContactsAct, ModelMotion, ModelOptions, Requirement};
 use std::fmt;
 
-/// Of these many multiples of what a mechanics takes one is looked for that would do.
-const MOST_MULTIPLES: u32 = 10_000;
+/// Relative slack within which a duration is a multiple of a step.
+const COMMENSURATE: f64 = 1e-9;
 
 impl RunSettings {
     /// Checks that the mechanics can take the longest step that is asked of it.
@@ -250,7 +250,46 @@ impl RunSettings {
     /// # Errors
     /// Those of [`CaseDefaults::check_reference`].
     pub fn check_reference(&self) -> Result<()> {
-        self.times().check_reference()
+        self.times().check_reference()?;
+        let (end, least) = (self.reference_end(), self.case.defaults.reference_sampling_s);
+        if self.macro_step > end * (1.0 + COMMENSURATE) {
+            let expected =
+                format!("at least {least} s, the distance of the points of the reference, and one macro step of those");
+            return Err(Error::invalid("duration_s", self.duration, expected));
+        }
+        Ok(())
+    }
+
+    /// The time at which the reference ends, s: the duration, but of sides that take multiples of a step the last
+    /// stored point of it, if the duration is no whole number of steps that they take.
+    pub(super) fn reference_end(&self) -> f64 {
+        let sampling = self.case.defaults.reference_sampling_s;
+        let points = (self.duration / sampling).ceil().max(1.0);
+        match self.case.allows_step(self.duration / points / (4 * self.steps_between_points()) as f64) {
+            true => self.duration,
+            false => (self.duration / sampling * (1.0 + COMMENSURATE)).floor() * sampling,
+        }
+    }
+
+    /// Steps of the coarsest of the three solutions of the reference between two stored points.
+    pub(super) fn steps_between_points(&self) -> usize {
+        let asked = self.case.defaults.reference_sampling_s / self.case.defaults.reference_step_s;
+        // Slack for a quotient that is whole up to round-off.
+        (asked * (1.0 - COMMENSURATE)).ceil().max(1.0) as usize
+    }
+
+    /// The time at which a run ends that completes, s: the duration, but of sides that take steps of one length the end
+    /// of the last whole macro step that the reference covers.
+    pub fn end(&self) -> f64 {
+        if !self.case.has_fixed_steps() || self.step_control.is_some() || self.phase != 1.0 {
+            return self.duration;
+        }
+        let end = self.reference_end();
+        let count = end / self.macro_step;
+        match (count - count.round()).abs() < COMMENSURATE * count {
+            true => end,
+            false => count.floor().max(1.0) * self.macro_step,
+        }
     }
 
     /// The times of the case with those of the run.
@@ -265,7 +304,8 @@ impl RunSettings {
     /// [`Error::InvalidValue`] for steps that are not positive, a micro step above the macro step, and steps of either
     /// side that are too many.
     pub(super) fn grid(&self) -> Result<CommunicationGrid> {
-        let grid = self.times().grid(self.phase)?;
+        self.times().grid(self.phase)?;
+        let grid = CaseDefaults { duration_s: self.end(), ..self.times() }.grid(self.phase)?;
         if self.micro_step > self.macro_step {
             let expected = format!("at most the macro step, {} s", self.macro_step);
             return Err(Error::invalid("micro_step_s", self.micro_step, expected));

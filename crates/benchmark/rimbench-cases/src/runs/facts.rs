@@ -45,12 +45,17 @@ impl RunSpec {
         if counted != self.mechanics_steps {
             return self.counting(counted).id();
         }
+        self.id_of(self.facts().into_iter())
+    }
+
+    /// The hash of all parameters and of these facts.
+    pub(super) fn id_of(&self, facts: impl Iterator<Item = Fact>) -> String {
         let mut text = format!("numerics {NUMERICS_VERSION}\n");
         let mut line = |name: &str, value: &dyn fmt::Display| {
             // Writing to memory cannot fail.
             let _ = writeln!(text, "{name} = {value}");
         };
-        for fact in self.facts() {
+        for fact in facts {
             match &fact.value {
                 None if fact.of_some_runs => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),

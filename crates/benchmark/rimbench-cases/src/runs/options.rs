@@ -87,7 +87,7 @@ pub(super) struct Parts {
 /// Defines the request and the list of its options. Of each: name, type, what it takes in a word, what it is of and
 /// what that needs, the part in which its value has the same name, and what it says: of `all` runs, of `some`, so that
 /// others keep their ids, or of `none`; the value itself if that is left out, of `some` only where it is not the usual
-/// one.
+/// one, that of `Exchange::new` or `ModelOptions::default()`.
 macro_rules! run_options {
     ($($(#[doc = $about:literal])+ $key:ident: $kind:ident, $takes:literal, $of:ident $(($needs:ident))?
         $(=> $part:ident)?, $whose:ident $(|$run:ident| $says:expr)?;)+) => {
@@ -145,7 +145,10 @@ macro_rules! run_options {
         run_options!(@fact all $key $kind, |run| run_options!(@write $kind &run_options!(@value $part run).$key).into())
     };
     (@fact some $key:ident $kind:ident $part:ident,) => {
-        run_options!(@fact some $key $kind, |run| run_options!(@write $kind changed(&run_options!(@value $part run).$key)?).into())
+        run_options!(@fact some $key $kind, |run| {
+            let (value, usual) = (&run_options!(@value $part run).$key, run_options!(@usual $part run).$key);
+            run_options!(@write $kind (*value != usual).then_some(value)?).into()
+        })
     };
     (@fact all $key:ident $kind:ident $($part:ident)?, |$run:ident| $says:expr) => {
         |$run| {
@@ -161,6 +164,8 @@ macro_rules! run_options {
     };
     (@value model $run:ident) => { $run.model.as_ref()? };
     (@value exchange $run:ident) => { $run.exchange };
+    (@usual model $run:ident) => { ModelOptions::default() };
+    (@usual exchange $run:ident) => { Exchange::new($run.micro_step, $run.sequence, $run.force_return) };
 }
 
 run_options! {
@@ -315,7 +320,45 @@ fn number(number: f64) -> FactValue {
     FactValue::Number(number)
 }
 
-/// What is not as usual.
-fn changed<T: Default + PartialEq>(value: &T) -> Option<&T> {
-    (*value != T::default()).then_some(value)
+#[cfg(test)]
+mod tests {
+    use super::super::fact::{Fact, FactValue};
+    use super::super::given::Given;
+    use crate::catalogue::Catalogue;
+    use crate::runs::RunRequest;
+
+    /// What a guest adds to the exchange.
+    struct Exchange {
+        force_factor: f64,
+    }
+
+    impl Exchange {
+        fn new((): (), (): (), (): ()) -> Self {
+            Exchange { force_factor: 1.0 }
+        }
+    }
+
+    struct RunSpec {
+        exchange: Exchange,
+        micro_step: (),
+        sequence: (),
+        force_return: (),
+    }
+
+    #[test]
+    fn an_option_of_some_runs_keeps_the_ids_of_others_whatever_its_usual_value() {
+        let fact: fn(&RunSpec) -> Option<Fact> = run_options!(@fact some force_factor f64 exchange,);
+        let mut request = RunRequest::of("wedge-box", "zero-order-hold");
+        request.put("macro_step_s", "5e-3").unwrap();
+        let run = request.resolve(&Catalogue::standard()).unwrap();
+        let id = |force_factor: f64| {
+            let exchange = Exchange { force_factor };
+            let guest = fact(&RunSpec { exchange, micro_step: (), sequence: (), force_return: () });
+            run.id_of(run.facts().into_iter().chain(guest))
+        };
+        assert_eq!(id(Exchange::new((), (), ()).force_factor), run.id());
+        // Also where the usual value is not that of its type, which then is a change.
+        assert_ne!(id(0.0), run.id());
+        assert_ne!(id(0.0), id(2.0));
+    }
 }

@@ -338,8 +338,17 @@ impl Reference {
     /// Tells by how much a solution by the case's macro step differs from one that is the same for all steps of a
     /// reference.
     fn by_longer_steps(spec: &RunSpec, fine: &Trajectory, stop: StopFlag<'_>) -> Result<Vec<f64>> {
-        let steps = (spec.duration / spec.case.defaults.macro_step_s).ceil().max(1.0) as usize;
-        let longer = ReferenceSteps { h: spec.duration / steps as f64, steps, every: 1 };
+        let (end, macro_step) = (spec.reference_end(), spec.case.defaults.macro_step_s);
+        let steps = (end / macro_step).ceil().max(1.0) as usize;
+        let longer = match (ReferenceSteps { h: end / steps as f64, steps, every: 1 }) {
+            equal if spec.case.allows_step(equal.h) => equal,
+            // So many steps between stored points as come closest to it.
+            _ => {
+                let between = (macro_step / spec.case.defaults.reference_sampling_s).round().max(1.0);
+                let h = between * spec.case.defaults.reference_sampling_s;
+                ReferenceSteps { h, steps: (end / h * (1.0 + 1e-9)).floor().max(1.0) as usize, every: 1 }
+            }
+        };
         // Steps in which nothing can be computed tell nothing.
         let solution = match Self::solution_by(spec, longer, stop) {
             Ok(Solution { rows, .. }) if check_finite(&spec.case, &rows).is_ok() => rows,
@@ -587,6 +596,11 @@ impl RunSpec {
         }
     }
 
+    /// The steps of the finest solution of the reference.
+    pub fn reference_steps(&self) -> ReferenceSteps {
+        reference_steps(self, Reference::REFINEMENTS[2])
+    }
+
     /// Tells whether its runs end where they are no longer finite only.
     ///
     /// # Errors
@@ -606,17 +620,18 @@ impl RunSpec {
 
 /// Stored points of a reference, the first one aside.
 fn points(spec: &RunSpec) -> usize {
-    (spec.duration / spec.case.defaults.reference_sampling_s).ceil().max(1.0) as usize
+    let (end, sampling) = (spec.reference_end(), spec.case.defaults.reference_sampling_s);
+    let count = end / sampling;
+    // Of a whole number of points round-off makes no other.
+    (if end == spec.duration { count.ceil() } else { count.round() }).max(1.0) as usize
 }
 
-/// The steps that are taken: they divide the duration, in multiples of the stored points, and are no longer than asked.
+/// The steps that are taken: they divide the time to its end, in multiples of the stored points, and are no longer than
+/// asked.
 fn reference_steps(spec: &RunSpec, refinement: u32) -> ReferenceSteps {
-    let defaults = spec.case.defaults;
-    let asked = defaults.reference_sampling_s / defaults.reference_step_s;
-    // Slack for a quotient that is whole up to round-off.
-    let every = (asked * (1.0 - 1e-9)).ceil().max(1.0) as usize * refinement as usize;
+    let every = spec.steps_between_points() * refinement as usize;
     let steps = points(spec) * every;
-    ReferenceSteps { h: spec.duration / steps as f64, steps, every }
+    ReferenceSteps { h: spec.reference_end() / steps as f64, steps, every }
 }
 
 /// Adds the running integral of each interface force, by the trapezoidal rule over the stored points.

@@ -2,9 +2,9 @@
 
 use super::options::{Parts, RunRequest};
 use super::spec::{RunSettings, RunSpec};
-use crate::cases::{Case, Parameters};
+use crate::cases::{Case, MOST_MULTIPLES, Parameters};
 use crate::catalogue::Catalogue;
-use rimbench_core::cosim::{Channel, Delivery, Exchange, ForceReturn, LateRule, MechanicsSteps, StepRule};
+use rimbench_core::cosim::{Channel, Delivery, Exchange, ForceReturn, LateRule, MechanicsSteps, StepRule, division};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
 use rimbench_core::schemes::{ModelOptions, SchemeEntry};
@@ -65,7 +65,7 @@ impl RunRequest {
             )));
         }
         // A macro step below the usual micro step is its own micro step, unless one is asked for.
-        let micro_step = self.micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step));
+        let micro_step = self.micro_step_s.unwrap_or_else(|| usual_micro_step(case, macro_step));
         let mut parts = Parts {
             exchange: Exchange {
                 mechanics_steps,
@@ -146,6 +146,17 @@ impl RunRequest {
             bridge: bridge.unwrap_or_default(),
         }))
     }
+}
+
+/// The micro step (s) of a run that asks for none: the case's, or the longest below it that divides the macro step into
+/// steps that the actuator takes, if it takes multiples only.
+fn usual_micro_step(case: &Case, macro_step: f64) -> f64 {
+    let (usual, possible) = (case.defaults.micro_step_s.min(macro_step), case.steps.actuator);
+    let Some(unit) = possible.multiple_of.filter(|_| possible.allows(macro_step)) else { return usual };
+    let least = division(macro_step, usual);
+    let most = (macro_step / unit).round().min(least as f64 + f64::from(MOST_MULTIPLES)) as usize;
+    let fits = (least..=most).find(|&count| possible.allows(macro_step / count as f64));
+    fits.filter(|count| *count > least).map_or(usual, |count| macro_step / count as f64)
 }
 
 /// A name that must be given.

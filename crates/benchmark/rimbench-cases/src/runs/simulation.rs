@@ -6,8 +6,8 @@ use super::run_result::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, ForceBridge, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides, StepControl, StepRule,
-    StopFlag, Timer, Trajectory, check_coupling, counts_interface_work,
+    Bounds, ForceBridge, ForceReturn, Outcome, Report, RunControl, Sides, StepControl, StepRule, StopFlag, Timer,
+    Trajectory, check_coupling, counts_interface_work, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -106,6 +106,26 @@ impl PreparedRun<'_> {
     }
 }
 
+impl RunSpec {
+    /// Says why a side cannot take the steps of the run, if it cannot: it may take those of another macro step or phase.
+    pub fn refused_steps(&self) -> Option<String> {
+        let (full, even) = (self.macro_step, self.step_control.is_none() && self.phase == 1.0);
+        let sides = [
+            ("mechanics", self.case.steps.mechanics, self.mechanics_steps.within(full, self.micro_step)),
+            ("actuator", self.case.steps.actuator, division(full, self.micro_step)),
+        ];
+        sides.into_iter().find_map(|(name, possible, count)| {
+            let step = full / count as f64;
+            if possible.are_fixed() && !even {
+                let what = if self.phase == 1.0 { "step control asks" } else { "a phase below 1 asks" };
+                return Some(format!("the {name} takes steps of one length only, and {what} for others: use phase 1 and none"));
+            }
+            let unit = possible.multiple_of.filter(|_| !possible.allows(step))?;
+            Some(format!("the {name} takes multiples of {unit:e} s only, and is asked for steps of {step:e} s: use a macro step of {count} such"))
+        })
+    }
+}
+
 /// Runs one simulation. `bounds` say beyond what it counts as diverged; with a `clock` its macro steps are timed.
 ///
 /// # Errors
@@ -163,7 +183,7 @@ fn run(
     let skip = spec
         .scheme
         .incompatibility(sides.lend())
-        .or_else(|| unequal_steps(spec, &setup))
+        .or_else(|| spec.refused_steps())
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unusable_options(spec, sides.lend()))
         .or_else(|| without_bridge(spec, sides.lend()))
@@ -212,29 +232,6 @@ fn run(
         judge.add(&trajectory, judged..trajectory.len(), interface_residual.get(judged..).unwrap_or_default());
     }
     Ok(RunResult { report, trajectory, interface_residual, wall })
-}
-
-/// Why a side cannot take the steps of a run, if it cannot.
-fn unequal_steps(spec: &RunSpec, setup: &Setup) -> Option<String> {
-    let even = spec.step_control.is_none() && setup.grid.is_even();
-    let full = MacroStep { index: 0, start: 0.0, length: spec.macro_step };
-    let sides = [
-        ("mechanics", spec.case.steps.mechanics, setup.own_mechanics_steps(full)),
-        ("actuator", spec.case.steps.actuator, setup.actuator_steps(full)),
-    ];
-    sides.into_iter().find_map(|(name, possible, count)| {
-        let step = full.length / count as f64;
-        if possible.equal && !even {
-            return Some(format!(
-                "the {name} takes steps of one length only, and step control, a phase below 1 or a duration that is no multiple of the \
-                 macro step asks for others"
-            ));
-        }
-        let unit = possible.multiple_of.filter(|_| !possible.allows(step) || !even)?;
-        Some(format!(
-            "the {name} takes multiples of {unit:e} s only, and is asked for steps of {step:e} s, or others beside them"
-        ))
-    })
 }
 
 /// Why a step control cannot work with these subsystems, if it cannot.

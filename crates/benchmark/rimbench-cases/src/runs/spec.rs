@@ -97,6 +97,11 @@ impl RunSpec {
         Self::of(settings)
     }
 
+    /// The communication points.
+    pub fn communication_points(&self) -> &CommunicationGrid {
+        &self.grid
+    }
+
     /// The same run with its mechanics' steps said otherwise.
     pub(super) fn counting(&self, mechanics_steps: MechanicsSteps) -> Self {
         let mut settings = self.settings.clone();

@@ -60,11 +60,53 @@ fn requests(scheme: &SchemeEntry, fixed: &RunRequest) -> Vec<RunRequest> {
     forms.iter().map(request).collect()
 }
 
+/// Says a coupling as the calls of a master in a macro step, so that it can be followed without this program.
+pub fn as_a_master(run: &RunSpec) -> String {
+    let step = |length: f64| {
+        let (number, unit) = if length < 9e-5 { (length * 1e6, "µs") } else { (length * 1e3, "ms") };
+        format!("{} {unit}", format!("{number:.4e}").parse().unwrap_or(number))
+    };
+    let stepped = |side: &str, count: usize| {
+        let times = match count {
+            1 => "once".to_owned(),
+            2 => "twice".to_owned(),
+            count => format!("{count} times"),
+        };
+        format!("step {side} by {} {times}", step(run.macro_step / count as f64))
+    };
+    let micro_steps = MechanicsSteps::AsActuator.within(run.macro_step, run.micro_step);
+    let mechanics = stepped("mechanics", run.mechanics_steps.within(run.macro_step, run.micro_step));
+    let actuator = stepped("actuator", micro_steps);
+    let (sent, how) = match &*run.scheme.name {
+        "zero-order-hold" => ("", ""),
+        "first-order-hold" => (" extrapolated linearly", ""),
+        "second-order-hold" => (" extrapolated quadratically", ""),
+        _ => (" as the scheme says", &*run.scheme.about),
+    };
+    let force = match run.force_return {
+        ForceReturn::Held => format!("force{sent}"),
+        ForceReturn::End => "force as it is then".to_owned(),
+        ForceReturn::Mean => "mean force of these steps".to_owned(),
+        ForceReturn::Profile | ForceReturn::Pieces => "mean force over each mechanics step".to_owned(),
+    };
+    let words = match run.sequence {
+        Sequence::Jacobi => format!("read motion and force; set motion{sent}, {actuator}; set {force}, {mechanics}"),
+        Sequence::GaussSeidel { first: Side::Actuator } => {
+            format!("read motion, set it{sent}, {actuator}; set {force}, {mechanics}")
+        }
+        Sequence::GaussSeidel { first: Side::Mechanics } => {
+            format!("read force, set {force}, {mechanics}; read motion, set it{sent}, {actuator}")
+        }
+    };
+    if how.is_empty() { words } else { format!("{words} ({}: {how})", run.scheme.name) }
+}
+
 /// The least work that a run like this can be at another macro step, with one solve of an interface model in each micro
 /// step.
 pub(super) fn least_work(run: &RunSpec, macro_step: f64) -> [f64; 4] {
     let usual = run.case.defaults.micro_step_s.max(run.micro_step);
-    let steps = (run.duration / macro_step).max(1.0);
+    let steps = run.duration / macro_step;
+    let steps = if run.case.has_fixed_steps() { (steps * (1.0 + 1e-9)).floor() } else { steps }.max(1.0);
     // A ratio that is whole but for round-off is whole.
     let micro_steps = steps * (macro_step / usual - 1e-9).ceil().max(1.0);
     let own = match run.mechanics_steps {

@@ -8,7 +8,7 @@ mod forms;
 mod prices;
 mod question;
 
-pub use forms::Information;
+pub use forms::{Information, as_a_master};
 pub use prices::{USUAL_PRICES, prices_of};
 pub use question::{share_of_peak, steps_to_try};
 
@@ -21,11 +21,13 @@ use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use forms::least_work;
 use rayon::prelude::*;
+use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{NEUTRAL, Peak, Reference, RunRequest, RunSpec};
 use rimbench_core::cosim::{Outcome, OutcomeClass, OutcomeKind, StopFlag, Work};
 use rimbench_core::error::{Error, Result};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// The metric by which a run is judged.
@@ -73,6 +75,10 @@ pub struct Advice {
     pub runs_made: usize,
     /// Cells of which nothing is known, having taken too long.
     pub undecided: usize,
+    /// Cells that could not be run, by the reason.
+    pub skipped: BTreeMap<String, usize>,
+    /// Phases at which the error is met: those asked for, or one where a side takes steps of one length.
+    pub phases: usize,
     /// What has to be said of the choice, or why there is none.
     pub notes: Vec<String>,
 }
@@ -116,6 +122,17 @@ pub struct Choice {
     /// What is wrong with the last run, if anything is.
     #[serde(skip)]
     fault: Option<String>,
+    #[serde(skip)]
+    skipped: Option<Skipped>,
+}
+
+/// What a run that cannot be made speaks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Skipped {
+    /// A form at its macro step: a side cannot take such steps.
+    Cell,
+    /// A form at every macro step: a side does not offer what it needs.
+    Form,
 }
 
 /// A run of fewer macro steps is judged at so few points that it has to be said.
@@ -138,11 +155,11 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
     let first = forms[0].1.clone();
     let reference = obtain_reference(&first, question.cache, question.stop)?;
     let uncertainty = uncertainty_of_peak(&reference, &first);
-    let mut advice = Advice { reference_uncertainty_of_peak: uncertainty, ..Advice::default() };
+    let phases = phases_of(&first.case, phase_ensemble(question.phases));
+    let mut advice = Advice { reference_uncertainty_of_peak: uncertainty, phases: phases.len(), ..Advice::default() };
     let reason = match uncertainty {
         None => "the interface carries no force to speak of, and errors are relative to its peak".to_owned(),
         Some(uncertainty) if uncertainty < question.error => {
-            let phases = phase_ensemble(question.phases);
             let seen = vec![[1.0, 1.0, 1.0, 0.0]; forms.len()];
             let (best, met, nearest) = (Vec::new(), Vec::new(), None);
             return Search { question, reference, phases, forms, seen, best, met, nearest, advice }.run();
@@ -151,6 +168,11 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
     };
     advice.notes.push(format!("None can be told: {reason}."));
     Ok(advice)
+}
+
+/// The phases at which a case can be run, of those asked for.
+pub(super) fn phases_of(case: &Case, asked: Vec<f64>) -> Vec<f64> {
+    if case.has_fixed_steps() { vec![1.0] } else { asked }
 }
 
 /// Uncertainty of the reference's force over its peak, of the worst row; none where the interface carries no force.
@@ -168,14 +190,14 @@ struct Search<'a> {
     reference: Reference,
     phases: Vec<f64>,
     forms: Vec<(RunRequest, RunSpec)>,
-    /// Work of a completed run of each form over the least that it can be; infinite where it cannot be run.
+    /// Work of a completed run of each form over the least that it can be; infinite where it goes with no macro step.
     seen: Vec<[f64; 4]>,
     /// The cheapest choice of each scheme, by cost; of equals the first in the catalogue.
     best: Vec<Choice>,
     /// All that meet the error.
     met: Vec<Choice>,
-    /// The least error that was missed, infinite where there is none, and how.
-    nearest: Option<(f64, String)>,
+    /// The least error that was missed, or of runs without one the shortest macro step, and how.
+    nearest: Option<([f64; 2], String)>,
     advice: Advice,
 }
 
@@ -232,12 +254,17 @@ impl Search<'_> {
             if first.case.waits { (monotonic_clock, "wall") } else { (processor_clock, "processor") };
         let (request, scheme) = (request.at_macro_step(macro_step_s), first.scheme.name.to_string());
         let form = format!("{}, {}, mechanics steps: {}", first.sequence, first.force_return, first.mechanics_steps);
-        let (mut cell, mut time) =
-            (Choice { request, place, scheme, form, macro_step_s, time_is_of, ..Choice::default() }, 0.0);
+        let (mut cell, mut time, mut points) =
+            (Choice { request, place, scheme, form, macro_step_s, time_is_of, ..Choice::default() }, 0.0, 1.0);
         for &phase in &self.phases {
             let spec = match self.spec(&RunRequest { phase: Some(phase), ..cell.request.clone() }, cell.runs == 0) {
                 Ok(spec) => spec,
-                Err(reason) => return Ok(Choice { fault: Some(reason), ..cell }),
+                Err((reason, skipped)) => return Ok(Choice { fault: Some(reason), skipped, ..cell }),
+            };
+            points = if first.case.has_fixed_steps() {
+                spec.communication_points().macro_steps() as f64
+            } else {
+                (first.duration / macro_step_s).max(1.0)
             };
             let begun = clock();
             let run = evaluated(&spec, &self.reference, false, false, self.question.stop)?;
@@ -251,6 +278,10 @@ impl Search<'_> {
             let has_completed = run.outcome.class() == OutcomeClass::Completed;
             let error = run.found.metric(METRIC).filter(|error| error.is_finite() && has_completed);
             cell.fault = match error {
+                _ if !run.outcome.kind().was_run() => {
+                    cell.skipped = Some(Skipped::Form);
+                    Some(run.outcome.reason())
+                }
                 _ if !has_completed => {
                     let fault = format!("{}: {}", run.outcome.kind(), run.outcome.reason());
                     Some(fault.trim_end_matches(": ").to_owned())
@@ -272,17 +303,22 @@ impl Search<'_> {
             }
         }
         cell.cost = self.cost(cell.work);
-        cell.points = (first.duration / macro_step_s).max(1.0);
+        cell.points = points;
         cell.time_per_macro_step_s = time / cell.runs as f64 / cell.points;
         Ok(cell)
     }
 
     /// What is to be run, or why it is not: at the first phase it is seen whether a linear case grows without end.
-    fn spec(&self, request: &RunRequest, is_first: bool) -> std::result::Result<RunSpec, String> {
-        let spec = request.resolve(self.question.catalogue).map_err(|error| error.to_string())?;
+    fn spec(&self, request: &RunRequest, is_first: bool) -> std::result::Result<RunSpec, (String, Option<Skipped>)> {
+        // What is refused here is of this macro step alone: another one was resolved.
+        let refused = |reason: String| (reason, Some(Skipped::Cell));
+        let spec = request.resolve(self.question.catalogue).map_err(|error| refused(error.to_string()))?;
+        if let Some(reason) = spec.refused_steps() {
+            return Err(refused(reason));
+        }
         let radius = (is_first && !spec.case.linear_state.is_empty()).then(|| spectral_radius(&spec).ok()).flatten();
         match radius.filter(|radius| *radius > 1.0 + NEUTRAL) {
-            Some(radius) => Err(format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0)),
+            Some(radius) => Err((format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0), None)),
             None => Ok(spec),
         }
     }
@@ -303,17 +339,28 @@ impl Search<'_> {
             }
             return;
         };
+        if let Some(skipped) = cell.skipped {
+            // What the sides do not offer they offer at no macro step.
+            let cells = match skipped {
+                Skipped::Cell => 1,
+                Skipped::Form if self.seen[form][0].is_infinite() => 0,
+                Skipped::Form => self.question.macro_steps.len(),
+            };
+            if skipped == Skipped::Form {
+                self.seen[form] = [f64::INFINITY; 4];
+            }
+            // How long the step was that was asked for makes no other reason.
+            let reason = fault.split(", and is asked").next().unwrap_or(fault).to_owned();
+            *self.advice.skipped.entry(reason).or_default() += cells;
+            return;
+        }
         let no_answer = cell.last.filter(|outcome| outcome.class() == OutcomeClass::NoAnswer);
-        let is_skipped = no_answer.is_some_and(|outcome| !outcome.was_run());
-        self.advice.undecided += usize::from(no_answer.is_some() && !is_skipped);
-        let distance = cell.worst_error.unwrap_or(if is_skipped { f64::INFINITY } else { f64::MAX });
+        self.advice.undecided += usize::from(no_answer.is_some());
+        let distance = [cell.worst_error.unwrap_or(f64::INFINITY), cell.macro_step_s];
         if self.nearest.as_ref().is_none_or(|(known, _)| distance < *known) {
             let phase = cell.request.phase.map_or_else(String::new, |phase| format!(", phase {phase:.4}"));
             let cell = format!("{}, {}, at H = {}", cell.scheme, cell.form, ms(cell.macro_step_s));
             self.nearest = Some((distance, format!("{cell}{phase}: {fault}")));
-        }
-        if is_skipped {
-            self.seen[form] = [f64::INFINITY; 4];
         }
     }
 
@@ -338,13 +385,31 @@ impl Search<'_> {
             if best.model_exact {
                 notes.push("Here the model is the mechanics itself (model_exact): elsewhere expect more.".to_owned());
             }
-        } else if let Some((_, reason)) = &self.nearest {
-            notes.push(format!(
-                "None: no form meets the error at every phase between H = {} and {}.",
-                ms(from),
-                ms(to)
-            ));
-            notes.push(format!("The nearest: {reason}."));
+        } else {
+            let [from, to] = [from, to].map(ms);
+            notes.push(format!("None: no form meets the error at every phase between H = {from} and {to}."));
+            notes.push(match &self.nearest {
+                Some((_, reason)) => format!("The nearest: {reason}."),
+                None => "No form could be run.".to_owned(),
+            });
+        }
+        if self.forms[0].1.case.has_fixed_steps() {
+            notes.push(
+                "A side takes steps of one length only: runs are at phase 1 alone and end with their last whole macro step; where an event \
+                 falls between two exchanges was not varied."
+                    .to_owned(),
+            );
+        }
+        if !self.advice.skipped.is_empty() {
+            let mut reasons: Vec<_> = self.advice.skipped.iter().collect();
+            reasons.sort_by_key(|(_, cells)| std::cmp::Reverse(**cells));
+            let all = self.forms.len() * steps.len();
+            let (first, cells) = (reasons[0], self.advice.skipped.values().sum::<usize>());
+            let more = match reasons.len() - 1 {
+                0 => String::new(),
+                more => format!(", and {more} more reasons (--format json)"),
+            };
+            notes.push(format!("Skipped: {cells} of {all} cells; {} of them because {}{more}.", first.1, first.0));
         }
         if self.advice.undecided > 0 {
             notes.push("Cells took longer than the wall limit (undecided), which says nothing of them.".to_owned());

@@ -1,13 +1,13 @@
 //! What may be asked, as it is typed.
 
 use crate::grid::logarithmic_grid;
-use crate::stability::{longest_macro_step, shortest_macro_step};
+use crate::stability::{longest_macro_step, possible_steps, shortest_macro_step};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunRequest;
 use rimbench_core::error::{Error, Result};
 
 /// Spreads macro steps (s) evenly in logarithms, of as few digits as keep them apart; the ends are those of a scan
-/// unless they are given.
+/// unless they are given. Sides that take multiples of a step are offered multiples of it.
 ///
 /// # Errors
 /// An unknown case, ends that are none, or beyond the duration.
@@ -28,7 +28,7 @@ pub fn steps_to_try(
     let short = |step: f64| format!("{step:.digits$e}").parse().unwrap_or(step).clamp(from, to);
     let mut rounded: Vec<f64> = logarithmic_grid(from, to, per_decade)?.into_iter().map(short).collect();
     rounded.dedup();
-    Ok(rounded)
+    possible_steps(catalogue, fixed, rounded, [from, to])
 }
 
 /// Reads `1%` or `0.01`; a number without the sign is below 1, because `1` may mean either.

@@ -113,17 +113,30 @@ impl Experiment {
         })
     }
 
-    /// Says of logs that are replayed where they are longer or shorter than runs.
+    /// Says which cases have a side of fixed step, and of logs that are replayed where they are longer or shorter than
+    /// runs.
     ///
     /// # Errors
     /// As [`plan`](Self::plan).
     pub fn notes(&self, catalogue: &Catalogue, quick: bool) -> Result<BTreeSet<String>> {
         let mut notes = BTreeSet::new();
+        let phases = self.phases.list();
+        let others = phases.iter().filter(|phase| **phase != 1.0).count();
+        for case in
+            self.cases.iter().filter_map(|entry| entry.find(catalogue).ok()).filter(|case| case.has_fixed_steps())
+        {
+            let skipped =
+                if others > 0 { format!(", {others} of {} phases are skipped", phases.len()) } else { String::new() };
+            notes.insert(format!(
+                "case {}: a side takes steps of one length only: runs end with their last whole macro step{skipped}",
+                case.name
+            ));
+        }
         if !self.schemes.iter().any(SchemeRow::has_logs) {
             return Ok(notes);
         }
         for run in self.plan_at_first_draw(catalogue, quick)? {
-            let grid = CommunicationGrid::new(run.spec.macro_step, run.spec.phase, run.spec.duration)?;
+            let grid = *run.spec.communication_points();
             let row = self.schemes.iter().find(|row| row.label == run.label);
             notes.extend(row.map_or(Ok(Vec::new()), |row| row.replay(&grid, &mut RunRequest::default()))?);
         }

@@ -11,7 +11,7 @@ use rimbench_cases::cases::{
     Beginning, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, NoBeginning, Parameters,
     PossibleSteps, Remedy, Scale, Tried, WHAT_REMAINS, apart_in_words, beginning, doubts_of, first_outputs,
 };
-use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling};
+use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling, division};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
@@ -346,10 +346,13 @@ fn steps_of_case(file: &CaseFile, steps: &PerSide<PossibleSteps>) -> Result<Case
     let micro_step_s = file.micro_step_s();
     let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
     for side in Side::BOTH {
-        // The finest of the three solutions takes a quarter of the step.
-        if let Some(unit) = steps[side].multiple_of.filter(|_| !steps[side].allows(0.25 * reference_step_s)) {
+        // The finest of the three solutions takes a quarter of the step, of which a whole number makes a micro step.
+        let finest = 0.25 * micro_step_s / division(micro_step_s, reference_step_s) as f64;
+        if let Some(unit) = steps[side].multiple_of.filter(|_| !steps[side].allows(finest)) {
             let (least, side) = (4.0 * unit, side_name(side));
-            let valid = format!("a multiple of {least:e} s: the FMU of the {side} takes multiples of {unit:e} s");
+            let valid = format!(
+                "a multiple of {least:e} s that divides micro_step_s, {micro_step_s:e} s: the FMU of the {side} takes multiples of {unit:e} s"
+            );
             return Err(Error::invalid("reference_step_s", reference_step_s, valid).to_string());
         }
     }

@@ -253,10 +253,14 @@ impl FmuMember {
         }
     }
 
-    /// Starts what drives it.
-    fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
+    /// Rows whose position is the integral of the velocity, with where it starts, m.
+    pub(super) fn integrals(&self) -> &[(usize, f64)] {
+        &self.shape.integrals
+    }
+
+    /// Says what a run with these parameters is to do with it.
+    pub(super) fn plan(&self, parameters: &Parameters) -> Result<Plan, String> {
         let mut plan = self.plan.clone();
-        plan.lodger = matches!(process, Process::Same);
         // Probing at the end of a run goes beyond it; by a macro step, which may be as long as all of it, where that is
         // asked for.
         let beyond = |end: f64, probe: Probe| if probe.step < f64::MAX { probe.step } else { end };
@@ -285,6 +289,12 @@ impl FmuMember {
                 array.values.put(at, value);
             }
         }
+        Ok(plan)
+    }
+
+    /// Starts what drives it.
+    fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
+        let plan = Plan { lodger: matches!(process, Process::Same), ..self.plan(parameters)? };
         match process {
             Process::Same => Ok(Box::new(Loaded::new(plan)?)),
             Process::Own { worker, answer_within } => Ok(Box::new(Remote::start(&plan, worker, *answer_within)?)),

@@ -14,6 +14,7 @@ mod description;
 mod finder;
 mod host;
 mod library;
+mod master;
 mod member;
 mod probing;
 #[cfg(unix)]
@@ -26,5 +27,6 @@ mod side;
 
 pub use case::{Programs, read_case};
 pub use library::{leave, standard_output};
+pub use master::master_script;
 pub use probing::{ProbeQuality, SideNotes};
 pub use process::{WORKER, serve};
