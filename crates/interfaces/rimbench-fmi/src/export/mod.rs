@@ -1,15 +1,15 @@
-//! One side of a case as an FMU for FMI 3.0 co-simulation.
+//! One side of a case as an FMU for co-simulation, for FMI 3.0 or 2.0.
 
 mod archive;
 mod description;
-mod golden;
+mod reference_files;
 mod units;
 mod variables;
 
 pub use crate::model_parts::{ModelPart, ModelSize, PartType, PartVariable};
 pub(crate) use archive::platform;
 pub use archive::{find_library, pack};
-pub use golden::golden_run;
+pub use reference_files::{README, ReferenceFiles, reference_files};
 pub use variables::{Kind, Variable, Variables};
 
 use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
@@ -28,11 +28,24 @@ pub const RESOURCE: &str = "rimbench.json";
 /// The proposed layered standard for reduced interface models: name and version. Its manifest lies in `extra/<name>/`.
 pub const LAYERED_STANDARD: [&str; 2] = ["rimbench.reduced-interface", "0.3.0"];
 
+/// Version of the standard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fmi {
+    /// FMI 2.0: no arrays, and so no interface model.
+    #[serde(rename = "2.0")]
+    Two,
+    /// FMI 3.0.
+    #[serde(rename = "3.0")]
+    Three,
+}
+
 /// What the library needs to know to be one side of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contents {
     /// What the library must have been built from: [`sources`](crate::sources).
     pub sources: String,
+    /// The version of the standard that the FMU is for.
+    pub fmi: Fmi,
     /// The case, by name.
     pub case: String,
     /// `mechanics` or `actuator`.
@@ -72,12 +85,13 @@ impl Contents {
     ///
     /// # Errors
     /// Those of building the case, and outputs that fail at the start.
-    pub fn of(spec: &RunSpec, side: Side) -> Result<Self> {
+    pub fn of(spec: &RunSpec, side: Side, fmi: Fmi) -> Result<Self> {
         let set = spec.parameters.iter().filter(|(parameter, value)| parameter.default != **value);
         let set = set.map(|(parameter, value)| (parameter.name.to_string(), text(value))).collect();
         let alone = side == Side::Mechanics && spec.case.linear_state.is_empty();
         Ok(Contents {
             sources: crate::sources(),
+            fmi,
             case: spec.case.name.to_string(),
             side: side_name(side).to_owned(),
             set,
