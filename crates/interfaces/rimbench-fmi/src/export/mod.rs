@@ -117,6 +117,16 @@ fn first_inputs(spec: &RunSpec, side: Side) -> Result<Vec<f64>> {
             spec.case.name
         )));
     }
+    let mut told = outputs_at_start(&spec.case, &mut sides)?;
+    Ok(std::mem::take(&mut told[side.other()]))
+}
+
+/// Returns what both sides of a case put out at the beginning: the one without direct feedthrough speaks first, and the
+/// other has heard it.
+///
+/// # Errors
+/// [`Error::Incompatible`] for outputs that fail.
+pub fn outputs_at_start(case: &Case, sides: &mut PerSide<Box<dyn Subsystem>>) -> Result<PerSide<Vec<f64>>> {
     let first = if sides.mechanics.ports().direct_feedthrough { Side::Actuator } else { Side::Mechanics };
     let mut told = PerSide::from_fn(|side| vec![0.0; sides[side].ports().outputs.len()]);
     for side in [first, first.other()] {
@@ -125,9 +135,9 @@ fn first_inputs(spec: &RunSpec, side: Side) -> Result<Vec<f64>> {
             false => told[first].clone(),
         };
         let outputs = sides[side].outputs(&u, &mut told[side]);
-        outputs.map_err(|failure| Error::Incompatible(format!("case {}: {failure}", spec.case.name)))?;
+        outputs.map_err(|failure| Error::Incompatible(format!("case {}: {failure}", case.name)))?;
     }
-    Ok(std::mem::take(&mut told[side.other()]))
+    Ok(told)
 }
 
 /// A value as it would be typed, to the bit.

@@ -44,7 +44,7 @@ pub fn reference_files(spec: &RunSpec, side: Side, model: &str) -> Result<Refere
     let ports = system.sides[side].ports();
     let inputs = ports.inputs.len();
     let names = ports.inputs.iter().chain(&ports.outputs).map(|port| port.name.clone());
-    let columns: Vec<Name> = std::iter::once(Name::from("time")).chain(names).collect();
+    let columns: Vec<Name> = std::iter::once(Name::from("time_s")).chain(names).collect();
     let build = spec.case.build.clone();
     let bare = Case {
         trace_columns: columns.clone(),
@@ -73,13 +73,13 @@ pub fn reference_files(spec: &RunSpec, side: Side, model: &str) -> Result<Refere
     Ok(ReferenceFiles { files, points: told.len(), outcome: result.report.outcome })
 }
 
-/// Columns as CSV, names in quotation marks, numbers by the shortest text that reads back to the same bits.
+/// Columns as CSV, the first named `time`, names in quotation marks, numbers by the shortest text that reads back to the same bits.
 fn table(trajectory: &Trajectory, columns: &[usize]) -> Vec<u8> {
     let line = |cell: &dyn Fn(usize) -> String| {
         let cells: Vec<String> = columns.iter().map(|at| cell(*at)).collect();
         cells.join(",") + "\n"
     };
-    let mut text = line(&|at| format!("{:?}", trajectory.columns()[at]));
+    let mut text = line(&|at| format!("{:?}", if at == 0 { "time" } else { &trajectory.columns()[at] }));
     trajectory.rows().for_each(|row| text += &line(&|at| format!("{:?}", row[at])));
     text.into_bytes()
 }
