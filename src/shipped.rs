@@ -4,6 +4,9 @@
 /// Experiment files, each as its path in the source (`experiments/<group>/<name>.toml`) and its text, by path.
 pub const EXPERIMENTS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/experiments.rs"));
 
+/// The ranking of schemes: path and text.
+pub const RANKING: (&str, &str) = ("experiments/ranking.toml", include_str!("../experiments/ranking.toml"));
+
 /// The list of figures: path and text.
 pub const FIGURES: (&str, &str) = ("paper/figures.toml", include_str!("../paper/figures.toml"));
 

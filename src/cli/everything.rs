@@ -15,18 +15,13 @@ use rimbench::error::{Error, Result};
 use rimbench::figures::report::DATE_LINE;
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, has_markers};
-use rimbench::harness::{
-    Cache, CheckedClaim, Experiment, Job, Ranking, check_fresh_claims, run_job_until, write_claims,
-};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, check_fresh_claims, run_job_until, write_claims};
 use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
-
-/// The ranking of schemes.
-const RANKING: &str = "experiments/ranking.toml";
 
 /// The group whose claims and page stand together.
 const PAPER: &str = "paper";
@@ -100,7 +95,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
     figures.par_iter().try_for_each(|figure| figure.make(out, &styles).map(drop))?;
     if whole {
-        let differing = Ranking::read(RANKING.as_ref())?.write(catalogue, out, &out.join("ranking"))?;
+        let differing = project.ranking()?.write(catalogue, out, &out.join("ranking"))?;
         changed += differing.len();
         write_page(catalogue, &out.join(PAPER))?;
     }

@@ -1,5 +1,6 @@
 //! `rimbench fmu`: one side of a case for other masters.
 
+use super::progress::say;
 use super::run_options::{assignments, seconds};
 use super::screen::paragraph;
 use super::{print, with_file};
@@ -8,10 +9,9 @@ use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim;
 use rimbench::error::Error;
-use rimbench::fmi::export::{find_library, golden_run, pack};
+use rimbench::fmi::export::{Fmi, README, ReferenceFiles, Variables, find_library, pack, reference_files};
 use rimbench::fmi::import::SideNotes;
 use rimbench::runs::RunRequest;
-use rimbench::trace::write_trace;
 use std::path::PathBuf;
 
 /// Arguments of `fmu`.
@@ -26,7 +26,8 @@ pub struct Fmu {
     /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// The FMU to be written; beside it goes FILE.csv, what the side heard and said in a run with zero-order hold
+    /// The FMU to be written; beside it go FILE_in.csv and FILE_ref.csv, what the side heard and said in a run with
+    /// zero-order hold, FILE_ref.opt, its steps, and Readme.txt
     #[arg(long, value_name = "FILE.fmu")]
     out: PathBuf,
     /// Communication step of that run, and the one that the FMU suggests, s
@@ -35,6 +36,9 @@ pub struct Fmu {
     /// Simulated time of that run, s
     #[arg(long, value_name = "TIME", value_parser = seconds)]
     duration: Option<f64>,
+    /// Version of the standard that it is for
+    #[arg(long, value_enum, value_name = "VERSION", default_value_t = Version::Three)]
+    fmi: Version,
     /// The library that goes into the FMU [default: that beside this program]
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
@@ -47,6 +51,19 @@ enum Side {
     /// Positions and velocities in, forces out.
     Actuator,
 }
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Version {
+    /// No arrays, and so no interface model; for masters that take nothing later.
+    #[value(name = "2.0", alias = "2")]
+    Two,
+    /// All that the side offers.
+    #[value(name = "3.0", alias = "3")]
+    Three,
+}
+
+/// Most bytes of a file that the FMI project takes.
+const MOST_BYTES: usize = 1_000_000;
 
 impl Fmu {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
@@ -66,23 +83,45 @@ impl Fmu {
         if self.out.extension().is_none_or(|extension| extension != "fmu") {
             return Err(Error::invalid("--out", self.out.display(), "the name of a file that ends in .fmu").into());
         }
-        let golden = self.out.with_extension("csv");
+        let fmi = match self.fmi {
+            Version::Two => Fmi::Two,
+            Version::Three => Fmi::Three,
+        };
+        let model = self.out.file_stem().unwrap_or_default().to_string_lossy();
+        let beside = |name: &str| self.out.with_file_name(name);
+        let foreign = std::fs::read(beside(README)).is_ok_and(|text| !ReferenceFiles::is_readme(&text));
         check_writable_file(&self.out)?;
-        check_writable_file(&golden)?;
         let program = std::env::current_exe().unwrap_or_default();
         let (library, bytes) = find_library(self.library.as_deref(), &program)?;
-        let packed = pack(&spec, side, &bytes)?;
-        let (trajectory, outcome) = golden_run(&spec, side)?;
-        let was_there = self.out.exists();
-        write_atomically(&self.out, |file| file.write_all(&packed))?;
-        // One without the other is half of what was asked for.
-        write_trace(&golden, &trajectory, None).inspect_err(|_| {
-            let _ = (!was_there).then(|| std::fs::remove_file(&self.out));
-        })?;
-        let (out, size, library) = (self.out.display(), packed.len(), library.display());
-        let (points, step_ms) = (trajectory.len(), 1e3 * spec.macro_step);
-        let heard = format!("{} ({points} communication points, H = {step_ms} ms; {outcome})", golden.display());
-        print(&paragraph(&format!("{out} ({size} bytes, library {library})"), 4))?;
-        print(&paragraph(&heard, 4))
+        let packed = pack(&spec, side, fmi, &bytes)?;
+        let ReferenceFiles { mut files, points, outcome } = reference_files(&spec, side, &model)?;
+        files.retain(|(name, _)| !(foreign && name == README));
+        files.insert(0, (self.out.file_name().unwrap_or_default().to_string_lossy().into_owned(), packed));
+        let files: Vec<(PathBuf, Vec<u8>)> = files.into_iter().map(|(name, bytes)| (beside(&name), bytes)).collect();
+        files.iter().try_for_each(|(path, _)| check_writable_file(path))?;
+        // Some without the others are less than what was asked for.
+        let mut written = Vec::new();
+        for (path, bytes) in &files {
+            let was_there = path.exists();
+            write_atomically(path, |file| file.write_all(bytes)).inspect_err(|_| {
+                written.iter().for_each(|path| drop(std::fs::remove_file(path)));
+            })?;
+            written.extend((!was_there).then_some(path));
+        }
+        let size = files[0].1.len();
+        print(&paragraph(&format!("{} ({size} bytes, library {})", self.out.display(), library.display()), 4))?;
+        let run = format!("{points} communication points, H = {} ms; {outcome}", 1e3 * spec.macro_step);
+        let names: Vec<String> = files[1..].iter().map(|(path, _)| path.display().to_string()).collect();
+        print(&paragraph(&format!("{} ({run})", names.join(", ")), 4))?;
+        if fmi == Fmi::Two && Variables::of(&spec.case, side, &spec.parameters, Fmi::Three)?.has_model() {
+            say("note: FMI 2.0 has no arrays: the interface model (rim.*) is left out; `--fmi 3.0` has it");
+        }
+        if foreign {
+            say(&format!("note: {} is not of this program, and is left as it is", beside(README).display()));
+        }
+        for (path, _) in files[1..].iter().filter(|(_, bytes)| bytes.len() > MOST_BYTES) {
+            say(&format!("note: {} is larger than 1 MB, more than the FMI project takes", path.display()));
+        }
+        Ok(())
     }
 }

@@ -1,15 +1,23 @@
 //! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures.
 
 use super::json::Object;
+use super::project::Project;
 use super::screen::{Table, cut_width, paragraph, wrap};
 use super::{Format, print, print_json, with_file};
 use clap::{Args, ValueEnum};
+use rimbench::cases::{Case, unit_of};
 use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{MechanicsSteps, Port, Side};
 use rimbench::error::Error;
+use rimbench::fmi::export::{outputs_at_start, text};
 use rimbench::fmi::import::SideNotes;
 use rimbench::metrics::{METRICS, Only};
+use rimbench::runs::RunSpec;
 use rimbench::shipped::FIGURE_KEYS;
-use serde_json::Value;
+use rimbench::solver_entry::SolverEntry;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Arguments of `list`.
 #[derive(Debug, Args)]
@@ -47,6 +55,7 @@ impl List {
         let catalogue = &*with_file(catalogue, &SideNotes::default(), &mut self.case)?;
         let case = self.case.as_deref().map(|name| catalogue.case(name)).transpose()?;
         let entries: Vec<Entry> = match self.what {
+            What::Cases if self.format == Format::Json => return print_json(&cases(catalogue, case)?),
             What::Cases => catalogue
                 .cases()
                 .iter()
@@ -128,7 +137,7 @@ impl List {
             },
         };
         match self.format {
-            Format::Json => print_json(&json(&entries)),
+            Format::Json => print_json(&all_as_json(&entries)),
             Format::Table if self.long => print(&entries.iter().map(long).collect::<Vec<_>>().join("\n\n")),
             Format::Table => print(&short(&entries)),
         }
@@ -184,8 +193,98 @@ fn entry<const N: usize>(name: &str, about: &str, more: [(&'static str, String);
     [("name", name.to_owned()), ("about", about.to_owned())].into_iter().chain(more).collect()
 }
 
+/// The cases, or one of them, with all that is declared of each: ports with what they say at the start, times, columns of
+/// a trace, and where the ranking asks for it the macro steps and phases that it asks for.
+fn cases(catalogue: &Catalogue, only: Option<&Arc<Case>>) -> anyhow::Result<Value> {
+    let ranking = Project::find().ranking()?;
+    let mut ranked: Vec<RunSpec> = Vec::new();
+    for file in ranking.experiments() {
+        ranked.extend(Project::experiment(&file)?.problems(catalogue)?);
+    }
+    let mut listed = Vec::new();
+    for case in catalogue.cases().iter().filter(|known| only.is_none_or(|only| only.name == known.name)) {
+        let mut object = Object::default();
+        object.put("name", &*case.name);
+        object.put("about", &*case.about);
+        object.put("for", case.purpose.to_string());
+        object.put("ports", ports(case)?);
+        object.number("duration_s", case.defaults.duration_s);
+        object.put("grid", grid(case, &ranked));
+        let rows = case
+            .interface_columns
+            .iter()
+            .map(|row| json!({"position": &*row.position, "velocity": &*row.velocity, "force": &*row.force}));
+        object.put("interface", rows.collect::<Value>());
+        let columns = case.trace_columns.iter().map(|name| json!({"name": &**name, "unit": unit_of(name)}));
+        object.put("columns", columns.collect::<Value>());
+        listed.push(Value::from(object));
+    }
+    Ok(Value::Array(listed))
+}
+
+fn ports(case: &Case) -> anyhow::Result<Value> {
+    let mut sides = (case.build)(&case.default_parameters(), &SolverEntry::active_set())?.sides;
+    let start = outputs_at_start(case, &mut sides)?;
+    let of = |side: Side| {
+        let ports = sides[side].ports();
+        let said = |ports: &[Port], start: &[f64]| {
+            let port = |(port, start): (&Port, &f64)| {
+                let mut object = Object::default();
+                object.put("name", &*port.name);
+                object.put("unit", unit_of(&port.name));
+                object.number("start", *start);
+                Value::from(object)
+            };
+            ports.iter().zip(start).map(port).collect::<Value>()
+        };
+        json!({
+            "inputs": said(&ports.inputs, &start[side.other()]),
+            "outputs": said(&ports.outputs, &start[side]),
+            "direct_feedthrough": ports.direct_feedthrough,
+        })
+    };
+    Ok(json!({"mechanics": of(Side::Mechanics), "actuator": of(Side::Actuator)}))
+}
+
+/// Usual steps of a case, and what the ranking asks of it, by sets of parameters.
+fn grid(case: &Case, ranked: &[RunSpec]) -> Value {
+    // As `--set` takes them.
+    let mut sets: BTreeMap<Vec<String>, Vec<&RunSpec>> = BTreeMap::new();
+    for spec in ranked.iter().filter(|spec| spec.case.name == case.name) {
+        let changed = spec.parameters.iter().filter(|(parameter, value)| parameter.default != **value);
+        let set = changed.map(|(parameter, value)| format!("{}={}", parameter.name, text(value)));
+        sets.entry(set.collect()).or_default().push(spec);
+    }
+    let sets = sets.into_iter().map(|(set, specs)| {
+        let axis = |of: fn(&RunSpec) -> f64| {
+            let mut values: Vec<f64> = Vec::new();
+            for value in specs.iter().map(|spec| of(spec)) {
+                if !values.contains(&value) {
+                    values.push(value);
+                }
+            }
+            values
+        };
+        json!({
+            "set": set,
+            "duration_s": specs[0].duration,
+            "macro_steps_s": axis(|spec| spec.macro_step),
+            "phases": axis(|spec| spec.phase),
+            "micro_step_s": specs[0].micro_step,
+            "mechanics_steps": specs[0].mechanics_steps.to_string(),
+        })
+    });
+    let (usual, steps) = (&case.defaults, MechanicsSteps::ONE.to_string());
+    json!({
+        "macro_step_s": usual.macro_step_s,
+        "micro_step_s": usual.micro_step_s,
+        "mechanics_steps": steps,
+        "ranking": sets.collect::<Value>(),
+    })
+}
+
 /// An array of objects; a default that is a number stands as a number, one that is a choice as a text.
-fn json(entries: &[Entry]) -> Value {
+fn all_as_json(entries: &[Entry]) -> Value {
     let object = |entry: &Entry| {
         let mut object = Object::default();
         for (key, value) in entry {

@@ -3,7 +3,7 @@
 
 use rimbench::error::{Error, Result};
 use rimbench::figures::{FigureList, TableList};
-use rimbench::harness::Experiment;
+use rimbench::harness::{Experiment, Ranking};
 use rimbench::shipped;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -63,6 +63,15 @@ impl Project {
                 Some(Cow::Borrowed(found.1))
             }
         }
+    }
+
+    /// The ranking of schemes.
+    ///
+    /// # Errors
+    /// Those of [`Ranking::read`].
+    pub(super) fn ranking(self) -> Result<Ranking> {
+        let (path, text) = self.text(shipped::RANKING)?;
+        Ranking::parse(path, &text)
     }
 
     /// The list of figures.

@@ -29,7 +29,11 @@ fn trace(folder: &Path, case: &str, arguments: &[&str]) -> BTreeMap<String, Vec<
 
 /// Writes a case of FMUs, and compares its traces to those of the case that they were made from, to the letter.
 fn compared(case: &str, columns: [&str; 3], head: &str, set: &[&str], runs: &[&[&str]]) {
-    let folder = exported(case, set);
+    compared_of("3.0", case, columns, head, set, runs);
+}
+
+fn compared_of(version: &str, case: &str, columns: [&str; 3], head: &str, set: &[&str], runs: &[&[&str]]) {
+    let folder = exported(case, &[&["--fmi", version], set].concat());
     let file = folder.path().join("case.toml");
     fs::write(&file, case_file(columns, head)).unwrap();
     for run in runs {
@@ -60,6 +64,83 @@ fn a_wedge_box_that_was_written_as_fmus_has_the_digits_of_the_case_it_was_writte
         "duration_s = 0.7\nmacro_step_s = 1e-2\nmicro_step_s = 5e-5\nreference_step_s = 5e-5\nprocess = \"same\"";
     let long = ["--scheme", "rim-nonsmooth-gap", "--duration", "0.7", "--macro-step", "1e-2"];
     compared("wedge-box", CYLINDER, head, &[], &[&long]);
+}
+
+#[test]
+fn fmus_for_fmi_2_have_the_digits_of_those_for_3_under_every_scheme_that_needs_no_interface_model() {
+    let times = "duration_s = 0.15\nmacro_step_s = 2e-3\nmicro_step_s = 5e-5\nreference_step_s = 5e-5";
+    let heads = [times.to_owned(), format!("{times}\nprocess = \"same\"")];
+    let long = ["--duration", "0.15", "--macro-step", "2e-3", "--micro-step", "5e-5", "--scheme"];
+    let with = |scheme: &'static str| long.into_iter().chain([scheme]).collect::<Vec<_>>();
+    let runs = ["zero-order-hold", "first-order-hold", "iterated-aitken"].map(with);
+    let runs = runs.each_ref().map(Vec::as_slice);
+    compared_of("2.0", "wedge-box", CYLINDER, &heads[0], &["--set", "box_mass_kg=210"], &runs);
+    compared_of("2.0", "rocking-block", CYLINDER, &heads[1], &[], &runs);
+    compared_of("2.0", "gripper", CYLINDER, &heads[1], &[], &runs[..1]);
+    compared_of("2.0", "bouncing-ball", CARRIAGE, &heads[1], &[], &runs[..1]);
+    // Rates and directional derivatives, which the case itself has as well, and parameters that are set.
+    let parameter = "process = \"same\"\n[parameters.mass]\ndefault = 200.0\nmechanics = \"box_mass_kg\"";
+    let seen = ["2.0", "3.0"].map(|version| {
+        let folder = exported("wedge-box", &["--fmi", version]);
+        let file = folder.path().join("case.toml");
+        fs::write(&file, case_file(CYLINDER, &format!("{times}\n{parameter}"))).unwrap();
+        let run = |scheme| [&with(scheme)[..], &["--set", "mass=230"]].concat();
+        ["nepce", "transmission-line"].map(|scheme| trace(folder.path(), file.to_str().unwrap(), &run(scheme)))
+    });
+    assert_eq!(seen[0], seen[1]);
+}
+
+/// The resources of an FMU for FMI 2.0 are told by a URI, in which a path of any name is written.
+#[test]
+fn an_fmu_for_fmi_2_finds_its_resources_in_a_folder_of_any_name_and_says_what_it_refuses_to_the_masters_logger() {
+    let folder = exported("wedge-box", &["--fmi", "2.0"]);
+    let odd = folder.path().join("a b%20é 100%");
+    fs::create_dir(&odd).unwrap();
+    let file = folder.path().join("case.toml");
+    let text = case_file(CYLINDER, "duration_s = 0.3\nmacro_step_s = 5e-3\nmicro_step_s = 5e-4");
+    let refusal_with = |start: &str| {
+        let with = format!("fmu = \"actuator.fmu\"\nstart = {{ {start} }}");
+        fs::write(&file, text.replacen("fmu = \"actuator.fmu\"", &with, 1)).unwrap();
+        let mut command = rimbench();
+        command.env("TMPDIR", &odd).args(["simulate", "--scheme", "zero-order-hold", "--case"]).arg(&file);
+        refused(&mut command)
+    };
+    let step = ["actuator.fmu: DoStep returned Error", "is outside the model's range"];
+    assert_has(&refusal_with("cylinder_length_m = 0.01"), &step);
+    // A per cent sign in what is said is no format.
+    assert_has(&refusal_with("cylinder_length_m = -1.0"), &["actuator.fmu", "cylinder_length_m = -1"]);
+    assert_has(&refusal_with("wait_s = -1.0"), &["actuator.fmu", "wait_s", "0"]);
+    assert_has(&refusal_with("serialisable = 1"), &["actuator.fmu", "`serialisable`", "true or false"]);
+}
+
+#[test]
+fn an_fmu_for_fmi_2_has_no_time_no_arrays_and_no_interface_model_which_the_exporter_says() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("mechanics.fmu");
+    let export = |version: &str| {
+        let mut command = rimbench();
+        command.args(["fmu", "--case", "wedge-box", "--side", "mechanics", "--duration", "0.01", "--fmi", version]);
+        let output = command.arg("--out").arg(&out).output().unwrap();
+        assert!(output.status.success());
+        (String::from_utf8(output.stderr).unwrap(), description(&out))
+    };
+    let (said, text) = export("2.0");
+    assert_has(&said, &["note: FMI 2.0 has no arrays", "rim.*", "--fmi 3.0"]);
+    assert!(
+        !text.contains("name=\"rim.") && !text.contains("name=\"time\"") && !text.contains("independent"),
+        "{text}"
+    );
+    let names = |text: &str| text.matches(" valueReference=").count();
+    let (said, whole) = export("3.0");
+    assert!(said.is_empty() && whole.contains("name=\"rim.H\"") && names(&whole) > names(&text), "{said}");
+}
+
+/// What an FMU says of itself.
+fn description(file: &Path) -> String {
+    let mut archive = ZipArchive::new(Cursor::new(fs::read(file).unwrap())).unwrap();
+    let mut text = String::new();
+    archive.by_name("modelDescription.xml").unwrap().read_to_string(&mut text).unwrap();
+    text
 }
 
 #[test]
@@ -153,13 +234,10 @@ fn an_fmu_that_refuses_a_step_is_quoted_with_its_file() {
 
 #[test]
 fn an_exported_side_starts_with_what_the_other_says_and_has_no_output_but_numbers() {
-    let folder = exported("wedge-box", &["--macro-step", "1e-3", "--duration", "0.01"]);
-    for side in ["mechanics", "actuator"] {
-        let bytes = fs::read(folder.path().join(format!("{side}.fmu"))).unwrap();
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).unwrap();
-        let mut text = String::new();
-        archive.by_name("modelDescription.xml").unwrap().read_to_string(&mut text).unwrap();
-        let row = rows_of(folder.path().join(format!("{side}.csv"))).swap_remove(0);
+    for (side, version) in ["mechanics", "actuator"].into_iter().zip(["3.0", "2.0"]) {
+        let folder = exported("wedge-box", &["--macro-step", "1e-3", "--duration", "0.01", "--fmi", version]);
+        let text = description(&folder.path().join(format!("{side}.fmu")));
+        let row = rows_of(folder.path().join(format!("{side}_in.csv"))).swap_remove(0);
         let (mut inputs, mut outputs) = (0, 0);
         for line in text.lines() {
             let attribute =
@@ -171,7 +249,10 @@ fn an_exported_side_starts_with_what_the_other_says_and_has_no_output_but_number
                     inputs += 1;
                 }
                 Some("output") => {
-                    assert!(line.contains("<Float64") && !line.contains("<Dimension"), "{side}: {line}");
+                    assert!(
+                        (line.contains("<Float64") || line.contains("<Real")) && !line.contains("<Dimension"),
+                        "{side}: {line}"
+                    );
                     outputs += 1;
                 }
                 _ => {}
@@ -490,13 +571,37 @@ fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
     let library = "cargo build --release --package rimbench-fmi";
     assert_refused(&format!("wedge-box --library {text} --out {out}"), library);
     assert_refused(&format!("wedge-box --library none --out {out}"), "none: is not there");
-    // Both files or none.
+    assert_refused(&format!("wedge-box --fmi 1.0 --out {out}"), "[possible values: 2.0, 3.0]");
+    for version in ["2.0", "3.0"] {
+        let space = "contacts with friction in space are not exported";
+        assert_refused(&format!("tripod --fmi {version} --out {out}"), space);
+    }
+    // All files or none.
     #[cfg(target_os = "linux")]
     {
-        std::os::unix::fs::symlink("/dev/full", folder.path().join("out.csv")).unwrap();
+        std::os::unix::fs::symlink("/dev/full", folder.path().join("out_ref.csv")).unwrap();
         let mut command = rimbench();
         command.args(["fmu", "--case", "wedge-box", "--side", "actuator", "--duration", "0.01", "--out", out]);
-        assert!(refused(&mut command).contains("out.csv: cannot be written"));
-        assert!(!Path::new(out).exists());
+        assert!(refused(&mut command).contains("out_ref.csv: cannot be written"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the text and the link");
     }
+}
+
+#[test]
+fn a_text_of_somebody_else_beside_an_fmu_is_left_and_one_of_this_program_is_that_of_every_fmu() {
+    let place = tempfile::tempdir().unwrap();
+    let readme = place.path().join("Readme.txt");
+    let export = |side: &str| {
+        let mut command = rimbench();
+        command.args(["fmu", "--case", "bouncing-ball", "--duration", "0.01", "--side", side, "--out"]);
+        let output = command.arg(place.path().join(format!("{side}.fmu"))).output().unwrap();
+        assert!(output.status.success());
+        (fs::read_to_string(&readme).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (own, _) = export("mechanics");
+    assert_eq!(export("actuator"), (own, String::new()));
+    fs::write(&readme, "mine").unwrap();
+    let (text, said) = export("mechanics");
+    assert_eq!(text, "mine");
+    assert_has(&said, &["note: ", "Readme.txt is not of this program, and is left as it is"]);
 }

@@ -619,6 +619,40 @@ fn lists_are_of_one_case_where_that_means_something() {
 }
 
 #[test]
+fn a_list_of_cases_for_programs_has_ports_times_columns_and_what_the_ranking_asks() {
+    let cases: serde_json::Value = serde_json::from_str(&printed(&mut call("list cases --format json"))).unwrap();
+    let cases = cases.as_array().unwrap();
+    let of = |name: &str| cases.iter().find(|case| case["name"] == name).unwrap();
+    let asked = |case: &serde_json::Value| case["grid"]["ranking"].as_array().unwrap().clone();
+    let ranked: Vec<_> = cases.iter().flat_map(asked).collect();
+    let problems = ranked.iter().map(|set| set["macro_steps_s"].as_array().unwrap().len());
+    assert_eq!((ranked.len(), problems.sum::<usize>()), (16, 68));
+    assert!(asked(of("tripod")).is_empty());
+    let bar = of("elastic-bar");
+    assert_eq!(asked(bar)[0]["macro_steps_s"], serde_json::json!([1e-6, 2e-6, 5e-6]));
+    for case in everything().unwrap().cases() {
+        let said = of(&case.name);
+        assert_eq!(said["duration_s"], case.defaults.duration_s);
+        assert_eq!(said["grid"]["micro_step_s"], case.defaults.micro_step_s);
+        assert_eq!(said["columns"].as_array().unwrap().len(), case.trace_columns.len());
+        let [mechanics, actuator] = ["mechanics", "actuator"].map(|side| &said["ports"][side]);
+        assert_eq!((&mechanics["inputs"], &mechanics["outputs"]), (&actuator["outputs"], &actuator["inputs"]));
+    }
+    let length = &of("wedge-box")["ports"]["mechanics"]["outputs"][0];
+    assert_eq!((length["name"].as_str(), length["unit"].as_str()), (Some("actuator_length_m"), Some("m")));
+    assert!(length["start"].as_f64().unwrap() > 2.5, "{length}");
+    // The number of a pressure is no part of its unit.
+    let unit = |case: &str, column: &str| {
+        let columns = of(case)["columns"].as_array().unwrap().clone();
+        columns.iter().find(|known| known["name"] == column).map(|known| known["unit"].clone())
+    };
+    assert_eq!(
+        [unit("wedge-box", "pressure_1_pa"), unit("wedge-box", "pressure_2_pa")],
+        [Some("Pa".into()), Some("Pa".into())]
+    );
+}
+
+#[test]
 fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     let place = Place::new();
     let file = place.write(&EXPERIMENT.replace("phases = 4", "phases = 100"));

@@ -15,11 +15,13 @@ import zipfile
 from pathlib import Path
 
 from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 PROGRAM, FOLDER = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 SIDES = ("mechanics", "actuator")
+VERSIONS = ("3.0", "2.0")
 
 
 class Skipped(Exception):
@@ -52,13 +54,20 @@ WRITTEN = {}
 
 
 def export(case, side, *more):
-    """An FMU, written once; beside it the golden run."""
+    """An FMU, written once; beside it a run of the case."""
     key = (case, side, *more)
     if key not in WRITTEN:
         WRITTEN[key] = FOLDER / f"{case}-{side}{len(WRITTEN)}.fmu"
-        short = ("--duration", SHORT[case]) if case in SHORT and not more else ()
+        short = ("--duration", SHORT[case]) if case in SHORT and "--duration" not in more else ()
         rimbench("fmu", "--case", case, "--side", side, "--out", WRITTEN[key], *more, *short)
     return WRITTEN[key]
+
+
+def exchanged(file):
+    """The run beside an FMU: inputs and outputs at each communication point, under the names of the FMU and `time`."""
+    heard, said = (rows(file.with_name(f"{file.stem}_{kind}.csv")) for kind in ("in", "ref"))
+    assert len(heard) == len(said)
+    return [{name: float(cell) for name, cell in {**a, **b}.items()} for a, b in zip(heard, said)]
 
 
 class Side:
@@ -72,7 +81,8 @@ class Side:
         self.macro_step, self.stop = float(experiment.stepSize), float(experiment.stopTime)
         self.inputs = of("input")
         self.outputs = [name for name in of("output") if not name.startswith(("rim.", "der("))]
-        self.fmu = FMU3Slave(
+        self.two = description.fmiVersion == "2.0"
+        self.fmu = (FMU2Slave if self.two else FMU3Slave)(
             guid=description.guid,
             unzipDirectory=extract(file),
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -81,20 +91,37 @@ class Side:
         self.fmu.instantiate()
         for name, value in parameters.items():
             self.set([name], [value])
-        self.fmu.enterInitializationMode(startTime=0)
+        self.begin()
+
+    def begin(self):
+        if self.two:
+            self.fmu.setupExperiment(startTime=0.0)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=0)
         self.fmu.exitInitializationMode()
 
     def get(self, names, **more):
-        return list(self.fmu.getFloat64([self.references[name] for name in names], **more))
+        get = self.fmu.getReal if self.two else self.fmu.getFloat64
+        return list(get([self.references[name] for name in names], **more))
 
     def set(self, names, values):
-        self.fmu.setFloat64([self.references[name] for name in names], values)
+        (self.fmu.setReal if self.two else self.fmu.setFloat64)([self.references[name] for name in names], values)
 
     def derivative(self, unknown, known):
-        seed = self.fmu.getDirectionalDerivative(
-            unknowns=[self.references[unknown]], knowns=[self.references[known]], seed=[1.0]
-        )
-        return seed[0]
+        return self.fmu.getDirectionalDerivative([self.references[unknown]], [self.references[known]], [1.0])[0]
+
+    def keep(self):
+        return self.fmu.getFMUstate() if self.two else self.fmu.getFMUState()
+
+    def restore(self, state):
+        (self.fmu.setFMUstate if self.two else self.fmu.setFMUState)(state)
+
+    def serialised(self, state):
+        return (self.fmu.serializeFMUstate if self.two else self.fmu.serializeFMUState)(state)
+
+    def restore_serialised(self, data):
+        self.restore((self.fmu.deSerializeFMUstate if self.two else self.fmu.deserializeFMUState)(data))
 
 
 def drive(mechanics, actuator, times, macro_step):
@@ -121,24 +148,91 @@ H = 1e-3
 SHORT = {"linear-oscillator": 1, "hydraulic-crane": 1, "quarter-car": 1}
 
 
-def every_exported_fmu_is_valid_and_driven_by_fmpy_gives_the_digits_of_the_golden_run():
+def every_exported_fmu_is_valid_and_driven_by_fmpy_gives_the_digits_of_the_run_beside_it_for_both_versions():
     points = 0
     for case in cases():
-        files = [export(case, side) for side in SIDES]
-        for file in files:
-            problems = validate_fmu(str(file))
-            assert problems == [], (file, problems)
-        golden = rows(files[0].with_suffix(".csv"))
-        mechanics, actuator = (Side(str(file)) for file in files)
-        try:
-            said = drive(mechanics, actuator, [float(row["time_s"]) for row in golden], mechanics.macro_step)
-        except Exception as error:
-            raise AssertionError(f"{case}: {error}") from error
-        columns = ["time_s", *mechanics.outputs, *actuator.outputs]
-        for row, values in zip(golden, said):
-            assert [float(row[column]) for column in columns] == values, (case, row, values)
-        points += len(said)
+        runs = []
+        for version in VERSIONS:
+            files = [export(case, side, "--fmi", version) for side in SIDES]
+            for file in files:
+                problems = validate_fmu(str(file))
+                assert problems == [], (file, problems)
+            told = exchanged(files[0])
+            mechanics, actuator = (Side(str(file)) for file in files)
+            assert ("time" in mechanics.references) == (version == "3.0"), mechanics.references
+            try:
+                said = drive(mechanics, actuator, [row["time"] for row in told], mechanics.macro_step)
+            except Exception as error:
+                raise AssertionError(f"{case}, FMI {version}: {error}") from error
+            columns = ["time", *mechanics.outputs, *actuator.outputs]
+            for row, values in zip(told, said):
+                assert [row[column] for column in columns] == values, (case, version, row, values)
+            points += len(said)
+            # What both have besides, at the end.
+            both = {}
+            for side in (mechanics, actuator):
+                names = [n for n in side.references if n.endswith(("_m", "_n", "_j", "_pa", "_rad", "_s")) and "." not in n]
+                # As text: what is not a number is equal to itself.
+                both.update((name, repr(side.get([name]))) for name in names)
+            runs.append((said, both))
+        assert runs[0] == runs[1], case
     print(f"{len(cases())} cases, {points} communication points, to the bit")
+
+
+def a_master_of_fixed_steps_has_any_phase_by_letting_the_models_wait():
+    largest = 0.0
+    for case, h in (("wedge-box", 2e-3), ("rocking-block", 1e-3), ("half-car", 1e-3)):
+        for version in VERSIONS:
+            files = [export(case, side, "--fmi", version) for side in SIDES]
+            for phase in (1.0, 0.7639320225002102, 0.1458980337503153):
+                arguments = ["--scheme", "zero-order-hold", "--macro-step", h, "--phase", phase, "--duration", 0.4]
+                rimbench("simulate", "--case", case, *arguments, "--trace", "phase.csv")
+                trace = rows("phase.csv")
+                mechanics, actuator = (Side(str(file), wait_s=(1 - phase) * h) for file in files)
+                # The last step takes what is left, which such a master cannot.
+                said = drive(mechanics, actuator, [k * h for k in range(len(trace) - 1)], h)
+                names = [*mechanics.outputs, *actuator.outputs]
+                for at, name in enumerate(names, 1):
+                    peak = max(abs(float(row[name])) for row in trace)
+                    worst = max(abs(float(row[name]) - values[at]) for row, values in zip(trace, said))
+                    assert worst <= 1e-9 * peak, (case, version, phase, name, worst, peak)
+                    largest = max(largest, worst / peak)
+    print(f"within {largest:.1e} of the peaks")
+
+
+def work_sent_and_received_leave_what_the_program_says():
+    arguments = ["--case", "wedge-box", "--scheme", "zero-order-hold", "--macro-step", H, "--format", "json"]
+    run = json.loads(rimbench("simulate", *arguments))
+    for version in VERSIONS:
+        sides = [Side(str(export("wedge-box", side, "--fmi", version))) for side in SIDES]
+        drive(*sides, [k * H for k in range(2501)], H)
+        (received,), (sent,) = sides[0].get(["interface_work_j"]), sides[1].get(["work_sent_j"])
+        assert sent - received == run["interface_residual_j"], (version, sent, received, run["interface_residual_j"])
+
+
+def the_files_beside_an_fmu_are_those_of_the_cross_check_and_fmpy_repeats_them():
+    from fmpy import simulate_fmu
+    from fmpy.util import read_csv, read_ref_opt_file
+
+    for version in VERSIONS:
+        for side in SIDES:
+            file = export("wedge-box", side, "--fmi", version, "--macro-step", H, "--duration", "0.5")
+            beside = lambda end: file.with_name(file.stem + end)
+            options = read_ref_opt_file(beside("_ref.opt"))
+            assert [options[key] for key in ("StartTime", "StopTime", "StepSize")] == [0.0, 0.5, H], options
+            assert file.with_name("Readme.txt").read_text().startswith("FMUs of rimbench")
+            heard, told = read_csv(beside("_in.csv")), read_csv(beside("_ref.csv"))
+            names = {v.name: v.causality for v in read_model_description(file).modelVariables}
+            assert {names[name] for name in heard.dtype.names[1:]} == {"input"}
+            assert {names[name] for name in told.dtype.names[1:]} == {"output"}
+            outputs = list(told.dtype.names[1:])
+            seen = simulate_fmu(str(file), stop_time=0.5, output_interval=H, step_size=H, input=heard, output=outputs)
+            assert len(seen) == len(told)
+            # It reads outputs before it sets inputs: what depends on inputs at once is of the row before.
+            if side == "mechanics":
+                for name in outputs:
+                    peak = abs(told[name]).max()
+                    assert abs(seen[name] - told[name]).max() <= options["RelTol"] * peak, (version, name)
 
 
 def the_wedge_box_driven_by_fmpy_gives_the_digits_of_the_program():
@@ -156,9 +250,11 @@ def the_wedge_box_driven_by_fmpy_gives_the_digits_of_the_program():
 
 
 def states_are_kept_set_and_serialised_to_the_bit():
-    for which in SIDES:
-        file = str(export("wedge-box", which))
-        side = Side(file)
+    for which, version in [(which, version) for which in SIDES for version in VERSIONS]:
+        file = str(export("wedge-box", which, "--fmi", version))
+        # In the middle of what it waits as well as behind.
+        wait = {"wait_s": 0.05 + 0.3 * H}
+        side = Side(file, **wait)
         inputs = [900.0] if which == "mechanics" else [2.5, 0.01]
 
         def push(t):
@@ -170,29 +266,40 @@ def states_are_kept_set_and_serialised_to_the_bit():
             push(k * H)
             if side.references.get("rim.H"):
                 side.get(["rim.H"], nValues=25)
-        state, before = side.fmu.getFMUState(), side.get(side.outputs)
-        data = side.fmu.serializeFMUState(state)
+            if k == 20:
+                waiting, still = side.serialised(side.keep()), side.get(side.outputs)
+        state, before = side.keep(), side.get(side.outputs)
+        data = side.serialised(state)
         push(0.2)
         after = side.get(side.outputs)
         assert after != before
-        side.fmu.setFMUState(state)
+        side.restore(state)
         assert side.get(side.outputs) == before
         push(0.2)
         assert side.get(side.outputs) == after
         side.fmu.reset()
-        side.fmu.enterInitializationMode(startTime=0)
-        side.fmu.exitInitializationMode()
+        side.begin()
         assert side.get(side.outputs) == begin
         # In another instance as well.
         side = Side(file)
-        side.fmu.setFMUState(side.fmu.deserializeFMUState(data))
+        side.restore_serialised(data)
         assert side.get(side.outputs) == before
         push(0.2)
+        assert side.get(side.outputs) == after
+        side.restore_serialised(waiting)
+        assert side.get(side.outputs) == still and (which == "actuator" or still == begin)
+        for k in range(21, 201):
+            push(k * H)
         assert side.get(side.outputs) == after
 
 
 def directional_derivatives_are_those_of_finite_differences():
-    actuator = Side(str(export("wedge-box", "actuator")))
+    for version in VERSIONS:
+        check_derivatives(version)
+
+
+def check_derivatives(version):
+    actuator = Side(str(export("wedge-box", "actuator", "--fmi", version)))
     for k in range(150):
         actuator.set(actuator.inputs, [2.5129, 0.02])
         actuator.fmu.doStep(k * H, H)
@@ -211,7 +318,7 @@ def directional_derivatives_are_those_of_finite_differences():
             found += exact != 0.0
     assert found >= 2
     # Positions and velocities of the mechanics do not follow its force at once.
-    mechanics = Side(str(export("wedge-box", "mechanics")))
+    mechanics = Side(str(export("wedge-box", "mechanics", "--fmi", version)))
     assert [mechanics.derivative(name, mechanics.inputs[0]) for name in mechanics.outputs] == [0.0, 0.0]
 
 
@@ -237,8 +344,8 @@ def coupled(name, mechanics, actuator, interface, **times):
 
 def contact_in_space_is_refused_and_nothing_is_written():
     for case in IN_SPACE:
-        for side in SIDES:
-            said = rimbench("fmu", "--case", case, "--side", side, "--out", "space.fmu", code=2)
+        for side, version in zip(SIDES, VERSIONS):
+            said = rimbench("fmu", "--case", case, "--side", side, "--fmi", version, "--out", "space.fmu", code=2)
             assert "contacts with friction in space are not exported" in said, said
             assert not (FOLDER / "space.fmu").exists()
 
@@ -269,11 +376,12 @@ def every_case_comes_back_from_its_fmus_with_the_same_digits():
             others.add(case)
             continue
         assert done.returncode == 0, (case, done.stderr)
-        golden, found = rows(files[0].with_suffix(".csv")), rows("of.csv")
+        told, found = exchanged(files[0]), rows("of.csv")
         assert len(found) > 10, (case, done.stdout)
         # The last step takes what is left, and is another by a rounding.
-        for row, again in zip(golden, found[:-1]):
-            assert all(row[name] == again[name] for name in row), (case, row, again)
+        for row, again in zip(told, found[:-1]):
+            again["time"] = again["time_s"]
+            assert all(row[name] == float(again[name]) for name in row), (case, row, again)
         points += len(found)
     assert others == OTHERS, others
     print(f"{len(cases()) - len(others)} cases, {points} communication points, to the bit")
@@ -283,14 +391,15 @@ def every_exported_side_takes_a_step_alone_in_a_master_that_reads_all_outputs():
     from fmpy import simulate_fmu
 
     for case in cases():
-        for side in SIDES:
+        for side, version in [(side, version) for side in SIDES for version in VERSIONS]:
             said = []
-            log = lambda environment, status, category, message: said.append(message)
+            log = lambda *words: said.append(words)
+            file = export(case, side, "--fmi", version)
             try:
-                seen = simulate_fmu(str(export(case, side)), stop_time=2e-3, output_interval=1e-3, logger=log)
+                seen = simulate_fmu(str(file), stop_time=2e-3, output_interval=1e-3, logger=log)
             except Exception as error:
-                raise AssertionError((case, side, said, error)) from error
-            assert len(seen) == 3, (case, side, len(seen))
+                raise AssertionError((case, side, version, said, error)) from error
+            assert len(seen) == 3, (case, side, version, len(seen))
 
 
 def the_examples_of_the_guide_run():
@@ -512,7 +621,10 @@ TESTS = [
     an_fmu_that_fails_hangs_or_crashes_costs_one_run,
     the_advice_as_a_master_prints_the_error_that_the_answer_says,
     fmus_of_others_are_simulated_swept_and_limited,
-    every_exported_fmu_is_valid_and_driven_by_fmpy_gives_the_digits_of_the_golden_run,
+    a_master_of_fixed_steps_has_any_phase_by_letting_the_models_wait,
+    work_sent_and_received_leave_what_the_program_says,
+    the_files_beside_an_fmu_are_those_of_the_cross_check_and_fmpy_repeats_them,
+    every_exported_fmu_is_valid_and_driven_by_fmpy_gives_the_digits_of_the_run_beside_it_for_both_versions,
     every_case_comes_back_from_its_fmus_with_the_same_digits,
     every_exported_side_takes_a_step_alone_in_a_master_that_reads_all_outputs,
     contact_in_space_is_refused_and_nothing_is_written,

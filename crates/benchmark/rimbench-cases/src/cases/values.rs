@@ -185,5 +185,7 @@ pub fn without_unit(name: &str) -> (&str, &'static str) {
         ("_m", "m"),
         ("_s", "s"),
     ];
-    ENDINGS.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, "-"))
+    let ends = || ENDINGS.iter().filter_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit)));
+    // The first of several pressures is a number of it and no reciprocal.
+    ends().find(|(said, unit)| !(*unit == "1/Pa" && said.ends_with("pressure"))).unwrap_or((name, "-"))
 }

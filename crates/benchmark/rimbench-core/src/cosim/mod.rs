@@ -87,7 +87,7 @@ pub use trajectory::Trajectory;
 pub use transmission_lines::{LineForces, TransmissionLines};
 pub use trials::{TrialReport, TrialSettings, Trials};
 pub use work::{CosimCounters, Work};
-pub use work_meter::counts_interface_work;
+pub use work_meter::{WorkMeter, counts_interface_work};
 
 // For the ceilings, which share exchange and steps.
 pub(crate) use coupled_pair::CoupledPair;

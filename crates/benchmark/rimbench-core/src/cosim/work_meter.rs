@@ -8,9 +8,9 @@ pub fn counts_interface_work(sides: Sides<'_>) -> bool {
     WorkMeter::new(sides.actuator.ports()).sent().is_some() && sides.mechanics.capabilities().interface_work().is_some()
 }
 
-/// Counts what the actuator sends.
+/// Counts the work that an actuator sends, `Σ δ F · w` over its steps and the rows of its interface, J.
 #[derive(Debug, Clone)]
-pub(crate) struct WorkMeter {
+pub struct WorkMeter {
     /// Pairs (force output, velocity input) of the actuator that belong to one interface row.
     ports: Vec<(usize, usize)>,
     /// Whether they are the first output and the second input, as with one row, the most frequent number.
@@ -19,7 +19,8 @@ pub(crate) struct WorkMeter {
 }
 
 impl WorkMeter {
-    pub(crate) fn new(actuator: &Ports) -> Self {
+    /// Counts from 0 for ports whose forces and velocities are as many; others have no account.
+    pub fn new(actuator: &Ports) -> Self {
         let of = |ports: &[Port], quantity| -> Vec<usize> {
             (0..ports.len()).filter(|&index| ports[index].quantity == quantity).collect()
         };
@@ -37,7 +38,7 @@ impl WorkMeter {
 
     /// Adds `½ δ Σ F · w` over the interface rows.
     #[inline]
-    pub(crate) fn add_half_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {
+    pub fn add_half_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {
         self.sent += 0.5 * length * self.power(outputs, inputs);
     }
 
@@ -53,9 +54,9 @@ impl WorkMeter {
         if self.one_row { forces[0] * motion[1] } else { self.powers(forces, motion).sum() }
     }
 
-    /// Returns the work sent so far, J.
+    /// Returns the work sent so far, J; none where there is no account.
     #[inline]
-    pub(crate) fn sent(&self) -> Option<f64> {
+    pub fn sent(&self) -> Option<f64> {
         (!self.ports.is_empty()).then_some(self.sent)
     }
 }

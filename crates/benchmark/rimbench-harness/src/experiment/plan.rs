@@ -69,6 +69,16 @@ impl Experiment {
         planned().map_err(|error| self.in_file(error))
     }
 
+    /// Lists what is asked of every scheme: the runs of the first one, with the settings of the first draw.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan).
+    pub fn problems(&self, catalogue: &Catalogue) -> Result<Vec<RunSpec>> {
+        let schemes = self.schemes.iter().take(1).cloned().collect();
+        let first = Experiment { schemes, audit: false, claims: Vec::new(), ..self.clone() };
+        Ok(first.plan_at_first_draw(catalogue, false)?.into_iter().map(|run| run.spec).collect())
+    }
+
     fn in_file(&self, error: Error) -> Error {
         match error {
             error @ Error::File { .. } => error,

@@ -1,4 +1,5 @@
-//! The functions of FMI 3.0 as a master calls them, written by hand after the standard's `fmi3FunctionTypes.h`.
+//! The functions of FMI 3.0 as a master calls them, written by hand after the standard's `fmi3FunctionTypes.h`, and what
+//! those of FMI 2.0 share with them.
 //!
 //! Every call is held: a panic is `fmi3Fatal` and never goes through the caller. What the master hands over are
 //! pointers that it vouches for, as the standard asks.
@@ -12,18 +13,33 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::ptr;
 
+/// The same in both versions, as these are.
 const OK: i32 = 0;
-const ERROR: i32 = 3;
+pub(super) const ERROR: i32 = 3;
 const FATAL: i32 = 4;
 
 /// Environment of the master, status, category, message.
-type Log = Option<unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char)>;
+type Log3 = Option<unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char)>;
+
+/// Environment of the master, name of the instance, status, category, a format of printf, what it prints.
+pub(super) type Log2 = Option<unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char, ...)>;
+
+pub(super) enum Log {
+    Three(Log3),
+    /// With the name of the instance.
+    Two(Log2, CString),
+}
+
+/// Where an instance may speak.
+pub(super) struct Voice {
+    pub(super) environment: *mut c_void,
+    pub(super) log: Log,
+}
 
 /// An instance, and where it may speak.
 pub struct Handle {
-    instance: Instance,
-    environment: *mut c_void,
-    log: Log,
+    pub(super) instance: Instance,
+    voice: Voice,
     /// Texts that were asked for last.
     texts: Vec<CString>,
     /// Whether a call has panicked: what it has left is not to be relied on.
@@ -33,32 +49,53 @@ pub struct Handle {
 /// A state that a master keeps.
 pub struct KeptState(Kept);
 
-fn say(environment: *mut c_void, log: Log, status: i32, message: &str) {
-    if let Some(log) = log {
+impl Voice {
+    fn say(&self, status: i32, message: &str) {
+        let (environment, category) = (self.environment, c"error".as_ptr());
         let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
-        // SAFETY: the master gave the function for this environment, and both texts outlive the call.
-        unsafe { log(environment, status, c"error".as_ptr(), message.as_ptr()) };
+        // SAFETY: the master gave the function for this environment, and all texts outlive the call. The format prints
+        // one text, whatever stands in it.
+        unsafe {
+            match &self.log {
+                Log::Three(Some(log)) => log(environment, status, category, message.as_ptr()),
+                Log::Two(Some(log), name) => {
+                    log(environment, name.as_ptr(), status, category, c"%s".as_ptr(), message.as_ptr());
+                }
+                Log::Three(None) | Log::Two(None, _) => {}
+            }
+        }
+    }
+}
+
+/// Makes an instance, or says why there is none.
+pub(super) fn instantiate(voice: Voice, make: impl FnOnce() -> Result<Instance, String>) -> *mut Handle {
+    match catch_unwind(AssertUnwindSafe(make)) {
+        Ok(Ok(instance)) => Box::into_raw(Box::new(Handle { instance, voice, texts: Vec::new(), broken: false })),
+        Ok(Err(message)) => {
+            voice.say(ERROR, &message);
+            ptr::null_mut()
+        }
+        Err(_) => ptr::null_mut(),
     }
 }
 
 /// Calls `act` on an instance; a refusal is told and becomes `fmi3Error`, a panic `fmi3Fatal`.
-fn with(handle: *mut Handle, act: impl FnOnce(&mut Handle) -> Result<(), String>) -> i32 {
-    // SAFETY: the master hands over what `fmi3InstantiateCoSimulation` gave it, from one thread at a time.
+pub(super) fn with(handle: *mut Handle, act: impl FnOnce(&mut Handle) -> Result<(), String>) -> i32 {
+    // SAFETY: the master hands over what it was given when it made the instance, from one thread at a time.
     let Some(handle) = (unsafe { handle.as_mut() }) else { return ERROR };
-    let (environment, log) = (handle.environment, handle.log);
     if handle.broken {
-        say(environment, log, FATAL, "a call before this one has panicked: this instance can only be freed");
+        handle.voice.say(FATAL, "a call before this one has panicked: this instance can only be freed");
         return FATAL;
     }
     match catch_unwind(AssertUnwindSafe(|| act(&mut *handle))) {
         Ok(Ok(())) => OK,
         Ok(Err(message)) => {
-            say(environment, log, ERROR, &message);
+            handle.voice.say(ERROR, &message);
             ERROR
         }
         Err(_) => {
             handle.broken = true;
-            say(environment, log, FATAL, "a defect of rimbench: the model panicked");
+            handle.voice.say(FATAL, "a defect of rimbench: the model panicked");
             FATAL
         }
     }
@@ -68,7 +105,7 @@ fn with(handle: *mut Handle, act: impl FnOnce(&mut Handle) -> Result<(), String>
 ///
 /// # Safety
 /// `first` points to `count` values, or `count` is 0.
-unsafe fn list<'a, T>(first: *const T, count: usize) -> Result<&'a [T], String> {
+pub(super) unsafe fn list<'a, T>(first: *const T, count: usize) -> Result<&'a [T], String> {
     match (count, first.is_null()) {
         (0, _) => Ok(&[]),
         (_, true) => Err(format!("a list of {count} values is a null pointer")),
@@ -81,7 +118,7 @@ unsafe fn list<'a, T>(first: *const T, count: usize) -> Result<&'a [T], String> 
 ///
 /// # Safety
 /// `first` points to room for `count` values that nobody else uses, or `count` is 0.
-unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [MaybeUninit<T>], String> {
+pub(super) unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [MaybeUninit<T>], String> {
     match (count, first.is_null()) {
         (0, _) => Ok(&mut []),
         (_, true) => Err(format!("room for {count} values is a null pointer")),
@@ -104,7 +141,7 @@ unsafe fn tell<T>(place: *mut T, value: T) {
 
 /// # Safety
 /// A text that ends in zero, or null.
-unsafe fn words<'a>(text: *const c_char, what: &str) -> Result<&'a str, String> {
+pub(super) unsafe fn words<'a>(text: *const c_char, what: &str) -> Result<&'a str, String> {
     if text.is_null() {
         return Err(format!("{what} is a null pointer"));
     }
@@ -129,31 +166,21 @@ unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _intermediate: *const u32,
     _intermediates: usize,
     environment: *mut c_void,
-    log: Log,
+    log: Log3,
     _update: *const c_void,
 ) -> *mut Handle {
-    let made = catch_unwind(|| {
+    instantiate(Voice { environment, log: Log::Three(log) }, || {
         // SAFETY: both are texts that end in zero and outlive this call, as the standard has it, or null.
         let (token, resources) = unsafe { (words(token, "the token")?, words(resources, "the resource path")?) };
         if event_mode {
             return Err("event mode is not offered".to_owned());
         }
         Instance::new(token, Path::new(resources.strip_prefix("file://").unwrap_or(resources)))
-    });
-    match made {
-        Ok(Ok(instance)) => {
-            Box::into_raw(Box::new(Handle { instance, environment, log, texts: Vec::new(), broken: false }))
-        }
-        Ok(Err(message)) => {
-            say(environment, log, ERROR, &message);
-            ptr::null_mut()
-        }
-        Err(_) => ptr::null_mut(),
-    }
+    })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3FreeInstance(handle: *mut Handle) {
+pub(super) unsafe extern "C" fn fmi3FreeInstance(handle: *mut Handle) {
     if !handle.is_null() {
         // SAFETY: it came from `Box::into_raw`, and the master gives it back once.
         let owned = unsafe { Box::from_raw(handle) };
@@ -174,12 +201,12 @@ extern "C" fn fmi3EnterInitializationMode(
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi3ExitInitializationMode(handle: *mut Handle) -> i32 {
+pub(super) extern "C" fn fmi3ExitInitializationMode(handle: *mut Handle) -> i32 {
     with(handle, |handle| handle.instance.exit_initialization())
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi3Terminate(handle: *mut Handle) -> i32 {
+pub(super) extern "C" fn fmi3Terminate(handle: *mut Handle) -> i32 {
     with(handle, |handle| {
         handle.instance.terminate();
         Ok(())
@@ -187,7 +214,7 @@ extern "C" fn fmi3Terminate(handle: *mut Handle) -> i32 {
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi3Reset(handle: *mut Handle) -> i32 {
+pub(super) extern "C" fn fmi3Reset(handle: *mut Handle) -> i32 {
     with(handle, |handle| handle.instance.reset())
 }
 
@@ -205,7 +232,13 @@ extern "C" fn fmi3SetDebugLogging(
 macro_rules! of_values {
     ($($name:ident($take:ident $pointer:ty) |$handle:ident, $refs:ident, $values:ident| $act:expr;)*) => {$(
         #[unsafe(no_mangle)]
-        unsafe extern "C" fn $name(h: *mut Handle, refs: *const u32, n: usize, values: $pointer, count: usize) -> i32 {
+        pub(super) unsafe extern "C" fn $name(
+            h: *mut Handle,
+            refs: *const u32,
+            n: usize,
+            values: $pointer,
+            count: usize,
+        ) -> i32 {
             with(h, |$handle| {
                 // SAFETY: the standard has a master hand over `n` references and `count` values or room for them, for
                 // the length of this call.
@@ -245,7 +278,10 @@ of_values! {
 }
 
 /// Variables with their values, one each.
-fn pairs<'a, T>(references: &'a [u32], values: &'a [T]) -> Result<impl Iterator<Item = (&'a u32, &'a T)>, String> {
+pub(super) fn pairs<'a, T>(
+    references: &'a [u32],
+    values: &'a [T],
+) -> Result<impl Iterator<Item = (&'a u32, &'a T)>, String> {
     if references.len() == values.len() {
         Ok(references.iter().zip(values))
     } else {
@@ -274,7 +310,7 @@ unsafe extern "C" fn fmi3DoStep(
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetDirectionalDerivative(
+pub(super) unsafe extern "C" fn fmi3GetDirectionalDerivative(
     h: *mut Handle,
     unknowns: *const u32,
     n_unknowns: usize,
@@ -310,7 +346,7 @@ unsafe fn hand_over(kept: Kept, place: *mut *mut KeptState) -> Result<(), String
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
+pub(super) unsafe extern "C" fn fmi3GetFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
     with(h, |handle| {
         let kept = handle.instance.keep()?;
         // SAFETY: the standard has a master hand over null, or a state that it got from here.
@@ -319,7 +355,7 @@ unsafe extern "C" fn fmi3GetFMUState(h: *mut Handle, state: *mut *mut KeptState)
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetFMUState(h: *mut Handle, state: *mut KeptState) -> i32 {
+pub(super) unsafe extern "C" fn fmi3SetFMUState(h: *mut Handle, state: *mut KeptState) -> i32 {
     with(h, |handle| {
         // SAFETY: a state that the master got from here and has not freed, as the standard has it, or null.
         let state = unsafe { state.as_ref() }.ok_or("there is no state")?;
@@ -328,7 +364,7 @@ unsafe extern "C" fn fmi3SetFMUState(h: *mut Handle, state: *mut KeptState) -> i
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
+pub(super) unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
     with(h, |_| {
         // SAFETY: the place where the master keeps a state, as the standard has it, or null.
         let place = unsafe { state.as_mut() }.ok_or("there is no state")?;
@@ -342,7 +378,11 @@ unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut KeptState, size: *mut usize) -> i32 {
+pub(super) unsafe extern "C" fn fmi3SerializedFMUStateSize(
+    h: *mut Handle,
+    state: *mut KeptState,
+    size: *mut usize,
+) -> i32 {
     with(h, |handle| {
         // SAFETY: a state that the master got from here and has not freed, as the standard has it, or null.
         let state = unsafe { state.as_ref() }.ok_or("there is no state")?;
@@ -357,7 +397,12 @@ unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut Kept
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializeFMUState(h: *mut Handle, state: *mut KeptState, bytes: *mut u8, size: usize) -> i32 {
+pub(super) unsafe extern "C" fn fmi3SerializeFMUState(
+    h: *mut Handle,
+    state: *mut KeptState,
+    bytes: *mut u8,
+    size: usize,
+) -> i32 {
     with(h, |handle| {
         // SAFETY: a state that the master got from here and has not freed, or null, and room for `size` bytes for this
         // call alone.
@@ -374,7 +419,7 @@ unsafe extern "C" fn fmi3SerializeFMUState(h: *mut Handle, state: *mut KeptState
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3DeserializeFMUState(
+pub(super) unsafe extern "C" fn fmi3DeserializeFMUState(
     h: *mut Handle,
     bytes: *const u8,
     size: usize,
@@ -403,17 +448,18 @@ macro_rules! no_instance {
 
 no_instance! { fmi3InstantiateModelExchange fmi3InstantiateScheduledExecution }
 
-/// What the standard lists and this library refuses, whatever the arguments.
+/// What a standard lists and this library refuses, whatever the arguments behind the instance.
 macro_rules! refused {
     ($($name:ident)*) => {
         $(
             #[unsafe(no_mangle)]
-            extern "C" fn $name() -> i32 {
-                ERROR
+            extern "C" fn $name(h: *mut Handle) -> i32 {
+                with(h, |_| Err(concat!(stringify!($name), " is not offered").to_owned()))
             }
         )*
     };
 }
+pub(super) use refused;
 
 refused! {
     fmi3ActivateModelPartition fmi3CompletedIntegratorStep fmi3EnterConfigurationMode fmi3EnterContinuousTimeMode fmi3EnterEventMode

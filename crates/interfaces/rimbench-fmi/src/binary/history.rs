@@ -1,10 +1,11 @@
-//! The communication steps that an instance has taken, shared by its copies.
+//! The communication steps in which an instance has moved, shared by its copies.
 
 use std::sync::Arc;
 
 /// One communication step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Taken {
+    /// When, in the model's own time, s.
     pub(super) t: f64,
     pub(super) h: f64,
     /// Longest step of the model's own in it, s.

@@ -6,7 +6,7 @@ use crate::export::{
 };
 use rimbench_cases::cases::{Case, Parameters, Value};
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_core::cosim::{MacroStep, MicroStep, OutputRates, Side, Subsystem, division};
+use rimbench_core::cosim::{MacroStep, MicroStep, OutputRates, Side, Subsystem, WorkMeter, division};
 use rimbench_core::interface_model::ReducedInterfaceModel;
 use std::mem::MaybeUninit;
 use std::path::Path;
@@ -28,6 +28,7 @@ struct Built {
     model_known: bool,
     /// Whether the kinks ahead are among what is known of it.
     kinks_known: bool,
+    work: WorkMeter,
 }
 
 impl Built {
@@ -45,6 +46,7 @@ impl Built {
             model,
             model_known: false,
             kinks_known: false,
+            work: WorkMeter::new(subsystem.ports()),
             subsystem,
         }
     }
@@ -55,7 +57,7 @@ impl Built {
     }
 
     fn try_clone(&self) -> Option<Built> {
-        Some(Built::new(self.subsystem.try_clone().ok()?))
+        Some(Built { work: self.work.clone(), ..Built::new(self.subsystem.try_clone().ok()?) })
     }
 }
 
@@ -81,9 +83,13 @@ impl Phase {
 struct State {
     parameters: Parameters,
     longest: f64,
+    /// Time for which the model stands still at first, s.
+    wait: f64,
     model_step: f64,
     serialisable: bool,
     u: Vec<f64>,
+    /// Time at which it was initialised, s.
+    begin: f64,
     time: f64,
     phase: Phase,
     history: History,
@@ -91,6 +97,24 @@ struct State {
 }
 
 impl State {
+    /// The model's own time at a time of the master.
+    fn model_time(&self, t: f64) -> f64 {
+        if self.wait == 0.0 { t } else { (t - self.wait).max(self.begin) }
+    }
+
+    /// From when on and how long the model moves in a communication step, in its own time; none while it waits. What is
+    /// left of the step in which the wait ends is shorter; beyond rounding no step is of another length than the
+    /// master's.
+    fn motion(&self, t: f64, h: f64) -> Option<[f64; 2]> {
+        let slack = 1e-9 * h + 8.0 * f64::EPSILON * t.abs().max(self.wait);
+        let from = t - self.wait;
+        if self.wait == 0.0 || from >= self.begin - slack {
+            return Some([from, h]);
+        }
+        let length = from + h - self.begin;
+        (length > slack).then_some([self.begin, length])
+    }
+
     fn try_clone(&self) -> Option<State> {
         let built = match &self.built {
             Some(built) => Some(built.try_clone()?),
@@ -124,7 +148,7 @@ pub(super) struct Instance {
 }
 
 /// First bytes of a serialised state: format and its version.
-const MARK: &[u8; 8] = b"rimfmu02";
+const MARK: &[u8; 8] = b"rimfmu03";
 
 impl Instance {
     /// Reads what it is from the FMU's resources.
@@ -145,7 +169,7 @@ impl Instance {
         let side = side.ok_or_else(|| format!("{}: side = {} is none", file.display(), contents.side))?;
         let case = Catalogue::standard().case(&contents.case).map_err(|error| error.to_string())?.clone();
         let parameters = initial(&case, &contents)?;
-        let variables = Variables::of(&case, side, &parameters).map_err(|error| error.to_string())?;
+        let variables = Variables::of(&case, side, &parameters, contents.fmi).map_err(|error| error.to_string())?;
         let state = start(&contents, parameters, variables.inputs);
         Ok(Instance { case, side, contents, token: own, variables, state })
     }
@@ -158,13 +182,25 @@ impl Instance {
 
     pub(super) fn enter_initialization(&mut self, start: f64) -> Result<(), Refusal> {
         if self.state.phase != Phase::Instantiated {
-            return Err("it has been initialised already: fmi3Reset comes before another time".to_owned());
+            return Err("it has been initialised already: a reset comes before another time".to_owned());
         }
         if !start.is_finite() {
             return Err(format!("start time {start} s is not valid; valid: a finite time"));
         }
-        (self.state.time, self.state.phase) = (start, Phase::Initialization);
+        (self.state.begin, self.state.time, self.state.phase) = (start, start, Phase::Initialization);
         Ok(())
+    }
+
+    /// Says when it is to begin, as a master for FMI 2.0 does before initialization.
+    pub(super) fn begin_at(&mut self, start: f64) -> Result<(), Refusal> {
+        self.enter_initialization(start)?;
+        self.state.phase = Phase::Instantiated;
+        Ok(())
+    }
+
+    /// Enters initialization at the time that was said.
+    pub(super) fn enter_initialization_there(&mut self) -> Result<(), Refusal> {
+        self.enter_initialization(self.state.time)
     }
 
     /// From here on parameters are fixed.
@@ -208,9 +244,10 @@ impl Instance {
 
     fn rates(&mut self) -> Result<&OutputRates, Refusal> {
         self.built()?;
-        let State { built: Some(built), u, time, .. } = &mut self.state else { unreachable!("built above") };
+        let time = self.state.model_time(self.state.time);
+        let State { built: Some(built), u, .. } = &mut self.state else { unreachable!("built above") };
         if !built.rates_known {
-            let offered = built.subsystem.capabilities().output_rates(*time, u, &mut built.rates);
+            let offered = built.subsystem.capabilities().output_rates(time, u, &mut built.rates);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("the outputs have no known rates".to_owned());
             }
@@ -261,12 +298,14 @@ impl Instance {
                 Kind::Output(k) => found.push(self.outputs()?[k]),
                 Kind::Rate(k) => found.push(self.rates()?.rate[k]),
                 Kind::LongestStep => found.push(self.state.longest),
+                Kind::Wait => found.push(self.state.wait),
                 Kind::ModelStep => found.push(self.state.model_step),
                 Kind::Observable(k) => found.push(self.observed()?[k]),
                 Kind::InterfaceWork => {
                     let work = self.built()?.subsystem.capabilities().interface_work();
                     found.push(work.ok_or("no account of work is kept")?);
                 }
+                Kind::WorkSent => found.push(self.built()?.work.sent().ok_or("no account of work is kept")?),
                 Kind::Parameter(k) => match self.state.parameters.iter().nth(k) {
                     Some((_, Value::Number(number))) => found.push(*number),
                     _ => return Err(format!("value reference {reference} is no number")),
@@ -353,6 +392,11 @@ impl Instance {
             Kind::LongestStep => {
                 return Err(format!("longest_step_s = {value} is not valid; valid: a finite number, 0 or above"));
             }
+            Kind::Wait if self.state.phase.has_begun() => {
+                return Err("`wait_s` is fixed once the model has begun".to_owned());
+            }
+            Kind::Wait if value >= 0.0 && value.is_finite() => self.state.wait = value,
+            Kind::Wait => return Err(format!("wait_s = {value} is not valid; valid: a finite number, 0 or above")),
             Kind::ModelStep if value > 0.0 && value.is_finite() => {
                 self.state.model_step = value;
                 if let Some(built) = &mut self.state.built {
@@ -397,13 +441,16 @@ impl Instance {
             return Err(format!("a communication step from {t} s is not valid: this instance is at {now} s"));
         }
         self.built()?;
+        let motion = self.state.motion(t, h);
         let State { built: Some(built), u, longest, serialisable, history, time, .. } = &mut self.state else {
             unreachable!("built above")
         };
         built.forget();
-        advance(built, u, t, h, *longest)?;
-        if *serialisable {
-            history.push(Taken { t, h, longest: *longest, u: u.as_slice().into() });
+        if let Some([t, h]) = motion {
+            advance(built, u, t, h, *longest)?;
+            if *serialisable {
+                history.push(Taken { t, h, longest: *longest, u: u.as_slice().into() });
+            }
         }
         *time = t + h;
         Ok(())
@@ -472,7 +519,8 @@ impl Instance {
         bytes.extend((words.len() as u64).to_le_bytes());
         bytes.extend(words.as_bytes());
         let phase = Phase::ALL.iter().position(|phase| *phase == state.phase).unwrap_or_default() as f64;
-        let mut numbers = vec![phase, state.built.is_some().into(), state.longest, state.model_step, state.time];
+        let State { longest, model_step, wait, begin, time, .. } = *state;
+        let mut numbers = vec![phase, state.built.is_some().into(), longest, model_step, wait, begin, time];
         numbers.extend(&state.u);
         for Taken { t, h, longest, u } in state.history.steps() {
             numbers.extend([t, h, longest]);
@@ -511,7 +559,8 @@ impl Instance {
         let numbers: Vec<f64> =
             numbers.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().unwrap_or_default())).collect();
         let inputs = self.variables.inputs;
-        let (&[phase, built, longest, model_step, time], rest) = numbers.split_first_chunk::<5>().ok_or_else(none)?;
+        let (&[phase, built, longest, model_step, wait, begin, time], rest) =
+            numbers.split_first_chunk::<7>().ok_or_else(none)?;
         let (u, steps) = rest.split_at_checked(inputs).ok_or_else(none)?;
         if !steps.len().is_multiple_of(3 + inputs) {
             return Err(none());
@@ -531,9 +580,11 @@ impl Instance {
         let state = State {
             parameters,
             longest,
+            wait,
             model_step,
             serialisable: true,
             u: u.to_vec(),
+            begin,
             time,
             phase,
             history,
@@ -569,9 +620,11 @@ fn start(contents: &Contents, parameters: Parameters, inputs: usize) -> State {
     State {
         parameters,
         longest: contents.longest_step_s,
+        wait: 0.0,
         model_step: contents.model_step_s,
         serialisable: true,
         u,
+        begin: 0.0,
         time: 0.0,
         phase: Phase::Instantiated,
         history: History::default(),
@@ -591,10 +644,15 @@ fn advance(built: &mut Built, u: &[f64], t: f64, h: f64, longest: f64) -> Result
     }
     let count = if longest > 0.0 { division(h, longest) } else { 1 };
     let step = MacroStep { index: 0, start: t, length: h };
-    let Built { subsystem, y, .. } = built;
+    let Built { subsystem, y, work, .. } = built;
     for index in 0..count {
         let at = MicroStep::new(step, index, count);
-        let moved = subsystem.outputs(u, y).and_then(|()| subsystem.step(at.start, u, at.length));
+        let moved = subsystem.outputs(u, y).and_then(|()| {
+            // At both ends, as the program's loop counts it, to the bit.
+            work.add_half_step(at.length, y, u);
+            work.add_half_step(at.length, y, u);
+            subsystem.step(at.start, u, at.length)
+        });
         moved.map_err(|failure| format!("at {:.6} s: {failure}", at.start))?;
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use super::description::description;
 use super::variables::Variables;
-use super::{Contents, LAYERED_STANDARD, RESOURCE};
+use super::{Contents, Fmi, LAYERED_STANDARD, RESOURCE};
 use crate::LIBRARY;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunSpec;
@@ -17,9 +17,13 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 /// How the library is built.
 const BUILD: &str = "cargo build --release --package rimbench-fmi";
 
-/// The name of this platform in an FMU for FMI 3.0.
-pub(crate) fn platform() -> String {
-    format!("{ARCH}-{}", if OS == "macos" { "darwin" } else { OS })
+/// The name of this platform in an FMU.
+pub(crate) fn platform(fmi: Fmi) -> String {
+    let system = if OS == "macos" { "darwin" } else { OS };
+    match fmi {
+        Fmi::Two => format!("{}{}", if OS == "windows" { "win" } else { system }, usize::BITS),
+        Fmi::Three => format!("{ARCH}-{system}"),
+    }
 }
 
 /// Finds the library that FMUs hold: that which is given, else that beside the program, where Cargo puts it.
@@ -69,7 +73,7 @@ fn is_ours(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// Those of building the case; [`Error::Incompatible`] for a case whose sides are not in that library.
-pub fn pack(spec: &RunSpec, side: Side, library: &[u8]) -> Result<Vec<u8>> {
+pub fn pack(spec: &RunSpec, side: Side, fmi: Fmi, library: &[u8]) -> Result<Vec<u8>> {
     if Catalogue::standard().case(&spec.case.name).is_err() {
         return Err(Error::Incompatible(format!(
             "case = {}: its sides come from outside, and the library in an FMU has the built-in cases only; valid: a name of \
@@ -77,13 +81,13 @@ pub fn pack(spec: &RunSpec, side: Side, library: &[u8]) -> Result<Vec<u8>> {
             spec.case.name
         )));
     }
-    let variables = Variables::of(&spec.case, side, &spec.parameters)?;
-    let contents = Contents::of(spec, side)?;
+    let variables = Variables::of(&spec.case, side, &spec.parameters, fmi)?;
+    let contents = Contents::of(spec, side, fmi)?;
     let resource = serde_json::to_string_pretty(&contents).map_err(|error| Error::Incompatible(error.to_string()))?;
     let mut files = vec![
         ("modelDescription.xml".to_owned(), description(spec, &contents, &variables).into_bytes()),
         (format!("resources/{RESOURCE}"), resource.into_bytes()),
-        (format!("binaries/{}/{LIBRARY}{DLL_SUFFIX}", platform()), library.to_vec()),
+        (format!("binaries/{}/{LIBRARY}{DLL_SUFFIX}", platform(fmi)), library.to_vec()),
     ];
     if variables.has_model() {
         let [name, version] = LAYERED_STANDARD;

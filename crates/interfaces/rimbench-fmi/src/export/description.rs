@@ -2,7 +2,7 @@
 
 use super::units::{BASE, exponents};
 use super::variables::{Kind, Variable, Variables, is_choice};
-use super::{Contents, text};
+use super::{Contents, Fmi, text};
 use crate::model_parts::PartType;
 use rimbench_cases::cases::Parameters;
 use rimbench_cases::runs::RunSpec;
@@ -32,10 +32,14 @@ pub(super) fn description(spec: &RunSpec, contents: &Contents, variables: &Varia
 }
 
 fn write(xml: &mut String, spec: &RunSpec, contents: &Contents, variables: &Variables) -> std::fmt::Result {
-    let Contents { case, side, .. } = contents;
+    let Contents { case, side, fmi, .. } = contents;
+    let [version, token, state, derivative] = match fmi {
+        Fmi::Two => ["2.0", "guid", "FMUstate", "Derivative"],
+        Fmi::Three => ["3.0", "instantiationToken", "FMUState", "Derivatives"],
+    };
     writeln!(
         xml,
-        "<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{case} {side}\" instantiationToken=\"{}\" description=\"{}: the {side}\" \
+        "<fmiModelDescription fmiVersion=\"{version}\" modelName=\"{case} {side}\" {token}=\"{}\" description=\"{}: the {side}\" \
          generationTool=\"rimbench {}\" variableNamingConvention=\"structured\">",
         contents.token(),
         escaped(&spec.case.about),
@@ -44,8 +48,8 @@ fn write(xml: &mut String, spec: &RunSpec, contents: &Contents, variables: &Vari
     let derivatives = variables.rates || !variables.feedthrough;
     writeln!(
         xml,
-        "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" canGetAndSetFMUState=\"{1}\" \
-         canSerializeFMUState=\"{1}\" providesDirectionalDerivatives=\"{derivatives}\"/>",
+        "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" canGetAndSet{state}=\"{1}\" \
+         canSerialize{state}=\"{1}\" providesDirectional{derivative}=\"{derivatives}\"/>",
         crate::LIBRARY,
         variables.copies,
     )?;
@@ -76,7 +80,10 @@ fn write(xml: &mut String, spec: &RunSpec, contents: &Contents, variables: &Vari
         write_variable(xml, reference, variable, contents, &spec.parameters, variables)?;
     }
     writeln!(xml, "  </ModelVariables>")?;
-    write_structure(xml, variables)?;
+    match fmi {
+        Fmi::Two => write_structure_2(xml, variables)?,
+        Fmi::Three => write_structure(xml, variables)?,
+    }
     writeln!(xml, "</fmiModelDescription>")
 }
 
@@ -101,17 +108,14 @@ fn write_variable(
         Kind::Output(_) => "causality=\"output\" variability=\"continuous\"",
         Kind::Rate(k) => {
             let of = variables.list.iter().position(|other| other.kind == Kind::Output(k));
-            more = of.map_or(String::new(), |of| format!(" derivative=\"{of}\""));
+            let place = |of: usize| if contents.fmi == Fmi::Two { of + 1 } else { of };
+            more = of.map_or(String::new(), |of| format!(" derivative=\"{}\"", place(of)));
             "causality=\"output\" variability=\"continuous\""
         }
         Kind::Parameter(k) => {
             if let Some((_, value)) = parameters.iter().nth(k) {
-                if is_choice(value) {
-                    kind = "String";
-                    inner = format!("<Start value=\"{}\"/>", escaped(&text(value)));
-                } else {
-                    start = Some(text(value));
-                }
+                kind = if is_choice(value) { "String" } else { kind };
+                start = Some(escaped(&text(value)));
             }
             "causality=\"parameter\" variability=\"fixed\""
         }
@@ -119,6 +123,10 @@ fn write_variable(
             start = Some(format!("{:?}", contents.longest_step_s));
             more = " min=\"0\"".to_owned();
             "causality=\"parameter\" variability=\"tunable\""
+        }
+        Kind::Wait => {
+            (start, more) = (Some("0.0".to_owned()), " min=\"0\"".to_owned());
+            "causality=\"parameter\" variability=\"fixed\""
         }
         Kind::Serialisable => {
             (kind, start) = ("Boolean", Some("true".to_owned()));
@@ -133,43 +141,73 @@ fn write_variable(
             kind = if part.part_type == PartType::Truth { "Boolean" } else { "Int32" };
             "causality=\"local\" variability=\"discrete\""
         }
-        Kind::Model(_) | Kind::Observable(_) | Kind::InterfaceWork => "causality=\"local\" variability=\"continuous\"",
+        Kind::Model(_) | Kind::Observable(_) | Kind::InterfaceWork | Kind::WorkSent => {
+            "causality=\"local\" variability=\"continuous\""
+        }
     };
+    if !variable.unit.is_empty() {
+        more = format!(" unit=\"{}\"{more}", escaped(&variable.unit));
+    }
+    if let Some(start) = start {
+        match (kind, contents.fmi) {
+            ("String", Fmi::Three) => inner = format!("<Start value=\"{start}\"/>"),
+            _ => more += &format!(" start=\"{start}\""),
+        }
+    }
     for extent in &variable.dimensions {
         inner += &format!("<Dimension start=\"{extent}\"/>");
     }
-    write!(
-        xml,
-        "    <{kind} name=\"{}\" valueReference=\"{reference}\" {causality} description=\"{}\"",
-        escaped(&variable.name),
-        escaped(&variable.about)
-    )?;
-    if !variable.unit.is_empty() {
-        write!(xml, " unit=\"{}\"", escaped(&variable.unit))?;
+    let (name, about) = (escaped(&variable.name), escaped(&variable.about));
+    let said = format!("name=\"{name}\" valueReference=\"{reference}\" {causality} description=\"{about}\"");
+    match contents.fmi {
+        Fmi::Two => {
+            let kind = if kind == "Float64" { "Real" } else { kind };
+            writeln!(xml, "    <ScalarVariable {said}><{kind}{more}/></ScalarVariable>")
+        }
+        Fmi::Three if inner.is_empty() => writeln!(xml, "    <{kind} {said}{more}/>"),
+        Fmi::Three => writeln!(xml, "    <{kind} {said}{more}>{inner}</{kind}>"),
     }
-    write!(xml, "{more}")?;
-    if let Some(start) = start {
-        write!(xml, " start=\"{start}\"")?;
-    }
-    if inner.is_empty() { writeln!(xml, "/>") } else { writeln!(xml, ">{inner}</{kind}>") }
+}
+
+/// Outputs by their places, each with the places of the inputs that it depends on at once.
+fn outputs(variables: &Variables) -> Vec<(usize, Vec<usize>)> {
+    let list = || variables.list.iter().enumerate();
+    let inputs = || list().filter(|(_, other)| matches!(other.kind, Kind::Input(_))).map(|(at, _)| at);
+    list()
+        .filter_map(|(at, variable)| match variable.kind {
+            Kind::Output(_) if !variables.feedthrough => Some((at, Vec::new())),
+            Kind::Output(_) | Kind::Rate(_) => Some((at, inputs().collect())),
+            _ => None,
+        })
+        .collect()
+}
+
+fn listed(places: &[usize], first: usize) -> String {
+    places.iter().map(|at| (at + first).to_string()).collect::<Vec<_>>().join(" ")
 }
 
 fn write_structure(xml: &mut String, variables: &Variables) -> std::fmt::Result {
-    let list = || variables.list.iter().enumerate();
-    let inputs: Vec<String> =
-        list().filter(|(_, other)| matches!(other.kind, Kind::Input(_))).map(|(at, _)| at.to_string()).collect();
-    let outputs = || list().filter(|(_, other)| matches!(other.kind, Kind::Output(_) | Kind::Rate(_)));
+    let outputs = outputs(variables);
     writeln!(xml, "  <ModelStructure>")?;
-    for (at, variable) in outputs() {
-        match variable.kind {
-            Kind::Output(_) if !variables.feedthrough => {
-                writeln!(xml, "    <Output valueReference=\"{at}\" dependencies=\"\"/>")?
-            }
-            _ => writeln!(xml, "    <Output valueReference=\"{at}\" dependencies=\"{}\"/>", inputs.join(" "))?,
-        }
+    for (at, on) in &outputs {
+        writeln!(xml, "    <Output valueReference=\"{at}\" dependencies=\"{}\"/>", listed(on, 0))?;
     }
-    for (at, _) in outputs() {
+    for (at, _) in &outputs {
         writeln!(xml, "    <InitialUnknown valueReference=\"{at}\"/>")?;
     }
     writeln!(xml, "  </ModelStructure>")
+}
+
+/// Likewise for FMI 2.0, which counts variables from 1.
+fn write_structure_2(xml: &mut String, variables: &Variables) -> std::fmt::Result {
+    let outputs = outputs(variables);
+    writeln!(xml, "  <ModelStructure>\n    <Outputs>")?;
+    for (at, on) in &outputs {
+        writeln!(xml, "      <Unknown index=\"{}\" dependencies=\"{}\"/>", at + 1, listed(on, 1))?;
+    }
+    writeln!(xml, "    </Outputs>\n    <InitialUnknowns>")?;
+    for (at, _) in &outputs {
+        writeln!(xml, "      <Unknown index=\"{}\"/>", at + 1)?;
+    }
+    writeln!(xml, "    </InitialUnknowns>\n  </ModelStructure>")
 }

@@ -1,15 +1,15 @@
-//! One side of a case as an FMU for FMI 3.0 co-simulation.
+//! One side of a case as an FMU for co-simulation, for FMI 3.0 or 2.0.
 
 mod archive;
 mod description;
-mod golden;
+mod reference_files;
 mod units;
 mod variables;
 
 pub use crate::model_parts::{ModelPart, ModelSize, PartType, PartVariable};
 pub(crate) use archive::platform;
 pub use archive::{find_library, pack};
-pub use golden::golden_run;
+pub use reference_files::{README, ReferenceFiles, reference_files};
 pub use variables::{Kind, Variable, Variables};
 
 use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
@@ -28,11 +28,24 @@ pub const RESOURCE: &str = "rimbench.json";
 /// The proposed layered standard for reduced interface models: name and version. Its manifest lies in `extra/<name>/`.
 pub const LAYERED_STANDARD: [&str; 2] = ["rimbench.reduced-interface", "0.3.0"];
 
+/// Version of the standard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fmi {
+    /// FMI 2.0: no arrays, and so no interface model.
+    #[serde(rename = "2.0")]
+    Two,
+    /// FMI 3.0.
+    #[serde(rename = "3.0")]
+    Three,
+}
+
 /// What the library needs to know to be one side of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contents {
     /// What the library must have been built from: [`sources`](crate::sources).
     pub sources: String,
+    /// The version of the standard that the FMU is for.
+    pub fmi: Fmi,
     /// The case, by name.
     pub case: String,
     /// `mechanics` or `actuator`.
@@ -72,12 +85,13 @@ impl Contents {
     ///
     /// # Errors
     /// Those of building the case, and outputs that fail at the start.
-    pub fn of(spec: &RunSpec, side: Side) -> Result<Self> {
+    pub fn of(spec: &RunSpec, side: Side, fmi: Fmi) -> Result<Self> {
         let set = spec.parameters.iter().filter(|(parameter, value)| parameter.default != **value);
         let set = set.map(|(parameter, value)| (parameter.name.to_string(), text(value))).collect();
         let alone = side == Side::Mechanics && spec.case.linear_state.is_empty();
         Ok(Contents {
             sources: crate::sources(),
+            fmi,
             case: spec.case.name.to_string(),
             side: side_name(side).to_owned(),
             set,
@@ -103,6 +117,16 @@ fn first_inputs(spec: &RunSpec, side: Side) -> Result<Vec<f64>> {
             spec.case.name
         )));
     }
+    let mut told = outputs_at_start(&spec.case, &mut sides)?;
+    Ok(std::mem::take(&mut told[side.other()]))
+}
+
+/// Returns what both sides of a case put out at the beginning: the one without direct feedthrough speaks first, and the
+/// other has heard it.
+///
+/// # Errors
+/// [`Error::Incompatible`] for outputs that fail.
+pub fn outputs_at_start(case: &Case, sides: &mut PerSide<Box<dyn Subsystem>>) -> Result<PerSide<Vec<f64>>> {
     let first = if sides.mechanics.ports().direct_feedthrough { Side::Actuator } else { Side::Mechanics };
     let mut told = PerSide::from_fn(|side| vec![0.0; sides[side].ports().outputs.len()]);
     for side in [first, first.other()] {
@@ -111,9 +135,9 @@ fn first_inputs(spec: &RunSpec, side: Side) -> Result<Vec<f64>> {
             false => told[first].clone(),
         };
         let outputs = sides[side].outputs(&u, &mut told[side]);
-        outputs.map_err(|failure| Error::Incompatible(format!("case {}: {failure}", spec.case.name)))?;
+        outputs.map_err(|failure| Error::Incompatible(format!("case {}: {failure}", case.name)))?;
     }
-    Ok(std::mem::take(&mut told[side.other()]))
+    Ok(told)
 }
 
 /// A value as it would be typed, to the bit.

@@ -1,9 +1,9 @@
 //! The variables of an exported FMU. A value reference is the place in their list, on both sides of the boundary.
 
-use super::build_side;
+use super::{Fmi, build_side};
 use crate::model_parts::{ModelSize, PartVariable};
 use rimbench_cases::cases::{self, Case, Parameters, Value};
-use rimbench_core::cosim::{OutputRates, Side, Subsystem};
+use rimbench_core::cosim::{OutputRates, Side, Subsystem, WorkMeter};
 use rimbench_core::error::Result;
 
 /// What a variable stands for.
@@ -21,6 +21,8 @@ pub enum Kind {
     Parameter(usize),
     /// Longest step of its own.
     LongestStep,
+    /// Time for which the model stands still at first.
+    Wait,
     /// Whether steps are noted so that a state can be serialised.
     Serialisable,
     /// Step for which the interface model and the observables are given.
@@ -31,6 +33,8 @@ pub enum Kind {
     Observable(usize),
     /// Work received through the interface.
     InterfaceWork,
+    /// Work sent through the interface.
+    WorkSent,
 }
 
 /// One variable.
@@ -77,13 +81,14 @@ impl Variables {
     ///
     /// # Errors
     /// Those of building the case.
-    pub fn of(case: &Case, side: Side, parameters: &Parameters) -> Result<Self> {
+    pub fn of(case: &Case, side: Side, parameters: &Parameters, fmi: Fmi) -> Result<Self> {
         let mut subsystem = build_side(case, side, parameters)?;
-        Ok(Self::of_subsystem(&mut *subsystem, parameters))
+        Ok(Self::of_subsystem(&mut *subsystem, parameters, fmi))
     }
 
-    /// Lists those of a subsystem that has been built with these parameters.
-    pub fn of_subsystem(subsystem: &mut dyn Subsystem, parameters: &Parameters) -> Self {
+    /// Lists those of a subsystem that has been built with these parameters. FMI 2.0 has no arrays, and so no interface
+    /// model, and needs no variable for the time.
+    pub fn of_subsystem(subsystem: &mut dyn Subsystem, parameters: &Parameters, fmi: Fmi) -> Self {
         let ports = subsystem.ports().clone();
         let (inputs, outputs) = (ports.inputs.len(), ports.outputs.len());
         let mut rates = OutputRates::zeros(outputs, inputs);
@@ -112,6 +117,9 @@ impl Variables {
         let about = "Longest step that the model takes by itself; 0: as long as the communication step";
         put("longest_step_s", Kind::LongestStep, "s", about, &[]);
         let about =
+            "Time for which the model stands still at first: (1 - phase) H gives a master of fixed steps H that phase";
+        put("wait_s", Kind::Wait, "s", about, &[]);
+        let about =
             "Keep a note of every communication step, 8 (3 + inputs) bytes each, from which a state can be serialised";
         put("serialisable", Kind::Serialisable, "", about, &[]);
         put(
@@ -132,10 +140,17 @@ impl Variables {
             let about = "Work received through the interface since the start, as the model's own steps count it";
             put("interface_work_j", Kind::InterfaceWork, "J", about, &[]);
         }
+        if WorkMeter::new(&ports).sent().is_some() {
+            let about = "Work sent through the interface since the start, as the model's own steps count it";
+            put("work_sent_j", Kind::WorkSent, "J", about, &[]);
+        }
         for (k, name) in subsystem.capabilities().observables().iter().enumerate() {
             put(name, Kind::Observable(k), unit_of(name), "A further quantity of the model", &[]);
         }
         let copies = subsystem.try_clone().is_ok();
+        if fmi == Fmi::Two {
+            list.retain(|variable| !matches!(variable.kind, Kind::Time | Kind::ModelStep | Kind::Model(_)));
+        }
         // A name of the model's own stands where a parameter has it as well.
         let mut seen = std::collections::BTreeSet::new();
         list.retain(|variable| seen.insert(variable.name.clone()));

@@ -1,12 +1,12 @@
 //! An FMU unpacked.
 
 use super::description::Description;
-use crate::export::{LAYERED_STANDARD, platform};
+use crate::export::{Fmi, LAYERED_STANDARD, platform};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::hex;
 use rimbench_results::input::read_bytes;
 use sha2::{Digest, Sha256};
-use std::env::consts::{DLL_SUFFIX, OS};
+use std::env::consts::DLL_SUFFIX;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -85,7 +85,7 @@ impl Unpacked {
         let description =
             Description::parse(&text).map_err(|message| wrong(format!("modelDescription.xml: {message}")))?;
         let binaries = folder.path().join("binaries");
-        let tuple = if description.is_version_2() { platform_2() } else { platform() };
+        let tuple = platform(if description.is_version_2() { Fmi::Two } else { Fmi::Three });
         let library = binaries.join(&tuple).join(format!("{}{DLL_SUFFIX}", description.identifier));
         if !library.is_file() {
             let there = std::fs::read_dir(&binaries).map(|entries| {
@@ -147,16 +147,6 @@ fn decoded(bytes: Vec<u8>) -> std::result::Result<String, String> {
         text.drain(..MARK.len_utf8());
     }
     Ok(text)
-}
-
-/// The name of this platform in an FMU for FMI 2.0.
-fn platform_2() -> String {
-    let system = match OS {
-        "macos" => "darwin",
-        "windows" => "win",
-        other => other,
-    };
-    format!("{system}{}", usize::BITS)
 }
 
 #[cfg(test)]
