@@ -189,8 +189,7 @@ impl<S: ProposeImpulses> Checked<S> {
             attempted = self.solver.fall_back(&mut self.fallback, turn, problem, self.tolerance, impulses);
             self.counters.fallbacks += u64::from(turn == 0 && attempted.is_some());
             if let Some(Ok(stats)) = attempted
-                && let Some(stats) =
-                    self.accept(stats).or_else(|| self.accept_on_own_scales(problem, impulses, stats))
+                && let Some(stats) = self.accept(stats).or_else(|| self.accept_on_own_scales(problem, impulses, stats))
             {
                 let (pivots, factorisations) = (work.pivots + stats.pivots, work.factorisations + stats.factorisations);
                 return Ok(SolveStats { pivots, factorisations, fallback: true, ..stats });
