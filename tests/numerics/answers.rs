@@ -1,9 +1,6 @@
 //! A mechanics that gives no interface model, and is asked for its answers over the macro step instead.
 
 use crate::support::*;
-use rimbench::cases::{Assembly, CaseDefaults, Contacts, InterfaceColumns, ParameterSet};
-use rimbench::catalogue::Catalogue;
-use rimbench::models::{Cylinder, Oil, Spool};
 
 const SCHEME: &str = "rim-answers";
 const OWN: &[(&str, &str)] = &[("contacts_act", "mechanics-step")];
@@ -174,79 +171,18 @@ fn a_trial_step_that_fails_ends_the_run_with_when_under_what_and_why() {
     assert!(forces.len() == 21 && forces.iter().all(|force| force.is_finite()), "{}", forces.len());
 }
 
-/// A mass on a floor whose friction carries 1500 N, between two stops without a surface of their own: it sticks, slides
-/// and is pulled off.
-#[derive(Clone)]
-struct BetweenStops;
-
-const MASS: f64 = 200.0;
-const STOP: f64 = 0.06;
-
-impl MechanicalModel for BetweenStops {
-    fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, unilateral: 3, tangential: 3, interface: 1, ..ModelSize::default() }
-    }
-    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
-        (vec![0.0; 2], vec![0.0; 2])
-    }
-    fn mass_matrix(&self, _q: &[f64], mass: &mut [f64]) {
-        mass.fill(MASS);
-    }
-    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
-        force.copy_from_slice(&[0.0, -MASS * 9.81]);
-    }
-    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
-        rows.jacobian.copy_from_slice(&[0.0, 1.0, 1.0, 0.0, -1.0, 0.0]);
-        rows.position.copy_from_slice(&[q[1], STOP + q[0], STOP - q[0]]);
-    }
-    fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {
-        rows.jacobian.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    }
-    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
-        rows.jacobian.copy_from_slice(&[1.0, 0.0]);
-        rows.position[0] = 0.8 + q[0];
-    }
-    fn potential_energy(&self, q: &[f64]) -> f64 {
-        MASS * 9.81 * q[1]
-    }
-}
-
-/// On the cylinder of an independent trial, whose medians of four phases are 1.69 % with asked answers and 50 % with
-/// the first tangent alone.
+/// Held by friction of 1500 N between its stops; an independent trial has 1.69 % with asked answers and 50 % with the
+/// first tangent alone, medians of four phases.
 #[test]
 fn a_mass_that_friction_holds_between_stops_is_moved_as_an_independent_trial_has_it() {
-    let build = |(): &(), assembly: &Assembly<'_>| {
-        let spool = Spool::sine(0.5, 1.3, vec![(0.0, 0.0), (0.1, 0.6)]);
-        let size = Cylinder { cylinder_length_m: 1.0, ..Cylinder::defaults() };
-        let cylinder = size.starting_at(0.8, &Oil::defaults(), [3.85e6; 2], spool)?;
-        let contacts = Contacts { friction: 1500.0 / (MASS * 9.81), ..Contacts::defaults() };
-        assembly.couple(BetweenStops, cylinder, &contacts)
-    };
-    let columns = ["actuator_length_m", "actuator_velocity_m_s", "actuator_force_n"];
-    let [position, velocity, force] = columns;
-    let defaults = CaseDefaults {
-        duration_s: 2.0,
-        macro_step_s: 10e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 5e-5,
-        reference_sampling_s: 2e-4,
-    };
-    let mut own = Catalogue::standard();
-    own.add_case(Case {
-        trace_columns: names(&["time_s", position, velocity, force]),
-        interface_columns: vec![InterfaceColumns::new(position, velocity, force)],
-        ..Case::new("mass-between-stops", "A mass on a rough floor between stops", defaults, build)
-    })
-    .unwrap();
+    let rough = [("friction_n", "1500")];
     let median = |trials: &str| {
-        let spec = |phase: f64| {
-            let mut request = RunRequest::of("mass-between-stops", SCHEME);
-            request.put("trials", trials).unwrap();
-            request.put("phase", &phase.to_string()).unwrap();
-            request.resolve(&own).unwrap()
+        let spec = |phase: &str| {
+            let options = [("macro_step_s", "10e-3"), ("trials", trials), ("phase", phase)];
+            spec_with("mass-between-stops", SCHEME, &options, &rough)
         };
-        let reference = coarse_reference(&spec(1.0));
-        let mut errors = [0.25, 0.5, 0.75, 1.0].map(|phase| {
+        let reference = coarse_reference(&spec("1"));
+        let mut errors = ["0.25", "0.5", "0.75", "1"].map(|phase| {
             let (spec, result) = (spec(phase), run(&spec(phase)));
             match result.report.outcome {
                 Outcome::Completed => metric(&spec, result, &reference, "force_error_rms_of_peak"),

@@ -106,6 +106,20 @@ fn the_correlations_of_the_lift_table_are_those_of_its_geometry() {
     approx::assert_relative_eq!(of("interface_correlation"), c[(1, 0)].max(c[(5, 4)]), max_relative = 1e-12);
 }
 
+/// Two jaws do not feel each other until both hold the box, and then move as one.
+#[test]
+fn correlations_are_those_with_the_contacts_that_push() {
+    let of = |duration: f64| {
+        let options = [("macro_step_s", "1e-3"), ("split", "mean:body"), ("mechanics_steps", "all")];
+        let spec = spec_with("gripper", "rim-split", &[&options[..], &[("force_return", "profile")]].concat(), &[]);
+        let found = run(&spec.changed(|own| own.duration = duration)).report.scheme.interface.unwrap();
+        [found.lambda, found.largest]
+    };
+    let [[apart, none], [held, one]] = [0.1, 1.0].map(of);
+    assert!((apart - 1.0).abs() < 1e-9 && none < 1e-9, "{apart} {none}");
+    assert!((held - 2.0).abs() < 1e-6 && (one - 1.0).abs() < 1e-6, "{held} {one}");
+}
+
 #[test]
 fn a_lift_table_rests_until_it_is_lowered_and_then_both_stops_carry_what_the_cylinders_press() {
     for n in 1..=6 {

@@ -67,6 +67,9 @@ slider-crank | friction=nan | above 0
 slider-crank | clearance_m=0 | above 0
 slider-crank | rod_length_m=0.1 | rod_length_m = 0.1 is not valid; valid: more than crank_length_m = 0.153
 slider-crank | rod_length_m=0.153 | more than crank_length_m
+mass-between-stops | friction_n=-1 | 0 or above
+mass-between-stops | spool_amplitude=0.6 | at most 0.5: the spool must stay within [0, 1]
+mass-between-stops | gravity_m_s2=0 | above 0
 towed-block | friction=0 | friction = … above 0
 towed-block | friction=inf | friction = … above 0
 towed-block | static_friction=0.3 | static_friction = 0.3 is not valid; valid: 0, or at least friction = 0.4

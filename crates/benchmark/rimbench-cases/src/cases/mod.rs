@@ -25,6 +25,7 @@ mod hydraulic_crane_reference;
 mod hydraulics;
 mod jumps;
 mod lift_table;
+mod mass_between_stops;
 mod memory;
 mod opening;
 mod outside;
@@ -114,6 +115,7 @@ pub fn standard_cases() -> Vec<Case> {
         stops::impact_oscillator().scaled(0.28, 3.4, 27.0).shown_at(12.5),
         cradle::entry().scaled(0.1, 0.52, 0.2).shown_at(15.0),
         stops::slider().scaled(0.1, 2.3, 55.0).shown_at(40.0),
+        mass_between_stops::entry().scaled(0.86, 0.28, 21e3).shown_at(1.5),
         hardware_contact::entry().scaled(0.07, 0.1, 230.0).shown_at(10.0),
         rocking_block::entry().scaled(1.9, 0.1, 4100.0).shown_at(1.25),
         beam_on_stops::entry().scaled(0.044, 0.46, 84.0).shown_at(6.0),

@@ -6,7 +6,7 @@ use rimbench_core::cosim::OutcomeClass;
 
 metrics! {
     LAMBDA: "interface_lambda" in "-" of Split,
-    "Largest eigenvalue λ of the interface's correlations over the run: 1 for actuators that do not feel each other, N for N on one point"
+    "Largest eigenvalue λ of the interface's correlations over the run, free or with the contacts that push: 1 for actuators that do not feel each other, N for N on one point"
     => |evidence| Some(evidence.report.scheme.interface?.lambda);
 
     CORRELATION: "interface_correlation" in "-" of Split,

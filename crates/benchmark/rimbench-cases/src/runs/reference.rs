@@ -13,7 +13,7 @@ use crate::metrics::{
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Quantity, Side, StopFlag, Trajectory,
 };
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Cause, Error, Result};
 use rimbench_core::mechanics::{Due, ReferenceSteps, monolithic_with_events};
 use rimbench_core::solver_entry::SolverEntry;
 use std::borrow::Cow;
@@ -116,6 +116,22 @@ pub struct Solution {
     pub rows: Trajectory,
     /// Two rows of each event that was located, before and after it; no more in all than there are others.
     pub events: Trajectory,
+}
+
+/// What to do about a problem that was not solved, with these parameters changed from their defaults.
+fn way_out(cause: &Cause, changed: &str) -> String {
+    let to = match cause {
+        Cause::SolverFailed { .. } => format!("the tolerance is {:e}", SolverEntry::active_set().tolerance),
+        Cause::NotConverged { .. } | Cause::Singular { .. } => "force and motion must agree to 1e-12".to_owned(),
+        _ => return String::new(),
+    };
+    if changed.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; {to}, and changed from its default is {changed}: take a value nearer to it, as ratios of masses or stiffnesses of 1e8 and \
+         more leave too few of 16 digits"
+    )
 }
 
 impl Reference {
@@ -283,9 +299,10 @@ impl Reference {
             Ok(()) => Ok(Solution { rows: trajectory, events }),
             Err(failure) if failure.is_stop() => Err(Error::Stopped),
             Err(failure) => Err(Error::Incompatible(format!(
-                "case {} has no reference with these parameters: the monolithic solution fails after {:.4} s ({failure})",
+                "case {} has no reference with these parameters: the monolithic solution fails after {:.4} s ({failure}){}",
                 case.name,
-                trajectory.end_time().unwrap_or(0.0)
+                trajectory.end_time().unwrap_or(0.0),
+                way_out(failure.cause(), &spec.parameters.changed())
             ))),
         }
     }

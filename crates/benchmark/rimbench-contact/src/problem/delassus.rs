@@ -8,6 +8,14 @@ use crate::linear_algebra::{SymmetricRows, dot};
 pub trait DelassusOperator: Copy {
     /// Returns H_ii, 1/kg.
     fn diagonal(&self, row: usize) -> f64;
+
+    /// Returns `Σ_j H_ij P_j` and `Σ_j |H_ij P_j|` of a row, m/s.
+    fn product(&self, row: usize, impulses: &[f64]) -> [f64; 2];
+}
+
+/// Adds up products of entries and impulses, and their magnitudes.
+fn sums(products: impl Iterator<Item = f64>) -> [f64; 2] {
+    products.fold([0.0; 2], |[sum, magnitudes], product| [sum + product, magnitudes + product.abs()])
 }
 
 /// H as a full matrix.
@@ -31,6 +39,10 @@ impl DelassusOperator for DenseDelassus<'_> {
     #[inline(always)]
     fn diagonal(&self, row: usize) -> f64 {
         self.h[row * self.rows + row]
+    }
+
+    fn product(&self, row: usize, impulses: &[f64]) -> [f64; 2] {
+        sums(self.row(row).iter().zip(impulses).map(|(h, p)| h * p))
     }
 }
 
@@ -103,5 +115,9 @@ impl DelassusOperator for SymmetricRows<'_> {
     #[inline]
     fn diagonal(&self, row: usize) -> f64 {
         SymmetricRows::diagonal(self, row)
+    }
+
+    fn product(&self, row: usize, impulses: &[f64]) -> [f64; 2] {
+        sums(self.row(row).map(|(column, h)| h * impulses[column]))
     }
 }

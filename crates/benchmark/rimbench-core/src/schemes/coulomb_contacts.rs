@@ -12,6 +12,8 @@ pub(super) struct ContactsWithFriction<S> {
     /// Rows of the model: the contacts, then their tangential rows.
     pub(super) rows: Vec<usize>,
     pub(super) friction: Vec<f64>,
+    /// As many coefficients of contacts without friction.
+    pub(super) none: Vec<f64>,
     /// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before
     /// has left.
     pub(super) stiction: Option<Stiction>,
@@ -27,7 +29,8 @@ impl<S> ContactsWithFriction<S> {
     fn new(model: &ReducedInterfaceModel, solver: S) -> Box<Self> {
         let (n, rows) = (model.contacts(), model.interface_start());
         let (friction, forces) = (Vec::with_capacity(n), Vec::with_capacity(rows));
-        Box::new(Self { rows: Vec::with_capacity(rows), friction, stiction: model.stiction, forces, solver })
+        let none = vec![0.0; n];
+        Box::new(Self { rows: Vec::with_capacity(rows), friction, none, stiction: model.stiction, forces, solver })
     }
 
     /// Takes the contacts of a model that has arrived, each with so many rows.

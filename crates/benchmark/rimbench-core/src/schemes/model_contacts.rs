@@ -50,6 +50,8 @@ pub(super) struct Complementarity<S: ContactSolver> {
     rebounds: Rebounds,
     /// The velocities by which positions change in a micro step in which a contact rebounds.
     w_displacement: Vec<f64>,
+    /// Velocities and impulses without friction.
+    bare: [Vec<f64>; 2],
 }
 
 impl<S: ContactSolver> Complementarity<S> {
@@ -66,6 +68,7 @@ impl<S: ContactSolver> Complementarity<S> {
             hit: false,
             rebounds: if rebounds { Rebounds::new(contacts, rows) } else { Rebounds::default() },
             w_displacement: vec![0.0; if rebounds { rows + empty.interface() } else { 0 }],
+            bare: [(); 2].map(|()| vec![0.0; if S::ROWS > 1 { rows + empty.interface() } else { 0 }]),
         }
     }
 
@@ -166,6 +169,29 @@ impl<S: ContactSolver> Complementarity<S> {
             *gap += law.gap_step * w;
         }
         Ok(())
+    }
+
+    /// Solves the step that was solved or taken last once more without friction; false where that has no solution.
+    #[cold]
+    fn solve_without_friction(&mut self, model: FrozenModel<'_>, state: &ModelState, lambda: &[f64]) -> bool {
+        let FrozenModel { discretised, law, .. } = model;
+        let (n, m) = (discretised.contacts(), discretised.contacts() / S::ROWS);
+        let [bare, impulses] = &mut self.bare;
+        let rows = n + lambda.len();
+        let (bare, b) = (&mut bare[..rows], &mut self.b[..n]);
+        discretised.free_velocity(&state.w[..rows], lambda, bare);
+        // With rebounds `b` is still that of the step.
+        if !self.rebounds.any() {
+            b.copy_from_slice(&bare[..n]);
+            b[..m].iter_mut().zip(&state.gap).for_each(|(b, gap)| *b += law.rates.velocity(*gap));
+        }
+        // What comes next has another cone, and an active set of its own.
+        self.matrix_changed = true;
+        let solved = self.solver.solve_without_friction(Posed { model: discretised, changed: true, b }, impulses);
+        if solved.is_ok() {
+            discretised.add_impulses(&impulses[..n], bare);
+        }
+        solved.is_ok()
     }
 
     /// Writes `b`, free velocity and contact law, of all contact rows; the free velocities are in `state.w_plus`.
@@ -354,6 +380,22 @@ impl ModelContacts {
         lambda: &[f64],
     ) -> Result<bool, Failure> {
         each!(self, contacts => contacts.solve(model, state, lambda, true).map(|()| contacts.hit), Ok(false))
+    }
+
+    /// Finds the velocities of contacts that the step under `lambda` (N) which was taken last has without friction; false
+    /// where it has none.
+    pub(super) fn solve_without_friction(
+        &mut self,
+        model: FrozenModel<'_>,
+        state: &ModelState,
+        lambda: &[f64],
+    ) -> bool {
+        each!(self, contacts => contacts.solve_without_friction(model, state, lambda), true)
+    }
+
+    /// Returns what [`solve_without_friction`](Self::solve_without_friction) found, m/s.
+    pub(super) fn velocities_without_friction(&self) -> &[f64] {
+        each!(self, contacts => &contacts.bare[0], &[])
     }
 
     /// Finds the forces around those of the last step, `lambda` (N), for which a step from the same state keeps its

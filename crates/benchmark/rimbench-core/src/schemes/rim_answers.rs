@@ -6,8 +6,10 @@
 //! the answer to its own force:
 //!
 //! ```text
-//! R(λ) = (W(λ) − w_k)/H          w⁺ = w + δ R(λ)          s⁺ = s + δ w⁺
+//! R(λ) = (W(λ) − w_k)/H          w⁺ = w + δ R(λ)          s⁺ = s_s + t w⁺
 //! ```
+//! with t since the last of its own steps began, at `s_s`: the model ends each where the mechanics does.
+//!
 //! R is a tangent at the last mean force λ̄ (2 n + 1 trials for n rows), trusted within a range of it. A micro step
 //! whose force leaves the range asks one trial there. If the answer is as foreseen the range doubles; if not, a second
 //! tangent is taken there, and both meet in a kink: a contact that opens or closes, sticks or slides. Nothing of the
@@ -131,6 +133,10 @@ struct Answers {
     start: Vec<f64>,
     w: Vec<f64>,
     position: Vec<f64>,
+    /// The mechanics' own steps per macro step, where the last one began, m, and how long ago, s.
+    steps: usize,
+    begun_at: Vec<f64>,
+    since: f64,
     /// The actuator's force at `t_k`, N.
     force: Vec<f64>,
     /// Mean force of the last macro step, and of this one so far, N.
@@ -172,6 +178,9 @@ impl Answers {
             start: zeros(),
             w: zeros(),
             position: zeros(),
+            steps: 1,
+            begun_at: zeros(),
+            since: 0.0,
             force: zeros(),
             mean: zeros(),
             sum: vec![f64::NAN; rows],
@@ -322,6 +331,7 @@ impl CouplingScheme for Answers {
             self.judge(w);
         }
         self.moved = false;
+        self.steps = sample.mechanics_steps;
         self.position.copy_from_slice(position);
         self.w.copy_from_slice(w);
         self.start.copy_from_slice(w);
@@ -356,10 +366,15 @@ impl CouplingScheme for Answers {
             self.room.offset[row] = own - self.mean[row];
             self.sum[row] += own / at.count as f64;
         }
+        if at.index * self.steps % at.count < self.steps {
+            self.begun_at.copy_from_slice(&self.position);
+            self.since = 0.0;
+        }
+        self.since += at.length;
         for row in 0..n {
             let w = self.w[row] + at.length * self.tangent(&self.room.offset).at(row, &self.room.offset);
             self.w[row] = w;
-            self.position[row] += at.length * w;
+            self.position[row] = self.begun_at[row] + self.since * w;
             (u[row], u[n + row]) = (self.position[row], w);
         }
         self.moved = true;

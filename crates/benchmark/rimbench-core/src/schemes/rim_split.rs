@@ -61,7 +61,9 @@ struct SplitModels {
     /// One force per row, and feedthrough.
     driving: Vec<f64>,
     through: Vec<f64>,
+    /// Of the free mechanics, and with the contacts closed that push.
     correlation: Correlation,
+    loaded: Correlation,
 }
 
 impl SplitModels {
@@ -84,18 +86,21 @@ impl SplitModels {
             position: room(),
             driving: room(),
             through: vec![0.0; 2 * n * n],
-            correlation: Correlation {
-                entries: vec![0.0; n * n],
-                vector: room(),
-                image: room(),
-                found: <_>::default(),
-            },
+            correlation: Correlation::new(n),
+            loaded: Correlation::new(n),
         })
     }
 
     /// Begins a macro step from a model of the mechanics.
     fn begin(&mut self, model: &ReducedInterfaceModel) {
-        self.correlation.look_at(model);
+        let first = model.interface_start();
+        self.correlation.look_at(|i, j| model.entry(first + i, first + j));
+        let n = self.force.len();
+        for spoke in &mut self.spokes {
+            if let Some(mobility) = spoke.model.loaded_mobility() {
+                self.loaded.look_at(|i, j| mobility[i * n + j]);
+            }
+        }
         for (i, spoke) in self.spokes.iter_mut().enumerate() {
             spoke.factor = match self.split {
                 Split::MeanRows | Split::BlindRows => self.correlation.row_sum(i),
@@ -197,7 +202,11 @@ impl CouplingScheme for SplitModels {
     }
 
     fn report(&mut self) -> SchemeReport {
-        let interface = Some(self.correlation.found);
+        let [free, loaded] = [self.correlation.found, self.loaded.found];
+        let interface = Some(InterfaceCorrelation {
+            lambda: free.lambda.max(loaded.lambda),
+            largest: free.largest.max(loaded.largest),
+        });
         let reports = self.spokes.iter_mut().map(|spoke| spoke.model.report());
         let sum = reports.reduce(|mut sum, report| {
             sum.counters.add(&report.counters);
@@ -211,7 +220,7 @@ impl CouplingScheme for SplitModels {
     }
 }
 
-/// Correlations `C = D^(−½) H_ii D^(−½)` of the rows of the interface, the worst so far, and the largest eigenvalue λ
+/// Correlations `C = D^(−½) H D^(−½)` of the rows of the interface by its mobility H, the worst so far, and the largest eigenvalue λ
 /// by power iteration.
 #[derive(Clone)]
 struct Correlation {
@@ -225,19 +234,24 @@ impl Correlation {
     /// Steps of the iteration per communication point, which starts where it ended at the last one.
     const ITERATIONS: usize = 20;
 
+    fn new(n: usize) -> Self {
+        let room = || vec![0.0; n];
+        Correlation { entries: vec![0.0; n * n], vector: room(), image: room(), found: <_>::default() }
+    }
+
     /// `Λ_i`, 1 of a row that does not move.
     fn row_sum(&self, i: usize) -> f64 {
         let n = self.vector.len();
         self.entries[i * n..(i + 1) * n].iter().map(|c| c.abs()).sum::<f64>().max(1.0)
     }
 
-    fn look_at(&mut self, model: &ReducedInterfaceModel) {
-        let (n, first) = (self.vector.len(), model.interface_start());
-        let h = |i: usize, j: usize| model.entry(first + i, first + j);
+    /// Looks at the mobility `h` of two rows.
+    fn look_at(&mut self, h: impl Fn(usize, usize) -> f64) {
+        let n = self.vector.len();
         for (at, entry) in self.entries.iter_mut().enumerate() {
             let (i, j) = (at / n, at % n);
             let scale = (h(i, i) * h(j, j)).sqrt();
-            *entry = if scale > 0.0 { h(i, j) / scale } else { 0.0 };
+            *entry = if scale > 0.0 { h(i, j) / scale } else { f64::from(i == j) };
             if j < i {
                 self.found.largest = self.found.largest.max(entry.abs());
             }

@@ -47,6 +47,14 @@ pub(crate) trait ContactSolver: Clone {
         self.solve(posed, impulses)
     }
 
+    /// Solves for the impulses without friction; what is solved next has another cone.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+        self.solve(posed, impulses)
+    }
+
     /// Returns the active set of the last problem.
     fn active<'a>(&'a self, impulses: &'a [f64]) -> <Self::Factor as ActiveSetFactor>::Active<'a>;
 
@@ -150,6 +158,13 @@ impl ContactSolver for CoulombContacts {
         Ok(())
     }
 
+    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+        let n = posed.b.len();
+        let problem = FrictionProblem::with_friction(posed.model.h_uu(), posed.b, &self.none[..self.friction.len()]);
+        self.solver.solve(problem, &mut impulses[..n])?;
+        Ok(())
+    }
+
     fn active<'a>(&'a self, _: &'a [f64]) -> <ModeFactor as ActiveSetFactor>::Active<'a> {
         (self.solver.solver.states(), &self.friction)
     }
@@ -190,6 +205,13 @@ impl ContactSolver for SpaceContacts {
             self.solver.solver.start_from(impulses);
         }
         self.solver.solve(SpaceProblem::with_friction(posed.model.h_uu(), posed.b, &self.friction), impulses)?;
+        Ok(())
+    }
+
+    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+        let n = posed.b.len();
+        let problem = SpaceProblem::with_friction(posed.model.h_uu(), posed.b, &self.none[..self.friction.len()]);
+        self.solver.solve(problem, &mut impulses[..n])?;
         Ok(())
     }
 

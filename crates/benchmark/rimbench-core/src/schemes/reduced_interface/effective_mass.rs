@@ -42,4 +42,19 @@ impl EffectiveMass {
         condense_in_modes(model, modes, &self.strongly_active, redundancy, &mut self.condensation);
         self.condensation.effective_mass
     }
+
+    /// Returns the mobility of the interface (1/kg, row-major) of `model` with the recorded contacts bilateral; none
+    /// where there are none.
+    pub(super) fn loaded_mobility(
+        &mut self,
+        model: &ReducedInterfaceModel,
+        modes: ContactModes<'_>,
+        redundancy: Redundancy,
+    ) -> Option<&[f64]> {
+        if self.strongly_active.is_empty() {
+            return None;
+        }
+        self.of_strongly_active(model, modes, redundancy);
+        Some(&self.condensation.h)
+    }
 }

@@ -6,13 +6,16 @@
 //! where the mechanics will be under the mean force:
 //!
 //! ```text
-//! w ← w + (δ/h) (Φ(λ) − w_s)        s ← s + δ w                  within a part
-//! w_s ← Φ(λ̄)   w ← w_s              g ← g + h w_c                at its end
+//! w ← w + (δ/h) (Φ(λ) − w_s)        s = s_s + t w                t after the start of a part
+//! w_s ← Φ(λ̄)   w ← w_s              s_s ← s_s + h w_s   g ← g + h w_c     at its end
 //! ```
+//! The mechanics moves by `h Φ(λ̄)`, and the model ends where it does.
+//!
 //! While the set of contacts that push stays, Φ is affine: a micro step is one multiply-add for each row of the
 //! interface, and a look at the region of the forces, a range where it has one row. Where velocity is not linear over
-//! the step, what is left of it goes by micro steps: where friction ends a slip, turns it, or changes what a contact
-//! does, and where the set has changed in most steps of the mechanics of late.
+//! the step, what is left of it goes by micro steps: where friction, and not a stop or the actuator, ends a slip, turns
+//! it, or changes as a contact begins or ceases to stick, slide or push, and where the set has changed in most steps of
+//! the mechanics of late.
 //! # Source
 //! `docs/method/own-step.md`
 
@@ -26,6 +29,9 @@ use rimbench_contact::affine_step::{DiscretisedModel, ForceRegion, StepContactLa
 
 /// What remains of a slip that goes on, at least.
 const GOES_ON: f64 = 0.5;
+
+/// What friction may do to a slip that changes, of the change, at least: as much as all else.
+const OF_ITS_SIZE: f64 = 0.5;
 
 /// A step by itself, after which the affine step looks at all contacts.
 const ALONE: MicroStep = MicroStep { index: 0, count: 1, length: 0.0, start: 0.0, since_exchange: 0.0 };
@@ -45,10 +51,14 @@ pub(super) struct OwnStep {
     by_micro_steps: bool,
     /// Whether a contact is hit in it, where contacts rebound.
     hit: bool,
-    /// What contacts do in the last answer, whether that has changed within the part, in how many parts of the macro
-    /// step before, and whether in most of each of the last two macro steps.
+    /// What contacts do in the last answer; whether that has changed within the part, and by friction; in how many parts
+    /// of the macro step before it has, and whether in most of each of the last two macro steps.
     doing: Vec<Doing>,
+    /// Those of which it has changed; and by which impulses they push, N·s.
+    differ: Vec<bool>,
+    pushed: Vec<f64>,
     changed: bool,
+    bent: bool,
     parts_changed: usize,
     unsteady: [bool; 2],
     /// `Σ σ` over the micro steps of the part that are not on the present region, σ the share of each.
@@ -67,8 +77,11 @@ pub(super) struct OwnStep {
     /// Micro steps that were one multiply-add.
     multiples: u64,
     micro: MicroSteps,
-    /// Room for positions.
-    position: Vec<f64>,
+    /// Positions at the start of the part, m.
+    start: Vec<f64>,
+    /// By how much rebounds change what is added to them, in the last answer and by the shares of all so far, m.
+    rebound: Box<[f64]>,
+    rebounds: Vec<f64>,
 }
 
 /// What a contact does in an answer.
@@ -110,7 +123,10 @@ impl OwnStep {
             by_micro_steps: false,
             hit: false,
             doing: vec![Doing::Nothing; contacts],
+            differ: vec![false; contacts],
+            pushed: vec![0.0; contacts],
             changed: false,
+            bent: false,
             parts_changed: 0,
             unsteady: [false; 2],
             elapsed: 0.0,
@@ -122,7 +138,9 @@ impl OwnStep {
             region: ForceRegion::new(rows, interface),
             multiples: 0,
             micro: MicroSteps { length: f64::NAN, discretised: discretised.clone(), law: StepContactLaw::default() },
-            position: of_interface(),
+            start: of_interface(),
+            rebound: of_interface().into(),
+            rebounds: of_interface(),
         }
     }
 
@@ -133,7 +151,7 @@ impl OwnStep {
         self.length
     }
 
-    /// Starts part `part` from `state.w_plus`, which has so many contact rows.
+    /// Starts part `part` from `state.position` and `state.w_plus`, which has so many contact rows.
     pub(super) fn start_part(&mut self, state: &mut ModelState, contact_rows: usize, part: usize) {
         self.parts_changed += usize::from(self.changed);
         if part == 0 {
@@ -142,10 +160,12 @@ impl OwnStep {
         }
         std::mem::swap(&mut state.w, &mut state.w_plus);
         self.w.copy_from_slice(&state.w[contact_rows..contact_rows + self.mean.len()]);
-        (self.part, self.begun, self.by_micro_steps, self.hit, self.changed) = (part, false, false, false, false);
+        self.start.copy_from_slice(&state.position);
+        (self.part, self.begun, self.by_micro_steps, self.hit) = (part, false, false, false);
+        (self.changed, self.bent) = (false, false);
         self.region.clear();
         (self.share, self.elapsed) = (0.0, 0.0);
-        for sums in [&mut self.mean, &mut self.forces, &mut self.changes] {
+        for sums in [&mut self.mean, &mut self.forces, &mut self.changes, &mut self.rebounds] {
             sums.fill(0.0);
         }
     }
@@ -202,8 +222,7 @@ impl OwnStep {
     fn begin(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<(), Failure> {
         self.answer(of, lambda)?;
         self.begun = true;
-        of.state.position.copy_from_slice(&self.position);
-        if of.ends_a_slip(self.length) {
+        if of.ends_a_slip(&self.pushed, lambda, self.length) {
             self.go_by_micro_steps(of);
         }
         Ok(())
@@ -223,24 +242,29 @@ impl OwnStep {
         contacts.leave_region(frozen.law, state);
     }
 
-    /// Writes the answer to the force `lambda` (N), with the position that it leads to; says whether it is affine in
+    /// Writes the answer to the force `lambda` (N), which leaves positions as they are; says whether it is affine in
     /// the force.
     fn answer(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<bool, Failure> {
         let law = self.trial_law(of.frozen.law);
         let StepContacts { contacts, state, frozen, .. } = of;
-        self.position.copy_from_slice(&state.position);
+        std::mem::swap(&mut state.position, &mut self.rebound);
+        state.position.fill(0.0);
         let affine = contacts.step_in_region(frozen.discretised, &law, state, lambda, ALONE);
         if !affine {
             self.leave_region(contacts, state, frozen.discretised.contacts());
             self.hit = contacts.try_solve(FrozenModel { law: &law, ..*frozen }, state, lambda)?;
-            self.record(of);
+        }
+        std::mem::swap(&mut state.position, &mut self.rebound);
+        if !affine {
+            self.record(of, lambda);
         }
         Ok(affine)
     }
 
     /// Records what contacts do in an answer, and whether that has changed within the part.
-    fn record(&mut self, of: &StepContacts<'_>) {
+    fn record(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) {
         let (m, rows) = of.contacts_and_rows();
+        let mut changed = false;
         for (contact, doing) in self.doing[..m].iter_mut().enumerate() {
             let now = if of.state.impulses[contact] <= 0.0 {
                 Doing::Nothing
@@ -249,9 +273,18 @@ impl OwnStep {
             } else {
                 Doing::Pushing
             };
-            self.changed |= self.begun && *doing != now;
+            self.differ[contact] = self.begun && *doing != now;
+            changed |= self.differ[contact];
             *doing = now;
         }
+        for (pushed, impulse) in self.pushed.iter_mut().zip(&of.state.impulses[..m]) {
+            *pushed = impulse.max(*pushed);
+        }
+        self.changed |= changed;
+        let (pushed, differ) = (&self.pushed, &self.differ);
+        self.bent |=
+            changed && rows > 1 && of.friction_bends(pushed, lambda, self.length, |_, contact| differ[contact]);
+        self.pushed.iter_mut().zip(&of.state.impulses[..m]).for_each(|(pushed, impulse)| *pushed = *impulse);
     }
 
     /// Takes a share of the mechanics' own step under the force `lambda` (N).
@@ -260,15 +293,14 @@ impl OwnStep {
             return self.take_micro_step(of, share, lambda);
         }
         let affine = self.answer(of, lambda)?;
-        if self.changed && (self.unsteady == [true; 2] || of.contacts_and_rows().1 > 1) {
-            of.state.position.copy_from_slice(&self.position);
+        if self.changed && (self.bent || self.unsteady == [true; 2]) {
             self.go_by_micro_steps(of);
             return self.take_micro_step(of, share, lambda);
         }
         let StepContacts { contacts, state, frozen, .. } = of;
         let n = frozen.discretised.contacts();
-        for (position, start) in state.position.iter_mut().zip(&self.position) {
-            *position = start + share * (*position - start);
+        for (rebounds, rebound) in self.rebounds.iter_mut().zip(&self.rebound) {
+            *rebounds += share * rebound;
         }
         for (w, (answer, start)) in self.w.iter_mut().zip(state.w_plus[n..].iter().zip(&state.w[n..])) {
             *w += share * (answer - start);
@@ -308,6 +340,7 @@ impl OwnStep {
         }
         let n = discretised.contacts();
         self.w.copy_from_slice(&state.w_plus[n..n + lambda.len()]);
+        add_travel(&mut state.position, length, &self.w);
         Ok(())
     }
 
@@ -323,14 +356,14 @@ impl OwnStep {
             return Ok(());
         }
         self.leave_region(contacts, state, n);
+        state.position.copy_from_slice(&self.start);
         if contacts.step_in_region(frozen.discretised, &law, state, &self.mean, ALONE) {
             let step = frozen.law.gap_step;
             state.gap.iter_mut().zip(&state.w_plus[..n]).for_each(|(gap, w)| *gap += step * w);
         } else {
-            self.position.copy_from_slice(&state.position);
             contacts.solve(*frozen, state, &self.mean)?;
-            state.position.copy_from_slice(&self.position);
         }
+        add_travel(&mut state.position, self.length, &state.w_plus[n..]);
         self.start_part(state, n, next);
         Ok(())
     }
@@ -393,16 +426,71 @@ impl StepContacts<'_> {
         (1..rows).map(|axis| axis * m + contact).map(|row| w[row] * other[row]).sum()
     }
 
-    /// Tells whether friction ends or turns a slip within the step of `length` (s); in space it turns every one, from
-    /// step to step by little, which adds up.
-    fn ends_a_slip(&self, length: f64) -> bool {
-        let ((m, rows), state) = (self.contacts_and_rows(), &*self.state);
-        (0..if rows > 1 { m } else { 0 }).filter(|&contact| state.impulses[contact] > 0.0).any(|contact| {
-            let before = self.slip(contact, &state.w, &state.w);
-            let goes_on = rows == 2 && self.slip(contact, &state.w, &state.w_plus) >= GOES_ON * before;
-            before > slip_of_rest(length) && !goes_on
-        })
+    /// Tells whether friction ends or turns a slip, by impulses `pushed` (N·s), within the step of `length` (s) that was
+    /// answered under `lambda` (N); in space it turns every one, from step to step by little, which adds up.
+    fn ends_a_slip(&mut self, pushed: &[f64], lambda: &[f64], length: f64) -> bool {
+        let rows = self.contacts_and_rows().1;
+        let ends = |of: &Self, contact: usize| {
+            let before = of.slip(contact, &of.state.w, &of.state.w);
+            let goes_on = rows == 2 && of.slip(contact, &of.state.w, &of.state.w_plus) >= GOES_ON * before;
+            pushed[contact] > 0.0 && before > slip_of_rest(length) && !goes_on
+        };
+        rows > 1 && self.friction_bends(pushed, lambda, length, ends)
     }
+
+    /// Tells whether friction, by impulses `pushed` (N·s), bends the slip of one of these contacts in the step of
+    /// `length` (s) that was answered under `lambda` (N).
+    fn friction_bends(
+        &mut self,
+        pushed: &[f64],
+        lambda: &[f64],
+        length: f64,
+        which: impl Fn(&Self, usize) -> bool,
+    ) -> bool {
+        let bent = |of: &Self, contact: usize| which(of, contact) && of.may_bend(contact, pushed, length);
+        let m = self.contacts_and_rows().0;
+        (0..m).any(|contact| bent(self, contact)) && {
+            let found = self.without_friction(lambda);
+            (0..m).any(|contact| bent(self, contact) && (!found || self.bends(contact, length)))
+        }
+    }
+
+    /// Tells whether what friction may do to the slip of a contact, `Σ_j |H_tj| μ_j P_j`, is of the size of its change.
+    fn may_bend(&self, contact: usize, pushed: &[f64], length: f64) -> bool {
+        let ((m, rows), StepContacts { frozen, state, .. }) = (self.contacts_and_rows(), self);
+        let (h, received) = (frozen.discretised.h_uu(), frozen.received);
+        let [mut slip, mut change, mut most] = [0.0_f64; 3];
+        for row in (1..rows).map(|axis| axis * m + contact) {
+            let (w, w_plus) = (state.w[row], state.w_plus[row]);
+            slip += (w * w).max(w_plus * w_plus);
+            change += (w_plus - w).powi(2);
+            let of = |(other, pushed): (usize, &f64)| {
+                let own = received.friction[frozen.set[other]];
+                let friction = received.stiction.map_or(own, |stiction| stiction.at_rest.max(own));
+                let mobility = (1..rows).map(|axis| h[row * rows * m + axis * m + other].abs()).sum::<f64>();
+                mobility * friction * pushed
+            };
+            most += pushed[..m].iter().enumerate().map(of).sum::<f64>().powi(2);
+        }
+        slip > slip_of_rest(length) && most >= OF_ITS_SIZE * OF_ITS_SIZE * change
+    }
+
+    /// Finds the same answer without friction; false where there is none.
+    fn without_friction(&mut self, lambda: &[f64]) -> bool {
+        self.contacts.solve_without_friction(self.frozen, self.state, lambda)
+    }
+
+    /// Tells whether the slip of a contact is another one without friction. Where a stop ends it, it is the same.
+    fn bends(&self, contact: usize, length: f64) -> bool {
+        let ((m, rows), bare) = (self.contacts_and_rows(), self.contacts.velocities_without_friction());
+        let apart = |row: usize| (self.state.w_plus[row] - bare[row]).powi(2);
+        (1..rows).map(|axis| apart(axis * m + contact)).sum::<f64>() > slip_of_rest(length)
+    }
+}
+
+/// Adds to positions (m) what velocities `w` (m/s) give in `time` (s).
+fn add_travel(position: &mut [f64], time: f64, w: &[f64]) {
+    position.iter_mut().zip(w).for_each(|(position, w)| *position += time * w);
 }
 
 /// The square of the slip, m²/s², that within a step of `length` (s) goes no farther than contacts that touch are
@@ -430,11 +518,15 @@ impl ReducedInterface {
         let Some((own, of)) = self.own_step() else { return Ok(()) };
         own.taken += 1;
         let (u_position, u_velocity) = u.split_at_mut(lambda.len());
-        for (i, w) in own.w.iter().enumerate() {
-            // s⁺ = s + δ w_i⁺
-            of.state.position[i] += at.length * w;
-            (u_position[i], u_velocity[i]) = (of.state.position[i], *w);
+        if !own.by_micro_steps {
+            // s⁺ = s_s + t w_i⁺
+            let since = own.taken as f64 * at.length - own.part as f64 * own.length;
+            for (i, w) in own.w.iter().enumerate() {
+                of.state.position[i] = own.start[i] + own.rebounds[i] + since * w;
+            }
         }
+        u_position.copy_from_slice(&of.state.position);
+        u_velocity.copy_from_slice(&own.w);
         Ok(())
     }
 
