@@ -20,7 +20,12 @@ import numpy as np
 
 __all__ = ["ServoStep"]
 
-SLIDE, EXPLICIT = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+SLIDE, UNDAMPED = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+ZERO = np.zeros(1)
+EULER, RK4, IMPLICIT, FAST = range(4)
+INTEGRATORS = {RK4: "RK4 evaluates forces four times a step", IMPLICIT: "implicit takes derivatives of Coriolis forces after the contacts"}
+WHY = {"SLEEP": "holds bodies still", "DIAGEXACT": "weighs contacts by the inertia", "IPC": "moves positions after the solve"}
+FLAGS = {int(getattr(mujoco.mjtEnableBit, f"mjENBL_{name}", 0)): f"flag {name.lower()} {why}" for name, why in WHY.items()}
 
 
 class ServoStep:
@@ -78,6 +83,12 @@ class ServoStep:
                 mujoco.mj_setState(model, self.data, self._state, self._kind)
                 self._ask(others + tau)
                 offset = (self.data.qvel[i] - v) / h - answer
+        exact = not (model.dof_damping.any() or data.xfrc_applied.any() or getattr(model, "tendon_armature", ZERO).any())
+        if exact and not getattr(model, "actuator_armature", ZERO).any():  # what moves it so, in digits that τ₀ - slope a has not
+            force = np.zeros(model.nv)
+            mujoco.mj_rne(model, self.data, 1, force)
+            force += model.dof_armature * self.data.qacc - self.data.qfrc_passive - self.data.qfrc_actuator - self.data.qfrc_constraint
+            tau = np.where(np.abs(tau) < limit, np.clip(force[i] - others, -limit, limit), tau)
         self._last = data, others, tau.copy(), law
         if len(self._given[0]) > 10_000:
             self._given = [set(), self._given[0]]
@@ -145,9 +156,9 @@ class ServoStep:
         try:
             if slope is None:
                 return mujoco.mj_step(model, self.data)
-            name = _integrator(model)
-            after = name == "IMPLICITFAST" or name == "EULER" and not model.opt.disableflags & EXPLICIT
-            more = model.opt.timestep * model.dof_damping * after
+            kind, option = model.opt.integrator, model.opt
+            after = kind == FAST or kind == EULER and not option.disableflags & UNDAMPED
+            more = option.timestep * model.dof_damping * after
             more[self.dofs] += slope
             model.dof_armature += more
             model.dof_M0 += more  # all the inertia of bodies that the engine calls simple
@@ -158,12 +169,12 @@ class ServoStep:
     def _checked(self, again: Any, **law: Any) -> list[Any]:
         """The law as arrays; or what of it, or of the model, is not valid."""
         option = self.model.opt
-        present = {_integrator(self.model)} | ({"NOSLIP"} if option.noslip_iterations > 0 else set())
-        present |= {flag.name for flag in mujoco.mjtEnableBit.__members__.values() if option.enableflags & flag.value}
-        if found := [f"{name.lower()} {why}" for name, why in REFUSED.items() if present & {name, f"mjENBL_{name}"}]:
-            raise ValueError(f"no torque of this model is to be had: {'; '.join(found)}; valid: Euler, implicitfast, discrete without these")
-        if not isinstance(again, int) or again < 0:
-            raise ValueError(f"again = {again!r} is not valid; valid: 0, 1, 2, ...")
+        found = [INTEGRATORS[option.integrator]] if option.integrator in INTEGRATORS else []
+        found += [why for flag, why in FLAGS.items() if option.enableflags & flag]
+        found += ["noslip changes friction after the solve"] * (option.noslip_iterations > 0)
+        if found or not isinstance(again, int) or again < 0:
+            what = f"the model has no such torque, {'; '.join(found)}" if found else f"again = {again!r} is not valid"
+            raise ValueError(f"{what}; valid: {'Euler, implicitfast, discrete without these' if found else '0, 1, 2, ...'}")
         for name, value in law.items():
             try:
                 law[name] = array = np.broadcast_to(np.asarray(value, float), self.dofs.shape).copy()
@@ -174,17 +185,3 @@ class ServoStep:
                 raise ValueError(f"{name} = {value!r} is not valid; valid: a number or an array of shape {self.dofs.shape}, {kind}")
         return list(law.values())
 
-
-#: What the engine may do after its solve, or with the inertia beside it.
-REFUSED = {
-    "RK4": "evaluates forces four times a step",
-    "IMPLICIT": "takes derivatives of Coriolis forces after the contacts",
-    "SLEEP": "holds bodies still",
-    "DIAGEXACT": "weighs contacts by the inertia",
-    "IPC": "moves positions again",
-    "NOSLIP": "changes friction after the solve",
-}
-
-
-def _integrator(model: Any) -> str:
-    return str(mujoco.mjtIntegrator(model.opt.integrator).name).removeprefix("mjINT_")
