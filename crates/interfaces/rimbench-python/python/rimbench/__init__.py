@@ -23,7 +23,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _native, mujoco
+try:
+    from . import _native
+except ImportError as reason:
+    from ._absent import stand_in
+
+    stand_in(reason)
+    from . import _native
+from . import mujoco
 from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
 
 if TYPE_CHECKING:

@@ -2,8 +2,8 @@
 
 The law τ = K (target - q⁺) - D v⁺ is meant at the end of the engine's step of h, where q⁺ = q + h v⁺ and v⁺ = v + h a. It is affine in a:
 τ = τ₀ - (h D + h² K) a. So the engine's own step, contacts, friction, limits and equalities included, is that of a model with inertia
-M + h D + h² K under the torque τ₀, and one forward call with that armature answers it. A torque limit makes a row of the law a constant.
-Needs NumPy and MuJoCo 3.3 or newer, and nothing else: this file may be copied (MIT licence, docs/guide/servo.md of rimbench).
+M + h D + h² K under the torque τ₀, and one forward call with that armature answers it. Needs NumPy and MuJoCo from 3.3 on; this file may
+be copied (MIT licence, docs/guide/servo.md of rimbench).
 
     step = ServoStep(model, dofs)
     data.qfrc_applied[dofs] = step.torque(data, K, D, target, limit)
@@ -22,18 +22,14 @@ __all__ = ["ServoStep"]
 
 STATE, (EULER, RK4, IMPLICIT, FAST) = mujoco.mjtState.mjSTATE_INTEGRATION, range(4)
 SLIDE, UNDAMPED = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-WHY = {"SLEEP": "holds bodies still", "DIAGEXACT": "weighs contacts by the inertia", "IPC": "moves positions after the solve"}
-FLAGS = {int(getattr(mujoco.mjtEnableBit, f"mjENBL_{name}", 0)): f"{name.lower()} {why}" for name, why in WHY.items()}
+FLAGS = {"SLEEP": "holds bodies still", "DIAGEXACT": "weighs contacts by the inertia", "IPC": "moves positions after the solve"}
 INTEGRATORS = {RK4: "RK4 evaluates forces four times a step", IMPLICIT: "implicit takes derivatives of Coriolis forces after contacts"}
 
 
 class ServoStep:
-    """Torques of all servos of a model, from the engine's own answer over its next step.
+    """Torques of all servos of a model at `dofs`, n degrees of freedom of hinges and slides (`model.joint(name).dofadr[0]`).
 
-    Parameters
-    ----------
-    model : the `MjModel`, asked as it is at each call, and changed only during a call: threads need a copy each.
-    dofs : degrees of freedom of the servos, each of a hinge or a slide (`model.joint(name).dofadr[0]`), shape (n,).
+    The `MjModel` is asked as it is at each call, and its inertia is another one during a call: threads need a copy each.
     """
 
     def __init__(self, model: Any, dofs: Any) -> None:
@@ -44,10 +40,9 @@ class ServoStep:
             raise ValueError(f"dofs = {dofs!r} is not valid; valid: degrees of freedom of hinges and slides, each once: {joints.tolist()}")
         self.solves = 0  #: forward calls and steps of the engine made so far
         self._positions = model.jnt_qposadr[model.dof_jntid[self.dofs]]
-        self._state = np.zeros(mujoco.mj_stateSize(model, STATE))
+        self._state, self._busy = np.zeros(mujoco.mj_stateSize(model, STATE)), False  # busy within a call of the engine
         self._last: Any = None  # data, forces of others, torque, law
         self._given: list[set[bytes]] = [set(), set()]
-        self._busy = False  # within a call of the engine
 
     def torque(self, data: Any, K: Any, D: Any, target: Any, limit: Any = np.inf, again: int = 0) -> Any:
         """The torque clip(K (target - q⁺) - D v⁺, -limit, limit) at the end of the next step, to be held over it, N m or N, shape (n,).
@@ -58,9 +53,9 @@ class ServoStep:
         Raises `ValueError` for what is not valid, and for a model without such an answer.
         """
         model, i, h = self.model, self.dofs, self.model.opt.timestep
-        if self._busy:  # a callback of the engine asks
-            return data.qfrc_applied[i].copy()
-        if data.qpos.size != model.nq or data.qvel.size != model.nv or not np.isfinite([*data.qpos, *data.qvel]).all():
+        if self._busy:
+            return data.qfrc_applied[i].copy()  # to a callback of the engine
+        if data.qpos.size != model.nq or data.qvel.size != model.nv or not np.isfinite(data.qpos.sum() + data.qvel.sum()):
             raise ValueError(f"data is of another model, or not finite at {data.time} s: qpos {data.qpos}, qvel {data.qvel}")
         K, D, target, limit = law = self._checked(K=K, D=D, target=target, limit=limit)
         q, v = data.qpos[self._positions], data.qvel[i].copy()
@@ -71,10 +66,10 @@ class ServoStep:
             mujoco.mj_setState(model, self.data, self._state, STATE)
             tau = self._within(limit, tau_0 - slope * offset, slope, others)
             if turn < again:  # how far the engine's own step under that torque is off
-                answer = self.data.qacc[i].copy()
+                offset = -self.data.qacc[i]
                 mujoco.mj_setState(model, self.data, self._state, STATE)
                 self._ask(others + tau)
-                offset = (self.data.qvel[i] - v) / h - answer
+                offset += (self.data.qvel[i] - v) / h
         force = np.zeros(model.nv)  # that moves it so: where it is the law, in digits that τ₀ - slope a has not
         mujoco.mj_rne(model, self.data, 1, force)
         force += model.dof_armature * self.data.qacc - self.data.qfrc_passive - self.data.qfrc_actuator - self.data.qfrc_constraint
@@ -88,16 +83,14 @@ class ServoStep:
     def miss(self, data: Any) -> float:
         """Largest difference of the last torque and the law at the state of `data`, N m or N: after the step, how well it was met."""
         _, _, tau, (K, D, target, limit) = self._last
-        law = K * (target - data.qpos[self._positions]) - D * data.qvel[self.dofs]
-        return float(np.abs(np.clip(law, -limit, limit) - tau).max())
+        return float(np.abs(np.clip(K * (target - data.qpos[self._positions]) - D * data.qvel[self.dofs], -limit, limit) - tau).max())
 
     def _others(self, data: Any) -> Any:
         """What `qfrc_applied` holds without the last torque: that may be there as it was, or with what was added before the step."""
         held = data.qfrc_applied[self.dofs].copy()
-        if any(held.tobytes() in given for given in self._given):  # of an earlier state that came back, too
-            return np.zeros(held.size)
-        if not self._last or self._last[0] is not data:
-            return held
+        ours = any(held.tobytes() in given for given in self._given)  # of an earlier state that came back, too
+        if ours or not self._last or self._last[0] is not data:
+            return held * (not ours)
         before, tau = self._last[1:3]
         during = (self.data.qfrc_applied + data.qfrc_smooth - self.data.qfrc_smooth)[self.dofs]  # what the step was made with
         missed = self.miss(data) > 1e-6 * np.abs(held - tau - before).max()  # if that was not what the law knew of
@@ -141,8 +134,7 @@ class ServoStep:
         try:
             if slope is None:
                 return mujoco.mj_step(model, self.data)
-            fast, explicit = model.opt.integrator == FAST, model.opt.disableflags & UNDAMPED
-            after = fast or model.opt.integrator == EULER and not explicit
+            after = model.opt.integrator == FAST or model.opt.integrator == EULER and not model.opt.disableflags & UNDAMPED
             more = model.opt.timestep * model.dof_damping * after
             more[self.dofs] += slope
             model.dof_armature += more
@@ -153,16 +145,15 @@ class ServoStep:
 
     def _checked(self, **law: Any) -> list[Any]:
         """The law as arrays; or what of it, or of the model, is not valid."""
-        option, shapes = self.model.opt, ((1,), self.dofs.shape)
-        found = [why for kind, why in INTEGRATORS.items() if option.integrator == kind]
-        found += [why for flag, why in FLAGS.items() if option.enableflags & flag]
-        found += ["noslip changes friction after the solve"] * (option.noslip_iterations > 0)
-        if found:
-            raise ValueError(f"the model's step has no such torque: {'; '.join(found)}; valid: Euler, implicitfast, discrete")
+        option, bits = self.model.opt, mujoco.mjtEnableBit
+        found = [INTEGRATORS.get(option.integrator), "noslip changes friction after the solve" * (option.noslip_iterations > 0)]
+        found += [f"{name} {why}" * bool(option.enableflags & int(getattr(bits, f"mjENBL_{name}", 0))) for name, why in FLAGS.items()]
+        if why := "; ".join(filter(None, found)):
+            raise ValueError(f"the model's step has no such torque: {why}; valid: Euler, implicitfast, discrete, without these")
         for name, value in law.items():
             array = law[name] = np.array(value, float, ndmin=1)
             below = name != "target" and (array < 0.0).any()
-            if array.shape not in shapes or below or not (np.isfinite(array) | (name == "limit") & ~np.isnan(array)).all():
+            if array.shape not in ((1,), self.dofs.shape) or below or not (np.isfinite(array) | (name == "limit") & ~np.isnan(array)).all():
                 kind = {"target": "finite", "limit": "from 0 to infinity"}.get(name, "finite and not below 0")
                 raise ValueError(f"{name} = {value!r} is not valid; valid: a number or an array of shape {self.dofs.shape}, {kind}")
         return [np.broadcast_to(array, self.dofs.shape) for array in law.values()]
