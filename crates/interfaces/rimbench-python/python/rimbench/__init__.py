@@ -24,13 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 try:
-    from . import _native
+    from ._native import __version__
 except ImportError as reason:
     from ._absent import stand_in
 
     stand_in(reason)
-    from . import _native
-from . import mujoco
+from . import _native, mujoco
 from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ class Absent(ModuleType):
     """A module in which every name is a class that cannot be made."""
 
     reason: ImportError
+    __version__ = "unknown"
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -27,5 +28,5 @@ class Absent(ModuleType):
 def stand_in(reason: ImportError) -> None:
     """Makes `rimbench._native` such a module."""
     module = Absent("rimbench._native")
-    module.reason, module.__version__ = reason, "unknown"
+    module.reason = reason
     sys.modules[module.__name__] = module

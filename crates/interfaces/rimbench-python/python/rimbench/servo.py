@@ -133,7 +133,8 @@ class ServoStep:
         self.data.qfrc_applied[self.dofs] = force
         try:
             if slope is None:
-                return mujoco.mj_step(model, self.data)
+                mujoco.mj_step(model, self.data)
+                return
             after = model.opt.integrator == FAST or model.opt.integrator == EULER and not model.opt.disableflags & UNDAMPED
             more = model.opt.timestep * model.dof_damping * after
             more[self.dofs] += slope
