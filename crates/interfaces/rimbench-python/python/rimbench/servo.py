@@ -22,7 +22,9 @@ __all__ = ["ServoStep"]
 
 STATE, (EULER, RK4, IMPLICIT, FAST) = mujoco.mjtState.mjSTATE_INTEGRATION, range(4)
 SLIDE, UNDAMPED = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-FLAGS = {"SLEEP": "holds bodies still", "DIAGEXACT": "weighs contacts by the inertia", "IPC": "moves positions after the solve"}
+LOW, HIGH = np.array([[0.0], [0.0], [-1e300], [0.0]]), np.array([[1e300], [1e300], [1e300], [np.inf]])  # of K, D, target, limit
+WHY = {"SLEEP": "holds bodies still", "DIAGEXACT": "weighs contacts by the inertia", "IPC": "moves positions after the solve"}
+FLAGS = {int(getattr(mujoco.mjtEnableBit, f"mjENBL_{name}", 0)): f"{name} {why}" for name, why in WHY.items()}
 INTEGRATORS = {RK4: "RK4 evaluates forces four times a step", IMPLICIT: "implicit takes derivatives of Coriolis forces after contacts"}
 
 
@@ -74,7 +76,7 @@ class ServoStep:
         mujoco.mj_rne(model, self.data, 1, force)
         force += model.dof_armature * self.data.qacc - self.data.qfrc_passive - self.data.qfrc_actuator - self.data.qfrc_constraint
         same = np.abs(force[i] - others - tau) < 1e-11 * (1.0 + np.abs(tau_0))
-        tau = np.where(same & (np.abs(tau) < limit), np.clip(force[i] - others, -limit, limit), tau)
+        tau = np.where(same & (np.abs(tau) < limit), np.minimum(np.maximum(force[i] - others, -limit), limit), tau)
         self._last = data, others, tau.copy(), law
         self._given = [set(), self._given[0]] if len(self._given[0]) > 10_000 else self._given
         self._given[0].add(tau.tobytes())
@@ -94,7 +96,8 @@ class ServoStep:
         before, tau = self._last[1:3]
         during = (self.data.qfrc_applied + data.qfrc_smooth - self.data.qfrc_smooth)[self.dofs]  # what the step was made with
         missed = self.miss(data) > 1e-6 * np.abs(held - tau - before).max()  # if that was not what the law knew of
-        added = np.allclose(held, before + tau, 1e-12, 0.0) or missed and np.allclose(held, during, 1e-9, 1e-9)
+        same = (np.abs(held - before - tau) <= 1e-12 * np.abs(held)).all()
+        added = same or missed and (np.abs(held - during) <= 1e-9 * (1.0 + np.abs(held))).all()
         return held - tau if added else np.where(held == tau, 0.0, held)
 
     def _within(self, limit: Any, tau_0: Any, slope: Any, others: Any) -> Any:
@@ -110,7 +113,7 @@ class ServoStep:
             tau, before = wish(), at
             at = np.sign(tau) * (np.abs(tau) > limit)
             if (at == before).all():
-                return np.clip(tau, -limit, limit)
+                return np.minimum(np.maximum(tau, -limit), limit)
         # Row by row: the torque minimises a convex function in a box, which falls with each set of free rows. None comes back.
         tau = np.clip(tau, -limit, limit)
         for _ in range(100 + 10 * at.size):
@@ -144,17 +147,21 @@ class ServoStep:
         finally:
             model.dof_armature[:], model.dof_M0[:], self._busy = armature, simple, False
 
-    def _checked(self, **law: Any) -> list[Any]:
+    def _checked(self, **law: Any) -> Any:
         """The law as arrays; or what of it, or of the model, is not valid."""
-        option, bits = self.model.opt, mujoco.mjtEnableBit
+        option = self.model.opt
         found = [INTEGRATORS.get(option.integrator), "noslip changes friction after the solve" * (option.noslip_iterations > 0)]
-        found += [f"{name} {why}" * bool(option.enableflags & int(getattr(bits, f"mjENBL_{name}", 0))) for name, why in FLAGS.items()]
-        if why := "; ".join(filter(None, found)):
+        found += [why for flag, why in FLAGS.items() if option.enableflags & flag]
+        if any(found):
+            why = "; ".join(filter(None, found))
             raise ValueError(f"the model's step has no such torque: {why}; valid: Euler, implicitfast, discrete, without these")
-        for name, value in law.items():
-            array = law[name] = np.array(value, float, ndmin=1)
-            below = name != "target" and (array < 0.0).any()
-            if array.shape not in ((1,), self.dofs.shape) or below or not (np.isfinite(array) | (name == "limit") & ~np.isnan(array)).all():
-                kind = {"target": "finite", "limit": "from 0 to infinity"}.get(name, "finite and not below 0")
-                raise ValueError(f"{name} = {value!r} is not valid; valid: a number or an array of shape {self.dofs.shape}, {kind}")
-        return [np.broadcast_to(array, self.dofs.shape) for array in law.values()]
+        rows = np.full((4, self.dofs.size), np.nan)
+        for row, value in zip(rows, law.values()):
+            if np.shape(value) in ((), (1,), self.dofs.shape):
+                row[:] = value
+        good = (rows >= LOW) & (rows <= HIGH)
+        if not good.all():
+            name, value = list(law.items())[int(good.all(axis=1).argmin())]
+            kind = {"target": "finite", "limit": "from 0 to infinity"}.get(name, "finite and not below 0")
+            raise ValueError(f"{name} = {value!r} is not valid; valid: a number or an array of shape {self.dofs.shape}, {kind}")
+        return rows
