@@ -18,8 +18,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-__all__ = ["ServoStep"]
-
 STATE, (EULER, RK4, IMPLICIT, FAST) = mujoco.mjtState.mjSTATE_INTEGRATION, range(4)
 SLIDE, UNDAMPED = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
 LOW, HIGH = np.array([[0.0], [0.0], [-1e300], [0.0]]), np.array([[1e300], [1e300], [1e300], [np.inf]])  # of K, D, target, limit
@@ -36,23 +34,19 @@ class ServoStep:
 
     def __init__(self, model: Any, dofs: Any) -> None:
         self.model, self.dofs, self.data = model, np.array(dofs, ndmin=1), mujoco.MjData(model)
-        joints = np.flatnonzero(model.jnt_type[model.dof_jntid] >= SLIDE)
-        integers = self.dofs.ndim == 1 and self.dofs.size > 0 and self.dofs.dtype.kind in "iu"
-        if not integers or not np.isin(self.dofs, joints).all() or np.unique(self.dofs).size < self.dofs.size:
+        joints, right = np.flatnonzero(model.jnt_type[model.dof_jntid] >= SLIDE), self.dofs.ndim == 1 and self.dofs.dtype.kind in "iu"
+        if not right or not np.isin(self.dofs, joints).all() or not 0 < self.dofs.size == np.unique(self.dofs).size:
             raise ValueError(f"dofs = {dofs!r} is not valid; valid: degrees of freedom of hinges and slides, each once: {joints.tolist()}")
-        self.solves = 0  #: forward calls and steps of the engine made so far
-        self._positions = model.jnt_qposadr[model.dof_jntid[self.dofs]]
+        self._positions, self.solves = model.jnt_qposadr[model.dof_jntid[self.dofs]], 0  # solves: calls of the engine so far
         self._state, self._busy = np.zeros(mujoco.mj_stateSize(model, STATE)), False  # busy within a call of the engine
-        self._last: Any = None  # data, forces of others, torque, law
-        self._given: list[set[bytes]] = [set(), set()]
+        self._last, self._given = (), [set(), set()]  # data, forces of others, torque, law; torques returned
 
     def torque(self, data: Any, K: Any, D: Any, target: Any, limit: Any = np.inf, again: int = 0) -> Any:
         """The torque clip(K (target - q⁺) - D v⁺, -limit, limit) at the end of the next step, to be held over it, N m or N, shape (n,).
 
         K (N m/rad or N/m), D (N m s/rad or N s/m), target (rad or m) and limit are numbers or arrays of shape (n,); `data` stays as it is.
-        What `qfrc_applied` holds besides the last torque, and `ctrl`, act over the step as well. Joint damping that the engine integrates
-        after its contacts leaves an error in their forces: `again` compares with its own step that often, two calls each time.
-        Raises `ValueError` for what is not valid, and for a model without such an answer.
+        Forces in `qfrc_applied` besides the last torque act over the step as well. Joint damping that the engine integrates after contacts
+        leaves an error: `again` compares with its own step so often, two calls each. Raises `ValueError` for what has no such torque.
         """
         model, i, h = self.model, self.dofs, self.model.opt.timestep
         if self._busy:
@@ -60,9 +54,8 @@ class ServoStep:
         if data.qpos.size != model.nq or data.qvel.size != model.nv or not np.isfinite(data.qpos.sum() + data.qvel.sum()):
             raise ValueError(f"data is of another model, or not finite at {data.time} s: qpos {data.qpos}, qvel {data.qvel}")
         K, D, target, limit = law = self._checked(K=K, D=D, target=target, limit=limit)
-        q, v = data.qpos[self._positions], data.qvel[i].copy()
+        q, v, others, offset = data.qpos[self._positions], data.qvel[i], self._others(data), np.zeros(i.size)
         slope, tau_0 = h * D + h * h * K, K * (target - q - h * v) - D * v
-        others, offset = self._others(data), np.zeros(i.size)
         mujoco.mj_getState(model, data, self._state, STATE)
         for turn in range(again + 1):
             mujoco.mj_setState(model, self.data, self._state, STATE)
@@ -89,20 +82,19 @@ class ServoStep:
 
     def _others(self, data: Any) -> Any:
         """What `qfrc_applied` holds without the last torque: that may be there as it was, or with what was added before the step."""
-        held = data.qfrc_applied[self.dofs].copy()
+        held = data.qfrc_applied[self.dofs]
         ours = any(held.tobytes() in given for given in self._given)  # of an earlier state that came back, too
         if ours or not self._last or self._last[0] is not data:
             return held * (not ours)
         before, tau = self._last[1:3]
         during = (self.data.qfrc_applied + data.qfrc_smooth - self.data.qfrc_smooth)[self.dofs]  # what the step was made with
         missed = self.miss(data) > 1e-6 * np.abs(held - tau - before).max()  # if that was not what the law knew of
-        same = (np.abs(held - before - tau) <= 1e-12 * np.abs(held)).all()
-        added = same or missed and (np.abs(held - during) <= 1e-9 * (1.0 + np.abs(held))).all()
+        added = missed and (np.abs(held - during) <= 1e-9 * (1.0 + np.abs(held))).all()
+        added |= (np.abs(held - before - tau) <= 1e-12 * np.abs(held)).all()
         return held - tau if added else np.where(held == tau, 0.0, held)
 
     def _within(self, limit: Any, tau_0: Any, slope: Any, others: Any) -> Any:
         """The torque that is the law τ₀ - slope a within its limits, by pivoting over `at`: 0 or the sign of the limit a row is at."""
-
         def wish() -> Any:
             self._ask(others + np.where(at == 0.0, tau_0, np.copysign(limit, at)), np.where(at == 0.0, slope, 0.0))
             return tau_0 - slope * self.data.qacc[self.dofs]
@@ -110,57 +102,49 @@ class ServoStep:
         tau = tau_0 - slope * self.data.qacc_warmstart[self.dofs]
         at = np.sign(tau) * (np.abs(tau) > limit)
         for _ in range(5):  # all rows at once: nearly always done in two or three calls, but sets may come back
-            tau, before = wish(), at
-            at = np.sign(tau) * (np.abs(tau) > limit)
+            wanted, before = wish(), at
+            at, tau = np.sign(wanted) * (np.abs(wanted) > limit), np.minimum(np.maximum(wanted, -limit), limit)
             if (at == before).all():
-                return np.minimum(np.maximum(tau, -limit), limit)
+                return tau
         # Row by row: the torque minimises a convex function in a box, which falls with each set of free rows. None comes back.
-        tau = np.clip(tau, -limit, limit)
         for _ in range(100 + 10 * at.size):
             wanted, share = wish(), np.ones(at.size)  # of the way to what is wanted, until a row comes to its limit
             over, inward = (at == 0.0) & (np.abs(wanted) > limit), np.where(at == 0.0, 0.0, limit - at * wanted)
             np.divide(np.copysign(limit, wanted) - tau, wanted - tau, out=share, where=over)
             at = np.where(over & (share == share.min()), np.sign(wanted), at)
             tau = np.where(at == 0.0, tau + share.min() * (wanted - tau), np.copysign(limit, at))
-            if not over.any():
-                if inward.max() <= 1e-9 * limit[inward.argmax()]:
-                    return tau
-                at[inward.argmax()] = 0.0
+            if not over.any() and inward.max() <= 1e-9 * limit[inward.argmax()]:
+                return tau
+            at[inward.argmax()] *= over.any()
         warnings.warn(f"rows at their torque limit were not found at {self.data.time} s; the torque misses the law", stacklevel=3)
         return tau
 
     def _ask(self, force: Any, slope: Any = None) -> None:
         """The engine's accelerations under the law of these slopes; without them, its own step."""
-        model, self._busy, self.solves = self.model, True, self.solves + 1
+        model, self._busy, self.solves, self.data.qfrc_applied[self.dofs] = self.model, True, self.solves + 1, force
         armature, simple = model.dof_armature.copy(), model.dof_M0.copy()
-        self.data.qfrc_applied[self.dofs] = force
         try:
-            if slope is None:
-                mujoco.mj_step(model, self.data)
-                return
-            after = model.opt.integrator == FAST or model.opt.integrator == EULER and not model.opt.disableflags & UNDAMPED
-            more = model.opt.timestep * model.dof_damping * after
-            more[self.dofs] += slope
-            model.dof_armature += more
-            model.dof_M0 += more  # all the inertia of bodies that the engine calls simple
-            mujoco.mj_forwardSkip(model, self.data, 0, 1)
+            if slope is not None:
+                after = model.opt.integrator == FAST or model.opt.integrator == EULER and not model.opt.disableflags & UNDAMPED
+                more = model.opt.timestep * model.dof_damping * after
+                more[self.dofs] += slope
+                model.dof_armature[:], model.dof_M0[:] = armature + more, simple + more  # M0: of bodies that the engine calls simple
+            mujoco.mj_step(model, self.data) if slope is None else mujoco.mj_forwardSkip(model, self.data, 0, 1)
         finally:
             model.dof_armature[:], model.dof_M0[:], self._busy = armature, simple, False
 
     def _checked(self, **law: Any) -> Any:
         """The law as arrays; or what of it, or of the model, is not valid."""
         option = self.model.opt
-        found = [INTEGRATORS.get(option.integrator), "noslip changes friction after the solve" * (option.noslip_iterations > 0)]
+        found = [INTEGRATORS.get(option.integrator, ""), "noslip changes friction after the solve" * (option.noslip_iterations > 0)]
         found += [why for flag, why in FLAGS.items() if option.enableflags & flag]
-        if any(found):
-            why = "; ".join(filter(None, found))
+        if why := "; ".join(filter(None, found)):
             raise ValueError(f"the model's step has no such torque: {why}; valid: Euler, implicitfast, discrete, without these")
         rows = np.full((4, self.dofs.size), np.nan)
         for row, value in zip(rows, law.values()):
             if np.shape(value) in ((), (1,), self.dofs.shape):
                 row[:] = value
-        good = (rows >= LOW) & (rows <= HIGH)
-        if not good.all():
+        if not (good := (rows >= LOW) & (rows <= HIGH)).all():
             name, value = list(law.items())[int(good.all(axis=1).argmin())]
             kind = {"target": "finite", "limit": "from 0 to infinity"}.get(name, "finite and not below 0")
             raise ValueError(f"{name} = {value!r} is not valid; valid: a number or an array of shape {self.dofs.shape}, {kind}")
