@@ -2,8 +2,7 @@
 
 The law τ = K (target - q⁺) - D v⁺ is meant at the end of the engine's step of h, where q⁺ = q + h v⁺ and v⁺ = v + h a. It is affine in a:
 τ = τ₀ - (h D + h² K) a. So the engine's own step, contacts, friction, limits and equalities included, is that of a model with inertia
-M + h D + h² K under the torque τ₀, and one forward call with that armature answers it. Needs NumPy and MuJoCo from 3.3 on; this file may
-be copied (MIT licence, docs/guide/servo.md of rimbench).
+M + h D + h² K under the torque τ₀, and one forward call answers it. This file works alone, with NumPy and MuJoCo from 3.3 on (MIT licence).
 
     step = ServoStep(model, dofs)
     data.qfrc_applied[dofs] = step.torque(data, K, D, target, limit)
