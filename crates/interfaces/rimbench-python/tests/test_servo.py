@@ -1,5 +1,6 @@
 """`rimbench.servo` against its law at the end of the engine's own steps."""
 
+import csv
 import itertools
 import shutil
 import subprocess
@@ -259,6 +260,16 @@ def test_the_table_of_the_guide_has_the_runs_of_its_program(example):
         angles = engine.run("ServoStep, again 0", 1000, 0.01, 1.0, 2.0, condim=condim)
         reference = engine.run("ServoStep, again 0", 1000, 0.001, 1.0, 2.0, condim=condim)
         assert 1e3 * np.sqrt(np.mean((angles - reference) ** 2)) < 10.0  # mrad
+
+
+def test_the_guide_counts_the_cells_of_its_table():
+    root = Path(__file__).parents[4]
+    with open(root / "results" / "perf" / "servo.csv", newline="", encoding="utf-8") as file:
+        rows = {(row["feet"], row["kp"], row["servos"]): row for row in csv.DictReader(file)}
+    cells = [(float(row[key]), float(rows[(*name[:2], "engine's, discrete")][key]))
+             for name, row in rows.items() if name[2] == "ServoStep, again 0" for key in row if key.startswith("error_")]  # fmt: skip
+    page = (root / "docs" / "guide" / "servo.md").read_text(encoding="utf-8").replace("\n", " ")
+    assert f"servos in {sum(own < other for own, other in cells)} of {len(cells)} cells" in page
 
 
 def test_it_needs_neither_the_compiled_part_nor_the_package(tmp_path):
