@@ -38,7 +38,8 @@ class ServoStep:
             raise ValueError(f"dofs = {dofs!r} is not valid; valid: degrees of freedom of hinges and slides, each once: {joints.tolist()}")
         self._positions, self.solves = model.jnt_qposadr[model.dof_jntid[self.dofs]], 0  # solves: calls of the engine so far
         self._state, self._busy = np.zeros(mujoco.mj_stateSize(model, STATE)), False  # busy within a call of the engine
-        self._last, self._given = (), [set(), set()]  # data, forces of others, torque, law; torques returned
+        self._last: Any = ()  # data, forces of others, torque, law
+        self._given: list[set[bytes]] = [set(), set()]
 
     def torque(self, data: Any, K: Any, D: Any, target: Any, limit: Any = np.inf, again: int = 0) -> Any:
         """The torque clip(K (target - q⁺) - D v⁺, -limit, limit) at the end of the next step, to be held over it, N m or N, shape (n,).
@@ -76,7 +77,7 @@ class ServoStep:
 
     def miss(self, data: Any) -> float:
         """Largest difference of the last torque and the law at the state of `data`, N m or N: after the step, how well it was met."""
-        _, _, tau, (K, D, target, limit) = self._last
+        tau, (K, D, target, limit) = self._last[2:]
         return float(np.abs(np.clip(K * (target - data.qpos[self._positions]) - D * data.qvel[self.dofs], -limit, limit) - tau).max())
 
     def _others(self, data: Any) -> Any:
@@ -98,8 +99,7 @@ class ServoStep:
             self._ask(others + np.where(at == 0.0, tau_0, np.copysign(limit, at)), np.where(at == 0.0, slope, 0.0))
             return tau_0 - slope * self.data.qacc[self.dofs]
 
-        tau = tau_0 - slope * self.data.qacc_warmstart[self.dofs]
-        at = np.sign(tau) * (np.abs(tau) > limit)
+        at = np.sign(tau := tau_0 - slope * self.data.qacc_warmstart[self.dofs]) * (np.abs(tau) > limit)
         for _ in range(5):  # all rows at once: nearly always done in two or three calls, but sets may come back
             wanted, before = wish(), at
             at, tau = np.sign(wanted) * (np.abs(wanted) > limit), np.minimum(np.maximum(wanted, -limit), limit)
