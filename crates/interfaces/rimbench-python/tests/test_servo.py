@@ -30,6 +30,11 @@ MORE = """<body pos="2 0 .1"><freejoint/><geom type="box" size=".1 .1 .1" mass="
 AFTER = '<equality><joint joint1="one" joint2="two"/></equality>'
 
 
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # the engine logs its warnings where it is
+
+
 def made(names=("hip", "knee"), more="", after="", **how):
     how = {"h": 0.01, "integrator": "Euler", "cone": "pyramidal", "condim": 3, "loss": 0, "damping": 0, **how}
     model = mujoco.MjModel.from_xml_string(LEG.format(more=more, after=after, **how))
