@@ -25,6 +25,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+try:
+    from ._native import __version__
+except ImportError as reason:
+    from ._absent import stand_in
+
+    stand_in(reason)
 from . import _native, mujoco
 from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
 
