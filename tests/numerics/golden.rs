@@ -5,7 +5,7 @@ use rimbench::numerics_version::NUMERICS_VERSION;
 use std::path::Path;
 
 /// The version that `GOLDEN` belongs to.
-const GOLDEN_VERSION: u32 = 15;
+const GOLDEN_VERSION: u32 = 16;
 
 /// Scheme with a page, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
 ///
@@ -32,7 +32,7 @@ const GOLDEN: &[(&str, f64, f64)] = &[
     ("rim-nonsmooth", 2.9479251973238623, -104.48335365429102),
     ("rim-nonsmooth-gap", 2.947914880750162, -105.57837701250082),
     ("rim-split", 0.634993901208292, 2884.615380124392),
-    ("rim-answers", 2.947918390586799, -102.7550485261786),
+    ("rim-answers", 2.9479183905793076, -102.75506541483082),
     ("iterated-aitken", 2.5162524012692193, 685.5580571345263),
     ("monolithic", 2.516186000453088, 686.9672945881946),
 ];

@@ -191,10 +191,11 @@ fn model_and_mechanics_end_each_step_alike_while_the_set_stays() {
     for n in ["1", "3", "5", "7"] {
         let own = spec("slider-between-stops", GAP, (5.0, n), &[OWN], &[("restitution", "0")]);
         let energy = jump(own);
-        // 0.1 J go to and fro. What is left belongs to the macro steps in which the set changes.
+        // 0.1 J go to and fro. What is left belongs to the macro steps in which the set changes, and to the rounding of
+        // some thousand jumps.
         let usual = spec("slider-between-stops", GAP, (5.0, n), &[], &[("restitution", "0")]);
         let of_gap = jump(usual);
-        assert!(energy.abs() < 0.05 * of_gap.abs(), "n = {n}: {energy} J for {of_gap}");
+        assert!(energy.abs() < 0.05 * of_gap.abs() + 1e-13, "n = {n}: {energy} J for {of_gap}");
     }
     let jump = jump(spec("wedge-box", GAP, (5.0, "1"), &[OWN], &[]));
     // 500 jumps, each a difference of 1 J of a body of 100 kg.

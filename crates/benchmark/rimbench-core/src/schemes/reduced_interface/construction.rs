@@ -153,7 +153,8 @@ impl ReducedInterface {
             Contacts::BilateralActive => ActiveContacts::of(empty, &options.solver),
             _ => ActiveContacts::none(&options.solver),
         };
-        let acts = options.contacts_act == ContactsAct::MechanicsStep;
+        // A model without contacts has none that could act, and may stand for a mechanics that is solved exactly.
+        let acts = options.contacts_act == ContactsAct::MechanicsStep && n_u > 0;
         Ok(ReducedInterface {
             own: acts.then(|| Box::new(OwnStep::new(&discretised, (n_u, first, n_i)))),
             set: ContactSet::new(contacts, detection, n_u, active),
