@@ -76,7 +76,7 @@ fn fmus_for_fmi_2_have_the_digits_of_those_for_3_under_every_scheme_that_needs_n
     let runs = runs.each_ref().map(Vec::as_slice);
     compared_of("2.0", "wedge-box", CYLINDER, &heads[0], &["--set", "box_mass_kg=210"], &runs);
     compared_of("2.0", "rocking-block", CYLINDER, &heads[1], &[], &runs);
-    compared_of("2.0", "gripper", CYLINDER, &heads[1], &[], &runs[..1]);
+    compared_of("2.0", "impact-oscillator", CARRIAGE, &heads[1], &[], &runs[..1]);
     compared_of("2.0", "bouncing-ball", CARRIAGE, &heads[1], &[], &runs[..1]);
     // Rates and directional derivatives, which the case itself has as well, and parameters that are set.
     let parameter = "process = \"same\"\n[parameters.mass]\ndefault = 200.0\nmechanics = \"box_mass_kg\"";
