@@ -7,8 +7,8 @@
 //! | `binary` | the functions that a master calls in that library, by hand: no bindgen, no libclang |
 //! | [`import`] | a case file that names FMUs, and what drives them: in a process of their own or in this one |
 //!
-//! `unsafe` stands where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs`
-//! and `library/`).
+//! `unsafe` stands where a master calls us (`binary/functions.rs`, `functions_2.rs`), and where we call a library
+//! (`import/library.rs` and `library/`).
 
 // What a master calls is compiled whatever calls it: without it unit tests cost what they reach.
 #[cfg(not(test))]

@@ -356,8 +356,8 @@ OTHERS = {"precice-oscillator"}
 
 def every_case_comes_back_from_its_fmus_with_the_same_digits():
     others, points = set(), 0
-    for case in cases():
-        files = [export(case, side) for side in SIDES]
+    for case, version in [(case, version) for case in cases() for version in VERSIONS]:
+        files = [export(case, side, "--fmi", version) for side in SIDES]
         mechanics, actuator = (Side(str(file)) for file in files)
         m = len(mechanics.inputs)
         if len(mechanics.outputs) != 2 * m:
@@ -381,10 +381,10 @@ def every_case_comes_back_from_its_fmus_with_the_same_digits():
         # The last step takes what is left, and is another by a rounding.
         for row, again in zip(told, found[:-1]):
             again["time"] = again["time_s"]
-            assert all(row[name] == float(again[name]) for name in row), (case, row, again)
+            assert all(row[name] == float(again[name]) for name in row), (case, version, row, again)
         points += len(found)
     assert others == OTHERS, others
-    print(f"{len(cases()) - len(others)} cases, {points} communication points, to the bit")
+    print(f"{len(cases()) - len(others)} cases for both versions, {points} communication points, to the bit")
 
 
 def every_exported_side_takes_a_step_alone_in_a_master_that_reads_all_outputs():

@@ -85,7 +85,7 @@ pub(super) fn with_friction() -> Case {
 
 fn drawing(p: &Block, barrel: f64) -> Drawing {
     let [b, h] = [p.half_width_m, p.half_height_m];
-    // The corner that the block starts on is at the origin of the floor; the cylinder is level at the start.
+    // The centre starts at x = 0, the right corner on the floor; the cylinder is level at the start.
     let (sin, cos) = (libm::sin(-p.start_angle_rad), libm::cos(p.start_angle_rad));
     let height = b.mul_add(-sin, h * cos) + sin * p.attachment_x_m + cos * p.attachment_y_m;
     Drawing {

@@ -95,16 +95,10 @@ impl Spool {
     }
 }
 
-/// The cylinder as the actuator side of a co-simulation: length and velocity in, force out.
+#[doc = include_str!("hydraulic_cylinder.md")]
 ///
-/// ```text
-/// F  = (p₂ − p₁) A − c ṡ                               l₁ = l/2 + s₀ − s,  l₂ = l/2 + s − s₀
-/// ṗ₁ = β₁/(A l₁) [ +A ṡ + a_in  c_d √(2(p_P − p₁)/ρ)₊ − a_out c_d √(2(p₁ − p_T)/ρ)₊ ]
-/// ṗ₂ = β₂/(A l₂) [ −A ṡ + a_out c_d √(2(p_P − p₂)/ρ)₊ − a_in  c_d √(2(p₂ − p_T)/ρ)₊ ]
-/// a_in = a_v κ,  a_out = a_v (1 − κ)
-/// ```
-/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step, or the explicit midpoint
-/// rule with the inputs of the middle.
+/// `F` depends directly on `w` through `c`. Instead of the explicit Euler rule it may step by the explicit midpoint
+/// rule, with the inputs of the middle.
 /// # Outcomes
 /// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the piston reaches an end of its stroke, or a
 /// pressure leaves `[0, p_max]` (a negative absolute pressure would be cavitation; above `p_max` the fluid law loses

@@ -63,6 +63,10 @@ impl WedgeBoxGeometry {
     }
 }
 
+/// The wedge box of the paper, of which there are kin with more wedges, with two discs or none, and waves on the floor:
+///
+#[doc = include_str!("wedge_box.md")]
+///
 /// Velocities: box `(ẋ, ẏ, ω)`, then each disc `(ẋ, ẏ, ω)`. Contacts: right and left wedge, then ledge and floor of
 /// each disc, then the other wedges.
 ///
