@@ -96,8 +96,8 @@ fn what_is_skipped_at_one_macro_step_forbids_no_other() {
     let [step, same] = [best, &other["advised"]].map(|choice| choice["macro_step_s"].as_f64().unwrap());
     assert!((step - same).abs() < 1e-3 && (1e3 * step - (1e3 * step).round()).abs() < 1e-9, "{step} {same}");
     assert_has(&one["notes"].to_string(), &["phase 1 alone"]);
-    // Steps of at most 3 ms are 2 ms in 4 ms and in 10 ms no multiple.
-    let few = json(&fixed, &format!("{advise} --error 60% --mechanics-step 3ms").replace("--error 5% ", ""));
+    // Steps of at most 4 ms are 4 ms in 20 ms, and 2.5 ms in 5 ms, which is no multiple.
+    let few = json(&fixed, &format!("{advise} --error 60% --mechanics-step 4ms").replace("--error 5% ", ""));
     let skipped: u64 = few["skipped"].as_object().unwrap().values().map(|count| count.as_u64().unwrap()).sum();
     assert!(skipped > 0 && few["advised"].is_object(), "{few:#}");
     assert_has(&few["notes"].to_string(), &["Skipped: ", "multiples of 1e-3 s only"]);

@@ -142,7 +142,7 @@ impl FigureOptions for DotsFigure {
             };
             if self.runs { order.iter().map(of_row).collect() } else { Vec::new() }
         };
-        let panel = |(((spec, runs), dots), title): (((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>), String)| {
+        let panel = |(dots, title): (Vec<Vec<Dot>>, String), (spec, runs): (&DotsPanel, &Runs<'_>)| {
             let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
             let least =
                 dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
@@ -161,7 +161,10 @@ impl FigureOptions for DotsFigure {
             quantity,
             signs: (0..most).map(sign).collect(),
             rows: order.iter().map(|&index| row(&all, labels[index], styles)).collect(),
-            panels: self.panels.iter().zip(&parts).zip(dots).zip(titles).map(panel).collect(),
+            panels: (dots.into_iter().zip(titles))
+                .zip(self.panels.iter().zip(&parts))
+                .map(|(own, of)| panel(own, of))
+                .collect(),
         }
         .draw_if_it_fits()?;
         Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))
