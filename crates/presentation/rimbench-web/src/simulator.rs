@@ -132,7 +132,7 @@ impl Simulator {
             // time.
             let result = simulate(spec, reference.bounds(spec)?, None, StopFlag::never())?;
             let run = evaluate(spec, result, reference)?;
-            if *coarser <= 1.0 || is_certain(&run) {
+            if *coarser <= 1.0 || is_certain(&run, !reference.contacts.is_empty()) {
                 let mut words = words(spec, &run);
                 if let Some(row) = spec.case.interface_columns.first()
                     && let Some(column) = reference.trajectory.index_of(&row.force)
@@ -164,8 +164,12 @@ const CERTAIN: f64 = 0.1;
 const SHARE: &str = "force_error_rms_of_peak";
 
 /// Tells whether the reference is certain enough for the force error of a run, and for the side of the usable share on
-/// which it lies.
-fn is_certain(run: &EvaluatedRun) -> bool {
+/// which it lies; and, of a machine that has contacts, whether its rows show one that closes, as a blow may last less
+/// than theirs.
+fn is_certain(run: &EvaluatedRun, has_contacts: bool) -> bool {
+    if has_contacts && run.found.metric("touch_down_peak_ratio").is_none() {
+        return false;
+    }
     let [uncertainty, _] = run.found.reference_uncertainty;
     let Some(uncertainty) = uncertainty else { return true };
     match (run.found.metric("force_error_rms_n"), run.found.metric(SHARE)) {

@@ -60,7 +60,8 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
     /// Cholesky's factor, have a backward error of n ε. Its use as a scale is ours.
     #[cold]
     pub fn residual_on_own_scales(&self, impulses: &[f64], tolerance: f64) -> f64 {
-        let rounding = self.b.len().max(16) as f64 * f64::EPSILON / tolerance;
+        // Below ε a tolerance asks for more than f64 has, and nothing meets it.
+        let rounding = self.b.len().max(16) as f64 * f64::EPSILON / tolerance.max(f64::EPSILON);
         let (contacts, scale) = (self.contacts(), self.scale().max(f64::MIN_POSITIVE));
         let violation = |contact: usize| {
             let weight = |row: usize| Some(self.delassus.diagonal(row)).filter(|h| *h > 0.0).unwrap_or(1.0);
