@@ -33,7 +33,7 @@ fn run(name: &str, experiment: &Path) -> String {
 /// Completed and planned runs of each line of a case and a scheme: one for each macro step.
 fn lines_of(table: &str, case: &str, scheme: &str) -> Vec<(usize, usize)> {
     let words = |line: &'_ str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-    let own = table.lines().map(words).filter(|line| line.len() > 3 && line[0] == case && line[1] == scheme);
+    let own = table.lines().map(words).filter(|line| line.len() > 3 && line[0] == case && line[1] == scheme && line[3].contains('/'));
     let counts = own.map(|line| {
         let (completed, runs) = line[3].split_once('/').unwrap();
         (completed.parse().unwrap(), runs.parse().unwrap())
