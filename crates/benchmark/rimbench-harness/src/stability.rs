@@ -248,8 +248,8 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
     let bounds = reference.bounds(&spec)?;
     search.run(|macro_step| {
         let run = search.at(macro_step)?;
-        if let Some(reason) = run.refused_steps() {
-            return Ok(StabilityPoint::skipped(macro_step, reason));
+        if let Some(refused) = run.refused_steps() {
+            return Ok(StabilityPoint::skipped(macro_step, refused.to_string()));
         }
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()

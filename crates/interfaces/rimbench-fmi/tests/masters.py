@@ -595,7 +595,7 @@ def the_advice_as_a_master_prints_the_error_that_the_answer_says():
         (FOLDER / f"{name}.toml").write_text(text)
         for form in (
             ("zero-order-hold", "--force-return", "end"),
-            ("zero-order-hold", "--sequence", "jacobi"),
+            ("zero-order-hold", "--sequence", "jacobi", "--duration", "0.1007"),
             ("first-order-hold", "--sequence", "gauss-seidel-mechanics-first", "--mechanics-steps", "2"),
             ("second-order-hold", "--force-return", "profile", "--mechanics-steps", "3"),
         ):

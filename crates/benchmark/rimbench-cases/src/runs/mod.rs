@@ -33,5 +33,5 @@ pub use options::{OptionOf, RunOption, RunRequest};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, Peak, Reference, Solution};
 pub use run_result::RunResult;
-pub use simulation::{Clock, PreparedRun, simulate, simulate_inside};
+pub use simulation::{Clock, PreparedRun, RefusedSteps, simulate, simulate_inside};
 pub use spec::{RunSettings, RunSpec};

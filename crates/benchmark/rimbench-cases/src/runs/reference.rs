@@ -447,7 +447,7 @@ impl Reference {
         let count = trajectory.columns().len();
         let contact_gaps = contact_gaps(spec)?;
         let columns = judged_columns(&spec.case, &trajectory, &contact_gaps);
-        let events = Trajectory::with_capacity(trajectory.columns().to_vec(), 0).selected(&columns);
+        let events = trajectory.slice(0, 0).selected(&columns);
         let order = vec![f64::NAN; count];
         Ok(Self::of(&spec.case, [trajectory, events], vec![0.0; count], order, 0.0, contact_gaps))
     }

@@ -11,6 +11,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
+use std::fmt;
 use std::time::Duration;
 
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that
@@ -106,9 +107,24 @@ impl PreparedRun<'_> {
     }
 }
 
+/// Why a side cannot take the steps of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RefusedSteps {
+    /// The same for all steps that it cannot take.
+    pub reason: String,
+    /// What the run asks of it.
+    asked: String,
+}
+
+impl fmt::Display for RefusedSteps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.reason, self.asked)
+    }
+}
+
 impl RunSpec {
     /// Says why a side cannot take the steps of the run, if it cannot: it may take those of another macro step or phase.
-    pub fn refused_steps(&self) -> Option<String> {
+    pub fn refused_steps(&self) -> Option<RefusedSteps> {
         let (full, even) = (self.macro_step, self.step_control.is_none() && self.phase == 1.0);
         let sides = [
             ("mechanics", self.case.steps.mechanics, self.mechanics_steps.within(full, self.micro_step)),
@@ -118,10 +134,14 @@ impl RunSpec {
             let step = full / count as f64;
             if possible.are_fixed() && !even {
                 let what = if self.phase == 1.0 { "step control asks" } else { "a phase below 1 asks" };
-                return Some(format!("the {name} takes steps of one length only, and {what} for others: use phase 1 and none"));
+                let reason =
+                    format!("the {name} takes steps of one length only, and {what} for others: use phase 1 and none");
+                return Some(RefusedSteps { reason, asked: String::new() });
             }
             let unit = possible.multiple_of.filter(|_| !possible.allows(step))?;
-            Some(format!("the {name} takes multiples of {unit:e} s only, and is asked for steps of {step:e} s: use a macro step of {count} such"))
+            let reason = format!("the {name} takes multiples of {unit:e} s only");
+            let asked = format!(", and is asked for steps of {step:e} s: use a macro step of {count} such");
+            Some(RefusedSteps { reason, asked })
         })
     }
 }
@@ -183,7 +203,7 @@ fn run(
     let skip = spec
         .scheme
         .incompatibility(sides.lend())
-        .or_else(|| spec.refused_steps())
+        .or_else(|| spec.refused_steps().map(|refused| refused.to_string()))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unusable_options(spec, sides.lend()))
         .or_else(|| without_bridge(spec, sides.lend()))

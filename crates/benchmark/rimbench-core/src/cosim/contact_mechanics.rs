@@ -56,7 +56,10 @@ pub trait ContactMechanics {
         time: f64,
         h: f64,
         sent: &mut Sent<'_>,
-    ) -> Result<(), Failure>;
+    ) -> Result<(), Failure> {
+        while self.step_together_to_event(&mut *actuator, time, h, &mut *sent)?.is_some() {}
+        Ok(())
+    }
 
     /// Does the same up to the next event: returns the time (s) of the step that is over where one is met, before it acts
     /// and once more after it, to be called again with the same step until it is over.

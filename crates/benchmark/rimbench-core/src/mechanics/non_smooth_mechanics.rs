@@ -377,17 +377,6 @@ impl<M: MechanicalModel> ContactMechanics for NonSmoothMechanics<M> {
         self.second_order.is_some()
     }
 
-    fn step_together(
-        &mut self,
-        actuator: &mut dyn JointActuator,
-        time: f64,
-        h: f64,
-        sent: &mut Sent<'_>,
-    ) -> Result<(), Failure> {
-        let together = Excitation::Together { actuator, time, sent };
-        self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
-    }
-
     fn step_together_to_event(
         &mut self,
         actuator: &mut dyn JointActuator,

@@ -313,8 +313,8 @@ impl Search<'_> {
         // What is refused here is of this macro step alone: another one was resolved.
         let refused = |reason: String| (reason, Some(Skipped::Cell));
         let spec = request.resolve(self.question.catalogue).map_err(|error| refused(error.to_string()))?;
-        if let Some(reason) = spec.refused_steps() {
-            return Err(refused(reason));
+        if let Some(steps) = spec.refused_steps() {
+            return Err(refused(steps.reason));
         }
         let radius = (is_first && !spec.case.linear_state.is_empty()).then(|| spectral_radius(&spec).ok()).flatten();
         match radius.filter(|radius| *radius > 1.0 + NEUTRAL) {
@@ -349,9 +349,7 @@ impl Search<'_> {
             if skipped == Skipped::Form {
                 self.seen[form] = [f64::INFINITY; 4];
             }
-            // How long the step was that was asked for makes no other reason.
-            let reason = fault.split(", and is asked").next().unwrap_or(fault).to_owned();
-            *self.advice.skipped.entry(reason).or_default() += cells;
+            *self.advice.skipped.entry(fault.to_owned()).or_default() += cells;
             return;
         }
         let no_answer = cell.last.filter(|outcome| outcome.class() == OutcomeClass::NoAnswer);

@@ -210,6 +210,12 @@ impl Claim {
         case && self.set.as_deref().is_none_or(|set| set == ALL || given == set || has_words(&given, set))
     }
 
+    /// The runs of a label that it is about.
+    fn runs_of<'a>(&self, label: &str, planned: &'a [PlannedRun]) -> impl Iterator<Item = &'a PlannedRun> {
+        let is_about = |run: &PlannedRun| self.is_of_problem(run) && self.is_about(run.spec.macro_step);
+        planned.iter().filter(move |run| run.label == *label && is_about(run))
+    }
+
     /// Checks that what has a unit is not pooled over machines: a newton of one is not a newton of another. Machines
     /// are cases, and settings that were drawn.
     fn check_unit<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
@@ -237,8 +243,7 @@ impl Claim {
             return Ok(());
         };
         let [own, other] = [&self.scheme, other].map(|label| -> BTreeSet<u64> {
-            let steps = planned.iter().filter(|run| run.label == *label && self.is_of_problem(run));
-            steps.map(|run| run.spec.macro_step).filter(|step| self.is_about(*step)).map(f64::to_bits).collect()
+            self.runs_of(label, planned).map(|run| run.spec.macro_step.to_bits()).collect()
         });
         if !own.is_disjoint(&other) || (own.len() < 2 && other.len() < 2) {
             return Ok(());
@@ -257,13 +262,11 @@ impl Claim {
             !matches!(self.statistic, Statistic::Order | Statistic::ShareBetter) && !self.is_about_ratios();
         let Some(other) = self.relative_to.as_ref().filter(|_| is_of_shares) else { return Ok(()) };
         let [own, others] = [&self.scheme, other].map(|label| {
-            let runs = planned.iter().filter(|run| run.label == *label && self.is_of_problem(run));
-            let runs = runs.filter(|run| self.is_about(run.spec.macro_step));
             let key = |run: &PlannedRun| {
                 let spec = &run.spec;
                 (spec.case.name.clone(), spec.parameters.given(), spec.macro_step.to_bits(), spec.phase.to_bits())
             };
-            runs.map(key).collect::<BTreeSet<_>>()
+            self.runs_of(label, planned).map(key).collect::<BTreeSet<_>>()
         });
         if own == others {
             return Ok(());

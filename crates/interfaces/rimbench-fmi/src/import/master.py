@@ -7,9 +7,8 @@ class Side:
         self.outputs, self.c, self.d = (list(column) for column in zip(*outputs))
         self.fmu = (fmi2.FMU2Slave if two else fmi3.FMU3Slave)(
             guid=of.guid, unzipDirectory=extract(file), modelIdentifier=of.coSimulation.modelIdentifier, instanceName="side")
-        self.fmu.instantiate()
+        times = dict(startTime=begin, stopTime=begin + STOP / unit); self.fmu.instantiate()
         for kind, reference, values in starts: getattr(self.fmu, "set" + kind)([reference], values)
-        times = dict(startTime=begin, stopTime=begin + STOP / unit)
         if two: self.fmu.setupExperiment(**times)
         self.fmu.enterInitializationMode(**({} if two else times))
         self.set, self.get = (getattr(self.fmu, name + ("Real" if two else "Float64")) for name in ("set", "get"))
@@ -17,8 +16,7 @@ class Side:
         self.set(self.inputs, list((u[self.taken] - self.b) / self.a))
         return np.array(self.get(self.outputs)) * self.c + self.d
     def step(self, time, u, h):
-        self.set(self.inputs, list((u[self.taken] - self.b) / self.a))
-        self.fmu.doStep(self.begin + time / self.unit, h / self.unit)
+        self.set(self.inputs, list((u[self.taken] - self.b) / self.a)); self.fmu.doStep(self.begin + time / self.unit, h / self.unit)
 def begun():
     mechanics, actuator, force = Side(*MECHANICS), Side(*ACTUATOR), np.zeros(len(ACTUATOR[4]))
     for rounds in range(1000):
@@ -26,8 +24,7 @@ def begun():
         if np.allclose(force, before, rtol=1e-9, atol=0): break
     assert rounds < 999, "both sides do not agree where they begin"
     mechanics.fmu.exitInitializationMode()
-    actuator.read(mechanics.read(force))
-    actuator.fmu.exitInitializationMode()
+    actuator.read(mechanics.read(force)); actuator.fmu.exitInitializationMode()
     return mechanics, actuator, force
 division = lambda length, longest: max(1, math.ceil(length / longest * (1 - 1e-9)))
 # ---
@@ -43,8 +40,7 @@ def coupled():
     (mechanics, actuator, force), sent_m, sent_a, rows = begun(), [], [], []
     times = [0.0] + [(k - 1 + PHASE) * H for k in range(1, COUNT)] + [END]
     for k, t in enumerate(times):
-        motion = mechanics.read(force)
-        force = actuator.read(motion)
+        motion = mechanics.read(force); force = actuator.read(motion)
         rows.append((t, *force))
         if k == COUNT: return np.array(rows)
         sent_m, sent_a = [(t, motion)] + KEPT, [(t, force)] + sent_a[:DEGREE]
@@ -59,6 +55,10 @@ def reference():
         if k % REFERENCE_EVERY == 0 or k == REFERENCE_STEPS: rows.append((k * h, *force))
         if k < REFERENCE_STEPS: mechanics.step(k * h, force, h)
     return np.array(rows)
+def between(t, x, y):  # of the cubics through four rows that cover t the middle one, or one beside it that is far smoother
+    k = int(np.clip(np.searchsorted(x, t, "right") - 1, 0, len(x) - 2))
+    cubics = ((i, np.polyfit(x[i:i + 4] - t, y[i:i + 4], 3)) for i in (k - 1, k - 2, k) if 0 <= i <= len(x) - 4)
+    return min((abs(own[0]) * (0.25 if i == k - 1 else 1), own[-1]) for i, own in cubics)[1]
 run, fine = coupled(), reference()
-off = [run[:, row] - np.interp(run[:, 0], fine[:, 0], fine[:, row]) for row in range(1, run.shape[1])]
+off = [run[:, row] - [between(t, fine[:, 0], fine[:, row]) for t in run[:, 0]] for row in range(1, run.shape[1])]
 error = max(math.sqrt(np.mean(own ** 2)) / abs(fine[:, row + 1]).max() for row, own in enumerate(off))

@@ -450,7 +450,7 @@ impl StepContacts<'_> {
         let bent = |of: &Self, contact: usize| which(of, contact) && of.may_bend(contact, pushed, length);
         let m = self.contacts_and_rows().0;
         (0..m).any(|contact| bent(self, contact)) && {
-            let found = self.without_friction(lambda);
+            let found = self.contacts.solve_without_friction(self.frozen, self.state, lambda);
             (0..m).any(|contact| bent(self, contact) && (!found || self.bends(contact, length)))
         }
     }
@@ -473,11 +473,6 @@ impl StepContacts<'_> {
             most += pushed[..m].iter().enumerate().map(of).sum::<f64>().powi(2);
         }
         slip > slip_of_rest(length) && most >= OF_ITS_SIZE * OF_ITS_SIZE * change
-    }
-
-    /// Finds the same answer without friction; false where there is none.
-    fn without_friction(&mut self, lambda: &[f64]) -> bool {
-        self.contacts.solve_without_friction(self.frozen, self.state, lambda)
     }
 
     /// Tells whether the slip of a contact is another one without friction. Where a stop ends it, it is the same.
