@@ -95,7 +95,7 @@ pub fn beginning<E>(
         return Ok(best);
     }
     let scale = scale.unwrap_or(0.0).max(first.scale());
-    if first.residual().0 < best.residual().0 {
+    if first.residual().0 <= best.residual().0 {
         best = first;
     }
     let (mut jacobian, mut lu) = (vec![0.0; m * m], Lu::new(m));

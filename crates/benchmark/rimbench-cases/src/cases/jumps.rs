@@ -2,7 +2,7 @@
 
 use rimbench_core::cosim::{Ports, Quantity};
 
-/// How many times what the velocity says a position moves at least where it jumps.
+/// How many times what the velocity says a position moves at least where it jumps on; where it jumps back, once.
 const FAR: f64 = 10.0;
 /// Share of the largest position so far that it jumps at least: what wraps goes from one end to the other.
 const END_TO_END: f64 = 0.5;
@@ -62,8 +62,9 @@ impl JumpWatch {
             let moves = (to - x - said).abs() <= slack && v * w > 0.0;
             if let Some([from, to]) = row.jump.take().filter(|_| moves) {
                 found.get_or_insert((at, from, to, v));
-            } else if row.steady && v * w > 0.0 && (to - x).abs() > (FAR * fastest).max(END_TO_END * row.largest) {
-                row.jump = Some([x, to]);
+            } else if row.steady && v * w > 0.0 {
+                let far = if (to - x) * said < 0.0 { fastest } else { FAR * fastest };
+                row.jump = Some([x, to]).filter(|_| (to - x).abs() > far.max(END_TO_END * row.largest));
             }
             row.steady = moves;
         }
@@ -101,7 +102,7 @@ mod tests {
         for wrap in [0.5, TAU, 100.0] {
             for speed in [2.0, -0.3] {
                 let said = seen(1e-2, |t| {
-                    let turns = speed * (10.0 * t + 0.3 * sin(3.0 * t)) / wrap;
+                    let turns = 0.3 + speed * (10.0 * t + 0.3 * sin(3.0 * t)) / wrap;
                     [(turns - turns.floor()) * wrap, speed * (10.0 + 0.9 * cos(3.0 * t))]
                 });
                 assert!(said.is_err_and(|said| said.contains("position x jumps from")), "{wrap} {speed}");
