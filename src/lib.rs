@@ -18,7 +18,7 @@
 //! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
 //! | `rimbench-results` | [`atomic_file`], [`results_table`], [`checksums`], [`claims`], [`kept`], [`trace`] | files written whole or not at all, read back by column name, checked |
 //! | `rimbench-cases` | [`runs`], [`catalogue`], [`cases`], [`metrics`], [`models`] | one run, what is simulated, what is measured |
-//! | `rimbench-statistics` | [`statistics`] | the table of runs: selection, pools, medians, intervals, orders; performance profiles |
+//! | `rimbench-statistics` | [`statistics`] | the table of runs: selection, pools, medians, intervals, orders |
 //! | `rimbench-core` | [`schemes`], [`iterative`], [`mechanics`], [`cosim`], [`interface_model`], [`name`], [`error`] | the simulation itself |
 //! | `rimbench-contact` | [`affine_step`], [`contact_law`], [`friction`], [`complementarity`], [`linear_algebra`] | contact problems and their solvers |
 //!

@@ -102,37 +102,22 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
         if solver.name != DEFAULT {
             ways.truncate(1);
         }
-        let models: &[(ModelMotion, Redundancy)] = match scheme.family {
-            Family::Signal => &[(ModelMotion::Frozen, Redundancy::Drop)],
-            _ if !scheme.moves_model => &[
-                (ModelMotion::Frozen, Redundancy::Drop),
-                (ModelMotion::Frozen, Redundancy::PseudoInverse),
-                (ModelMotion::Frozen, Redundancy::Regularised { epsilon: 1e-9 }),
-            ],
-            Family::Model => &[
-                (ModelMotion::Frozen, Redundancy::Drop),
-                (ModelMotion::Extrapolated, Redundancy::PseudoInverse),
-                (ModelMotion::Extrapolated, Redundancy::Regularised { epsilon: 1e-9 }),
-                (ModelMotion::Piecewise, Redundancy::Drop),
-            ],
+        let motions: &[ModelMotion] = match scheme.family {
+            Family::Model if scheme.moves_model => &[ModelMotion::Frozen, ModelMotion::Extrapolated],
+            _ => &[ModelMotion::Frozen],
         };
-        // Nor has another solver a part in how the model moves or what becomes of redundant contacts.
-        let models = if solver.name == DEFAULT { models } else { &models[..1] };
+        // Nor has another solver a part in how the model moves.
+        let motions = if solver.name == DEFAULT { motions } else { &motions[..1] };
         ways.retain(|way| scheme.check_force_return(way.1).is_ok());
         for &(sequence, force_return, mechanics_steps) in &ways {
-            for &(motion, redundancy) in models {
+            for &motion in motions {
                 // Holds survive the start only with the smaller one.
                 let macro_steps: &[f64] = if scheme.family != Family::Model { &[1e-3, 5e-3] } else { &[5e-3] };
                 for &macro_step in macro_steps {
                     for &detection in detections(scheme) {
                         let solver = solver.clone();
-                        let options = ModelOptions {
-                            redundancy,
-                            model_motion: motion,
-                            detection,
-                            solver,
-                            ..ModelOptions::default()
-                        };
+                        let options =
+                            ModelOptions { model_motion: motion, detection, solver, ..ModelOptions::default() };
                         variants.push(Variant {
                             scheme,
                             options,
@@ -199,15 +184,14 @@ fn nothing_is_allocated_in(
         for variant in of(solver) {
             let (counts, outcome) = allocations(case, &variant);
             let name = format!(
-                "{} with {}, {} {} n_m={} H={} {} {} ({outcome})",
+                "{} with {}, {} {} n_m={} H={} {} ({outcome})",
                 variant.scheme.name,
                 solver.name,
                 variant.sequence,
                 variant.force_return,
                 variant.mechanics_steps,
                 variant.macro_step,
-                variant.options.model_motion,
-                variant.options.redundancy
+                variant.options.model_motion
             );
             assert!(counts.len() > 20, "{name}: only {} macro steps", counts.len());
             let guilty = counts.iter().position(|count| *count > 0);
@@ -270,9 +254,7 @@ fn the_macro_loop_must_allocate_nothing_with_late_samples_and_late_forces() {
         let mut variants: Vec<Variant> = variants.map(|variant| Variant { macro_step: 5e-4, ..variant }).collect();
         // What is closed for a model that is late is no other path.
         variants.dedup_by(|next, before| {
-            let of = |own: &Variant| {
-                (own.scheme.name.clone(), own.force_return, own.options.model_motion, own.options.redundancy)
-            };
+            let of = |own: &Variant| (own.scheme.name.clone(), own.force_return, own.options.model_motion);
             of(next) == of(before)
         });
         variants.into_iter().flat_map(late).collect()
@@ -294,14 +276,12 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
         let that_know_it = |solver: &Arc<SolverEntry>| {
             let mut variants = variants(solver);
             variants.retain(|variant| {
-                let options = &variant.options;
                 // In space there are other problems for the solver, and no other sequences. Of the schemes without a
                 // model one shows what the mechanics does.
                 let own = variant.scheme.sequence_and_return(None, None).unwrap();
                 let own = (variant.sequence, variant.force_return) == own || variant.mechanics_steps == ALL;
                 (case == "wedge-box-friction" || own)
                     && (variant.scheme.has_model() || variant.scheme.name == "zero-order-hold")
-                    && options.redundancy == Redundancy::Drop
                     && (variant.scheme.family == Family::Model || variant.macro_step <= longest_of_holds)
             });
             if case != "wedge-box-friction" {
@@ -324,9 +304,7 @@ fn the_macro_loop_must_allocate_nothing_where_contacts_act_over_the_mechanics_st
     let over_own_step = |solver: &Arc<SolverEntry>| {
         let mut variants = variants(solver);
         variants.retain(|variant| {
-            variant.scheme.acts_over_mechanics_step
-                && variant.options.model_motion == ModelMotion::Frozen
-                && variant.options.redundancy == Redundancy::Drop
+            variant.scheme.acts_over_mechanics_step && variant.options.model_motion == ModelMotion::Frozen
         });
         variants.iter_mut().for_each(|variant| variant.options.contacts_act = ContactsAct::MechanicsStep);
         let parts = variants

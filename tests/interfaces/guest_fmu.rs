@@ -167,11 +167,10 @@ fn a_smooth_model_comes_from_derivatives_else_from_probing_else_not_at_all() {
     let (finer, _, _) = run(&case(folder.path(), STATE, NOTHING, "process = \"same\"", "probe_step_s = 1e-4"), &smooth);
     let finer = finer["probed_fmus"].as_object().unwrap().values().next().unwrap()["error_max"].as_f64().unwrap();
     assert!(finer > 1e-4, "{finer} {estimate}");
-    // Contacts within are not contacts that open; there is nothing to choose from, and nobody who looks ahead.
+    // Contacts within are not contacts that open; there is nothing to choose from.
     for (arguments, words) in [
         (&["--scheme", "rim-nonsmooth"] as &[&str], "is a smooth one, whose contacts neither open nor close"),
         (&["--scheme", "rim-smooth", "--contact-detection", "margin:1e-3"], "contact_detection = margin:1e-3: "),
-        (&["--scheme", "rim-smooth", "--model-motion", "piecewise"], "model_motion = piecewise: "),
     ] {
         let (said, _, _) = run(&made(STATE), arguments);
         assert_eq!(said["outcome"], "skipped", "{arguments:?}: {said:#}");

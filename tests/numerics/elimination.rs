@@ -437,9 +437,9 @@ fn random_model(rng: &mut Pcg64, n_u: usize, n_i: usize, n: usize) -> ReducedInt
     model_of(&rows, n_i, &v, &force)
 }
 
-fn condensed(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy) -> Condensation {
+fn condensed(model: &ReducedInterfaceModel, closed: &[usize]) -> Condensation {
     let mut out = Condensation::new(model.contacts(), model.interface());
-    condense(model, closed, redundancy, &mut out);
+    condense(model, closed, &mut out);
     out
 }
 
@@ -474,60 +474,52 @@ fn condensation_is_a_pseudo_inverse_away_for_every_number_of_closed_contacts() {
             let factor = h_ci.transpose() * inverse;
             let (a, w, h) = (&factor * of_contacts(&model.a), &factor * of_contacts(&model.w), &factor * &h_ci);
             let both_copies = dependent && closed.contains(&0) && closed.contains(&2);
-            for redundancy in [Redundancy::Drop, Redundancy::PseudoInverse, Redundancy::Regularised { epsilon: 1e-12 }]
-            {
-                let out = condensed(&model, closed, redundancy);
-                assert_eq!(out.rank, n_c - usize::from(both_copies), "{closed:?} {redundancy:?}");
-                let close = |found: f64, of_model: f64, taken: f64| {
-                    assert!((found - of_model + taken).abs() < 1e-8, "{closed:?} {redundancy:?}");
-                };
-                for i in 0..interface {
-                    for j in 0..interface {
-                        close(out.h[i * interface + j], model.entry(4 + i, 4 + j), h[(i, j)]);
-                    }
-                    close(out.a[i], model.a[4 + i], a[i]);
-                    close(out.w[i], model.w[4 + i], w[i]);
+            let out = condensed(&model, closed);
+            assert_eq!(out.rank, n_c - usize::from(both_copies), "{closed:?}");
+            let close = |found: f64, of_model: f64, taken: f64| {
+                assert!((found - of_model + taken).abs() < 1e-8, "{closed:?}");
+            };
+            for i in 0..interface {
+                for j in 0..interface {
+                    close(out.h[i * interface + j], model.entry(4 + i, 4 + j), h[(i, j)]);
                 }
+                close(out.a[i], model.a[4 + i], a[i]);
+                close(out.w[i], model.w[4 + i], w[i]);
             }
         }
     }
 }
 
 #[test]
-fn contradicting_contact_velocities_must_be_averaged_by_the_pseudo_inverse_and_picked_by_dropping() {
+fn of_contradicting_contact_velocities_the_first_is_taken() {
     // One mass, one contact row counted twice with velocities 0 and −1: the interface row is the same direction.
     let mut model = ReducedInterfaceModel::zeros(2, 1);
     model.h.fill(1.0);
     model.w.copy_from_slice(&[0.0, -1.0, -0.5]);
-    let pseudo = condensed(&model, &[0, 1], Redundancy::PseudoInverse);
-    let drop = condensed(&model, &[0, 1], Redundancy::Drop);
-    // H⁺ = ¼ [1 1; 1 1]: the mean −½ is taken off. Dropping keeps the first row and takes off its velocity, 0.
-    approx::assert_abs_diff_eq!(pseudo.w[0], 0.0, epsilon = 8.0 * f64::EPSILON);
-    assert_eq!(drop.w[0], -0.5);
-    assert_eq!((pseudo.rank, drop.rank), (1, 1));
+    // The first row is kept, and its velocity, 0, taken off.
+    let found = condensed(&model, &[0, 1]);
+    assert_eq!((found.w[0], found.rank), (-0.5, 1));
 }
 
 #[test]
 fn a_locked_interface_must_have_an_infinite_mass_and_not_a_large_one() {
     let mut rng = Pcg64::seed_from_u64(5);
-    for redundancy in [Redundancy::Drop, Redundancy::PseudoInverse] {
-        for n in 2..=6 {
-            // n independent contacts on n freedoms leave no motion at all.
-            let model = random_model(&mut rng, n, 1, n);
-            let closed: Vec<usize> = (0..n).collect();
-            let locked = condensed(&model, &closed, redundancy);
-            assert_eq!(locked.effective_mass, f64::INFINITY, "n = {n}, {redundancy:?}");
-            assert_eq!(locked.h, [0.0], "round-off must not be left as a mobility");
-            let free = condensed(&model, &closed[1..], redundancy);
-            assert!(free.effective_mass.is_finite() && free.effective_mass > 0.0);
-        }
-        // A plane locked along (1, 1) only: each axis moves, so only the eigenvalue shows it.
-        let rows = DMatrix::from_row_slice(3, 2, &[1.0, 1.0, 1.0, 0.0, 0.0, 1.0]);
-        let model = model_of(&rows, 2, &DVector::zeros(2), &DVector::zeros(2));
-        let locked = condensed(&model, &[0], redundancy);
-        assert_eq!(locked.effective_mass, f64::INFINITY);
-        approx::assert_abs_diff_eq!(locked.h[0], 0.5, epsilon = 4.0 * f64::EPSILON);
+    for n in 2..=6 {
+        // n independent contacts on n freedoms leave no motion at all.
+        let model = random_model(&mut rng, n, 1, n);
+        let closed: Vec<usize> = (0..n).collect();
+        let locked = condensed(&model, &closed);
+        assert_eq!(locked.effective_mass, f64::INFINITY, "n = {n}");
+        assert_eq!(locked.h, [0.0], "round-off must not be left as a mobility");
+        let free = condensed(&model, &closed[1..]);
+        assert!(free.effective_mass.is_finite() && free.effective_mass > 0.0);
     }
+    // A plane locked along (1, 1) only: each axis moves, so only the eigenvalue shows it.
+    let rows = DMatrix::from_row_slice(3, 2, &[1.0, 1.0, 1.0, 0.0, 0.0, 1.0]);
+    let model = model_of(&rows, 2, &DVector::zeros(2), &DVector::zeros(2));
+    let locked = condensed(&model, &[0]);
+    assert_eq!(locked.effective_mass, f64::INFINITY);
+    approx::assert_abs_diff_eq!(locked.h[0], 0.5, epsilon = 4.0 * f64::EPSILON);
 }
 
 #[test]
@@ -545,7 +537,7 @@ fn the_effective_mass_of_two_and_three_interface_rows_must_be_that_of_the_heavie
                 schur -= &h_ic * h_cc.clone().try_inverse().unwrap() * h_ic.transpose();
             }
             let wanted = 1.0 / schur.symmetric_eigenvalues().min();
-            let found = condensed(&model, &closed, Redundancy::Drop).effective_mass;
+            let found = condensed(&model, &closed).effective_mass;
             // Ĥ is known to n² ε κ(H_cc) ‖H‖; relative to its smallest eigenvalue that is its condition once more.
             let tolerance =
                 8.0 * ((n_u + n_i) as f64).powi(2) * f64::EPSILON * condition(&h_cc) * dense.amax() * wanted;

@@ -226,68 +226,6 @@ fn the_jump_of_bilateral_and_premature_contacts_obeys_the_same_identity_and_crea
     assert!(created.iter().all(|count| *count > 30), "{created:?}");
 }
 
-/// A body whose forces all depend on its state, with contacts closed and open, and its model with a half-kick along the
-/// closed ones. Each closed contact that would balance these forces by z per second creates z times how much farther it
-/// travels in the mechanics than in the model.
-#[test]
-fn with_a_half_kick_a_contact_creates_what_it_balances_times_the_travel_that_the_model_does_without() {
-    let rng = &mut Pcg64::seed_from_u64(9);
-    let (mut pulled, mut pressed) = (0, 0);
-    for case in 0..3000 {
-        let mut model = LinearModel { sprung: true, ..independent(rng, 1) };
-        let (n, contacts) = (model.mass.len(), model.unilateral.offset.len());
-        let set: Vec<usize> = (0..contacts).filter(|&contact| contact == 0 || rng.random_range(0..3) > 0).collect();
-        for contact in (0..contacts).filter(|contact| !set.contains(contact)) {
-            model.unilateral.offset[contact] = rng.random_range(0.01..0.2);
-        }
-        let inverse_mass = DMatrix::from_diagonal(&DVector::from_iterator(n, model.mass.iter().map(|m| 1.0 / m)));
-        let (all, force) = (matrix(&model.unilateral, n), DVector::from_column_slice(&model.force));
-        let a_c = all.select_rows(&set);
-        let mut z = -(&a_c * &inverse_mass * &force);
-        (&a_c * &inverse_mass * a_c.transpose()).lu().solve_mut(&mut z);
-        let balanced = -a_c.transpose() * &z;
-        let kick = 0.5 * H * &inverse_mass * (&force - &balanced);
-        let start = DVector::from_column_slice(&model.v) + &kick;
-        let [v, force] = [&start, &balanced].map(|vector| vector.as_slice().to_vec());
-        let inside = LinearModel { v, force, ..model.clone() };
-        let (mut mechanics, mut played) = (stepper(model.clone(), PLASTIC), Played::random(rng, 12, 1));
-        let options = ModelOptions { model_motion: ModelMotion::HalfKick, ..ModelOptions::default() };
-        let scheme = ("rim-nonsmooth", &options);
-        let report = macro_step((&mut mechanics, &mut played), scheme, (12, 1, ForceReturn::Mean));
-        let end = replay(&inside, &set, Law::Unilateral, &played.forces);
-        let v = DVector::from_column_slice(mechanics.velocity());
-        let own = DVector::from_column_slice(mechanics.contact_impulses());
-        let [w, before] = [&v, &DVector::from_column_slice(&model.v)].map(|v| &all * v);
-        let difference = &own - DVector::from_column_slice(&end.impulses);
-        let travels = |at: usize| 0.5 * H * (w[set[at]] + before[set[at]]) - end.travel[at];
-        let each: Vec<f64> = (0..set.len()).map(|at| z[at] * travels(at)).collect();
-        let jump =
-            (&w - &all * &kick).dot(&difference) - kinetic(&model, &(&inverse_mass * all.transpose() * &difference));
-        let wanted = jump + end.work + each.iter().sum::<f64>();
-        // Of body and forces, whose work is ½ H f · (v + v⁺). The loop counts the first micro step from the velocity
-        // before the kick.
-        let missed = 0.5 * H / 12.0 * played.forces[0][0] * (matrix(&model.interface, n) * &kick)[0];
-        let residual = report.audit.work.residual_j().unwrap();
-        let created = 0.5 * own.dot(&(&w + &before)) - residual - missed;
-        let scale = 1.0 + kinetic(&model, &v) + kinetic(&model, &end.v) + kinetic(&model, &start) + created.abs();
-        let audit = report.audit.model.unwrap();
-        for (name, one, other) in [
-            ("created", created, wanted),
-            ("jump", audit.jump, jump),
-            ("of the body", jump, kinetic(&model, &(&v - &kick)) - kinetic(&model, &end.v)),
-            ("sum", audit.jump + audit.first_moment + audit.contacts + audit.unfrozen, -residual),
-            ("unfrozen", audit.unfrozen, 0.0),
-        ] {
-            assert!((one - other).abs() < 1e-9 * scale, "case {case}, {name}: {one:e}, not {other:e}");
-        }
-        let most = (0..set.len()).max_by(|&one, &other| each[one].total_cmp(&each[other]));
-        let open_in_model = most.filter(|&at| created > 1e-3 * scale && each[at] > 0.5 * created);
-        pulled += usize::from(open_in_model.is_some_and(|at| z[at] < 0.0 && own[set[at]] > 0.0));
-        pressed += usize::from(open_in_model.is_some_and(|at| z[at] > 0.0 && w[set[at]] > 0.0));
-    }
-    assert!(pulled > 10 && pressed > 10, "{pulled} pulled open in the model, {pressed} pressed and open in the end");
-}
-
 /// Any impulses of a model under Coulomb friction: energy is created only where the mechanics slides and the model
 /// pushes along the surface by more than the mechanics' own friction.
 #[test]

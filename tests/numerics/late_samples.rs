@@ -251,7 +251,6 @@ fn what_does_not_go_with_late_samples_is_refused_with_what_does() {
         ("rim-nonsmooth", &[("late_samples", "raw")], "no sample is late"),
         ("rim-nonsmooth", &[up, ("late_forces", "hold")], "no sample is late"),
         ("rim-nonsmooth", &[up, ("force_return", "held"), ("sequence", "jacobi")], "needs `mean` or `profile`"),
-        ("rim-nonsmooth", &[up, ("model_motion", "half-kick")], "use model_motion `frozen` or `extrapolated`"),
         ("rim-nonsmooth", &[up, ("actuator_integrator", "midpoint")], "first order"),
         ("rim-fixed-mass", &[up, ("late_samples", "catch-up")], "use `raw`"),
         ("rim-fixed-mass", &[up, ("late_samples", "catch-up-coarse")], "late_samples = catch-up-coarse"),
@@ -303,7 +302,7 @@ fn a_mass_that_is_wrong_is_learned_whatever_contacts_do_and_however_late_samples
 #[test]
 fn a_mass_is_not_learned_from_jumps_that_say_something_else() {
     for (scheme, options, wanted) in [
-        ("rim-nonsmooth-gap", [("model_motion", "half-kick"), ("phase", "1")], "model_motion = half-kick"),
+        ("rim-nonsmooth-gap", [("model_motion", "extrapolated"), ("phase", "1")], "model_motion = extrapolated"),
         ("rim-nonsmooth-gap", [("force_return", "end"), ("phase", "1")], "force return `end`"),
         ("rim-nonsmooth-gap", [("delivery_down", "delay:1"), ("phase", "1")], "forces are late"),
         ("rim-nonsmooth-gap", [("delivery_up", "delay:1"), ("late_samples", "raw")], "late_samples = raw"),

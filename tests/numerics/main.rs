@@ -3,7 +3,6 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-mod acceleration_jumps;
 mod adds_up;
 mod adversaries;
 mod answers;
@@ -39,7 +38,6 @@ mod many_actuators;
 mod many_contacts;
 mod metrics;
 mod model_steps;
-mod nothing_to_speak_of;
 mod options;
 mod options_in_vain;
 mod oscillator_theory;
@@ -66,4 +64,5 @@ mod space;
 mod step_control;
 mod stiff_forces;
 mod tosses;
+mod vanishing_peaks;
 mod wedge_box;

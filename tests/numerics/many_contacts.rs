@@ -53,15 +53,13 @@ fn the_model_of_a_heap_keeps_what_meets_and_says_what_the_whole_one_says() {
         // Some contacts closed for good: those of every third.
         let closed: Vec<usize> = (0..sparse.contacts()).step_by(3).collect();
         let mut condensed = [Condensation::of(&sparse), Condensation::of(&whole)];
-        for redundancy in [Redundancy::Drop, Redundancy::Regularised { epsilon: 1e-6 }] {
-            condense(&sparse, &closed, redundancy, &mut condensed[0]);
-            condense(&whole, &closed, redundancy, &mut condensed[1]);
-            let [few, all] = &condensed;
-            assert_eq!(few.rank, all.rank);
-            near(few.effective_mass, all.effective_mass, all.effective_mass, "effective mass");
-            near(few.a[0], all.a[0], 10.0, "a of the interface");
-            near(few.w[0], all.w[0], 1.0, "w of the interface");
-        }
+        condense(&sparse, &closed, &mut condensed[0]);
+        condense(&whole, &closed, &mut condensed[1]);
+        let [of_few, of_all] = &condensed;
+        assert_eq!(of_few.rank, of_all.rank);
+        near(of_few.effective_mass, of_all.effective_mass, of_all.effective_mass, "effective mass");
+        near(of_few.a[0], of_all.a[0], 10.0, "a of the interface");
+        near(of_few.w[0], of_all.w[0], 1.0, "w of the interface");
         let motion = |mechanics: &mut Box<dyn Subsystem>| {
             let mut motion = [0.0; 2];
             mechanics.outputs(&[0.0], &mut motion).unwrap();
@@ -131,7 +129,4 @@ fn what_needs_every_entry_gets_it_and_runs_as_with_every_entry_kept() {
         assert!(off <= 1e-9, "{number}: off by {off:e}");
         assert_eq!(few.report.audit.model.is_some(), spec.audit, "{number}");
     }
-    let frozen = spec("falling-chain", &[("links", "16")], 0.02, 5e-3);
-    let kicked = frozen.changed(|own| own.model.as_mut().unwrap().model_motion = ModelMotion::HalfKick);
-    assert_eq!(run(&kicked).report.outcome, Outcome::Completed);
 }

@@ -39,12 +39,6 @@ fn options_are_read_as_they_are_written_and_nonsense_is_refused() {
         [ContactsAct::MicroStep, ContactsAct::MechanicsStep],
         &[("mechanic-step", "did you mean `mechanics-step`"), ("step", "unknown step over which contacts act")],
     );
-    let regularised = |epsilon| Redundancy::Regularised { epsilon };
-    assert_read(
-        [Redundancy::Drop, Redundancy::PseudoInverse, regularised(0.1)],
-        &[("regularised:0", "above 0"), ("regularised:x", "above 0"), ("keep", "valid: drop")],
-    );
-    assert_eq!("regularised".parse::<Redundancy>().unwrap(), regularised(1e-8));
     let steps = ["0", "-1", "1.5", "1000001", "some", ""].map(|text| (text, "from 1 to 1000000, or `all`"));
     assert_read([ONE, ALL], &steps);
     assert_eq!([ONE, ALL].map(|steps| steps.to_string()), ["1", "all"]);

@@ -21,15 +21,14 @@ const CASES: [(&str, &str); 6] = [
 ];
 
 /// A value or more of each option beside the usual one.
-const OPTIONS: [(&str, &[&str]); 13] = [
+const OPTIONS: [(&str, &[&str]); 12] = [
     ("sequence", &["jacobi", "gauss-seidel", "gauss-seidel-mechanics-first"]),
     ("force_return", &["held", "end", "mean", "profile"]),
     ("mechanics_steps", &["2", "all"]),
     ("mechanics_step_s", &["2e-3", "1e-3", "7e-4"]),
     ("mechanics_integrator", &["midpoint", "event-split"]),
     ("actuator_integrator", &["midpoint"]),
-    ("redundancy", &["pseudo-inverse", "regularised:1e-3"]),
-    ("model_motion", &["extrapolated", "piecewise"]),
+    ("model_motion", &["extrapolated"]),
     ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
     ("friction_rows", &["slip-direction"]),
     ("contacts_act", &["mechanics-step"]),

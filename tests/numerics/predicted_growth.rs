@@ -31,10 +31,6 @@ impl MechanicalModel for Sprung {
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {
         force[0] = -self.stiffness * q[0] - self.damping * v[0];
     }
-    fn state_forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) -> bool {
-        self.forces(q, v, force);
-        true
-    }
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.body.interface(q, v, rows);
     }
@@ -88,7 +84,6 @@ impl Subsystem for Lost {
 fn measured(
     coupling: LinearCoupling,
     (scheme, sequence, force_return): (&str, Sequence, ForceReturn),
-    motion: ModelMotion,
     micro_steps: usize,
     change: impl Fn(&mut ReducedInterfaceModel) + Send + Copy + 'static,
 ) -> f64 {
@@ -103,8 +98,7 @@ fn measured(
         let mut actuator = Leaky { coupling, force: state(2), ports: force_displacement_ports(1).1 };
         let grid = CommunicationGrid::new(H, 1.0, H).unwrap();
         let setup = Setup::new(grid, H / micro_steps as f64, sequence, force_return);
-        let options = ModelOptions { model_motion: motion, ..ModelOptions::default() };
-        let built = scheme_by_name(scheme).couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();
+        let built = scheme_by_name(scheme).couple(sides(&mut mechanics, &mut actuator), None, None).unwrap();
         let report = observed(&setup, sides(&mut mechanics, &mut actuator), built, &mut |_| ());
         assert_eq!(report.outcome, Outcome::Completed);
         let end = [mechanics.inner.position()[0], mechanics.inner.velocity()[0], actuator.force];
@@ -133,26 +127,19 @@ fn predicted_growth_is_that_of_the_map_of_actual_macro_steps() {
         let ratio = rng.random_range(0.5..3.0);
         let heavier = move |model: &mut ReducedInterfaceModel| model.h.iter_mut().for_each(|h| *h /= ratio);
         let told = |_: &mut ReducedInterfaceModel| ();
-        let (mean, frozen, half_kick) = (ForceReturn::Mean, ModelMotion::Frozen, false);
+        let mean = ForceReturn::Mean;
         for (recurrence, found) in [
-            (Recurrence::HeldByBoth, measured(coupling, (hold, Sequence::Jacobi, ForceReturn::Held), frozen, 7, told)),
+            (Recurrence::HeldByBoth, measured(coupling, (hold, Sequence::Jacobi, ForceReturn::Held), 7, told)),
+            (Recurrence::MechanicsFirst, measured(coupling, (hold, MECHANICS_FIRST, ForceReturn::Held), 7, told)),
+            (Recurrence::MeanReturned, measured(coupling, (hold, ACTUATOR_FIRST, mean), 7, told)),
+            (Recurrence::EndReturned, measured(coupling, (hold, ACTUATOR_FIRST, ForceReturn::End), 7, told)),
             (
-                Recurrence::MechanicsFirst,
-                measured(coupling, (hold, MECHANICS_FIRST, ForceReturn::Held), frozen, 7, told),
-            ),
-            (Recurrence::MeanReturned, measured(coupling, (hold, ACTUATOR_FIRST, mean), frozen, 7, told)),
-            (Recurrence::EndReturned, measured(coupling, (hold, ACTUATOR_FIRST, ForceReturn::End), frozen, 7, told)),
-            (
-                Recurrence::Model { mass_ratio: 1.0, half_kick },
-                measured(coupling, ("rim-nonsmooth", ACTUATOR_FIRST, mean), frozen, 7, told),
+                Recurrence::Model { mass_ratio: 1.0 },
+                measured(coupling, ("rim-nonsmooth", ACTUATOR_FIRST, mean), 7, told),
             ),
             (
-                Recurrence::Model { mass_ratio: ratio, half_kick },
-                measured(coupling, ("rim-nonsmooth", ACTUATOR_FIRST, mean), frozen, 7, heavier),
-            ),
-            (
-                Recurrence::Model { mass_ratio: 1.0, half_kick: true },
-                measured(coupling, ("rim-nonsmooth", ACTUATOR_FIRST, mean), ModelMotion::HalfKick, 7, told),
+                Recurrence::Model { mass_ratio: ratio },
+                measured(coupling, ("rim-nonsmooth", ACTUATOR_FIRST, mean), 7, heavier),
             ),
         ] {
             let predicted = coupling.growth(recurrence, H, 7);
@@ -161,7 +148,7 @@ fn predicted_growth_is_that_of_the_map_of_actual_macro_steps() {
             grows += usize::from(found > 1.01);
         }
     }
-    assert!((100..500).contains(&grows), "{grows} of 700 grow");
+    assert!((100..500).contains(&grows), "{grows} of 600 grow");
 }
 
 /// Own springs and dampers that the mechanics alone is stable with, `H²k/m + 2 H d/m < 3.9`, and lossless actuators up
@@ -194,28 +181,18 @@ fn a_growth_is_predicted_of_runs_that_the_map_is_of_and_of_no_others() {
 }
 
 #[test]
-fn with_the_exact_mass_a_frozen_bias_grows_on_many_own_springs_and_a_half_kick_on_none() {
+fn with_the_exact_mass_a_frozen_bias_grows_on_many_own_springs() {
     let rng = &mut Pcg64::seed_from_u64(2);
-    let (mut frozen, mut worst, mut kicked) = (0, 0.0_f64, [0.0_f64; 2]);
-    for _ in 0..1000 {
+    let growths = std::array::from_fn::<f64, 1000, _>(|_| {
         let own_stiffness = rng.random_range(0.0..3.9);
         let own_damping = rng.random_range(0.0..0.5 * (3.9 - own_stiffness)) * f64::from(rng.random_bool(0.7));
         let stiffness = rng.random_range(0.05_f64..9.0).powi(2);
         let coupling = LinearCoupling { mass: 1.0, own_stiffness, own_damping, stiffness, damping: 0.0, leak: 0.0 };
-        let growth = |half_kick, micro_steps| {
-            coupling.growth(Recurrence::Model { mass_ratio: 1.0, half_kick }, 1.0, micro_steps)
-        };
-        let grows = growth(false, 2000);
-        frozen += usize::from(grows > 1.01);
-        worst = worst.max(grows);
-        for (kicked, micro_steps) in kicked.iter_mut().zip([1000, 4000]) {
-            *kicked = kicked.max(growth(true, micro_steps) - 1.0);
-        }
-    }
+        coupling.growth(Recurrence::Model { mass_ratio: 1.0 }, 1.0, 2000)
+    });
     // The trial: half of them, and up to 2.06 per macro step.
-    assert!(frozen > 250 && worst > 1.5, "{frozen} of 1000 grow, by up to {worst}");
-    // Micro steps of the first order leave an error of their own.
-    assert!(kicked[1] < 1e-2 && kicked[1] < 0.3 * kicked[0], "{kicked:?}");
+    let grows = growths.iter().filter(|growth| **growth > 1.01).count();
+    assert!(grows > 250 && growths.iter().any(|growth| *growth > 1.5), "{grows} of 1000 grow");
 }
 
 /// A model r times as heavy as the mechanics is what one mode of actuators sees that are blind for each other, λ = r.
@@ -228,7 +205,7 @@ fn a_model_that_is_too_heavy_is_passive_up_to_twice_the_mass_if_the_actuator_is_
             let (stiffness, damping) = (mass_ratio * omega * omega, 2.0 * zeta * mass_ratio * omega);
             let coupling =
                 LinearCoupling { mass: 1.0, own_stiffness: 0.0, own_damping: 0.0, stiffness, damping, leak: 0.0 };
-            coupling.growth(Recurrence::Model { mass_ratio, half_kick: false }, 1.0, micro_steps) - 1.0
+            coupling.growth(Recurrence::Model { mass_ratio }, 1.0, micro_steps) - 1.0
         });
         growths.fold(f64::NEG_INFINITY, f64::max)
     };
@@ -236,53 +213,6 @@ fn a_model_that_is_too_heavy_is_passive_up_to_twice_the_mass_if_the_actuator_is_
         let [coarse, fine] = [4000, 16000].map(|micro_steps| grows(mass_ratio, zeta, micro_steps));
         let error = (coarse - fine).abs().max(1e-9);
         assert!(if stays { fine < error } else { fine > 10.0 * error }, "{mass_ratio}, {zeta}: {coarse:e}, {fine:e}");
-    }
-}
-
-/// H²k/m = 3, H d/m = 0.2, Ω = 3.4 with H = 10 ms and a plastic stop, which is out of reach in the linear runs.
-#[test]
-fn on_the_impact_oscillator_a_frozen_bias_grows_and_a_half_kick_does_not_with_and_without_the_stop() {
-    let run = |motion: &str, stop: &str| {
-        let options = [("model_motion", motion), ("macro_step_s", "1e-2"), ("micro_step_s", "1e-4")];
-        let set = [
-            ("stiffness_n_m", "3e4"),
-            ("damping_n_s_m", "20"),
-            ("spring_stiffness_n_m", "1.156e5"),
-            ("spring_damping_n_s_m", "200"),
-            ("restitution", "0"),
-            ("stop_position_m", stop),
-        ];
-        let spec = spec_with("impact-oscillator", "rim-nonsmooth", &options, &set);
-        let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
-        run_within(&spec, reference.bounds(&spec).unwrap())
-    };
-    let [frozen, kicked] = ["frozen", "half-kick"].map(|motion| run(motion, "0.05").report.outcome);
-    assert!(matches!(frozen, Outcome::Diverged { .. }), "frozen: {frozen:?}");
-    assert_eq!(kicked, Outcome::Completed, "half-kick");
-    // Peaks of the force in the first second and in the last.
-    let growth = |motion: &str| {
-        let run = run(motion, "1e30");
-        let force = run.trajectory.index_of("actuator_force_n").unwrap();
-        let peak = |from: f64| {
-            let rows = run.trajectory.rows().filter(|row| (from..from + 1.0).contains(&row[0]));
-            rows.map(|row| row[force].abs()).fold(0.0, f64::max)
-        };
-        peak(3.0) / peak(0.0)
-    };
-    let [frozen, kicked] = ["frozen", "half-kick"].map(growth);
-    assert!(frozen > 1e3 && kicked <= 1.0, "frozen {frozen}, half-kick {kicked}");
-}
-
-#[test]
-fn a_half_kick_of_what_the_mechanics_does_not_tell_apart_is_refused() {
-    for (case, why) in [
-        ("wedge-box", "the mechanics does not say which part of its free acceleration depends on the state"),
-        ("wedge-box-friction", "does not go with friction"),
-    ] {
-        let mut request = RunRequest::of(case, "rim-nonsmooth");
-        request.put("model_motion", "half-kick").unwrap();
-        let refused = request.resolve(catalogue()).unwrap_err().to_string();
-        assert!(refused.starts_with("model_motion = half-kick") && refused.contains(why), "{refused}");
     }
 }
 

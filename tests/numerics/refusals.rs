@@ -50,10 +50,6 @@ packed-box | packing_angle_rad=1.1 | π/3 = 1.047198
 packed-box | columns=2 layers=1 packing_angle_rad=0.59 | packing_angle_rad = 0.59 is not valid; valid: above 0.600 … layers = 1
 packed-box | disc_mass_kg=1000 | N needs chamber pressures of
 packed-box | release_end_s=0.05 | release_end_s = 0.05 is not valid; valid: at least 0.12
-crane-heap | columns=4 | columns = 4 is not valid; valid: an odd number
-crane-heap | rope_slack_m=-0.1 | rope_slack_m = -0.1 is not valid
-crane-heap | lift_end_s=0.1 | lift_end_s = 0.1 is not valid; valid: at least 0.22
-crane-heap | list_reach_radii=0.9 | list_reach_radii = 0.9 is not valid; valid: a number above zero, at most 0.8
 falling-chain | drop_height_m=1e300 | at most 1e6 m above the scale
 falling-chain | chain_length_m=1e7 | at most 1e6 m above the scale
 falling-chain | bead_share=1 | bead_share = 1 is not valid; valid: below 1

@@ -13,7 +13,6 @@ fn a_request_written_as_texts_is_read_as_the_same() {
         ("sequence", "gauss-seidel-mechanics-first"),
         ("force_return", "profile"),
         ("mechanics_steps", "10"),
-        ("redundancy", "regularised:1e-6"),
         ("contact_detection", "margin:1e-3"),
         ("gain", "0.1"),
         ("macro_step_s", "1.3e-4"),
@@ -24,7 +23,7 @@ fn a_request_written_as_texts_is_read_as_the_same() {
     let mut again = RunRequest::default();
     request.given().into_iter().for_each(|(key, value)| again.put(key, &value.to_string()).unwrap());
     assert_eq!(again, request);
-    assert_eq!(request.given().len(), 10);
+    assert_eq!(request.given().len(), 9);
     // A number stays the number that it is.
     again.put("macro_step_s", f64::from_bits(0x3f21_2345_6789_abcd)).unwrap();
     assert_eq!(again.macro_step_s.map(f64::to_bits), Some(0x3f21_2345_6789_abcd));
@@ -40,7 +39,7 @@ fn refused(change: impl FnOnce(&mut RunRequest)) -> String {
 fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
     let message = refused(|request| request.gain = Some(0.5));
     assert!(message.contains("has no gain; schemes that have one: ") && message.contains("nepce"), "{message}");
-    for (key, text) in [("redundancy", "drop"), ("model_motion", "frozen"), ("contact_detection", "active")] {
+    for (key, text) in [("model_motion", "frozen"), ("contact_detection", "active")] {
         let message = refused(|request| request.put(key, text).unwrap());
         assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));
     }
@@ -105,7 +104,6 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("mechanics_step_s", "1e-3", "rim-smooth"),
     ("mechanics_integrator", "midpoint", "rim-smooth"),
     ("actuator_integrator", "midpoint", "rim-smooth"),
-    ("redundancy", "regularised:1e-6", "rim-smooth"),
     ("model_motion", "extrapolated", "rim-smooth"),
     ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
     ("split", "joint", "rim-split"),

@@ -262,34 +262,6 @@ fn the_next_closing_must_not_be_foreseen_by_the_impact_of_another_contact() {
     assert_eq!(scheme.forecast().unwrap().next_closing, None);
 }
 
-/// A contact of 1 kg that is pressed with 1 m/s², and from 1.25 ms on, where the surface bends down, with 0.2 m/s²,
-/// then lets go of the interface, which hangs on it: a quarter of the second step lies before the kink. Likewise along
-/// the surface: a contact that sticks is pushed with 0.5 m/s², and then with 0.1 m/s².
-#[test]
-fn accelerations_must_jump_at_a_kink_and_by_the_share_of_the_step_behind_it() {
-    let mut off = ReducedInterfaceModel::zeros(1, 1);
-    off.h.copy_from_slice(&[1.0, 0.5, 0.5, 1.0]);
-    off.a.copy_from_slice(&[-1.0, 0.0]);
-    off.acceleration_jumps = AccelerationJumps::with_room(1, 2);
-    off.acceleration_jumps.add(1.25e-3).copy_from_slice(&[0.8, 0.0]);
-    let mut along = ReducedInterfaceModel::zeros_with_friction(&[1.0], 1);
-    along.h.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.0, 0.5, 1.0]);
-    along.a.copy_from_slice(&[-1.0, 0.5, 0.0]);
-    along.acceleration_jumps = AccelerationJumps::with_room(1, 3);
-    along.acceleration_jumps.add(1.25e-3).copy_from_slice(&[0.0, -0.4, 0.0]);
-    // The interface is pushed by half of what keeps the contact: P = −δ a, along the surface less than P_n = δ.
-    for (model, sign, before, behind) in [(off, 1.0, 1.0, 0.2), (along, -1.0, 0.5, 0.1)] {
-        for (motion, behind) in [(ModelMotion::Piecewise, behind), (ModelMotion::Frozen, before)] {
-            let mut scheme = tracking(&model, motion);
-            let mut sum = 0.0;
-            for (index, push) in [before, 0.25 * before + 0.75 * behind, behind, behind].into_iter().enumerate() {
-                sum += sign * 0.5e-3 * push;
-                assert_relative_eq!(micro_step(&mut *scheme, index), sum, max_relative = 1e-12);
-            }
-        }
-    }
-}
-
 #[test]
 fn the_class_of_a_scheme_is_the_most_that_it_asks_for() {
     for (name, wanted) in [

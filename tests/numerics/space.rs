@@ -284,8 +284,6 @@ fn what_contacts_in_space_do_not_have_must_be_refused_by_name() {
     for (scheme, (key, value), wanted) in [
         ("rim-nonsmooth-gap", ("mechanics_integrator", "midpoint"), "mechanics_integrator = midpoint"),
         ("rim-nonsmooth-gap", ("mechanics_integrator", "event-split"), "mechanics_integrator = event-split"),
-        ("rim-nonsmooth-gap", ("model_motion", "half-kick"), "model_motion = half-kick"),
-        ("rim-smooth", ("redundancy", "regularised:1e-3"), "redundancy"),
         ("rim-smooth", ROW, "friction_rows = slip-direction: no contact of scheme `rim-smooth` sticks and slides"),
         ("interface-mass", ROW, "friction_rows = slip-direction: no contact of scheme `interface-mass`"),
         (

@@ -3,7 +3,7 @@
 use crate::support::*;
 use nalgebra::{Rotation2, Vector2};
 use rimbench::cosim::Subsystem;
-use rimbench::interface_model::{Condensation, Redundancy, condense};
+use rimbench::interface_model::{Condensation, condense};
 use rimbench::mechanics::{ContactLaw, MechanicalModel};
 use rimbench::models::{Ledge, LedgeDisc, WedgeBox, WedgeBoxGeometry};
 
@@ -36,7 +36,7 @@ fn effective_mass(model: &mut WedgeBox, q: &[f64; 6], closed: &[usize]) -> Conde
     }
     let (_, reduced) = reduce(&eq3, &[0.0; 6], 1e-3, 0.0);
     let mut out = Condensation::new(4, 1);
-    condense(&reduced, closed, Redundancy::Drop, &mut out);
+    condense(&reduced, closed, &mut out);
     out
 }
 

@@ -308,7 +308,7 @@ proptest! {
     #[test]
     fn any_text_of_an_option_or_a_parameter_is_a_value_or_an_error(changes in changes(), which in any::<u32>()) {
         let which = which as usize;
-        let texts = ["rim-nonsmooth", "gauss-seidel", "margin:1e-3", "0.5", "regularised:1e-9", "all", "1e-3", "3"];
+        let texts = ["rim-nonsmooth", "gauss-seidel", "margin:1e-3", "0.5", "delay:2", "all", "1e-3", "3"];
         let Ok(text) = String::from_utf8(mangled(texts[which % texts.len()].as_bytes(), &changes)) else { return Ok(()) };
         for option in RunRequest::OPTIONS {
             let mut request = RunRequest::of("wedge-box", "rim-nonsmooth-gap");

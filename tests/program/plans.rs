@@ -244,12 +244,13 @@ fn a_value_that_does_not_go_with_the_case_is_refused_before_anything_runs() {
         command.current_dir(&folder).args(["run", "a.toml", "--out", "results"]);
         command
     };
-    let (wedge_box, heap) = ("name = \"wedge-box\"", "name = \"crane-heap\"\nset = { columns = [4, 5] }");
+    let stops = "name = \"mass-between-stops\"\nset = { spool_amplitude = [0.6, 0.4] }";
+    let wedge_box = "name = \"wedge-box\"";
     for (case, row, wanted) in [
         (wedge_box, "belief = \"missing:99\"", ["belief = missing:99 is not valid", "from missing:0 to missing:3"]),
         (wedge_box, "belief = \"mass:2,closed:4\"", ["belief = closed:4 is not valid", "from closed:0 to closed:3"]),
         ("name = \"quarter-car\"", "belief = \"missing:0\"", ["belief = missing:0", "the model has no contact"]),
-        (heap, "", ["[[cases]] in line 4 (`crane-heap`): columns = 4", "an odd number"]),
+        (stops, "", ["[[cases]] in line 4 (`mass-between-stops`): spool_amplitude = 0.6", "at most 0.5"]),
         ("name = \"wedge-box-friction\"", "solver = \"lemke\"", ["[[schemes]] in line 6", "use solver `active-set`"]),
     ] {
         let message = refused(&mut run(case, row));
@@ -257,7 +258,7 @@ fn a_value_that_does_not_go_with_the_case_is_refused_before_anything_runs() {
         assert!(!folder.path().join("results").exists(), "{case}");
     }
     // What a case does not offer is a row of the results, and so is a machine drawn at random that cannot be.
-    let drawn = "name = \"crane-heap\"\ndraw = { settings = 4, seed = 1, ranges = { columns = [3, 6], disc_mass_kg = [3.0, 5.0] } }";
+    let drawn = "name = \"mass-between-stops\"\ndraw = { settings = 4, seed = 1, ranges = { spool_amplitude = [0.4, 0.6], gravity_m_s2 = [9.0, 10.0] } }";
     for (case, row) in [(wedge_box, "belief = \"friction:0.5\""), (drawn, "")] {
         assert_has(&printed(&mut run(case, row)), &["skipped"]);
     }

@@ -422,12 +422,8 @@ pub struct LinearModel {
     pub unilateral: ConstantRows,
     pub tangential: ConstantRows,
     pub interface: ConstantRows,
-    /// Curvatures of the first unilateral, tangential and interface row beyond q₁ = 1 m, if any.
-    pub bends: Option<[f64; 3]>,
     /// A contact that never rebounds, if any.
     pub plastic: &'static [usize],
-    /// Whether the forces are said to depend on the state.
-    pub sprung: bool,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
 }
@@ -462,14 +458,6 @@ impl LinearModel {
     }
 }
 
-impl LinearModel {
-    fn bend(&self, row: usize, q: &[f64], v: &[f64], rows: &mut Rows) {
-        if let Some(bends) = self.bends.filter(|_| q[0] > 1.0) {
-            rows.convective[0] = bends[row] * v[0] * v[0];
-        }
-    }
-}
-
 impl MechanicalModel for LinearModel {
     fn size(&self) -> ModelSize {
         ModelSize {
@@ -478,7 +466,6 @@ impl MechanicalModel for LinearModel {
             unilateral: self.unilateral.offset.len(),
             tangential: self.tangential.offset.len(),
             interface: self.interface.offset.len(),
-            switches: usize::from(self.bends.is_some()),
             plastic: self.plastic,
             ..ModelSize::default()
         }
@@ -492,27 +479,17 @@ impl MechanicalModel for LinearModel {
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
         force.copy_from_slice(&self.force);
     }
-    fn state_forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) -> bool {
-        force.copy_from_slice(&self.force);
-        self.sprung
-    }
     fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.bilateral.write(q, rows);
     }
-    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.unilateral.write(q, rows);
-        self.bend(0, q, v, rows);
     }
-    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+    fn tangential(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.tangential.write(q, rows);
-        self.bend(1, q, v, rows);
     }
-    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.interface.write(q, rows);
-        self.bend(2, q, v, rows);
-    }
-    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
-        switches.iter_mut().for_each(|switch| *switch = [q[0] - 1.0, v[0]]);
     }
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()

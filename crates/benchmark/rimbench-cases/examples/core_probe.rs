@@ -26,18 +26,15 @@ const SCHEMES: [&str; 12] = [
     "monolithic",
 ];
 
-const OPTIONS: [&[(&str, &str)]; 18] = [
+const OPTIONS: [&[(&str, &str)]; 15] = [
     &[],
     &[("set:friction", "0.3")],
     &[("set:friction", "0.3"), ("set:restitution", "0.4")],
     &[("set:restitution", "0.4")],
     &[("set:contact_compliance_m_n", "1e-7")],
     &[("model_motion", "extrapolated")],
-    &[("model_motion", "piecewise")],
     &[("contact_detection", "mechanics-law")],
     &[("contact_detection", "margin:0.01")],
-    &[("redundancy", "pseudo-inverse")],
-    &[("redundancy", "regularised:1e-6")],
     &[("solver", "lemke")],
     &[("force_return", "mean"), ("mechanics_steps", "all")],
     &[("force_return", "end"), ("sequence", "jacobi")],

@@ -5,7 +5,7 @@
 //! all of them, [`rimbench_contact`].
 //!
 //! ```
-//! use rimbench_core::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+//! use rimbench_core::interface_model::{Condensation, ReducedInterfaceModel, condense};
 //!
 //! // A rod of 3 kg, pushed up at its free end, 1 m from the end that rests on the floor; both move in one direction (Eq. 4 of the paper).
 //! let mut model = ReducedInterfaceModel::zeros(1, 1);
@@ -14,9 +14,9 @@
 //! let mut condensed = Condensation::of(&model);
 //!
 //! // In the air the interface feels a quarter of the rod, on the floor a third: 1/H_ii with the contact open and closed.
-//! condense(&model, &[], Redundancy::default(), &mut condensed);
+//! condense(&model, &[], &mut condensed);
 //! assert!((condensed.effective_mass - 0.75).abs() < 1e-12);
-//! condense(&model, &[0], Redundancy::default(), &mut condensed);
+//! condense(&model, &[0], &mut condensed);
 //! assert!((condensed.effective_mass - 1.0).abs() < 1e-12);
 //! ```
 //!
@@ -38,6 +38,7 @@ pub mod iterative;
 pub mod mechanics;
 pub mod name;
 pub mod numerics_version;
+pub mod parts;
 pub mod schemes;
 
 pub use rimbench_contact::{

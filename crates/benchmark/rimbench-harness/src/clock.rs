@@ -31,7 +31,7 @@ pub fn processor_clock() -> Duration {
     monotonic_clock()
 }
 
-/// Reads the monotonic clock: time since somebody first asked.
+/// Reads the monotonic clock: time since its first reading.
 #[cfg(not(unix))]
 pub fn monotonic_clock() -> Duration {
     static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);

@@ -2,7 +2,7 @@
 //! result files when nothing is.
 //!
 //! ```text
-//! open ─► not somebody else's ─► rows of the store ─► missing
+//! open ─► no files of others ─► rows of the store ─► missing
 //! keep, one row per run ─► finish: read again, others may have stored theirs ─► result files
 //! ```
 
@@ -293,7 +293,7 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
     Ok((summary, missing.iter().take(TOLD).map(|&index| plan[index].clone()).collect()))
 }
 
-/// Refuses a folder that holds somebody's own files under our names.
+/// Refuses a folder in which files of others have the names of results.
 fn refuse_files_of_others(job: &Job<'_>) -> Result<()> {
     let (runs, copy) = (job.folder.join("runs.csv"), job.folder.join(COPY));
     let refused = |path: &Path, who: &str| {

@@ -17,7 +17,7 @@ use std::time::Duration;
 pub struct RunRow {
     /// [`RunSpec::id`].
     pub run_id: Arc<str>,
-    /// What was asked of it besides.
+    /// Further requests.
     pub asked: Asked,
     /// Wall time that it was given and that was not enough, s; none of a run that came to an end.
     pub wall_limit_s: Option<f64>,
@@ -31,7 +31,7 @@ pub struct RunRow {
     pub origin: RunOrigin,
 }
 
-/// What can be asked of a run besides: it fills columns and is no part of the run's id.
+/// Requests of a run beyond its settings: each fills columns and is no part of the run's id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Asked {
     /// The growth that its linearised coupling predicts.

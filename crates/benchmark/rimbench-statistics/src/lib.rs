@@ -1,4 +1,4 @@
-//! The statistics of rimbench: pools, quantiles, straight lines, intervals, performance profiles, the bootstrap.
+//! The statistics of rimbench: pools, quantiles, straight lines, intervals, the bootstrap.
 //!
 //! Nothing is read, written or timed here.
 
@@ -9,7 +9,6 @@ mod intervals;
 mod latin_hypercube;
 mod one_threshold;
 mod paired;
-mod performance_profile;
 mod pool;
 mod rank_correlation;
 mod share_better;
@@ -20,7 +19,6 @@ pub use intervals::{share_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
 pub use one_threshold::share_told_by_threshold;
 pub use paired::{PairedRatios, PairedRun};
-pub use performance_profile::{performance_profile, performance_ratios};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
 pub use share_better::Share;

@@ -77,23 +77,6 @@ fn a_failed_row_is_worse_than_every_number_and_two_of_them_cannot_be_compared() 
     assert_eq!(of(&[1.0], &[]), PairedRatios::default());
 }
 
-#[test]
-fn the_profile_of_two_solvers_on_four_problems_is_the_one_counted_by_hand() {
-    // The third problem is solved by nobody and counts against both, the fourth by the second alone.
-    let costs = [vec![1.0, 4.0, FAILED, f64::NAN], vec![2.0, 1.0, FAILED, 7.0]];
-    let ratios = performance_ratios(&costs);
-    assert_eq!(ratios, [vec![1.0, 4.0, FAILED, FAILED], vec![2.0, 1.0, FAILED, 1.0]]);
-    assert_eq!(performance_profile(&ratios[0]), [(1.0, 0.25), (4.0, 0.5)]);
-    assert_eq!(performance_profile(&ratios[1]), [(1.0, 0.5), (2.0, 0.75)]);
-}
-
-#[test]
-fn nothing_to_compare_is_no_profile_above_zero() {
-    assert_eq!(performance_ratios(&[]), Vec::<Vec<f64>>::new());
-    assert_eq!(performance_profile(&performance_ratios(&[vec![FAILED]])[0]), [(1.0, 0.0)]);
-    assert_eq!(performance_ratios(&[vec![0.0], vec![0.0]]), [[1.0], [1.0]]);
-}
-
 fn mean(values: Vec<f64>) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }

@@ -1,11 +1,11 @@
 //! The parts of a reduced interface model as variables of an FMU: one list for whoever writes, looks up or reads them.
 
-use self::Extent::{Contacts, Interface, Kinks, Rows};
-use self::Needs::{Always, WithContacts, WithFriction, WithKinks, WithPlastic};
+use self::Extent::{Contacts, Interface, Rows};
+use self::Needs::{Always, WithContacts, WithFriction, WithPlastic};
 use self::PartType::{Number, Truth, Whole};
 use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::friction::{ContactState, Stiction};
-use rimbench_core::interface_model::{AccelerationJumps, ReducedInterfaceModel};
+use rimbench_core::interface_model::ReducedInterfaceModel;
 use serde::{Deserialize, Serialize};
 
 /// A part of the reduced interface model, for `n = n_u + n_i` rows, contacts first; with friction `n = 2 n_u + n_i`.
@@ -47,12 +47,6 @@ pub enum ModelPart {
     State,
     /// From which the next contact problem starts, likewise.
     SolvedState,
-    /// How many kinks lie ahead.
-    KinkCount,
-    /// When each is reached, s; room for all that there may be.
-    KinkTime,
-    /// By how much accelerations jump there, one row for each, m/s².
-    KinkJump,
 }
 
 /// Type of a part, in the words of FMI: Float64, Boolean, Int32.
@@ -72,7 +66,6 @@ enum Extent {
     Rows,
     Contacts,
     Interface,
-    Kinks,
 }
 
 /// What a model must have for a part to be there.
@@ -82,7 +75,6 @@ enum Needs {
     WithContacts,
     WithPlastic,
     WithFriction,
-    WithKinks,
 }
 
 /// A part as a variable.
@@ -114,7 +106,7 @@ const fn part(
 
 /// All parts, in the order in which they are listed and told.
 #[rustfmt::skip]
-static PARTS: [PartVariable; 21] = [
+static PARTS: [PartVariable; 18] = [
     part(ModelPart::H, ("rim.H", Number, "1/kg"), &[Rows, Rows], Always,
         "[H_uu H_ui; H_iu H_ii], contacts first, with friction their tangential rows behind them"),
     part(ModelPart::A, ("rim.a", Number, "m/s²"), &[Rows], Always, "free accelerations [a_u; a_i]"),
@@ -145,12 +137,6 @@ static PARTS: [PartVariable; 21] = [
         "what contacts did in the last step: 0 open, 1 sticking, 2 sliding forwards, 3 backwards"),
     part(ModelPart::SolvedState, ("rim.solved_state", Whole, ""), &[Contacts], WithFriction,
         "states from which the next contact problem starts, numbered likewise"),
-    part(ModelPart::KinkCount, ("rim.kink_count", Whole, ""), &[], WithKinks,
-        "how many kinks of the geometry lie ahead"),
-    part(ModelPart::KinkTime, ("rim.kink_time", Number, "s"), &[Kinks], WithKinks,
-        "times from now at which they are reached, as many as there are"),
-    part(ModelPart::KinkJump, ("rim.kink_jump", Number, "m/s²"), &[Kinks, Rows], WithKinks,
-        "jumps of rim.a there, a row for each"),
 ];
 
 impl PartVariable {
@@ -162,11 +148,6 @@ impl PartVariable {
     /// Returns how many values it has in a model of this size.
     pub fn count(&self, size: ModelSize) -> usize {
         self.extents.iter().map(|extent| size.extent(*extent)).product()
-    }
-
-    /// Tells whether it says something of the kinks that lie ahead, which an FMU looks for only when it is asked.
-    pub fn is_of_kinks(&self) -> bool {
-        self.needs == WithKinks
     }
 }
 
@@ -181,8 +162,6 @@ pub struct ModelSize {
     pub friction: bool,
     /// Whether some contacts are plastic while others rebound.
     pub plastic: bool,
-    /// Most kinks that may lie ahead at once.
-    pub kinks: usize,
 }
 
 impl ModelSize {
@@ -193,7 +172,6 @@ impl ModelSize {
             interface: model.interface(),
             friction: model.has_friction(),
             plastic: !model.plastic.is_empty(),
-            kinks: model.acceleration_jumps.places(),
         }
     }
 
@@ -204,7 +182,6 @@ impl ModelSize {
             WithContacts => self.contacts > 0,
             WithPlastic => self.plastic,
             WithFriction => self.friction,
-            WithKinks => self.kinks > 0,
         })
     }
 
@@ -213,24 +190,16 @@ impl ModelSize {
             Rows => self.contacts * if self.friction { 2 } else { 1 } + self.interface,
             Contacts => self.contacts,
             Interface => self.interface,
-            Kinks => self.kinks,
         }
     }
 
-    /// Takes the parts of a model that were told one after the other; those of kinks come last, where they were asked
-    /// for.
+    /// Takes the parts of a model that were told one after the other.
     ///
     /// # Errors
     /// Too few numbers, and numbers that say nothing.
-    pub(crate) fn read(
-        self,
-        mut numbers: &[f64],
-        kinks: bool,
-        model: &mut ReducedInterfaceModel,
-    ) -> Result<(), String> {
+    pub(crate) fn read(self, mut numbers: &[f64], model: &mut ReducedInterfaceModel) -> Result<(), String> {
         let (mut spring, mut stiction) = ([0.0; 2], [0.0; 2]);
-        let (mut count, mut times): (f64, &[f64]) = (0.0, &[]);
-        for variable in self.parts().filter(|variable| kinks || !variable.is_of_kinks()) {
+        for variable in self.parts() {
             let told = numbers.split_off(..variable.count(self));
             let told = told.ok_or_else(|| "its interface model has too few numbers".to_owned())?;
             match variable.part {
@@ -254,20 +223,6 @@ impl ModelSize {
                 ModelPart::TangentialRestitution => model.tangential_restitution = told[0],
                 ModelPart::State => states(&mut model.states, told)?,
                 ModelPart::SolvedState => states(&mut model.solved_states, told)?,
-                ModelPart::KinkCount => count = told[0],
-                ModelPart::KinkTime => times = told,
-                ModelPart::KinkJump => {
-                    if !(0.0..=self.kinks as f64).contains(&count) {
-                        return Err(format!(
-                            "its interface model has {count} kinks ahead, and room for {}",
-                            self.kinks
-                        ));
-                    }
-                    model.acceleration_jumps.clear();
-                    for (time, jumps) in times.iter().zip(told.chunks_exact(self.extent(Rows))).take(count as usize) {
-                        model.acceleration_jumps.add(*time).copy_from_slice(jumps);
-                    }
-                }
             }
         }
         let [stiffness, damping] = spring;
@@ -279,13 +234,11 @@ impl ModelSize {
 
     /// Makes a model of this size with nothing in it.
     pub(crate) fn empty(self) -> ReducedInterfaceModel {
-        let mut empty = if self.friction {
+        if self.friction {
             ReducedInterfaceModel::zeros_with_friction(&vec![0.0; self.contacts], self.interface)
         } else {
             ReducedInterfaceModel::zeros(self.contacts, self.interface)
-        };
-        empty.acceleration_jumps = AccelerationJumps::with_room(self.kinks, self.extent(Rows));
-        empty
+        }
     }
 }
 
@@ -307,7 +260,6 @@ impl ModelPart {
     /// Appends this part of a model; a truth is 1 or 0.
     pub(crate) fn append(self, model: &ReducedInterfaceModel, to: &mut Vec<f64>) {
         let rows = model.interface_start() + model.interface();
-        let (jumps, places) = (&model.acceleration_jumps, model.acceleration_jumps.places());
         let contacts = 0..model.contacts();
         match self {
             ModelPart::H => to.extend((0..rows * rows).map(|at| model.entry(at / rows, at % rows))),
@@ -330,14 +282,6 @@ impl ModelPart {
             ModelPart::TangentialRestitution => to.push(model.tangential_restitution),
             ModelPart::State => to.extend(model.states.iter().map(|state| *state as i32 as f64)),
             ModelPart::SolvedState => to.extend(model.solved_states.iter().map(|state| *state as i32 as f64)),
-            ModelPart::KinkCount => to.push(jumps.iter().count() as f64),
-            ModelPart::KinkTime => {
-                to.extend(jumps.iter().map(|(time, _)| time).chain(std::iter::repeat(0.0)).take(places));
-            }
-            ModelPart::KinkJump => {
-                let entries = jumps.iter().flat_map(|(_, jumps)| jumps).copied();
-                to.extend(entries.chain(std::iter::repeat(0.0)).take(places * rows));
-            }
         }
     }
 }
@@ -348,7 +292,7 @@ mod tests {
 
     #[test]
     fn what_is_told_part_by_part_is_the_model_again() {
-        let size = ModelSize { contacts: 2, interface: 1, friction: true, plastic: true, kinks: 3 };
+        let size = ModelSize { contacts: 2, interface: 1, friction: true, plastic: true };
         let mut model = size.empty();
         let mut next = 0.0;
         let mut fresh = || {
@@ -369,7 +313,6 @@ mod tests {
         model.stiction = Some(Stiction { at_rest: 0.5, in_motion: 0.4 });
         model.tangential_restitution = 0.1;
         (model.states[1], model.solved_states[0]) = (ContactState::ALL[2], ContactState::ALL[3]);
-        model.acceleration_jumps.add(0.125).copy_from_slice(&[1.0, 2.0, 3.0, 4.0, 5.0]);
         let told = |model: &ReducedInterfaceModel| {
             let mut numbers = Vec::new();
             size.parts().for_each(|variable| {
@@ -381,10 +324,10 @@ mod tests {
         };
         let mut again = size.empty();
         (again.discretisation_approach, again.plastic) = (vec![0.0; 2], vec![false; 2]);
-        size.read(&told(&model), true, &mut again).unwrap();
+        size.read(&told(&model), &mut again).unwrap();
         assert_eq!(told(&again), told(&model));
         assert_eq!((&again.plastic, again.spring, again.stiction), (&model.plastic, model.spring, model.stiction));
-        let few = size.read(&told(&model)[1..], true, &mut again).unwrap_err();
+        let few = size.read(&told(&model)[1..], &mut again).unwrap_err();
         assert!(few.contains("too few"), "{few}");
     }
 }

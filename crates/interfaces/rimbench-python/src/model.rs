@@ -20,8 +20,6 @@ pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInt
         }
     }
     let mut model = ReducedInterfaceModel::zeros(contacts, interface);
-    // Nobody asks an object for them.
-    model.acceleration_jumps.unknown = true;
     (model.stabilisation, model.restitution) = (stabilisation, restitution);
     Ok(model)
 }

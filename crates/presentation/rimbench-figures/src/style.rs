@@ -145,7 +145,7 @@ pub(crate) fn with_variants<'a>(name: String, variants: impl Iterator<Item = &'a
     variants.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
 }
 
-/// A variant in words; one that nobody here knows is left as it is.
+/// A variant in words; an unknown one stays as it is.
 fn variant_in_words(variant: &str) -> String {
     if let Some((digits, unit)) = margin(variant) {
         return format!("margin {digits} {unit}");
@@ -432,7 +432,6 @@ mod tests {
             ("rim-nonsmooth/profile-1mm", "non-smooth model, profile, margin 1 mm"),
             ("rim-nonsmooth-gap/profile-10", "gap tracking, profile of 10"),
             ("zero-order-hold/gauss-seidel", "zero-order hold, actuator first"),
-            ("gap/event-split/kinks", "gap, event-split, kinks"),
             ("rim-nonsmooth-gap/raw-late-5", "gap tracking, 5 steps late, taken for the present"),
             ("rim-nonsmooth-gap/profile/coarse-late-10", "gap tracking, profile, 10 steps late, in coarse steps"),
             ("rim-nonsmooth-gap/extrapolated-late-1", "gap tracking, 1 step late, along its rates"),

@@ -131,7 +131,7 @@ pub fn beginning<E>(
         break;
     }
     let (apart, row) = best.residual();
-    // How the search came to an end matters to nobody: how far apart both are is what counts.
+    // The distance between both decides, not how the search ended.
     if apart <= AGREED * scale && best.scale() <= MOST * scale {
         Ok(Beginning { follows: true, ..best })
     } else {

@@ -211,7 +211,7 @@ impl PossibleSteps {
 /// Of these many multiples of what a side takes one is looked for that would do.
 pub(crate) const MOST_MULTIPLES: u32 = 10_000;
 
-/// What a case is built with besides its own numbers.
+/// What a case is built with in addition to its parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Assembly<'a> {
     /// All parameters.

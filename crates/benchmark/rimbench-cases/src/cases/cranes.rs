@@ -1,11 +1,8 @@
-//! The hydraulic crane with its load on a rope: `crane-set-down`, `crane-drag` and `crane-heap`. Three velocities (θ,
-//! load x, y) and those of what it meets; the rope can pull and not push. Shown in `docs/cases/crane-set-down.md` and
-//! `docs/cases/crane-heap.md`.
+//! The hydraulic crane with its load on a rope: `crane-set-down` and `crane-drag`. Three velocities (θ, load x, y); the
+//! rope can pull and not push. Shown in `docs/cases/crane-set-down.md`.
 //!
 //! Geometry, masses and hydraulics of LIM cosim-benchmarks; rope, ground and manoeuvres are *ours*.
 
-use super::case::Purpose;
-use super::drawing::centres;
 use super::prelude::*;
 
 parameters! {
@@ -68,27 +65,6 @@ parameters! {
             .only(&["friction", "tangential_restitution"]).default("friction", 0.3).within("friction", Positive);
     }
 }
-parameters! {
-    /// The crane that pulls its load out from under a heap.
-    struct Heap from "ours" {
-        columns: u32 = 3, 1..=61, "discs in the lowest layer, the load among them; an odd number";
-        layers: u32 = 3, 1..=60, "layers";
-        disc_radius_m: f64 = 0.03, Positive, "radius R of the discs and the load";
-        disc_mass_kg: f64 = 4.0, Positive, "mass of each disc".study(1.0..10.0);
-        wall_gap_m: f64 = 3e-3, NotNegative, "distance of either wall from the lowest layer at the start";
-        rope_slack_m: f64 = 5e-3, NotNegative, "length of the rope that hangs loose at the start";
-        list_reach_radii: f64 = 0.8, Positive, "gap up to which contacts are listed, in radii; at most 0.8";
-        lift_end_s: f64 = 0.9, NotNegative, "end of lifting";
-        spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
-        link: Link with |set| set.default("load_mass_kg", 20.0).source("load_mass_kg", "ours");
-        jack: Jack;
-        spool_change: f64 = 0.04, Fraction, "spool away from equilibrium while lifting".study(0.01..0.1);
-        lift_start_s: f64 = 0.2, NotNegative, "start of lifting";
-        oil: Oil;
-        rest: Rest;
-    }
-}
-
 /// The crane as the parameters say.
 fn geometry(link: &Link, rest: &Rest) -> CraneGeometry {
     CraneGeometry {
@@ -190,85 +166,4 @@ pub(super) fn drag() -> Case {
         Some(drawing(&p.link, &p.rest, p.jack.cylinder.cylinder_length_m, floor, text))
     });
     case
-}
-
-/// Pulls its load, a disc, out from under a hexagonal heap of others between two walls.
-pub(super) fn heap() -> Case {
-    Case {
-        purpose: Purpose::Speed,
-        trace_columns: hydraulics::trace_columns(
-            "theta_1_rad load_x_m load_y_m heap_height_m",
-            "gap_rope_m gap_floor_m gap_lowest_m contact_force_rope_n contact_force_floor_n closed_contacts \
-             contact_force_sum_n largest_displacement_m",
-        ),
-        drawing: drawn(|p: &Heap| {
-            let (link, radius) = (&p.link, p.disc_radius_m);
-            let (sin, cos) = libm::sincos(link.theta_1_start_rad);
-            let load = [link.link_1_length_m * cos, link.link_1_length_m * sin - link.rope_length_m + p.rope_slack_m];
-            let wall_at = |side: f64| load[0] + side * (radius * f64::from(p.columns) + p.wall_gap_m);
-            let [left, right, top] =
-                [wall_at(-1.0), wall_at(1.0), load[1] + radius * (1.0 + 2.0 * f64::from(p.layers))];
-            let title = ["Crane in a heap", "A crane pulls its load out from under a heap of discs."];
-            let mut drawing = drawing(link, &p.rest, p.jack.cylinder.cylinder_length_m, -9.0, title);
-            drawing.shapes.retain(|shape| match shape {
-                Shape::Polygon(points, Fill::Scheme) => points.len() != 4,
-                shape => !matches!(shape, Shape::Arrow { .. }),
-            });
-            drawing.shapes.extend([
-                disc(([0.0, 0.0], Some("load")), radius, Fill::Scheme),
-                wall([left - 0.02, load[1] - radius], [left, top]),
-                wall([right, load[1] - radius], [right + 0.02, top]),
-                wall([left - 0.02, load[1] - radius - 0.04], [right + 0.02, load[1] - radius]),
-            ]);
-            // Behind the coordinates of link and load.
-            let others = centres(heap_of(p.columns, p.layers, radius).len(), 3);
-            drawing.shapes.push(Shape::Discs(others, radius, Fill::Metal));
-            Some(Drawing { view: [[-0.5, 1.7], [-0.7, 0.95]], ..drawing })
-        }),
-        interface_columns: hydraulics::interface(),
-        ..Case::new(
-            "crane-heap",
-            "Hydraulic crane that pulls its load out from under a heap of discs (room for 29 contacts; thousands by its parameters)",
-            times(1.2, 5e-3, 5e-5, [1e-4, 2e-4]),
-            build_heap,
-        )
-    }
-}
-
-/// Centres of the discs of a heap as seen from the load: hexagonal, one less in each second layer; in a single column
-/// one on the other.
-fn heap_of(columns: u32, layers: u32, radius: f64) -> Vec<[f64; 2]> {
-    let middle = f64::from(columns - 1);
-    let mut centres = Vec::new();
-    for layer in 0..layers {
-        let shift = if columns == 1 { 0 } else { layer % 2 };
-        let height = f64::from(layer) * if columns == 1 { 2.0 } else { 3.0_f64.sqrt() };
-        for column in 0..columns - shift {
-            let aside = f64::from(shift + 2 * column) - middle;
-            if layer > 0 || aside != 0.0 {
-                centres.push([radius * aside, radius * height]);
-            }
-        }
-    }
-    centres
-}
-
-fn build_heap(p: &Heap, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
-    if p.columns.is_multiple_of(2) {
-        return Err(Error::invalid("columns", p.columns, "an odd number, so that the load lies in the middle"));
-    }
-    let heap = HeapGeometry {
-        radius: p.disc_radius_m,
-        disc_mass: p.disc_mass_kg,
-        centres: heap_of(p.columns, p.layers, p.disc_radius_m),
-        half_width: p.disc_radius_m * f64::from(p.columns) + p.wall_gap_m,
-        slack: p.rope_slack_m,
-        list_reach_radii: p.list_reach_radii,
-    };
-    let model = CraneInHeap::new(geometry(&p.link, &p.rest), heap)?;
-    let (pressures, centre) = p.jack.cylinder.equilibrium(&p.oil, model.crane().link_force())?;
-    let moves = [(named!(p.lift_start_s), -1.0), (named!(p.lift_end_s), 0.0)];
-    let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
-    let cylinder = p.jack.cylinder.starting_at(model.crane().taut().start_length(), &p.oil, pressures, spool)?;
-    assembly.couple(model, cylinder, &p.rest.contacts)
 }

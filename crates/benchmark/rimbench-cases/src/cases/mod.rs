@@ -110,7 +110,6 @@ pub fn standard_cases() -> Vec<Case> {
         discs::pile().scaled(1.5, 0.11, 10e3).shown_at(4.0),
         discs::packed_box().scaled(1.5, 0.064, 3100.0).shown_at(6.0),
         falling_chain::entry().scaled(2.2e-3, 0.1, 70.0).shown_at(6.0),
-        cranes::heap().scaled(0.55, 0.066, 11e3).shown_at(40.0),
         random_body::entry().scaled(1.2e-3, 0.2, 76.0).shown_at(2.5),
         stops::bouncing_ball().scaled(1.0, 4.2, 2.9).shown_at(20.0),
         elastic_bar::entry().scaled(1.0, 0.16, 85.0).shown_at(0.01),

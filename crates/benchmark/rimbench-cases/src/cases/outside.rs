@@ -1,4 +1,4 @@
-//! A case one side of which comes from elsewhere: a script, a program of its own, somebody else's model.
+//! A case one side of which comes from elsewhere: a script, a separate program, or another model.
 
 use super::case::{Case, CoupledSystem};
 use super::parameters::Parameters;

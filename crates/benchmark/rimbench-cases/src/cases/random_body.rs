@@ -164,11 +164,6 @@ impl MechanicalModel for Body {
         force.iter_mut().zip(self.mass).zip(q).for_each(|((force, mass), q)| *force = -mass * self.own * q);
     }
 
-    fn state_forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) -> bool {
-        self.forces(q, v, force);
-        true
-    }
-
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         for contact in 0..2 {
             write(self.row(contact, self.directions[contact]), self.gaps[contact], q, contact, rows);

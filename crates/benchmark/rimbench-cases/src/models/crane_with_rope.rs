@@ -72,18 +72,6 @@ impl CraneWithRope {
         Ok(Self::started(geometry, crane, height, [geometry.link_1_length * cos + offset, height]))
     }
 
-    /// Holds the load `slack` (m) above where the rope would hold it, with no ground of its own.
-    ///
-    /// # Errors
-    /// Those of [`Crane::new`].
-    pub(super) fn with_slack_rope(mut geometry: CraneGeometry, slack: f64) -> Result<Self> {
-        geometry.start_angles[1] = -std::f64::consts::FRAC_PI_2;
-        let crane = Crane::new(geometry)?;
-        let (sin, cos) = libm::sincos(geometry.start_angles[0]);
-        let height = geometry.link_1_length * sin - geometry.link_2_length + slack;
-        Ok(Self::started(geometry, crane, f64::NEG_INFINITY, [geometry.link_1_length * cos, height]))
-    }
-
     fn started(geometry: CraneGeometry, crane: Crane, ground_height: f64, load: [f64; 2]) -> Self {
         let mut model = CraneWithRope { geometry, crane, ground_height, load, tip_rate: Vector2::zeros() };
         let (q, v) = model.initial_state();

@@ -171,12 +171,6 @@ impl MechanicalModel for LineMasses {
         }
     }
 
-    fn state_forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) -> bool {
-        self.forces(q, v, force);
-        force.iter_mut().zip(&self.line.masses).for_each(|(force, body)| *force -= body.load);
-        true
-    }
-
     fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.line.joints.iter().enumerate().for_each(|(row, joint)| joint.write(row, q, rows));
     }

@@ -3,7 +3,6 @@
 mod actuator_group;
 mod bare_coupling;
 mod crane;
-mod crane_in_heap;
 mod crane_with_rope;
 mod discs;
 mod exponential;
@@ -27,7 +26,6 @@ mod wedge_box;
 pub use actuator_group::{ActuatorGroup, ActuatorNames};
 pub use bare_coupling::{CouplingForce, FreeMasses};
 pub use crane::{Crane, CraneGeometry};
-pub use crane_in_heap::{CraneInHeap, HeapGeometry};
 pub use crane_with_rope::CraneWithRope;
 pub use discs::{ContactList, Discs, DiscsGeometry};
 pub(crate) use exponential::exponential;

@@ -62,7 +62,7 @@ impl Carriage {
 #[derive(Debug, Clone)]
 pub struct SpringActuator {
     parameters: Carriage,
-    /// Of the base besides, m/s.
+    /// Constant velocity added to the motion of the base, m/s.
     drift: f64,
     /// How far the interface may be from the carriage on either side before they touch, m.
     play: f64,
@@ -113,7 +113,7 @@ impl SpringActuator {
         Ok(SpringActuator { parameters, drift: 0.0, play: 0.0, carriage, time: 0.0, inputs, ports, counters })
     }
 
-    /// Lets the base move on at a constant velocity (m/s) besides.
+    /// Adds a constant velocity (m/s) to the motion of the base.
     pub fn with_drift(self, drift: f64) -> Self {
         SpringActuator { drift, ..self }
     }

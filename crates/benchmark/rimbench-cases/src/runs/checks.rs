@@ -225,14 +225,6 @@ impl RunSettings {
             )
         } else if self.audit && late_forces {
             "the audit accounts for late samples of the mechanics only: use delivery_up".to_owned()
-        } else if catches_up
-            .is_some_and(|model| matches!(model.model_motion, ModelMotion::HalfKick | ModelMotion::Piecewise))
-        {
-            format!(
-                "late_samples = {}: a model is run forward as it was, or along its rates: use model_motion `frozen` or `extrapolated`, or \
-                 late_samples `raw`",
-                delivery.late
-            )
         } else if catches_up.is_some() && self.actuator_integrator != ActuatorIntegrator::Euler {
             format!(
                 "late_samples = {}: a model is run forward in micro steps of the first order: use actuator_integrator `euler`, or \

@@ -9,7 +9,8 @@ use rimbench_core::cosim::{
     MechanicsSteps, Sequence, StepControl, TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::{Belief, Redundancy};
+use rimbench_core::interface_model::Belief;
+use rimbench_core::parts;
 use rimbench_core::schemes::{
     ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry, Split,
 };
@@ -36,8 +37,6 @@ enum Needs {
     Exchange,
     /// A reduced interface model.
     Model,
-    /// One that makes contacts bilateral.
-    Condensing,
     /// One for each of several actuators.
     Split,
     /// Steps of the mechanics that are tried.
@@ -56,7 +55,6 @@ impl Needs {
                 .then_some("tries no steps of the mechanics: use rim-answers"),
             _ if !scheme.has_model() => Some("has no reduced interface model"),
             Needs::Model => None,
-            Needs::Condensing => (!scheme.condenses).then_some("makes no contacts bilateral"),
             Needs::Split => (!scheme.splits).then_some("has one model for all actuators"),
         }
     }
@@ -118,6 +116,9 @@ macro_rules! run_options {
             /// [`Error::UnknownName`] for a key that is none; whatever reading a text says.
             pub fn put(&mut self, key: &str, value: impl Into<Given>) -> Result<()> {
                 let value = value.into();
+                if let Some(parts) = step_control_parts(key, &value)? {
+                    return parts.into_iter().try_for_each(|(key, value)| self.put(key, &value));
+                }
                 match key {
                     $(stringify!($key) => self.$key = Some(run_options!(@read $kind key value)),)+
                     _ => return Err(Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))),
@@ -193,10 +194,7 @@ run_options! {
         all |run| text(run.mechanics_integrator);
     /// The actuator steps: euler (its own; if not given), midpoint
     actuator_integrator: ActuatorIntegrator, "RULE", Loop => exchange, all;
-    /// Dependent bilateral contacts: drop, pseudo-inverse, regularised:EPS
-    redundancy: Redundancy, "TREATMENT", Model(Condensing) => model, all;
-    /// Within a macro step: frozen, extrapolated, half-kick (springs and dampers act at t_k), piecewise (from kink to
-    /// kink)
+    /// Within a macro step: frozen, extrapolated
     model_motion: ModelMotion, "MOTION", Model(Model) => model, all;
     /// Contacts that it takes for closed: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M
     /// metres)
@@ -211,7 +209,7 @@ run_options! {
         some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
     /// Step over which its contacts act: micro-step (at once), mechanics-step (spread over the mechanics' own)
     contacts_act: ContactsAct, "OVER", Model(Model) => model, some;
-    /// How samples of the mechanics reach the actuator: delay:D,jitter:J (macro steps), loss:P, seed:S, missed:K+K*L;
+    /// How samples of the mechanics reach the actuator: delay=D,jitter=J (macro steps), loss=P, seed=S, missed=K+K*L;
     /// in time if not given
     delivery_up: Channel, "HOW", Loop,
         some |run| text(&run.delivery.as_ref()?.up);
@@ -225,14 +223,14 @@ run_options! {
     /// Late forces: hold (if not given), linear, rates (of a model)
     late_forces: ForceBridge, "RULE", Loop,
         some |run| text(run.delivery.as_ref()?.bridge);
-    /// What it believes wrongly: mass:RHO, friction:F (factors), gap:M (added, m), missing:C, closed:C (contacts)
+    /// What it believes wrongly: mass=RHO, friction=F (factors), gap=M (added, m), missing=C, closed=C (contacts)
     belief: Belief, "HOW", Model(Model),
         some |run| text(run.belief.as_ref()?);
-    /// Its factor of mass is learned: forgetting:PHI (share of older samples kept), within:X (bound); not if not given
+    /// Its factor of mass is learned: forgetting=PHI (share of older samples kept), within=X (bound); not if not given
     mass_learning: MassLearning, "HOW", Model(Model),
         some |run| text(run.mass_learning.as_ref()?);
-    /// Steps of the mechanics that are tried: range:R (of the largest force), tolerance:T, most:N per macro step,
-    /// noise:V (m/s)
+    /// Steps of the mechanics that are tried: range=R (of the largest force), tolerance=T, most=N per macro step,
+    /// noise=V (m/s)
     trials: TrialSettings, "HOW", Scheme(Trials) => exchange, some;
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
@@ -244,7 +242,7 @@ run_options! {
     macro_step_s: f64, "S", Run,
         all |run| number(run.macro_step);
     /// What shortens macro steps below H: none, energy-residual, energy-residual-libcosim, model-defect,
-    /// model-defect-blind
+    /// model-defect-blind; with its tolerance and shortest step by=HOW,tolerance=TOL,shortest=S
     step_control: StepControl, "HOW", Loop,
         all |run| text(run.step_control.map_or(StepControl::None, |rule| rule.control));
     /// Error allowed per macro step that is controlled, a pure number
@@ -298,9 +296,28 @@ impl RunRequest {
     }
 }
 
+/// What was an option once, with the only value that is left and the option before which it was said: run ids and kept
+/// tables go on saying it of each run with a model.
+pub(super) const SETTLED: [(&str, &str, &str); 1] = [("redundancy", "drop", "model_motion")];
+
 /// What all options say of a run, in their order.
 pub(super) fn facts_of(run: &RunSpec) -> impl Iterator<Item = Fact> {
-    RunRequest::OPTIONS.iter().filter_map(|option| (option.fact)(run))
+    let settled = |before: &str| {
+        let said = SETTLED.into_iter().find(|(.., next)| *next == before);
+        said.map(|(name, value, _)| Fact::new(name, run.model.as_ref().map(|_| text(value))))
+    };
+    RunRequest::OPTIONS.iter().flat_map(move |option| settled(option.key).into_iter().chain((option.fact)(run)))
+}
+
+/// The options that a step control in parts stands for.
+fn step_control_parts(key: &str, value: &Given) -> Result<Option<Vec<(&'static str, String)>>> {
+    let (Given::Text(text), "step_control") = (value, key) else { return Ok(None) };
+    if !text.contains(['=', ':']) {
+        return Ok(None);
+    }
+    let parts = parts::Parts::of("step_control", text, ["by", "tolerance", "shortest"])?;
+    let of = [("by", "step_control"), ("tolerance", "step_tolerance"), ("shortest", "min_macro_step_s")];
+    Ok(Some(of.into_iter().filter_map(|(part, option)| Some((option, parts.get(part)?.to_owned()))).collect()))
 }
 
 /// An error about the value of an option, under the name by which it was given: what is read does not know for which

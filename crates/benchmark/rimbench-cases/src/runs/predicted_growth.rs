@@ -4,8 +4,7 @@ use super::RunSpec;
 use nalgebra::DMatrix;
 use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, OutputRates, Sequence, Side, Sides, division};
 use rimbench_core::error::{Cause, Error, Failure, Result};
-use rimbench_core::interface_model::{Belief, Condensation, Redundancy, condense};
-use rimbench_core::schemes::ModelMotion;
+use rimbench_core::interface_model::{Belief, Condensation, condense};
 
 /// A spectral radius this close to one is one: the accuracy to which it is probed.
 pub const NEUTRAL: f64 = 1e-9;
@@ -48,8 +47,6 @@ pub enum Recurrence {
     Model {
         /// Mass of the model over that of the mechanics.
         mass_ratio: f64,
-        /// Whether the bias is a half-kick; it is frozen otherwise.
-        half_kick: bool,
     },
 }
 
@@ -83,18 +80,12 @@ impl LinearCoupling {
         let bias = -(self.own_stiffness * x + self.own_damping * w) / self.mass;
         let after = |impulse: f64| w + h * bias + impulse / self.mass;
         let held = h * (start - self.damping * w);
-        let kicked = matches!(recurrence, Recurrence::Model { half_kick: true, .. });
-        let (kick, inside) = if kicked { (0.5 * h * bias, 0.0) } else { (0.0, bias) };
-        // The kick is part of the first micro step: the actuator starts from what it received.
         let (mut force, mut model, mut impulse) = (start, w, 0.0);
-        for index in 0..micro_steps {
-            let kick = if index == 0 { kick } else { 0.0 };
+        for _ in 0..micro_steps {
             let lambda = force - self.damping * model;
             impulse += delta * lambda;
             model = match recurrence {
-                Recurrence::Model { mass_ratio, .. } => {
-                    model + kick + delta * (inside + lambda / (mass_ratio * self.mass))
-                }
+                Recurrence::Model { mass_ratio } => model + delta * (bias + lambda / (mass_ratio * self.mass)),
                 Recurrence::MechanicsFirst => after(held),
                 _ => w,
             };
@@ -159,8 +150,7 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) => Some(Recurrence::MeanReturned),
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End) => Some(Recurrence::EndReturned),
         (name, ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) if name.starts_with("rim-") => {
-            let half_kick = spec.model.as_ref().is_some_and(|model| model.model_motion == ModelMotion::HalfKick);
-            Some(Recurrence::Model { mass_ratio: belief.mass, half_kick })
+            Some(Recurrence::Model { mass_ratio: belief.mass })
         }
         _ => None,
     }
@@ -179,7 +169,7 @@ fn linearise(sides: Sides<'_>, macro_step: f64) -> std::result::Result<Option<Li
     }
     let (mut closed, mut condensed) = (Vec::new(), Condensation::of(&model));
     model.closed_contacts(&mut closed);
-    condense(&model, &closed, Redundancy::Drop, &mut condensed);
+    condense(&model, &closed, &mut condensed);
 
     let (mut u, mut rates) = ([0.0; 2], OutputRates::zeros(1, 2));
     sides.mechanics.outputs(&[0.0], &mut u)?;

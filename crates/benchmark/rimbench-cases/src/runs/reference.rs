@@ -37,7 +37,7 @@ const KNOWN_PEAK: f64 = 10.0;
 pub enum Peak {
     /// Known to its first digit: errors can be related to it.
     Known(f64),
-    /// Below a millionth of the case's own scale: there is nothing to speak of.
+    /// Below a millionth of the case's own scale: the peak counts as zero.
     Nothing,
     /// Not ten times its uncertainty.
     NotKnown,

@@ -10,7 +10,7 @@ use rimbench_core::cosim::{
     Trajectory, check_coupling, counts_interface_work, division,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
+use rimbench_core::schemes::{Coupling, Requirement};
 use std::fmt;
 use std::time::Duration;
 
@@ -292,18 +292,11 @@ fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
 /// Why the model of this mechanics does not go with the options of one, if it does not.
 fn unusable_options(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let options = spec.model.as_ref()?;
-    let piecewise = options.model_motion == ModelMotion::Piecewise;
-    // What nobody has asked for may mean nothing.
+    // A default that has no effect is no error.
     let usual = spec.scheme.detection(None).ok().flatten();
     let chosen = options.detection.filter(|own| Some(*own) != usual).map(|own| format!("contact_detection = {own}"));
-    if !piecewise && chosen.is_none() {
-        return None;
-    }
+    chosen.as_ref()?;
     let model = sides.mechanics.capabilities().empty_interface_model()?;
-    if piecewise && model.acceleration_jumps.unknown {
-        let why = "the mechanics' interface model does not say where its geometry has kinks";
-        return Some(format!("model_motion = {}: {why}", options.model_motion));
-    }
     let why =
         "the mechanics' interface model is a smooth one, which has its contacts within and lists none to choose from";
     chosen.filter(|_| model.smooth).map(|chosen| format!("{chosen}: {why}"))

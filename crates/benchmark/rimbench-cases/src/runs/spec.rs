@@ -168,11 +168,12 @@ impl RunSettings {
 
     /// Tells whether it does with the mechanics' interface model what needs every entry of its matrices.
     pub(super) fn needs_every_entry(&self) -> bool {
-        let Some(model) = &self.model else { return false };
+        if self.model.is_none() {
+            return false;
+        }
         self.audit
             || self.belief.is_some()
             || self.mass_learning.is_some()
-            || model.model_motion == ModelMotion::HalfKick
             || self.actuator_integrator == ActuatorIntegrator::Midpoint
     }
 

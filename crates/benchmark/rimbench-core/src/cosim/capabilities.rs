@@ -1,4 +1,4 @@
-//! The capabilities of a subsystem besides stepping, all in one place.
+//! The optional capabilities of a subsystem, all in one place.
 
 use super::contact_mechanics::ContactMechanics;
 use super::energy_account::EnergyAccount;

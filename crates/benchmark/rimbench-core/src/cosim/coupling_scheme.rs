@@ -94,9 +94,6 @@ pub struct ModelEnd<'a> {
     pub rows: &'a [usize],
     /// Their velocities, m/s.
     pub w: &'a [f64],
-    /// All velocities with which the model started, in the order of the model that was sent: with a half-kick, those
-    /// after it.
-    pub start: &'a [f64],
     /// What bilateral contacts with friction do; none where there are none.
     pub bilateral_modes: Option<ContactModes<'a>>,
 }

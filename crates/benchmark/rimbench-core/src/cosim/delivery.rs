@@ -3,6 +3,7 @@
 use super::side::Side;
 use crate::error::{Error, Result};
 use crate::name::by_name;
+use crate::parts::Parts;
 use std::fmt;
 use std::str::FromStr;
 
@@ -114,45 +115,26 @@ impl fmt::Display for Channel {
 impl FromStr for Channel {
     type Err = Error;
 
-    /// Reads `delay:D,jitter:J,loss:P,seed:S,missed:K+K*L+…`, each part at most once and in any order.
+    /// Reads `delay=D,jitter=J,loss=P,seed=S,missed=K+K*L+…`, each part at most once and in any order.
     fn from_str(text: &str) -> Result<Self> {
-        let refused = |expected: &str| Error::invalid("delivery", text, expected);
         let mut channel = Channel::default();
-        let mut seen = Vec::new();
-        for part in text.split(',').map(str::trim) {
-            let (key, value) = part.split_once(':').unwrap_or((part, ""));
-            if seen.contains(&key) {
-                return Err(refused("each of delay, jitter, loss, seed and missed at most once"));
-            }
-            seen.push(key);
-            let steps = || value.parse().ok().filter(|steps| *steps <= MOST_LATE);
-            match key {
-                "delay" | "jitter" => {
-                    let steps = steps().ok_or_else(|| refused("whole macro steps, 0 to 100000, as in `delay:2`"))?;
-                    *if key == "delay" { &mut channel.delay } else { &mut channel.jitter } = steps;
-                }
-                "loss" => {
-                    let loss = value.parse().ok().filter(|loss| (0.0..1.0).contains(loss));
-                    channel.loss =
-                        loss.ok_or_else(|| refused("a share of lost samples from 0 to below 1, as in `loss:0.2`"))?;
-                }
-                "seed" => {
-                    let seed = value.parse().map_err(|_| refused("a whole number from 0 as the seed, as in `seed:3`"));
-                    channel.seed = seed?;
-                }
-                "missed" => channel.missed = missed(value).map_err(|why| refused(&why))?,
-                _ => {
-                    let known = ["delay", "jitter", "loss", "seed", "missed"];
-                    return Err(Error::unknown("part of a delivery", key, known));
-                }
-            }
+        let Channel { delay, jitter, loss, seed, missed } = &mut channel;
+        let parts = Parts::of("delivery", text, ["delay", "jitter", "loss", "seed", "missed"])?;
+        let steps = "whole macro steps, 0 to 100000, as in `delay=2`";
+        parts.read("delay", delay, |steps| *steps <= MOST_LATE, steps)?;
+        parts.read("jitter", jitter, |steps| *steps <= MOST_LATE, steps)?;
+        let share = "a share of lost samples from 0 to below 1, as in `loss=0.2`";
+        parts.read("loss", loss, |loss| (0.0..1.0).contains(loss), share)?;
+        parts.read("seed", seed, |_| true, "a whole number from 0 as the seed, as in `seed=3`")?;
+        if let Some(text) = parts.get("missed") {
+            *missed = missed_steps(text).map_err(|why| parts.refused(&why))?;
         }
         Ok(channel)
     }
 }
 
 /// Reads macro steps that missed their deadline, `3+7*2`: that of index 3 by one step, that of index 7 by two.
-fn missed(text: &str) -> std::result::Result<Vec<(u32, u32)>, String> {
+fn missed_steps(text: &str) -> std::result::Result<Vec<(u32, u32)>, String> {
     let mut missed: Vec<(u32, u32)> = Vec::new();
     for word in text.split('+') {
         let (step, late) = word.split_once('*').unwrap_or((word, "1"));

@@ -1,4 +1,4 @@
-//! Data that go with the samples of a communication point besides outputs, for schemes that need it.
+//! Data exchanged at a communication point in addition to outputs, for schemes that need it.
 
 use super::output_rates::OutputRates;
 use super::ports::Ports;
@@ -7,7 +7,7 @@ use super::transmission_lines::LineForces;
 use crate::error::{Cause, Failure};
 use crate::interface_model::ReducedInterfaceModel;
 
-/// Room for what is exchanged besides outputs, filled anew at every communication point. Nothing by default.
+/// Room for data exchanged in addition to outputs, filled at every communication point. Nothing by default.
 #[derive(Debug, Clone, Default)]
 pub struct ExchangeData {
     /// The mechanics reduced to its interface.

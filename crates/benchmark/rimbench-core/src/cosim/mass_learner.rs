@@ -15,7 +15,8 @@
 use super::communication_grid::MacroStep;
 use super::output_history::OutputHistory;
 use crate::error::{Error, Result};
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, condense};
+use crate::parts::Parts;
 use std::fmt;
 use std::str::FromStr;
 
@@ -75,31 +76,14 @@ impl fmt::Display for MassLearning {
 impl FromStr for MassLearning {
     type Err = Error;
 
-    /// Reads `forgetting:PHI,within:X`, each part at most once and in any order.
+    /// Reads `forgetting=PHI,within=X`, each part at most once and in any order.
     fn from_str(text: &str) -> Result<Self> {
         let mut learning = MassLearning::default();
-        let mut seen = Vec::new();
-        for part in text.split(',').map(str::trim) {
-            let (key, value) = part.split_once(':').unwrap_or((part, ""));
-            let refused = |expected: &str| Error::invalid("mass_learning", text, expected);
-            if seen.contains(&key) {
-                return Err(refused("each of forgetting and within at most once"));
-            }
-            seen.push(key);
-            let number = value.parse().ok().filter(|number: &f64| number.is_finite());
-            match key {
-                "forgetting" => {
-                    let share = number.filter(|share| *share > 0.0 && *share <= 1.0);
-                    learning.forgetting = share
-                        .ok_or_else(|| refused("a share that is kept, above 0 up to 1, as in `forgetting:0.95`"))?;
-                }
-                "within" => {
-                    let factor = number.filter(|factor| *factor > 1.0);
-                    learning.within = factor.ok_or_else(|| refused("a factor above 1, as in `within:10`"))?;
-                }
-                _ => return Err(Error::unknown("part of mass_learning", key, ["forgetting", "within"])),
-            }
-        }
+        let parts = Parts::of("mass_learning", text, ["forgetting", "within"])?;
+        let share = "a share that is kept, above 0 up to 1, as in `forgetting=0.95`";
+        parts.read("forgetting", &mut learning.forgetting, |share| *share > 0.0 && *share <= 1.0, share)?;
+        let factor = "a factor above 1, as in `within=10`";
+        parts.read("within", &mut learning.within, |factor| factor.is_finite() && *factor > 1.0, factor)?;
         Ok(learning)
     }
 }
@@ -199,7 +183,7 @@ impl MassLearner {
         }
         forces.mean_over(0, 1, &mut self.force);
         self.model.closed_contacts(&mut self.closed);
-        condense(&self.model, &self.closed, Redundancy::Drop, &mut self.condensation);
+        condense(&self.model, &self.closed, &mut self.condensation);
         let scale = step.length / self.factor;
         self.forecast.copy_from_slice(w);
         self.forecast_with = self.factor;

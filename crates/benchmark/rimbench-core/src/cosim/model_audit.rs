@@ -11,17 +11,14 @@
 //! age           what the model would have been sent had its samples been in time, under the same forces, less what it was sent
 //! ```
 //! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro
-//! steps. A model that started with a half-kick k has `a − 2k/H` inside, and ends k short of the mechanics:
-//! `w_u⁺ − k_u` takes the place of `w_u⁺`.
+//! steps.
 //! # Source
 //! `docs/method/no-heavier-than-the-mechanics.md`.
 
 use super::communication_grid::{MacroStep, MicroStep};
 use super::coupling_scheme::CouplingScheme;
 use super::output_history::OutputHistory;
-use crate::interface_model::{
-    Condensation, IndependentRows, ReducedInterfaceModel, Redundancy, condense, smallest_eigenvalue,
-};
+use crate::interface_model::{Condensation, IndependentRows, ReducedInterfaceModel, condense, smallest_eigenvalue};
 use rimbench_contact::friction::{ContactState, StateSystem};
 use rimbench_contact::linear_algebra::body_dot;
 
@@ -192,9 +189,7 @@ impl ModelAudit {
         self.contacts.iter_mut().zip(impulses).for_each(|(sum, own)| *sum += own);
     }
 
-    /// Closes a macro step under `forces`, with the work sent and received since the start (J). Of a half-kick the loop
-    /// counts the share `kicked` in the first micro step: all of it with the mean velocity, half with the velocities
-    /// before and after.
+    /// Closes a macro step under `forces`, with the work sent and received since the start (J).
     pub(crate) fn finish(
         &mut self,
         model: &ReducedInterfaceModel,
@@ -202,14 +197,12 @@ impl ModelAudit {
         forces: &OutputHistory,
         scheme: &mut dyn CouplingScheme,
         work: [Option<f64>; 2],
-        kicked: f64,
     ) {
         let first = model.interface_start();
         let (Some(end), [Some(sent), Some(received)], true) = (scheme.model_end(), work, self.known) else {
             self.known = false;
             return;
         };
-        let kick = |row: usize| end.start[row] - model.w[row];
         // ∫ λ dt, a · ∫ t λ dt
         let count = forces.rows().len() as f64;
         let (delta, mut sent_moment) = (step.length / count, 0.0);
@@ -217,8 +210,7 @@ impl ModelAudit {
             // The force of micro step j is in n − j + 1 of the sums.
             let [sum, sums] = forces.running_sums(i);
             *impulse = delta * sum;
-            sent_moment += delta * delta * (a - 2.0 * kick(first + i) / step.length) * ((count + 0.5) * sum - sums);
-            sent_moment += kick(first + i) * (*impulse - (1.0 - kicked) * delta * forces.at(0)[i]);
+            sent_moment += delta * delta * a * ((count + 0.5) * sum - sums);
         }
         let own = self.own.as_deref().unwrap_or(model);
         let by_impulse = |of: &ReducedInterfaceModel, row: usize| body_dot(&of.row(row)[first..], &self.impulse);
@@ -230,9 +222,8 @@ impl ModelAudit {
         let unfrozen = (received - self.counted[1]) - own_smooth - self.moment - self.contact_work;
 
         // P̂
-        let free_of = |of: &ReducedInterfaceModel, row: usize| {
-            of.w[row] + step.length * of.a[row] + by_impulse(of, row) - kick(row)
-        };
+        let free_of =
+            |of: &ReducedInterfaceModel, row: usize| of.w[row] + step.length * of.a[row] + by_impulse(of, row);
         let free = |row: usize| free_of(model, row);
         let mut pushed = false;
         for (&row, w) in end.rows.iter().zip(end.w) {
@@ -274,8 +265,8 @@ impl ModelAudit {
             match row.checked_sub(model.contacts()) {
                 Some(row) => note(w * (p - of_model), row % model.contacts(), Creation::Stick),
                 None => {
-                    // 0 ≤ w + d ⟂ P ≥ 0, with the second half-kick in d
-                    let d = if p > 0.0 { -w } else { own.step_gap_velocity(row) + kick(row) };
+                    // 0 ≤ w + d ⟂ P ≥ 0
+                    let d = if p > 0.0 { -w } else { own.step_gap_velocity(row) };
                     note(d * (of_model - p), row, if d > 0.0 { Creation::Gap } else { Creation::Push });
                     note(-(w + d) * of_model, row, Creation::Pull);
                 }
@@ -312,7 +303,7 @@ impl ModelAudit {
         for ((impulses, of), condensed) in both.into_iter().zip(&mut self.condensed) {
             self.closed.clear();
             self.closed.extend((0..model.contacts()).filter(|&contact| closed(impulses, contact)));
-            condense(of, &self.closed, Redundancy::Drop, condensed);
+            condense(of, &self.closed, condensed);
         }
         let [of_model, of_own] = &self.condensed;
         let difference = &mut self.difference[..];

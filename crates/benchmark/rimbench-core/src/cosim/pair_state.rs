@@ -1,4 +1,4 @@
-//! The state of a run besides those of the sides and of the scheme.
+//! The state of the macro loop.
 
 use super::communication_grid::division;
 use super::exchange_data::ExchangeData;

@@ -67,7 +67,7 @@ pub trait Subsystem: Send {
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure>;
 
-    /// Returns what the subsystem can do besides stepping: itself, or the capabilities of the subsystem that it wraps.
+    /// Returns the subsystem's optional capabilities: itself, or the capabilities of the subsystem that it wraps.
     fn capabilities(&mut self) -> &mut dyn Capabilities;
 
     /// Returns exact work counters.

@@ -1,6 +1,7 @@
 //! Steps of the mechanics that are tried while the actuator steps: what it would answer to a force over the macro step.
 
 use crate::error::{Error, Failure, Result};
+use crate::parts::Parts;
 use std::fmt;
 use std::str::FromStr;
 
@@ -36,36 +37,18 @@ impl fmt::Display for TrialSettings {
 impl FromStr for TrialSettings {
     type Err = Error;
 
-    /// Reads `range:R,tolerance:T,most:N,noise:V`, each part at most once and in any order.
+    /// Reads `range=R,tolerance=T,most=N,noise=V`, each part at most once and in any order.
     fn from_str(text: &str) -> Result<Self> {
-        let (mut settings, mut seen) = (TrialSettings::default(), Vec::new());
-        for part in text.split(',').map(str::trim) {
-            let (key, value) = part.split_once(':').unwrap_or((part, ""));
-            let refused = |expected: &str| Error::invalid("trials", text, expected);
-            if seen.contains(&key) {
-                return Err(refused("each of range, tolerance, most and noise at most once"));
-            }
-            seen.push(key);
-            let number = value.parse().ok().filter(|number: &f64| number.is_finite() && *number >= 0.0);
-            let above = number.filter(|number| *number > 0.0);
-            match key {
-                "range" => {
-                    settings.range = above.ok_or_else(|| refused("a share of the force above 0, as in `range:0.05`"))?
-                }
-                "tolerance" => {
-                    settings.tolerance =
-                        above.ok_or_else(|| refused("a share of the motion above 0, as in `tolerance:0.02`"))?;
-                }
-                "most" => {
-                    let most = value.parse().ok().filter(|most| (1..=100_000).contains(most));
-                    settings.most = most.ok_or_else(|| refused("trials per macro step, from 1, as in `most:24`"))?;
-                }
-                "noise" => {
-                    settings.noise = number.ok_or_else(|| refused("a velocity in m/s from 0, as in `noise:1e-4`"))?
-                }
-                _ => return Err(Error::unknown("part of trials", key, ["range", "tolerance", "most", "noise"])),
-            }
-        }
+        let mut settings = TrialSettings::default();
+        let TrialSettings { range, tolerance, most, noise } = &mut settings;
+        let parts = Parts::of("trials", text, ["range", "tolerance", "most", "noise"])?;
+        let above = |number: &f64| number.is_finite() && *number > 0.0;
+        parts.read("range", range, above, "a share of the force above 0, as in `range=0.05`")?;
+        parts.read("tolerance", tolerance, above, "a share of the motion above 0, as in `tolerance=0.02`")?;
+        let count = "trials per macro step, from 1, as in `most=24`";
+        parts.read("most", most, |most| (1..=100_000).contains(most), count)?;
+        let velocity = "a velocity in m/s from 0, as in `noise=1e-4`";
+        parts.read("noise", noise, |noise| noise.is_finite() && *noise >= 0.0, velocity)?;
         Ok(settings)
     }
 }

@@ -9,7 +9,7 @@ use rimbench_contact::complementarity::SolverCounters;
 pub struct CosimCounters {
     /// Macro steps that the solution is made of.
     pub macro_steps: u64,
-    /// Macro steps taken besides: iterations but the last, trial steps, rejected steps. Zero in a non-iterative run.
+    /// Macro steps that are no part of the result: iterations before the last, trial steps, rejected steps. Zero in a non-iterative run.
     pub repeated_macro_steps: u64,
     /// Exchanges between the sides.
     pub exchanges: u64,

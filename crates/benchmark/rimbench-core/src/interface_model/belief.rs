@@ -2,6 +2,7 @@
 
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::{Error, Result};
+use crate::parts::Parts;
 use std::fmt;
 use std::str::FromStr;
 
@@ -98,39 +99,19 @@ impl fmt::Display for Belief {
 impl FromStr for Belief {
     type Err = Error;
 
-    /// Reads `mass:RHO,friction:F,gap:M,missing:C,closed:C`, each part at most once and in any order.
+    /// Reads `mass=RHO,friction=F,gap=M,missing=C,closed=C`, each part at most once and in any order.
     fn from_str(text: &str) -> Result<Self> {
         let mut belief = Belief::default();
-        let mut seen = Vec::new();
-        for part in text.split(',').map(str::trim) {
-            let (key, value) = part.split_once(':').unwrap_or((part, ""));
-            let refused = |expected: &str| Error::invalid("belief", text, expected);
-            if seen.contains(&key) {
-                return Err(refused("each of mass, friction, gap, missing and closed at most once"));
-            }
-            seen.push(key);
-            let number = value.parse().ok().filter(|number: &f64| number.is_finite());
-            match key {
-                "mass" => {
-                    let mass = number.filter(|mass| *mass > 0.0);
-                    belief.mass = mass.ok_or_else(|| refused("a factor of mass above 0, as in `mass:1.2`"))?;
-                }
-                "friction" => {
-                    let factor = number.filter(|factor| *factor >= 0.0);
-                    belief.friction =
-                        factor.ok_or_else(|| refused("a factor of friction from 0, as in `friction:0.8`"))?;
-                }
-                "gap" => belief.gap = number.ok_or_else(|| refused("metres added to every gap, as in `gap:1e-4`"))?,
-                "missing" | "closed" => {
-                    let contact =
-                        value.parse().map_err(|_| refused("the index of a contact from 0, as in `missing:1`"))?;
-                    *if key == "missing" { &mut belief.missing } else { &mut belief.closed } = Some(contact);
-                }
-                _ => {
-                    let known = ["mass", "friction", "gap", "missing", "closed"];
-                    return Err(Error::unknown("part of a belief", key, known));
-                }
-            }
+        let parts = Parts::of("belief", text, ["mass", "friction", "gap", "missing", "closed"])?;
+        let factor = "a factor of mass above 0, as in `mass=1.2`";
+        parts.read("mass", &mut belief.mass, |mass| mass.is_finite() && *mass > 0.0, factor)?;
+        let factor = "a factor of friction from 0, as in `friction=0.8`";
+        parts.read("friction", &mut belief.friction, |factor| factor.is_finite() && *factor >= 0.0, factor)?;
+        parts.read("gap", &mut belief.gap, |gap| gap.is_finite(), "metres added to every gap, as in `gap=1e-4`")?;
+        for (key, place) in [("missing", &mut belief.missing), ("closed", &mut belief.closed)] {
+            let mut contact = 0;
+            parts.read(key, &mut contact, |_| true, "the index of a contact from 0, as in `missing=1`")?;
+            *place = parts.get(key).map(|_| contact);
         }
         Ok(belief)
     }

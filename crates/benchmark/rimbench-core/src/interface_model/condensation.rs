@@ -3,8 +3,7 @@
 use super::contact_modes::ContactModes;
 use super::frictional_condensation::StateWork;
 use super::reduced_interface_model::ReducedInterfaceModel;
-use super::redundancy::Redundancy;
-use nalgebra::{SMatrix, SymmetricEigen};
+use nalgebra::SMatrix;
 use rimbench_contact::linear_algebra::SparseFactor;
 
 /// Below this fraction of the largest diagonal entry a pivot or eigenvalue of `H_cc` counts as zero.
@@ -13,8 +12,8 @@ const RANK_TOLERANCE: f64 = 1e-10;
 /// Below this fraction of `H_ii` the condensed `Ĥ_ii` is round-off: the interface is locked.
 const LOCKED_TOLERANCE: f64 = 1e-12;
 
-/// Number of contacts up to which the pseudo-inverse is available.
-pub const PSEUDO_INVERSE_LIMIT: usize = 16;
+/// Number of closed contacts beyond which those of a sparse model are factorised by their pattern.
+const FEW_CONTACTS: usize = 2;
 
 /// Number of interface rows up to which the heaviest direction is found.
 const EIGENVALUE_LIMIT: usize = 8;
@@ -55,8 +54,6 @@ struct Work {
     tableau: Vec<f64>,
     pivot_row: Vec<f64>,
     eliminated: Vec<bool>,
-    /// `H_cc⁺`.
-    pseudo_inverse: Vec<f64>,
     /// In place of the tableau, where few of many contacts are coupled; a column over the contacts, and which of them
     /// are closed.
     factor: Option<SparseFactor>,
@@ -81,7 +78,6 @@ impl Condensation {
                 tableau: vec![0.0; rows * columns],
                 pivot_row: vec![0.0; columns],
                 eliminated: vec![false; contacts],
-                pseudo_inverse: vec![0.0; contacts * contacts],
                 ..Work::default()
             },
         }
@@ -99,7 +95,7 @@ impl Condensation {
             return Condensation { work, ..Self::new(0, model.interface()) };
         }
         let Some(pattern) = model.delassus_pattern() else { return Self::new(model.contacts(), model.interface()) };
-        let mut condensation = Self::new(PSEUDO_INVERSE_LIMIT, model.interface());
+        let mut condensation = Self::new(FEW_CONTACTS, model.interface());
         let work = &mut condensation.work;
         work.factor = Some(SparseFactor::new(pattern));
         work.column = vec![0.0; model.contacts()];
@@ -110,11 +106,9 @@ impl Condensation {
 
 /// Closes the contacts `closed` of `model` for good and writes what the interface then looks like to `out`.
 ///
-/// Dependent contacts are handled as `redundancy` says. [`Redundancy::PseudoInverse`] has room for
-/// [`PSEUDO_INVERSE_LIMIT`] of them, and beyond that the result is NaN; schemes refuse it for models that may have
-/// more.
-pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
-    condense_in_modes(model, model.modes(), closed, redundancy, out);
+/// Contacts that depend on others are left out.
+pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
+    condense_in_modes(model, model.modes(), closed, out);
 }
 
 /// Closes the contacts `closed` of `model` for good, with friction in these modes instead of those that the model says;
@@ -123,38 +117,19 @@ pub fn condense_in_modes(
     model: &ReducedInterfaceModel,
     modes: ContactModes<'_>,
     closed: &[usize],
-    redundancy: Redundancy,
     out: &mut Condensation,
 ) {
     let (n_u, n_i, n_c) = (model.interface_start(), model.interface(), closed.len());
-    match redundancy {
-        _ if model.has_friction() => condense_frictional(model, modes, closed, out),
-        Redundancy::Drop if out.work.factor.is_some() && n_c > 2 => condense_by_pattern(model, closed, 0.0, out),
-        Redundancy::Regularised { epsilon } if out.work.factor.is_some() => {
-            condense_by_pattern(model, closed, 0.0, out);
-            let (rank, trace) = (out.rank, closed.iter().map(|&contact| model.entry(contact, contact)).sum::<f64>());
-            condense_by_pattern(model, closed, epsilon * trace / n_c.max(1) as f64, out);
-            out.rank = rank;
-        }
-        Redundancy::Drop if n_i == 1 && n_c <= 2 => project_scalar(model, closed, out),
-        Redundancy::PseudoInverse if n_c > PSEUDO_INVERSE_LIMIT => {
-            [&mut out.h, &mut out.a, &mut out.w].into_iter().for_each(|values| values.fill(f64::NAN));
-            out.rank = 0;
-        }
-        Redundancy::PseudoInverse if n_c > 0 => subtract_projection(model, closed, out),
-        Redundancy::Drop | Redundancy::PseudoInverse => {
-            load(model, closed, 0.0, &mut out.work);
-            out.rank = eliminate(n_c, n_i, &mut out.work);
-            read_interface(n_c, out);
-        }
-        Redundancy::Regularised { epsilon } => {
-            load(model, closed, 0.0, &mut out.work);
-            out.rank = eliminate(n_c, n_i, &mut out.work);
-            let trace: f64 = closed.iter().map(|&contact| model.entry(contact, contact)).sum();
-            load(model, closed, epsilon * trace / n_c.max(1) as f64, &mut out.work);
-            eliminate(n_c, n_i, &mut out.work);
-            read_interface(n_c, out);
-        }
+    if model.has_friction() {
+        condense_frictional(model, modes, closed, out);
+    } else if out.work.factor.is_some() && n_c > FEW_CONTACTS {
+        condense_by_pattern(model, closed, out);
+    } else if n_i == 1 && n_c <= 2 {
+        project_scalar(model, closed, out);
+    } else {
+        load(model, closed, &mut out.work);
+        out.rank = eliminate(n_c, n_i, &mut out.work);
+        read_interface(n_c, out);
     }
     out.locks_itself = false;
     for i in 0..n_i {
@@ -197,7 +172,7 @@ pub(crate) fn rank_of_normal_rows(model: &ReducedInterfaceModel, closed: &[usize
     n
 }
 
-/// Condenses contacts with friction, under any redundancy: dependent rows drop out.
+/// Condenses contacts with friction.
 #[cold]
 fn condense_frictional(
     model: &ReducedInterfaceModel,
@@ -212,14 +187,14 @@ fn condense_frictional(
 
 /// Condenses contacts of a model whose `H_uu` has a pattern. Contacts are left out that depend on those before them in
 /// the factor's order.
-fn condense_by_pattern(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, out: &mut Condensation) {
+fn condense_by_pattern(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
     let (n_u, n_i) = (model.contacts(), model.interface());
     let Work { factor: Some(factor), column, closed: marks, .. } = &mut out.work else { return };
     let Some(rows) = model.contact_rows() else { return };
     factor.change_pattern(rows.pattern);
     marks.fill(false);
     closed.iter().for_each(|&contact| marks[contact] = true);
-    out.rank = factor.factorise(rows, shift, RANK_TOLERANCE, |contact| marks[contact]);
+    out.rank = factor.factorise(rows, 0.0, RANK_TOLERANCE, |contact| marks[contact]);
     for i in 0..n_i {
         // H_cc⁻¹ H_ci, then its products with what the interface feels.
         let of_interface = |i: usize| model.interface_column(i).map_or(&[][..], |column| &column[..n_u]);
@@ -270,13 +245,13 @@ fn project_scalar(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Con
     (out.h[0], out.a[0], out.w[0]) = (left[0], left[1], left[2]);
 }
 
-/// Copies `[H_cc + shift·1  H_ci  a_c  w_c;  H_ic  H_ii  a_i  w_i]` to the tableau.
-fn load(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, work: &mut Work) {
+/// Copies `[H_cc  H_ci  a_c  w_c;  H_ic  H_ii  a_i  w_i]` to the tableau.
+fn load(model: &ReducedInterfaceModel, closed: &[usize], work: &mut Work) {
     let (n_u, n_c) = (model.contacts(), closed.len());
     let n = n_u + model.interface();
     let columns = n_c + model.interface() + 2;
     let sources = closed.iter().copied().chain(n_u..n);
-    for ((position, source), row) in sources.enumerate().zip(work.tableau.chunks_mut(columns)) {
+    for (source, row) in sources.zip(work.tableau.chunks_mut(columns)) {
         for (entry, &contact) in row.iter_mut().zip(closed) {
             *entry = model.entry(source, contact);
         }
@@ -285,9 +260,6 @@ fn load(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, work: &mut 
         }
         row[columns - 2] = model.a[source];
         row[columns - 1] = model.w[source];
-        if position < n_c {
-            row[position] += shift;
-        }
     }
 }
 
@@ -341,57 +313,6 @@ fn read_interface(n_c: usize, out: &mut Condensation) {
         out.a[i] = row[n_i];
         out.w[i] = row[n_i + 1];
     }
-}
-
-/// Subtracts `H_ic H_cc⁺ [H_ci a_c w_c]` with the pseudo-inverse.
-fn subtract_projection(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
-    let (n_u, n_i, n_c) = (model.contacts(), model.interface(), closed.len());
-    out.rank = pseudo_inverse(model, closed, &mut out.work.pseudo_inverse);
-    for i in 0..n_i {
-        for j in 0..n_i {
-            out.h[i * n_i + j] = model.entry(n_u + i, n_u + j);
-        }
-        out.a[i] = model.a[n_u + i];
-        out.w[i] = model.w[n_u + i];
-        for (l, &other) in closed.iter().enumerate() {
-            let inverse = &out.work.pseudo_inverse;
-            let factor: f64 =
-                closed.iter().enumerate().map(|(k, &c)| model.entry(n_u + i, c) * inverse[k * n_c + l]).sum();
-            for j in 0..n_i {
-                out.h[i * n_i + j] -= factor * model.entry(other, n_u + j);
-            }
-            out.a[i] -= factor * model.a[other];
-            out.w[i] -= factor * model.w[other];
-        }
-    }
-}
-
-/// Moore–Penrose inverse of `H_cc`, padded with zeros to a fixed size so that nothing is allocated; returns the rank.
-fn pseudo_inverse(model: &ReducedInterfaceModel, closed: &[usize], out: &mut [f64]) -> usize {
-    let n = closed.len();
-    const N: usize = PSEUDO_INVERSE_LIMIT;
-    let padded = SMatrix::<f64, N, N>::from_fn(|row, column| {
-        if row < n && column < n { model.entry(closed[row], closed[column]) } else { 0.0 }
-    });
-    if !padded.iter().all(|entry| entry.is_finite()) {
-        out[..n * n].fill(f64::NAN);
-        return 0;
-    }
-    let eigen = SymmetricEigen::new(padded);
-    let largest = eigen.eigenvalues.amax();
-    let mut rank = 0;
-    out[..n * n].fill(0.0);
-    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > RANK_TOLERANCE * largest {
-            rank += 1;
-            for row in 0..n {
-                for column in 0..n {
-                    out[row * n + column] += vector[row] * vector[column] / value;
-                }
-            }
-        }
-    }
-    rank
 }
 
 /// `1/λ_min(Ĥ)`; `+inf` where an interface direction is locked.

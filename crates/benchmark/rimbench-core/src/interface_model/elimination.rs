@@ -8,7 +8,7 @@ use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::{Cause, Failure};
-use rimbench_contact::linear_algebra::{Cholesky, SymmetricPattern, body_dot};
+use rimbench_contact::linear_algebra::{Cholesky, SymmetricPattern};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -170,18 +170,6 @@ impl Elimination {
                 self.reduce_in_blocks::<3>([n / 3, b, rows], false, eq3, v, [h, stabilisation], model)
             }
             (n, ..) => self.reduce_in_blocks::<1>([n, b, rows], false, eq3, v, [h, stabilisation], model),
-        }
-    }
-
-    /// Tells whether the accelerations by further forces can be had of it.
-    pub fn knows_accelerations(&self) -> bool {
-        self.local.is_none() && self.jointed.is_none()
-    }
-
-    /// Writes the accelerations `A_x G f` of the stacked rows by the forces `f`, at the state reduced last.
-    pub fn accelerations_by(&self, force: &[f64], a: &mut [f64]) {
-        for (a, row) in a.iter_mut().zip(self.g_rows.chunks_exact(self.velocities)) {
-            *a = body_dot(row, force);
         }
     }
 

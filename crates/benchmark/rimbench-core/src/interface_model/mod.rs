@@ -23,32 +23,26 @@
 /// machine has.
 pub const MEMORY_LIMIT: u64 = 4 << 30;
 
-mod acceleration_jumps;
 mod belief;
 mod condensation;
 mod contact_modes;
 mod delassus_products;
 mod elimination;
 mod frictional_condensation;
-mod half_kick;
 mod independent_rows;
 mod jointed_elimination;
 mod joints;
 mod linearisation;
 mod local_elimination;
 mod reduced_interface_model;
-mod redundancy;
 
-pub use acceleration_jumps::AccelerationJumps;
 pub use belief::Belief;
 pub(crate) use condensation::rank_of_normal_rows;
 pub(crate) use condensation::smallest_eigenvalue;
-pub use condensation::{Condensation, PSEUDO_INVERSE_LIMIT, condense, condense_in_modes};
+pub use condensation::{Condensation, condense, condense_in_modes};
 pub use contact_modes::ContactModes;
 pub(crate) use contact_modes::closed_in_space;
 pub use elimination::Elimination;
-pub(crate) use half_kick::HalfKick;
 pub(crate) use independent_rows::IndependentRows;
 pub use linearisation::{Linearisation, MassMatrix, MatrixForm, Rows};
 pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
-pub use redundancy::Redundancy;

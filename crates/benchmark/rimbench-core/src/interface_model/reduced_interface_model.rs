@@ -1,6 +1,5 @@
 //! The reduced interface model of paper Eq. 4, as plain data.
 
-use super::acceleration_jumps::AccelerationJumps;
 use super::contact_modes::ContactModes;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rimbench_contact::affine_step::LinearModel;
@@ -43,9 +42,6 @@ pub struct ReducedInterfaceModel {
     pub h: Vec<f64>,
     /// Free accelerations `[a_u; a_i]`.
     pub a: Vec<f64>,
-    /// The part of `a` that depends on the state, by the mechanics' own springs and dampers; empty where that is not
-    /// asked for, or not known.
-    pub state_bias: Vec<f64>,
     /// Velocities `[w_u; w_i]`, consistent with the bilateral constraints.
     pub w: Vec<f64>,
     /// Gaps of the contacts; negative means penetration.
@@ -88,8 +84,6 @@ pub struct ReducedInterfaceModel {
     pub solved_forces: Vec<f64>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
-    /// Coming jumps of `a`, from the curvature of the geometry, where they are asked for.
-    pub acceleration_jumps: AccelerationJumps,
     /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none
     /// opens or closes. Only schemes whose contacts are bilateral can use it.
     pub smooth: bool,
@@ -134,7 +128,6 @@ impl ReducedInterfaceModel {
             delassus_pattern: None,
             h: vec![0.0; n * n],
             a: vec![0.0; n],
-            state_bias: Vec::new(),
             w: vec![0.0; n],
             gap: vec![0.0; contacts],
             position: vec![0.0; interface],
@@ -152,7 +145,6 @@ impl ReducedInterfaceModel {
             directions: Vec::new(),
             solved_forces: Vec::new(),
             tangential_restitution: 0.0,
-            acceleration_jumps: AccelerationJumps::default(),
             smooth: false,
         }
     }
@@ -364,9 +356,6 @@ impl ReducedInterfaceModel {
         self.listing = other.listing;
         self.h.copy_from_slice(&other.h);
         self.a.copy_from_slice(&other.a);
-        if !other.state_bias.is_empty() {
-            self.state_bias.copy_from_slice(&other.state_bias);
-        }
         self.w.copy_from_slice(&other.w);
         self.gap.copy_from_slice(&other.gap);
         self.position.copy_from_slice(&other.position);
@@ -388,7 +377,6 @@ impl ReducedInterfaceModel {
             self.solved_forces.copy_from_slice(&other.solved_forces);
         }
         self.tangential_restitution = other.tangential_restitution;
-        self.acceleration_jumps.copy_from(&other.acceleration_jumps);
     }
 
     /// Returns states and coefficients of contacts with friction in the mechanics' last step.

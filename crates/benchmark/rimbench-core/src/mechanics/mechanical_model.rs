@@ -109,12 +109,6 @@ pub trait MechanicalModel: Send {
     /// Writes `f_a − c`, one entry per velocity: applied forces minus Coriolis and centrifugal terms.
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
 
-    /// Writes the part of [`forces`](Self::forces) that depends on the state: springs and dampers, not gravity. False:
-    /// it is not known.
-    fn state_forces(&self, _q: &[f64], _v: &[f64], _force: &mut [f64]) -> bool {
-        false
-    }
-
     /// Writes `A_b`, `Ȧ_b v` and joint errors.
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 

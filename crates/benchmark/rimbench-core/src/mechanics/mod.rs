@@ -6,7 +6,6 @@
 mod contact_stepper;
 mod cubic;
 mod energy_ledger;
-mod jump_finder;
 mod mechanical_model;
 mod memory;
 mod monolithic;

@@ -6,7 +6,6 @@ use super::contact_stepper::{
     CONTACT_OBSERVABLES, ContactLaw, ContactStepper, Friction, ImplicitPart, friction_observables,
 };
 use super::energy_ledger::EnergyLedger;
-use super::jump_finder::JumpFinder;
 use super::mechanical_model::{MechanicalModel, ModelNames};
 use super::memory::{bytes_needed, empty_equations};
 use super::stiff_forces::StiffForces;
@@ -15,7 +14,7 @@ use crate::cosim::{
     SubsystemCounters, subsystem_methods,
 };
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{AccelerationJumps, Linearisation, MEMORY_LIMIT, ReducedInterfaceModel};
+use crate::interface_model::{Linearisation, MEMORY_LIMIT, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
 use rimbench_contact::solver_entry::SolverEntry;
@@ -36,10 +35,6 @@ pub struct NonSmoothMechanics<M> {
     pub(super) stepper: ContactStepper,
     /// Where steps are of the second order.
     second_order: Option<Box<SecondOrderSteps>>,
-    /// Where the geometry has switches: finds the jumps of the free acceleration.
-    acceleration_jumps: Option<Box<JumpFinder>>,
-    /// Forces that depend on the state, N; empty where they are not known.
-    state_forces: Vec<f64>,
     ports: Ports,
     observables: Vec<Name>,
     /// How many of them are the model's own; gaps and forces of the contacts follow.
@@ -57,10 +52,6 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         debug_assert_eq!(ports.outputs.len(), 2 * size.interface);
         let start = model.initial_state();
         model.prepare(&start.0, &start.1);
-        let mut state_forces = vec![0.0; size.velocities];
-        if !model.state_forces(&start.0, &start.1, &mut state_forces) {
-            state_forces.clear();
-        }
         let ModelNames { mut observables, contacts } = model.names();
         let own_observables = observables.len();
         observables.extend(contacts.iter().map(|contact| format!("gap_{contact}_m").into()));
@@ -70,8 +61,6 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(size, eq3, start, law, solver),
             second_order: None,
-            acceleration_jumps: JumpFinder::of(&model),
-            state_forces,
             ports,
             observables,
             own_observables,
@@ -250,29 +239,12 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
 
 impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        let mut model = self.stepper.empty_model();
-        model.acceleration_jumps =
-            AccelerationJumps::with_room(self.model.size().switches, model.interface_start() + model.interface());
-        if !self.state_forces.is_empty() && self.stepper.knows_accelerations() {
-            model.state_bias = vec![0.0; model.a.len()];
-        }
-        Some(model)
+        Some(self.stepper.empty_model())
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         self.find_stiff_forces_here();
         self.stepper.interface_model(h, model)?;
-        if !model.state_bias.is_empty() {
-            let ContactStepper { q, v, .. } = &self.stepper;
-            self.model.state_forces(q, v, &mut self.state_forces);
-            self.stepper.accelerations_by(&self.state_forces, &mut model.state_bias);
-        }
-        if model.acceleration_jumps.requested
-            && let Some(finder) = &mut self.acceleration_jumps
-        {
-            let ContactStepper { q, v, .. } = &self.stepper;
-            finder.find(&mut self.model, (q, v), &mut model.acceleration_jumps);
-        }
         Ok(true)
     }
 

@@ -10,7 +10,7 @@ use crate::iterative::IterativeDriver;
 pub struct Coupling {
     /// The scheme.
     pub scheme: Box<dyn CouplingScheme>,
-    /// Room for what is exchanged besides outputs.
+    /// Room for data exchanged in addition to outputs.
     pub exchange: ExchangeData,
     /// By what it is run.
     pub driver: IterativeDriver,

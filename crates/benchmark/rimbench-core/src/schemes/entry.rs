@@ -67,8 +67,6 @@ pub struct SchemeEntry {
     pub slides: bool,
     /// Contacts of its model may act over the mechanics' own step.
     pub acts_over_mechanics_step: bool,
-    /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
-    pub condenses: bool,
     /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
     pub splits: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
@@ -105,7 +103,6 @@ impl SchemeEntry {
             moves_model: false,
             slides: false,
             acts_over_mechanics_step: false,
-            condenses: true,
             splits: false,
             driver: IterativeDriver::NonIterative,
             build: Arc::new(build),
@@ -130,12 +127,6 @@ impl SchemeEntry {
         let ports = sides.ports();
         check_coupling(ports)?;
         let detection = self.detection(options.detection)?;
-        if let Some(model) = &mut exchange.interface_model {
-            model.acceleration_jumps.requested = options.model_motion == ModelMotion::Piecewise;
-            if options.model_motion != ModelMotion::HalfKick {
-                model.state_bias = Vec::new();
-            }
-        }
         let model = exchange.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {
             self.check_options(options)?;

@@ -6,7 +6,7 @@ use super::construction::ModelConstruction;
 use super::recorded_modes::RecordedModes;
 use crate::cosim::SchemeReport;
 use crate::error::Failure;
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense, condense_in_modes};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, condense, condense_in_modes};
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::complementarity::{Checked, Lcp};
 
@@ -34,7 +34,6 @@ const ROUND_OFF: f64 = 1e-9;
 /// Contacts that give way are all in it, by the law of that step, since their forces follow from gaps.
 #[derive(Clone)]
 pub(super) struct InterfaceAcceleration {
-    redundancy: Redundancy,
     model: ReducedInterfaceModel,
     solver: Checked,
     discretised: DiscretisedModel,
@@ -67,7 +66,6 @@ impl InterfaceAcceleration {
             Box::new(WithFriction { contacts, modes_before: modes.clone(), modes })
         });
         InterfaceAcceleration {
-            redundancy: options.redundancy,
             model: empty.clone(),
             solver: options.solver.checked(if friction.is_some() { 0 } else { contacts }),
             discretised: DiscretisedModel::new(contacts, interface),
@@ -110,7 +108,7 @@ impl InterfaceAcceleration {
             let mut carries = self.forces.iter().map(|force| *force > 0.0);
             self.strongly_active.retain(|_| carries.next().unwrap_or(false));
         }
-        condense(&self.model, &self.strongly_active, self.redundancy, &mut self.condensation);
+        condense(&self.model, &self.strongly_active, &mut self.condensation);
         let rows = self.acceleration.len();
         for (i, a) in self.acceleration.iter_mut().enumerate() {
             let pushed: f64 =
@@ -135,7 +133,7 @@ impl InterfaceAcceleration {
         std::mem::swap(modes, modes_before);
         modes.start_from(model);
         contacts.keep(strongly_active, model, lambda, gives_way, modes)?;
-        condense_in_modes(model, modes.get(), strongly_active, self.redundancy, condensation);
+        condense_in_modes(model, modes.get(), strongly_active, condensation);
         let before = &model.w[model.interface_start()..];
         for ((a, after), before) in self.acceleration.iter_mut().zip(contacts.interface_velocity()).zip(before) {
             *a = (after - before) / model.mechanics_step;

@@ -25,7 +25,7 @@ use super::recorded_modes::RecordedModes;
 use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, Cubic, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Cause, Failure, Result};
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense_in_modes};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, condense_in_modes};
 use nalgebra::{SMatrix, SVector};
 
 pub(super) fn entry() -> SchemeEntry {
@@ -56,7 +56,6 @@ type Column = SVector<f64, MOST_ROWS>;
 #[derive(Clone)]
 struct InterfaceJacobian {
     rows: usize,
-    redundancy: Redundancy,
     active: ActiveContacts,
     received: ReducedInterfaceModel,
     modes: RecordedModes,
@@ -77,7 +76,6 @@ impl InterfaceJacobian {
         let (contacts, rows) = (empty.contacts(), empty.interface());
         Ok(InterfaceJacobian {
             rows,
-            redundancy: options.redundancy,
             active: ActiveContacts::of(empty, &options.solver),
             received: empty.clone(),
             modes: RecordedModes::of(empty),
@@ -102,7 +100,7 @@ impl InterfaceJacobian {
         self.received.closed_contacts(&mut self.closed);
         self.modes.start_from(&self.received);
         self.active.keep(&mut self.closed, &self.received, lambda, false, &mut self.modes)?;
-        condense_in_modes(&self.received, self.modes.get(), &self.closed, self.redundancy, &mut self.condensation);
+        condense_in_modes(&self.received, self.modes.get(), &self.closed, &mut self.condensation);
         let (rows, h) = (self.rows, self.step.length);
         let square = |entry: &dyn Fn(usize, usize) -> f64| {
             Square::from_fn(|i, j| if i < rows && j < rows { entry(i, j) } else { 0.0 })

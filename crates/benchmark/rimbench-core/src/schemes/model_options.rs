@@ -3,7 +3,7 @@
 use super::contact_detection::ContactDetection;
 use super::split::Split;
 use crate::error::{Error, Result};
-use crate::interface_model::{PSEUDO_INVERSE_LIMIT, ReducedInterfaceModel, Redundancy};
+use crate::interface_model::ReducedInterfaceModel;
 use crate::name::by_name;
 use rimbench_contact::solver_entry::SolverEntry;
 use std::sync::Arc;
@@ -16,21 +16,11 @@ pub enum ModelMotion {
     Frozen,
     /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
     Extrapolated,
-    /// `H` stays as it was; what of `a` depends on the state acts at `t_k`, as a half-kick `w + ½ H a` along closed
-    /// contacts.
-    HalfKick,
-    /// `H` stays as it was, `a` jumps where the geometry has its next kink: gap functions are sent with their curvature
-    /// and the place where it changes.
-    Piecewise,
 }
 
 impl ModelMotion {
-    const NAMES: [(&'static str, ModelMotion); 4] = [
-        ("frozen", ModelMotion::Frozen),
-        ("extrapolated", ModelMotion::Extrapolated),
-        ("half-kick", ModelMotion::HalfKick),
-        ("piecewise", ModelMotion::Piecewise),
-    ];
+    const NAMES: [(&'static str, ModelMotion); 2] =
+        [("frozen", ModelMotion::Frozen), ("extrapolated", ModelMotion::Extrapolated)];
 }
 
 by_name!(ModelMotion, NAMES, "model motion");
@@ -82,8 +72,6 @@ by_name!(ContactsAct, NAMES, "step over which contacts act");
 /// Options of a reduced interface model.
 #[derive(Debug, Clone, Default)]
 pub struct ModelOptions {
-    /// Treatment of dependent contacts where they become bilateral.
-    pub redundancy: Redundancy,
     /// Frozen model, or one that moves.
     pub model_motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
@@ -101,32 +89,15 @@ pub struct ModelOptions {
 impl ModelOptions {
     /// Tells whether there is one among them that not all mechanics go together with.
     pub fn depends_on_mechanics(&self) -> bool {
-        self.redundancy != Redundancy::Drop
-            || self.model_motion == ModelMotion::HalfKick
-            || self.friction_rows == FrictionRows::SlipDirection
+        self.friction_rows == FrictionRows::SlipDirection
     }
 
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for what knows no friction, where there is some, for a half-kick of what is not known,
-    /// for a pseudo-inverse of more contacts than it has room for, and for one row of friction where there are not two,
-    /// or rows that turn.
+    /// [`Error::Incompatible`] for what knows no friction, where there is some, and for one row of friction where there
+    /// are not two, or rows that turn.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
-        if self.model_motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
-            return Err(Error::Incompatible(format!(
-                "model_motion = {}: the mechanics does not say which part of its free acceleration depends on the state; use `frozen`",
-                self.model_motion
-            )));
-        }
-        if self.redundancy == Redundancy::PseudoInverse && model.contacts() > PSEUDO_INVERSE_LIMIT {
-            return Err(Error::Incompatible(format!(
-                "redundancy = {}: available for up to {PSEUDO_INVERSE_LIMIT} contacts, and this mechanics has {}; use `drop` or \
-                 `regularised`",
-                self.redundancy,
-                model.contacts()
-            )));
-        }
         if self.friction_rows == FrictionRows::SlipDirection {
             let why = match (model.has_friction(), model.is_in_space()) {
                 (false, _) => "the contacts have no friction",
@@ -141,21 +112,12 @@ impl ModelOptions {
 
     /// Checks that they go together with friction.
     fn check_friction(&self) -> Result<()> {
-        let refused = |option: String, reason: &str| {
-            Err(Error::Incompatible(format!("{option} does not go with friction: {reason}")))
-        };
-        if self.redundancy != Redundancy::Drop {
-            let reason = "of dependent rows that stick or slide the equations drop out; use redundancy `drop`";
-            return refused(format!("redundancy = {}", self.redundancy), reason);
+        if self.solver.with_friction {
+            return Ok(());
         }
-        if self.model_motion == ModelMotion::HalfKick {
-            let reason = "a kick along a surface that may stick or slide is not defined; use model_motion `frozen`";
-            return refused(format!("model_motion = {}", self.model_motion), reason);
-        }
-        if !self.solver.with_friction {
-            let reason = "contacts with friction are solved over their states; use solver `active-set`";
-            return refused(format!("solver = {}", self.solver.name), reason);
-        }
-        Ok(())
+        Err(Error::Incompatible(format!(
+            "solver = {} does not go with friction: contacts with friction are solved over their states; use solver `active-set`",
+            self.solver.name
+        )))
     }
 }

@@ -1,17 +1,14 @@
-//! A reduced interface model as received, and as it stands within the macro step: frozen, extrapolated, or from kink to
-//! kink.
+//! A reduced interface model as received, and as it stands within the macro step: frozen or extrapolated.
 
 use super::model_options::ModelMotion;
 use crate::cosim::MicroStep;
-use crate::interface_model::{HalfKick, ReducedInterfaceModel};
+use crate::interface_model::ReducedInterfaceModel;
 
 /// The model between two communication points.
 ///
 /// ```text
 /// extrapolated    H(t) = H_k + (t − t_k) (H_k − H_{k−1})/(t_k − t_{k−1})        a(t) alike
 /// frozen          H(t) = H_k
-/// half-kick       H(t) = H_k                                                    a(t) = a_k − a_s,k, from w_k + ½ H a_s,k on
-/// piecewise       H(t) = H_k                                                    a(t) = a_k + Σ Δa_j over the kinks with t_j ≤ t
 /// ```
 /// A model whose closed contacts, or with friction their states, differ from those of the one before stays frozen.
 #[derive(Clone)]
@@ -29,7 +26,6 @@ pub(super) struct MovingModel {
     h_rate: Vec<f64>,
     a_rate: Vec<f64>,
     extrapolating: bool,
-    kick: HalfKick,
 }
 
 impl MovingModel {
@@ -45,23 +41,19 @@ impl MovingModel {
             h_rate: vec![0.0; empty.h.len()],
             a_rate: vec![0.0; empty.a.len()],
             extrapolating: false,
-            kick: HalfKick::new(empty),
         }
     }
 
-    /// Takes a model as it is at `time` (s), for a macro step of `length` (s).
-    pub(super) fn receive(&mut self, time: f64, length: f64, model: &ReducedInterfaceModel) {
+    /// Takes a model as it is at `time` (s).
+    pub(super) fn receive(&mut self, time: f64, model: &ReducedInterfaceModel) {
         // A late sample that is used again keeps the rates that it had.
         if time != self.received_at {
             self.extrapolating =
                 self.motion == ModelMotion::Extrapolated && self.take_rates(time - self.received_at, model);
         }
         self.received.copy_from(model);
-        if self.motion == ModelMotion::HalfKick {
-            self.kick.apply(&mut self.received, length);
-        }
         (self.received_at, self.ahead, self.apart) = (time, 0.0, false);
-        if matches!(self.motion, ModelMotion::Extrapolated | ModelMotion::Piecewise) {
+        if self.motion == ModelMotion::Extrapolated {
             self.lend();
         }
     }
@@ -105,9 +97,9 @@ impl MovingModel {
         true
     }
 
-    /// Tells whether the model stays as it was received, or kicked then.
+    /// Tells whether the model stays as it was received.
     pub(super) fn stays(&self) -> bool {
-        matches!(self.motion, ModelMotion::Frozen | ModelMotion::HalfKick)
+        self.motion == ModelMotion::Frozen
     }
 
     /// Lets the model stand still until the next one arrives.
@@ -115,43 +107,18 @@ impl MovingModel {
         self.extrapolating = false;
     }
 
-    /// Brings the model to a micro step: to its middle, or with the share of it that lies behind a kink; says whether
-    /// it has moved.
+    /// Brings the model to the middle of a micro step; says whether it has moved.
     #[inline]
     pub(super) fn move_to(&mut self, at: MicroStep) -> bool {
-        !matches!(self.motion, ModelMotion::Frozen | ModelMotion::HalfKick) && self.moves_to(at)
+        self.motion == ModelMotion::Extrapolated && self.moves_to(at)
     }
 
     #[inline(never)]
     fn moves_to(&mut self, at: MicroStep) -> bool {
-        match self.motion {
-            ModelMotion::Frozen | ModelMotion::HalfKick => false,
-            ModelMotion::Extrapolated => {
-                if self.extrapolating {
-                    self.extrapolate(self.ahead + at.since_exchange + 0.5 * at.length);
-                }
-                self.extrapolating
-            }
-            ModelMotion::Piecewise => self.pass_kinks(at),
+        if self.extrapolating {
+            self.extrapolate(self.ahead + at.since_exchange + 0.5 * at.length);
         }
-    }
-
-    /// A kink moves the model in the micro step that it falls into, and in the one after, which lies behind it as a
-    /// whole.
-    fn pass_kinks(&mut self, at: MicroStep) -> bool {
-        let (start, end) = (at.since_exchange, at.since_exchange + at.length);
-        let near = |time: f64| time < end && time > start - 1.5 * at.length;
-        let passes = self.received.acceleration_jumps.iter().any(|(time, _)| near(time));
-        if passes {
-            self.current.a.copy_from_slice(&self.received.a);
-            for (time, jumps) in self.received.acceleration_jumps.iter().filter(|(time, _)| *time < end) {
-                let share = ((end - time) / at.length).min(1.0);
-                for (a, jump) in self.current.a.iter_mut().zip(jumps) {
-                    *a += share * jump;
-                }
-            }
-        }
-        passes
+        self.extrapolating
     }
 
     fn extrapolate(&mut self, since: f64) {
@@ -191,23 +158,23 @@ mod tests {
             model
         };
         let mut moving = MovingModel::new(&model(0.0), ModelMotion::Extrapolated);
-        moving.receive(0.0, 0.1, &model(1.0));
-        moving.receive(0.1, 0.1, &model(2.0));
+        moving.receive(0.0, &model(1.0));
+        moving.receive(0.1, &model(2.0));
         assert!(moving.move_to(MIDDLE));
         let mut other = model(3.0);
         other.count_version();
-        moving.receive(0.2, 0.1, &other);
+        moving.receive(0.2, &other);
         assert!(!moving.move_to(MIDDLE));
-        moving.receive(0.3, 0.1, &other);
+        moving.receive(0.3, &other);
         assert!(moving.move_to(MIDDLE));
     }
 
     #[test]
     fn a_late_model_goes_on_from_its_sample_and_keeps_its_rates_when_it_is_used_again() {
         let mut moving = MovingModel::new(&model(0.0, ContactState::Open), ModelMotion::Extrapolated);
-        moving.receive(0.0, 0.1, &model(1.0, ContactState::Stick));
+        moving.receive(0.0, &model(1.0, ContactState::Stick));
         for _ in 0..2 {
-            moving.receive(0.1, 0.1, &model(2.0, ContactState::Stick));
+            moving.receive(0.1, &model(2.0, ContactState::Stick));
             moving.go_on_from(0.4);
             assert!(moving.move_to(MIDDLE));
             // 0.3 s to the macro step, 0.05 s in it.
@@ -218,11 +185,11 @@ mod tests {
     #[test]
     fn a_model_with_friction_must_go_on_while_the_mechanics_says_the_same_of_its_contacts() {
         let mut moving = MovingModel::new(&model(0.0, ContactState::Open), ModelMotion::Extrapolated);
-        moving.receive(0.0, 0.1, &model(1.0, ContactState::Stick));
-        moving.receive(0.1, 0.1, &model(2.0, ContactState::Stick));
+        moving.receive(0.0, &model(1.0, ContactState::Stick));
+        moving.receive(0.1, &model(2.0, ContactState::Stick));
         assert!(moving.move_to(MIDDLE));
         assert!((moving.current.h[0] - 2.5).abs() < 1e-15);
-        moving.receive(0.2, 0.1, &model(3.0, ContactState::SlipPositive));
+        moving.receive(0.2, &model(3.0, ContactState::SlipPositive));
         assert!(!moving.move_to(MIDDLE), "the mechanics says that it slides now");
     }
 }

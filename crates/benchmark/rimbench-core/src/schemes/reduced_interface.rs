@@ -34,7 +34,7 @@ use super::recorded_modes::RecordedModes;
 use super::slip_rows::SlipRows;
 use crate::cosim::{CouplingScheme, Forecast, MacroStep, MicroStep, ModelEnd, Sample, SchemeReport, Side};
 use crate::error::Failure;
-use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
+use crate::interface_model::{Condensation, condense_in_modes};
 use rimbench_contact::affine_step::{DiscretisedModel, StepContactLaw};
 
 /// A coupling scheme made from a reduced interface model.
@@ -50,7 +50,6 @@ pub(super) struct ReducedInterface {
     discretised: DiscretisedModel,
     /// Where contacts are bilateral: Eq. 4 with their impulses eliminated.
     condensation: Condensation,
-    redundancy: Redundancy,
     /// With friction: stick or slip of each contact, as the scheme found it last.
     modes: RecordedModes,
     /// Finds `P_u`.
@@ -107,7 +106,7 @@ impl ReducedInterface {
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
         if bilateral {
             let (model, modes) = (self.model.current(), self.modes.get());
-            condense_in_modes(model, modes, self.set.contacts(), self.redundancy, &mut self.condensation);
+            condense_in_modes(model, modes, self.set.contacts(), &mut self.condensation);
             let Condensation { a, h, .. } = &self.condensation;
             self.discretised.discretise_interface(a, h, !self.condensation.is_unsymmetric(), self.contact_step);
         } else {
@@ -142,7 +141,7 @@ impl ReducedInterface {
     /// Returns the mobility of the interface (1/kg, row-major) of the received model with those of its contacts closed
     /// that carried impulse in the last micro step; none where none did.
     pub(super) fn loaded_mobility(&mut self) -> Option<&[f64]> {
-        self.mass.loaded_mobility(&self.model.received, self.modes.get(), self.redundancy)
+        self.mass.loaded_mobility(&self.model.received, self.modes.get())
     }
 
     /// Sets the steps of a macro step in which the mechanics takes so many of its own.
@@ -174,7 +173,7 @@ impl CouplingScheme for ReducedInterface {
             self.mass.record(self.set.contacts(), &self.state.impulses[..self.discretised.contacts()]);
             self.set.detect(model);
             self.modes.start_from(model);
-            self.model.receive(sample.time, sample.step.length, model);
+            self.model.receive(sample.time, model);
             self.set_steps(sample.step, sample.actuator_micro_step, sample.mechanics_steps);
             // The contacts that carry impulse depend on the force, which arrives next.
             return if self.set.waits_for_force() { Ok(()) } else { self.begin() };
@@ -259,7 +258,7 @@ impl CouplingScheme for ReducedInterface {
     fn report(&mut self) -> SchemeReport {
         let effective_mass = match self.contacts {
             ModelContacts::Bilateral => self.mass.bilateral,
-            _ => self.mass.of_strongly_active(&self.model.received, self.modes.get(), self.redundancy),
+            _ => self.mass.of_strongly_active(&self.model.received, self.modes.get()),
         };
         let mut counters = self.contacts.counters();
         counters.add(&self.set.counters());

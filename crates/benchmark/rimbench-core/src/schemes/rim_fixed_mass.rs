@@ -14,7 +14,7 @@ use super::entry::{Family, SchemeEntry};
 use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::Failure;
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, condense};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
@@ -25,8 +25,8 @@ pub(super) fn entry() -> SchemeEntry {
             "rim-fixed-mass",
             "Constant effective mass of the start, no free acceleration, no contacts (ablation)",
             |construction| {
-                let ModelConstruction { empty, options, .. } = construction.model()?;
-                Ok(Box::new(FixedMass::new(empty, options.redundancy)))
+                let ModelConstruction { empty, .. } = construction.model()?;
+                Ok(Box::new(FixedMass::new(empty)))
             },
         )
     }
@@ -34,7 +34,6 @@ pub(super) fn entry() -> SchemeEntry {
 
 #[derive(Clone)]
 struct FixedMass {
-    redundancy: Redundancy,
     closed: Vec<usize>,
     /// `Ĥ_ii(t_0)`.
     mobility: Condensation,
@@ -45,10 +44,9 @@ struct FixedMass {
 }
 
 impl FixedMass {
-    fn new(model: &ReducedInterfaceModel, redundancy: Redundancy) -> Self {
+    fn new(model: &ReducedInterfaceModel) -> Self {
         let (contacts, interface) = (model.contacts(), model.interface());
         FixedMass {
-            redundancy,
             closed: Vec::with_capacity(contacts),
             mobility: Condensation::of(model),
             begun: false,
@@ -69,7 +67,7 @@ impl CouplingScheme for FixedMass {
                 if !self.begun {
                     let model = sent(sample.model)?;
                     model.closed_contacts(&mut self.closed);
-                    condense(model, &self.closed, self.redundancy, &mut self.mobility);
+                    condense(model, &self.closed, &mut self.mobility);
                     self.begun = true;
                 }
             }

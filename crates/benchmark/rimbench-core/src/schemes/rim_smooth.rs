@@ -8,7 +8,7 @@
 //! closed contacts lock the interface, `1/m_eff → 0`, and the actuator builds up pressure against a wall that is not
 //! there. With what the mechanics found closed, the default, or a margin below some 30 µm, contacts that lock rarely
 //! meet on the wedge box, and the failure goes; it is a failure of this model *with* a margin. Dependent contacts are
-//! treated as [`Redundancy`](crate::interface_model::Redundancy) says. **Source**: Peiret, González, Kövecses,
+//! left out. **Source**: Peiret, González, Kövecses,
 //! Teichmann 2018; the smooth RIM of Raoofian, Kövecses, Teichmann.
 
 use super::entry::SchemeEntry;

@@ -47,7 +47,6 @@ pub(super) fn entry() -> SchemeEntry {
             Requirement::OutputRates,
             Requirement::HeldReturn,
         ],
-        condenses: false,
         gain: Some(Gain {
             about: "γ, impedance of the line over that of the system".into(),
             default: IMPEDANCE,

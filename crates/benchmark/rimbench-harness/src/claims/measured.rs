@@ -354,7 +354,7 @@ mod tests {
         assert!(claim.quantity.ends_with("(2 of 5 failed)"), "{}", claim.quantity);
         assert_eq!(claim.run_ids, ["0", "1", "2"]);
         assert_eq!(claim.failed, 2);
-        // A step that fails between two that hold leaves no order to speak of.
+        // A step that fails between two that hold leaves no order.
         let unsteady = rows[4].replace("0.008", "0.002");
         let text = [&rows[..4], &[&unsteady]].concat();
         let text: String = text.iter().enumerate().map(|(id, row)| format!("{id},x,{row},\n")).collect();

@@ -67,7 +67,7 @@ pub(super) type HasEvent<'a> = dyn Fn(ContactEvent, &[(String, String)]) -> Resu
 pub(super) struct Search<'a> {
     /// Tells it of values drawn, at every point of the grid; none where no contact could have it.
     pub(super) has_event: &'a HasEvent<'a>,
-    /// What determines that besides the values.
+    /// Settings other than the drawn values that determine the event.
     pub(super) key: String,
 }
 

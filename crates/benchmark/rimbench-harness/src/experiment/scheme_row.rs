@@ -2,7 +2,7 @@
 
 use crate::deadline_log::DeadlineLog;
 use crate::grid::{MacroSteps, scalar, scalar_text};
-use rimbench_cases::runs::RunRequest;
+use rimbench_cases::runs::{Given, RunRequest};
 use rimbench_core::cosim::{Channel, CommunicationGrid};
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::input::{beside, read_text};
@@ -23,7 +23,7 @@ pub(super) struct Logs<'a> {
     pub(super) file: &'a Path,
     /// What the file holds of them, as the copy beside results does.
     pub(super) kept: &'a BTreeMap<String, String>,
-    /// What was read besides.
+    /// Logs that were read from their own files.
     pub(super) read: BTreeMap<String, String>,
 }
 
@@ -97,6 +97,13 @@ impl SchemeRow {
             logs: Vec::new(),
             request: RunRequest::default(),
         };
+        let twice = [("tolerance", "step_tolerance"), ("shortest", "min_macro_step_s")];
+        if let Some(toml::Value::Table(parts)) = keys.get("step_control")
+            && let Some((part, key)) =
+                twice.into_iter().find(|(part, key)| parts.contains_key(*part) && keys.contains_key(*key))
+        {
+            return Err(Error::Incompatible(format!("step_control.{part} and {key}: give one of the two")));
+        }
         for (key, value) in keys {
             match key.as_str() {
                 "label" => {
@@ -119,7 +126,10 @@ impl SchemeRow {
                             OWN_KEYS.into_iter().chain(options()),
                         ));
                     }
-                    let value = scalar(option, &value)?;
+                    let value = match value {
+                        toml::Value::Table(parts) => Given::Text(parts_text(parts)?),
+                        value => scalar(option, &value)?,
+                    };
                     if option != "scheme" {
                         row.given.insert(option.to_owned(), value.to_string());
                     }
@@ -167,15 +177,7 @@ impl SchemeRow {
             let (text, log) = match value {
                 toml::Value::Table(mut parts) => {
                     let log = (parts.remove("log"), parts.remove("deadline_s"));
-                    let parts = parts.into_iter().map(|(name, part)| match part {
-                        toml::Value::Array(steps) => {
-                            let steps: Result<Vec<String>> =
-                                steps.iter().map(|step| scalar_text(&name, step)).collect();
-                            Ok(format!("{name}:{}", steps?.join("+")))
-                        }
-                        part => Ok(format!("{name}:{}", scalar_text(&name, &part)?)),
-                    });
-                    (parts.collect::<Result<Vec<String>>>()?.join(","), log)
+                    (parts_text(parts)?, log)
                 }
                 text => (scalar_text(&key, &text)?, (None, None)),
             };
@@ -248,6 +250,18 @@ impl SchemeRow {
         let (line, label, case) = (self.line, shortened(&self.label), shortened(case));
         Error::Incompatible(format!("[[schemes]] in line {line} (`{label}` on case `{case}`): {error}"))
     }
+}
+
+/// Writes a table as the text of an option that is made of parts.
+fn parts_text(table: toml::Table) -> Result<String> {
+    let parts = table.into_iter().map(|(name, part)| match part {
+        toml::Value::Array(steps) => {
+            let steps: Result<Vec<String>> = steps.iter().map(|step| scalar_text(&name, step)).collect();
+            Ok(format!("{name}:{}", steps?.join("+")))
+        }
+        part => Ok(format!("{name}:{}", scalar_text(&name, &part)?)),
+    });
+    Ok(parts.collect::<Result<Vec<String>>>()?.join(","))
 }
 
 /// Reads an axis of the grid that a row has for itself.

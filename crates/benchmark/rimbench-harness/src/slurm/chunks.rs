@@ -74,7 +74,7 @@ pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
         };
         let missing = folder.missing(&planned);
         chunking.missing += missing.len();
-        // Nobody asks what is done how long it took.
+        // Times of finished runs are not needed.
         if !missing.is_empty() {
             for run in &planned {
                 if !times.wants(run) {

@@ -20,7 +20,7 @@ const SUBMISSIONS: &str = "records/submissions";
 /// The program that takes the commands.
 pub const SBATCH: &str = "sbatch";
 
-/// Longest array where nobody configured another: `MaxArraySize` is 1001 and no index reaches it.
+/// Slurm's default for the longest array: `MaxArraySize` is 1001 and no index reaches it.
 const LONGEST_ARRAY: usize = 1000;
 
 /// What is to be done, and with what.

@@ -26,8 +26,6 @@ struct Built {
     observed_known: bool,
     model: Option<ReducedInterfaceModel>,
     model_known: bool,
-    /// Whether the kinks ahead are among what is known of it.
-    kinks_known: bool,
     work: WorkMeter,
 }
 
@@ -45,15 +43,13 @@ impl Built {
             observed_known: false,
             model,
             model_known: false,
-            kinks_known: false,
             work: WorkMeter::new(subsystem.ports()),
             subsystem,
         }
     }
 
     fn forget(&mut self) {
-        (self.y_known, self.rates_known, self.observed_known) = (false, false, false);
-        (self.model_known, self.kinks_known) = (false, false);
+        (self.y_known, self.rates_known, self.observed_known, self.model_known) = (false, false, false, false);
     }
 
     fn try_clone(&self) -> Option<Built> {
@@ -266,25 +262,22 @@ impl Instance {
         Ok(&built.observed)
     }
 
-    /// The interface model; with the kinks that lie ahead, which cost more, where they are asked for.
-    fn model(&mut self, kinks: bool) -> Result<&ReducedInterfaceModel, Refusal> {
+    fn model(&mut self) -> Result<&ReducedInterfaceModel, Refusal> {
         let h = self.state.model_step;
         let built = self.built()?;
         let model = built.model.as_mut().ok_or("no interface model is offered with these parameters")?;
-        if !built.model_known || (kinks && !built.kinks_known) {
-            model.acceleration_jumps.clear();
-            model.acceleration_jumps.requested = kinks;
+        if !built.model_known {
             let offered = built.subsystem.capabilities().interface_model(h, model);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("no interface model is offered in this state".to_owned());
             }
-            (built.model_known, built.kinks_known) = (true, kinks);
+            built.model_known = true;
         }
         Ok(model)
     }
 
     fn append_part(&mut self, variable: &PartVariable, found: &mut Vec<f64>) -> Result<(), Refusal> {
-        variable.part.append(self.model(variable.is_of_kinks())?, found);
+        variable.part.append(self.model()?, found);
         Ok(())
     }
 
@@ -400,7 +393,7 @@ impl Instance {
             Kind::ModelStep if value > 0.0 && value.is_finite() => {
                 self.state.model_step = value;
                 if let Some(built) = &mut self.state.built {
-                    (built.model_known, built.kinks_known, built.observed_known) = (false, false, false);
+                    (built.model_known, built.observed_known) = (false, false);
                 }
             }
             Kind::ModelStep => return Err(format!("rim.step = {value} is not valid; valid: a finite number above 0")),

@@ -15,8 +15,7 @@ pub(super) enum Ask {
     /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be
     /// taken for it stands before the inputs, and their relative error behind the answer.
     Rates,
-    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; out come the parts of
-    /// [`ModelSize::parts`], one after the other.
+    /// Step of the mechanics in; out come the parts of [`ModelSize::parts`], one after the other.
     Model,
     /// Step of the mechanics in; observed quantities out.
     Observe,

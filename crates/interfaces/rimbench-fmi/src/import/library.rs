@@ -518,10 +518,9 @@ impl Loaded {
         let Some(ModelVariables { step, size, references }) = &self.plan.model else {
             return Err("it has no interface model".to_owned());
         };
-        let [h, wanted @ ..] = input else { return Err("a model needs a step".to_owned()) };
+        let [h] = input else { return Err("a model needs a step".to_owned()) };
         self.set(&[*step], &[*h])?;
-        let kinks = wanted.first().is_some_and(|wanted| *wanted != 0.0);
-        for (part, &reference) in size.parts().zip(references).filter(|(part, _)| kinks || !part.is_of_kinks()) {
+        for (part, &reference) in size.parts().zip(references) {
             let from = output.len();
             output.resize(from + part.count(*size), 0.0);
             self.get_all(part.part_type.into(), reference, &mut output[from..])?;

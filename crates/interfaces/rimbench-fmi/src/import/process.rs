@@ -221,7 +221,7 @@ pub fn serve() -> Result<()> {
         if heard.is_ok() && head == LEAVE_TAKING {
             return Ok(());
         }
-        // Whoever asked has gone without a word.
+        // The asking process ended without closing the socket.
         if heard.and_then(|()| read_numbers(&mut socket, &mut bytes, &mut input)).is_err() {
             outlive_nobody(started_by, folder.as_deref());
         }

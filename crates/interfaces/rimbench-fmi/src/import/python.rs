@@ -104,7 +104,7 @@ impl PythonMember {
         member.offers.work = *work == 1.0;
         member.offers.observables = names.lines().map(|name| Name::from(name.to_owned())).collect();
         let (contacts, interface) = (*contacts as usize, rows.len());
-        let size = ModelSize { contacts, interface, friction: false, plastic: false, kinks: 0 };
+        let size = ModelSize { contacts, interface, friction: false, plastic: false };
         member.model = (*model == 1.0 && side == Side::Mechanics).then_some(size);
         member.offers.without =
             (member.model.is_none() && !without_model.is_empty()).then(|| without_model.to_owned().into());

@@ -165,7 +165,7 @@ impl ImportedSide {
     /// Gives a mechanics the interface model that is what the rates of its outputs say, with so many rows.
     pub(super) fn give_smooth_model(&mut self, interface: usize) {
         let empty = self.model.insert(ReducedInterfaceModel::zeros(0, interface));
-        (empty.smooth, empty.acceleration_jumps.unknown) = (true, true);
+        empty.smooth = true;
     }
 
     /// Asks for its outputs while it is being initialised, whatever they depend on.
@@ -267,12 +267,8 @@ impl ImportedSide {
     fn fill(&mut self, h: f64, size: ModelSize, model: &mut ReducedInterfaceModel) -> Result<(), String> {
         self.input.clear();
         self.input.push(h);
-        let kinks = model.acceleration_jumps.requested && size.kinks > 0;
-        if kinks {
-            self.input.push(1.0);
-        }
         self.ask(Ask::Model)?;
-        size.read(&self.output, kinks, model)?;
+        size.read(&self.output, model)?;
         model.mechanics_step = h;
         model.check().map_err(|what| format!("its interface model: {what}"))?;
         if self.known && !self.ports.direct_feedthrough {

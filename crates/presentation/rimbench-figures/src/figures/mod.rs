@@ -10,7 +10,6 @@ mod dots_figure;
 mod failures_figure;
 mod manoeuvre_figure;
 mod preview;
-mod profile_figure;
 mod stability_figure;
 mod statistics;
 mod trace_figure;
@@ -215,9 +214,6 @@ kinds! {
     "stability-map"
     /// What became of the runs by scheme and macro step, or the number of cases by scheme and limit.
     StabilityMap(stability_figure::StabilityFigure),
-    "performance-profile"
-    /// Share of the problems in which a scheme is within a factor of the best.
-    PerformanceProfile(profile_figure::ProfileFigure),
 }
 
 /// What came of drawing all figures.

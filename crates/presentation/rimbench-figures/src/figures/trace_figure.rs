@@ -166,7 +166,7 @@ fn ending(folder: &Path, label: &str) -> Result<String> {
 /// The trace of the run of a scheme row, or of the reference.
 ///
 /// # Errors
-/// [`Error::File`] if there is none, or if there are several: which of them is meant nobody can say.
+/// [`Error::File`] if there is none, or if there are several, which is ambiguous.
 pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     let (traces, path) = (folder.join("traces"), folder.join("runs.csv"));
     let table = RunTable::read_from(folder)?;

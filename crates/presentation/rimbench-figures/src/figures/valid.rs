@@ -144,11 +144,6 @@ takes! {
     /// An experiment.
     experiment: String = "an experiment, \"group/name\", both names of folders",
         |value| value.as_str().filter(|text| is_experiment(text)).map(str::to_owned);
-    /// Experiments.
-    experiments: Vec<String> = "a list of experiments, [\"group/name\", …]", |value| {
-        let one = |value: &Value| value.as_str().filter(|text| is_experiment(text)).map(str::to_owned);
-        value.as_array()?.iter().map(one).collect()
-    };
 }
 
 /// The name of the share of the runs that completed.

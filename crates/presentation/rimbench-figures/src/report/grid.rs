@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, good)])), Some(Some(2e-3)));
         assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, lost), (5e-3, good)])), Some(Some(1e-3)));
         assert_eq!(limit(&tried(&[(1e-3, [Ok(0.2); 3]), (2e-3, good)])), Some(None));
-        // Where nobody waited for the end there is no limit, and what lies beyond does not make one.
+        // A run that was cut off gives no limit, nor do longer steps beyond it.
         assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, silent), (5e-3, good)])), None);
         assert_eq!(limit(&tried(&[(1e-3, silent), (2e-3, lost)])), None);
         assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, lost), (5e-3, silent)])), Some(Some(1e-3)));

@@ -636,11 +636,6 @@ fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
         "[[figure.panels]]\nmetric = \"interface_residual_j\"\nonly = { set = \"all\" }\nsymlog = [1e-4, 1.0]\n";
     let signed = drawn(&format!("{LEAST_XY}{panel}"));
     assert!(["−10⁰", "0", "10⁰"].iter().all(|tick| signed.contains_key(*tick)), "{signed:?}");
-    // Durations are part of a problem.
-    place.edit("runs.csv", |k, row| Some(format!("{row}{}", if k == 0 { ",duration_s" } else { ",1.0" })));
-    let at = format!("{}at = [1, 2]\n[[figure.panels]]\ncost = \"wall_s\"\n", kind("performance-profile"));
-    let profile = drawn(&at);
-    assert!(profile.contains_key("is the best (τ = 1)") && profile.contains_key("within τ = 2"), "{profile:?}");
     // Every run of one macro step has a faint mark; what broke off is counted.
     place.edit("runs.csv", |k, row| (k == 0 || row.contains(",0.005,")).then(|| row.to_owned()));
     let phases = drawn(&format!("{}runs = true\n{POOLED_PANEL}", kind("dots")));
@@ -654,8 +649,12 @@ fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
     let mut said = BTreeSet::new();
     for section in page.split("\n## ").skip(1).filter(|section| !section.starts_with("Table")) {
         let kind = section.strip_prefix('`').and_then(|rest| rest.split('`').next()).unwrap_or_default();
-        let keys = section.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next());
-        said.extend(keys.map(|key| (kind, key)));
+        for line in section.lines().filter_map(|line| line.strip_prefix("| `")) {
+            let (key, rest) = line.split_once("` | ").unwrap();
+            let kinds =
+                if section.starts_with("Several") { rest.split(" | ").next().unwrap_or_default() } else { kind };
+            said.extend(kinds.split(", ").map(|kind| (kind, key)));
+        }
     }
     // Every kind has a width, which stands with the keys of all.
     let taken = figure_keys().into_iter().map(|(kind, key)| (if key == "width" { "" } else { kind }, key));

@@ -42,15 +42,14 @@ impl CoupledPair<'_> {
     #[cold]
     fn audit(&mut self, step: MacroStep) {
         let InterfaceWork { sent_j, received_j } = self.interface_work();
-        let PairState { audit, exchange, history, rates, late, .. } = &mut *self.state;
+        let PairState { audit, exchange, history, late, .. } = &mut *self.state;
         if let (Some(audit), Some(model)) = (audit, &exchange.interface_model) {
-            let kicked = if rates.is_some() { 1.0 } else { 0.5 };
             let shadow = late.as_mut().and_then(|late| late.shadow.as_mut());
             let Some(shadow) = shadow else {
-                return audit.finish(model, step, history, &mut *self.scheme, [sent_j, received_j], kicked);
+                return audit.finish(model, step, history, &mut *self.scheme, [sent_j, received_j]);
             };
             let in_time = shadow.work_sent.sent();
-            audit.finish(model, step, history, &mut *shadow.scheme.0, [in_time, received_j], kicked);
+            audit.finish(model, step, history, &mut *shadow.scheme.0, [in_time, received_j]);
             audit.set_age(in_time.zip(sent_j).map(|(in_time, sent)| in_time - sent));
         }
     }

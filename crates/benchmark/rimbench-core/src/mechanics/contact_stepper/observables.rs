@@ -1,7 +1,7 @@
 //! Observables that every model with contacts has.
 
 use super::ContactStepper;
-use crate::interface_model::{Redundancy, condense_in_modes, rank_of_normal_rows};
+use crate::interface_model::{condense_in_modes, rank_of_normal_rows};
 
 /// Observables that every model with contacts has.
 ///
@@ -17,16 +17,6 @@ impl ContactStepper {
     /// Returns the contact impulses of the last step, N·s, those of friction after the others.
     pub(in crate::mechanics) fn all_contact_impulses(&self) -> &[f64] {
         &self.impulses[..self.eq4.interface_start()]
-    }
-
-    /// Tells whether [`accelerations_by`](Self::accelerations_by) is known.
-    pub(in crate::mechanics) fn knows_accelerations(&self) -> bool {
-        self.elimination.knows_accelerations()
-    }
-
-    /// Writes the accelerations of the rows of Eq. 4 by these forces (N), at the state reduced last.
-    pub(in crate::mechanics) fn accelerations_by(&self, force: &[f64], a: &mut [f64]) {
-        self.elimination.accelerations_by(force, a);
     }
 
     /// Writes gaps, contact forces `λ_u = P_u/h` of the last step, and to `contact` the [`CONTACT_OBSERVABLES`]; `h` is
@@ -66,6 +56,6 @@ impl ContactStepper {
 
     fn condense_closed(&mut self) {
         let modes = self.contacts.coulomb().map_or_else(|| self.eq4.modes(), |contacts| contacts.modes());
-        condense_in_modes(&self.eq4, modes, &self.closed, Redundancy::Drop, &mut self.condensation);
+        condense_in_modes(&self.eq4, modes, &self.closed, &mut self.condensation);
     }
 }

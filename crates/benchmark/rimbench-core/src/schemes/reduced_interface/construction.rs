@@ -161,7 +161,6 @@ impl ReducedInterface {
             model: MovingModel::new(empty, options.model_motion),
             discretised,
             condensation: Condensation::of(empty),
-            redundancy: options.redundancy,
             modes: RecordedModes::of(empty),
             contacts: solved,
             gap_term: GapTerm::of(contacts, detection, empty.spring.is_some(), options.contacts_act),

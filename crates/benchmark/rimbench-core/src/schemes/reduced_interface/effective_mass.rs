@@ -1,6 +1,6 @@
 //! The effective mass of the model (source paper, Fig. 2).
 
-use crate::interface_model::{Condensation, ContactModes, ReducedInterfaceModel, Redundancy, condense_in_modes};
+use crate::interface_model::{Condensation, ContactModes, ReducedInterfaceModel, condense_in_modes};
 
 /// The effective mass `m_eff = (H_ii − H_ic H_cc⁺ H_ci)⁻¹`, c being the contacts that carried impulse.
 #[derive(Clone)]
@@ -33,28 +33,18 @@ impl EffectiveMass {
 
     /// Returns the effective mass (kg) of `model` with the recorded contacts bilateral, sticking or slipping as `modes`
     /// says.
-    pub(super) fn of_strongly_active(
-        &mut self,
-        model: &ReducedInterfaceModel,
-        modes: ContactModes<'_>,
-        redundancy: Redundancy,
-    ) -> f64 {
-        condense_in_modes(model, modes, &self.strongly_active, redundancy, &mut self.condensation);
+    pub(super) fn of_strongly_active(&mut self, model: &ReducedInterfaceModel, modes: ContactModes<'_>) -> f64 {
+        condense_in_modes(model, modes, &self.strongly_active, &mut self.condensation);
         self.condensation.effective_mass
     }
 
     /// Returns the mobility of the interface (1/kg, row-major) of `model` with the recorded contacts bilateral; none
     /// where there are none.
-    pub(super) fn loaded_mobility(
-        &mut self,
-        model: &ReducedInterfaceModel,
-        modes: ContactModes<'_>,
-        redundancy: Redundancy,
-    ) -> Option<&[f64]> {
+    pub(super) fn loaded_mobility(&mut self, model: &ReducedInterfaceModel, modes: ContactModes<'_>) -> Option<&[f64]> {
         if self.strongly_active.is_empty() {
             return None;
         }
-        self.of_strongly_active(model, modes, redundancy);
+        self.of_strongly_active(model, modes);
         Some(&self.condensation.h)
     }
 }

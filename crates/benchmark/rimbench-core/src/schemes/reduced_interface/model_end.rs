@@ -15,12 +15,11 @@ impl ReducedInterface {
             return None;
         }
         let (received, current) = (&model.received, model.current());
-        let start = &received.w[..];
         if !matches!(contacts, ModelContacts::Bilateral) {
             // Velocities of many contacts are out of date within a critical region.
             contacts.leave_region(law, state);
             let rows = contacts.rows(set.contacts());
-            return Some(ModelEnd { rows, w: &state.w_plus[..rows.len()], start, bilateral_modes: None });
+            return Some(ModelEnd { rows, w: &state.w_plus[..rows.len()], bilateral_modes: None });
         }
         // Bilateral contacts stand still, or follow their gap term; they have no use for impulses.
         for (w, &contact) in state.impulses.iter_mut().zip(set.contacts()) {
@@ -30,6 +29,6 @@ impl ReducedInterface {
             return None;
         }
         let bilateral_modes = received.has_friction().then(|| modes.get());
-        Some(ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()], start, bilateral_modes })
+        Some(ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()], bilateral_modes })
     }
 }
