@@ -358,7 +358,7 @@ pub fn run(
     let cases = cases.map(case).collect::<PyResult<Vec<_>>>()?;
     let mut catalogue = everything().clone();
     let python: PathBuf = py.import("sys")?.getattr("executable")?.extract()?;
-    catalogue.read_files_by(move |file| read_case(file, programs(python.clone())));
+    catalogue.read_cases_by(move |file| read_case(file, programs(python.clone())));
     let mut of_python = false;
     for case in cases.iter().map(Py::get) {
         of_python |= case.case.from_outside;

@@ -4,6 +4,7 @@ use super::fact::{Fact, FactValue};
 use super::options::facts_of;
 use super::spec::RunSpec;
 use crate::metrics::{METRICS, Only};
+use rimbench_core::name::Name;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_core::schemes::Requirement;
 use sha2::{Digest, Sha256};
@@ -29,12 +30,19 @@ impl RunSpec {
         }
     }
 
-    /// Lists everything that determines the run: what options say, the parameters of the case behind the case, and the
-    /// audit.
+    /// Lists everything that determines the run: what options say, the parameters of the case behind the case, the
+    /// audit, and the code of what is not built in.
     pub fn facts(&self) -> Vec<Fact> {
         let mut facts: Vec<Fact> = facts_of(self).collect();
         facts.insert(1, Fact::text("set", self.parameters.given()));
         facts.push(Fact::new("audit", self.audit.then_some(FactValue::Truth(true))).of_some_runs());
+        let digests = [
+            ("case_digest", &self.case.digest),
+            ("scheme_digest", &self.scheme.digest),
+            ("solver_digest", &self.solver.digest),
+        ];
+        let said = |digest: &Option<Name>| digest.as_ref().map(|digest| FactValue::Text(digest.to_string()));
+        facts.extend(digests.map(|(name, digest)| Fact::new(name, said(digest)).of_some_runs()));
         facts
     }
 

@@ -238,7 +238,7 @@ class Result:
 
     #: Hash of everything that determines the run.
     run_id: str
-    #: `completed`, `diverged`, `out-of-range`, `solver-failed`, `subsystem-failed`, `timeout` or `skipped`.
+    #: `completed`, `diverged`, `out-of-range`, `solver-failed`, `subsystem-failed`, `scheme-failed`, `timeout` or `skipped`.
     outcome: str
     #: When the run left the path of a completed one, s; `None` if it did not.
     outcome_at_s: float | None
