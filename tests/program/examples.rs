@@ -37,7 +37,7 @@ fn a_scheme_of_ones_own_is_a_full_citizen_of_the_whole_command_line() {
     assert_has(&mine("list schemes"), &["smoothed-hold"]);
     let simulated = mine("simulate --case wedge-box --scheme smoothed-hold --macro-step 5ms --duration 0.1");
     assert_has(&simulated, &["wedge-box · smoothed-hold · H = 5 ms"]);
-    let limit = "limit --case linear-oscillator --scheme smoothed-hold --from 1ms --to 100ms --method simulated";
+    let limit = "limit --case linear-oscillator --scheme smoothed-hold --from 1ms --to 100ms --per-decade 3";
     assert_has(&mine(limit), &["smoothed-hold"]);
     let advice = "advise --case bouncing-ball --scheme smoothed-hold --error 50% --phases 1 --from 1ms --to 2ms";
     assert_has(&mine(advice), &["smoothed-hold", "template simulate --case bouncing-ball --scheme smoothed-hold"]);
@@ -73,6 +73,15 @@ fn a_solver_from_outside_solves_the_problems_with_known_answers() {
     let said = printed(&mut Command::new(example("custom_solver")));
     assert!(said.lines().any(|line| line.starts_with("Murty, 2 × 2: ")), "{said}");
     assert!(said.lines().last().unwrap().starts_with("42 problems"), "{said}");
+}
+
+#[test]
+fn the_profiles_of_the_crate_outside_are_those_of_the_program() {
+    let profiles = |path: &str| {
+        let manifest = std::fs::read_to_string(root().join(path)).unwrap();
+        manifest.parse::<toml::Table>().unwrap()["profile"]["release"].clone()
+    };
+    assert_eq!(profiles("examples/template/Cargo.toml"), profiles("Cargo.toml"));
 }
 
 #[test]

@@ -103,8 +103,10 @@ fn a_suite_of_ones_own_is_recorded_and_compared_and_says_what_is_wrong_with_it()
         let mut command = perf(&["record", "--without-instructions", "--suite"]);
         said(command.arg(&file).arg("--history").arg(&history).current_dir(folder.path()), code)
     };
-    write("\"bouncing-ball/nepce\" = { macro_step_s = 1e-3, duration_s = 0.1 }\n\"wedge-box/nepce/heavy\" = { macro_step_s = 1e-3, \
-           duration_s = 0.05, set = { box_mass_kg = 250.0 }, answer = [1e9, 1.0] }\n");
+    write(
+        "\"bouncing-ball/nepce\" = { macro_step_s = 1e-3, duration_s = 0.1 }\n\"wedge-box/nepce/heavy\" = { macro_step_s = 1e-3, \
+           duration_s = 0.05, set = { box_mass_kg = 250.0 }, answer = [1e9, 1.0] }\n",
+    );
     assert_has(&record(0), &["bouncing-ball/nepce", "wedge-box/nepce/heavy", "wrong answer", "expected 1.0"]);
     let rows = History::read(&history).unwrap().rows;
     assert!(rows.len() == 2 && rows[0].is_ok() && rows[0].counters[0] == 100, "{rows:?}");

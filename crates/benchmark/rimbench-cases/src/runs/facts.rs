@@ -10,6 +10,9 @@ use rimbench_core::schemes::Requirement;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
 
+/// Facts of what is not built in: digests of its code.
+pub(super) const CODE: [&str; 3] = ["case_digest", "scheme_digest", "solver_digest"];
+
 /// Finds the runs that a metric or a counter, by its column in tables, says something of; none where these are all.
 pub fn only_of(column: &str) -> Option<Only> {
     let metric = METRICS.iter().find(|metric| metric.name == column);
@@ -36,13 +39,9 @@ impl RunSpec {
         let mut facts: Vec<Fact> = facts_of(self).collect();
         facts.insert(1, Fact::text("set", self.parameters.given()));
         facts.push(Fact::new("audit", self.audit.then_some(FactValue::Truth(true))).of_some_runs());
-        let digests = [
-            ("case_digest", &self.case.digest),
-            ("scheme_digest", &self.scheme.digest),
-            ("solver_digest", &self.solver.digest),
-        ];
+        let digests = [&self.case.digest, &self.scheme.digest, &self.solver.digest];
         let said = |digest: &Option<Name>| digest.as_ref().map(|digest| FactValue::Text(digest.to_string()));
-        facts.extend(digests.map(|(name, digest)| Fact::new(name, said(digest)).of_some_runs()));
+        facts.extend(CODE.into_iter().zip(digests).map(|(name, of)| Fact::new(name, said(of)).of_some_runs()));
         facts
     }
 

@@ -2,6 +2,7 @@
 //! it back.
 
 use super::fact::{Fact, FactValue};
+use super::facts::CODE;
 use super::options::RunRequest;
 use crate::metrics::METRICS;
 use rimbench_core::cosim::{Latencies, Outcome, OutcomeKind, Work};
@@ -90,21 +91,12 @@ pub fn facts_of(columns: impl FnOnce(Columns<'_>)) -> Vec<Fact> {
 /// Tells whether a name means something already where parameters of a case are asked for or told: an option of a run,
 /// or what is said of one.
 pub fn is_taken(name: &str) -> bool {
-    const SAID: [&str; 11] = [
-        "run_id",
-        "case",
-        "set",
-        "label",
-        "scheme",
-        "parameters",
-        "not_finite",
-        "diverged_at_s",
-        "case_digest",
-        "scheme_digest",
-        "solver_digest",
-    ];
+    const SAID: [&str; 8] = ["run_id", "case", "set", "label", "scheme", "parameters", "not_finite", "diverged_at_s"];
     let is_column = || Findings::nothing(&Outcome::Completed).facts().iter().any(|fact| fact.name == name);
-    SAID.contains(&name) || RunRequest::OPTIONS.iter().any(|option| option.key == name) || is_column()
+    SAID.contains(&name)
+        || CODE.contains(&name)
+        || RunRequest::OPTIONS.iter().any(|option| option.key == name)
+        || is_column()
 }
 
 /// Lists the names of columns.

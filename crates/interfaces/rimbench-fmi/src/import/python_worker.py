@@ -31,7 +31,7 @@ def main():
         return struct.pack(f"<BQ{len(values)}d", 0, len(values), *values)
 
     def refusal(error):
-        place = traceback.extract_tb(error.__traceback__)[-1:]
+        place = [at for at in traceback.extract_tb(error.__traceback__) if at.filename != "<string>"][-1:]
         where = "".join(f" ({os.path.basename(at.filename)}, line {at.lineno}, in {at.name})" for at in place)
         try:
             said = str(error)
@@ -148,8 +148,8 @@ def main():
         """Numbers one after the other, of one row or of so many rows alike."""
         rows = [list(row) if hasattr(row, "__iter__") and not isinstance(row, (str, bytes)) else row for row in values]
         nested = {len(row) if isinstance(row, list) else None for row in rows}
-        if nested != {None} and (len(rows) != count or len(nested) > 1):
-            raise ValueError(f"{form} gives {len(rows)} rows of {nested} numbers; valid: {count} rows alike, one for each {of}")
+        if nested - {None} and (len(rows) != count or len(nested) > 1):
+            raise ValueError(f"{form} gives {len(rows)} rows; valid: {count} rows alike, one for each {of}")
         return [to_number(number) for row in rows for number in (row if isinstance(row, list) else (row,))]
 
     def scheme_answers(scheme, what, values):
