@@ -3,7 +3,7 @@
 //   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit; errors, peaks, outcomes and signs of all machines at three steps; what is enlarged stays in the picture (needs node alone)
 //   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
 //                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
-//   node .ci/page.mjs speed REPORT [idle]             size, first paint, controls, redraws while the slider is dragged; slow fails if idle
+//   node .ci/page.mjs speed REPORT [idle]             first paint, controls, redraws while the slider is dragged; slow fails if idle
 //   node .ci/page.mjs bounds REPORT                   height, tab stops, names of pictures, and faults of accessibility at 390 px, before anything is opened
 //   node .ci/page.mjs texts FOLDER                    no text of a figure below it is cut off, or lies on another, in three common typefaces
 import { execFileSync, spawnSync } from "node:child_process";
@@ -180,7 +180,7 @@ async function texts() {
 }
 
 async function speed() {
-  const bytes = fs.statSync(subject).size, times = [], browser = await chromium();
+  const times = [], browser = await chromium();
   let page;
   for (let load = 0; load < 5; load++) {
     await page?.close();
@@ -217,14 +217,15 @@ async function speed() {
     await page.waitForFunction((name) => location.hash.includes(`case=${name}`) && document.getElementById("map").dataset.unknown === "0", { timeout: 120e3 }, name);
     slowest = [slowest, [Date.now() - began, name]].sort(([a], [b]) => b - a)[0];
   }
-  console.log(`${bytes} bytes; first paint ${paint} ms, controls ${controls} ms, picture ${picture} ms; dots of ${slowest[1]} after ${slowest[0]} ms; ${first} redraws a second at first, ${redraws} once runs are known`);
-  if (bytes > 1.4e6) fail(`${bytes} bytes`);
+  console.log(`first paint ${paint} ms, controls ${controls} ms, picture ${picture} ms; dots of ${slowest[1]} after ${slowest[0]} ms; ${first} redraws a second at first, ${redraws} once runs are known`);
   if (program === "idle" && (paint > 500 || controls > 1000 || picture > 1500 || slowest[0] > 8000)) fail("the page is slow to appear");
   if (program === "idle" && redraws < 20) fail(`${redraws} redraws a second`);
   await browser.close();
 }
 
 async function browse() {
+  const { size } = fs.statSync(subject);
+  if (size > 1.4e6) fail(`${size} bytes`);
   const browser = await chromium();
   await without(browser);
   const page = await browser.newPage();

@@ -122,17 +122,9 @@ pub struct Choice {
     /// What is wrong with the last run, if anything is.
     #[serde(skip)]
     fault: Option<String>,
+    /// Whether there was a run at all.
     #[serde(skip)]
-    skipped: Option<Skipped>,
-}
-
-/// What a run that cannot be made speaks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Skipped {
-    /// A form at its macro step: a side cannot take such steps.
-    Cell,
-    /// A form at every macro step: a side does not offer what it needs.
-    Form,
+    skipped: bool,
 }
 
 /// A run of fewer macro steps is judged at so few points that it has to be said.
@@ -190,7 +182,7 @@ struct Search<'a> {
     reference: Reference,
     phases: Vec<f64>,
     forms: Vec<(RunRequest, RunSpec)>,
-    /// Work of a completed run of each form over the least that it can be; infinite where it goes with no macro step.
+    /// Work of a completed run of each form over the least that it can be.
     seen: Vec<[f64; 4]>,
     /// The cheapest choice of each scheme, by cost; of equals the first in the catalogue.
     best: Vec<Choice>,
@@ -282,7 +274,7 @@ impl Search<'_> {
             let error = run.found.metric(METRIC).filter(|error| error.is_finite() && has_completed);
             cell.fault = match error {
                 _ if !run.outcome.kind().was_run() => {
-                    cell.skipped = Some(Skipped::Form);
+                    cell.skipped = true;
                     Some(run.outcome.reason())
                 }
                 _ if !has_completed => {
@@ -312,16 +304,15 @@ impl Search<'_> {
     }
 
     /// What is to be run, or why it is not: at the first phase it is seen whether a linear case grows without end.
-    fn spec(&self, request: &RunRequest, is_first: bool) -> std::result::Result<RunSpec, (String, Option<Skipped>)> {
-        // What is refused here is of this macro step alone: another one was resolved.
-        let refused = |reason: String| (reason, Some(Skipped::Cell));
+    fn spec(&self, request: &RunRequest, is_first: bool) -> std::result::Result<RunSpec, (String, bool)> {
+        let refused = |reason: String| (reason, true);
         let spec = request.resolve(self.question.catalogue).map_err(|error| refused(error.to_string()))?;
         if let Some(steps) = spec.refused_steps() {
             return Err(refused(steps.reason));
         }
         let radius = (is_first && !spec.case.linear_state.is_empty()).then(|| spectral_radius(&spec).ok()).flatten();
         match radius.filter(|radius| *radius > 1.0 + NEUTRAL) {
-            Some(radius) => Err((format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0), None)),
+            Some(radius) => Err((format!("spectral radius 1 + {:.1e}, it grows without end", radius - 1.0), false)),
             None => Ok(spec),
         }
     }
@@ -342,17 +333,9 @@ impl Search<'_> {
             }
             return;
         };
-        if let Some(skipped) = cell.skipped {
-            // What the sides do not offer they offer at no macro step.
-            let cells = match skipped {
-                Skipped::Cell => 1,
-                Skipped::Form if self.seen[form][0].is_infinite() => 0,
-                Skipped::Form => self.question.macro_steps.len(),
-            };
-            if skipped == Skipped::Form {
-                self.seen[form] = [f64::INFINITY; 4];
-            }
-            *self.advice.skipped.entry(fault.to_owned()).or_default() += cells;
+        // Nothing follows for other macro steps: a side may refuse one and take the next.
+        if cell.skipped {
+            *self.advice.skipped.entry(fault.to_owned()).or_default() += 1;
             return;
         }
         let no_answer = cell.last.filter(|outcome| outcome.class() == OutcomeClass::NoAnswer);
