@@ -16,7 +16,7 @@ fn suite(c: &mut Criterion) {
         let mut repetition = benchmark.prepare().unwrap();
         let fault = benchmark.fault(repetition().unwrap().answer);
         assert!(fault.is_none(), "{}: {fault:?}", benchmark.name);
-        c.bench_function(benchmark.name, |bencher| bencher.iter(|| repetition().unwrap()));
+        c.bench_function(&benchmark.name, |bencher| bencher.iter(|| repetition().unwrap()));
     }
 }
 

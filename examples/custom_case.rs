@@ -1,13 +1,11 @@
-//! A case of one's own, run by the schemes of shipped experiments in quick form beside the cases that are there:
-//! `cargo run --release --example custom_case RESULTS experiments/published/oscillator.toml`
+//! The whole command line of rimbench with a case of one's own:
+//! `cargo run --release --example custom_case -- simulate --case light-on-heavy --scheme nepce`
 
 use rimbench::cases::{Assembly, Case, CaseDefaults, CoupledSystem, InterfaceColumns, parameters};
-use rimbench::catalogue::Catalogue;
 use rimbench::error::Result;
-use rimbench::harness::{Experiment, compare};
 use rimbench::models::{CouplingElement, LineMass, MassRole, MassSide, OscillatorIntegrator};
 use rimbench::name::names;
-use std::path::PathBuf;
+use std::process::ExitCode;
 
 parameters! {
     /// What can be set.
@@ -41,14 +39,9 @@ fn case() -> Case {
     }
 }
 
-fn main() -> Result<()> {
-    let mut catalogue = Catalogue::standard();
-    catalogue.add_case(case())?;
-    let mut arguments = std::env::args().skip(1).map(PathBuf::from);
-    let results = arguments.next().unwrap_or_else(|| "custom-case".into());
-    for file in arguments {
-        let experiment = Experiment::read(&file)?.with_case("light-on-heavy")?;
-        println!("{}", compare(&experiment, &catalogue, &results, true, &rimbench::BUILD)?);
-    }
-    Ok(())
+fn main() -> ExitCode {
+    rimbench::main(rimbench::everything().and_then(|mut catalogue| {
+        catalogue.add_case(case())?;
+        Ok(catalogue)
+    }))
 }

@@ -60,6 +60,7 @@ pub fn entry() -> SolverEntry {
             "symmetric positive semidefinite with positive diagonal, feasible; as fast as it is well-conditioned".into(),
         tolerance: 1e-9,
         fallback: true,
+        digest: None,
         build: Arc::new(|capacity| Solver::other(ProjectedGaussSeidel { last: vec![0.0; capacity.max(8)], size: 0 })),
         with_friction: false,
     }

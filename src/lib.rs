@@ -35,6 +35,18 @@
 //! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is
 //! "the paper" throughout; what is marked *ours* is this project's own choice.
 
+// The commands name this crate as any other does.
+extern crate self as rimbench;
+
+/// What the standard macro of this name does, but a reader that closed the pipe is no panic.
+macro_rules! eprintln {
+    ($($arguments:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($arguments)*);
+    }};
+}
+
+mod cli;
 pub mod shipped;
 
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
@@ -67,6 +79,34 @@ pub const BUILD: harness::BuildInfo = harness::BuildInfo {
 /// None; what is built in has different names.
 pub fn everything() -> error::Result<catalogue::Catalogue> {
     Ok(catalogue::Catalogue::standard())
+}
+
+/// Is the command line over a catalogue: that of [`everything`], or one with cases, schemes and solvers added to it.
+/// Returns the exit code, 2 for bad input, said in one clear error, and 1 for a check that did not hold, or a run that
+/// gave no answer.
+///
+/// What was added and has no digest of its own has that of the file of this program, so that runs of other code have
+/// other ids.
+///
+/// ```no_run
+/// # use rimbench::schemes::SchemeEntry;
+/// # fn entry() -> SchemeEntry { unimplemented!() }
+/// fn main() -> std::process::ExitCode {
+///     rimbench::main(rimbench::everything().and_then(|mut catalogue| {
+///         catalogue.add_scheme(entry())?;
+///         Ok(catalogue)
+///     }))
+/// }
+/// ```
+pub fn main(catalogue: error::Result<catalogue::Catalogue>) -> std::process::ExitCode {
+    let cli = cli::Cli::read();
+    match catalogue.map_err(Into::into).and_then(|catalogue| cli.run(catalogue)) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("{}", cli::error_text(&format!("{error:#}")));
+            cli::exit_code(&error)
+        }
+    }
 }
 
 /// Compiles and runs the programs that the documents show.

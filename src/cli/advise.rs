@@ -6,10 +6,10 @@ use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::{RunOptions, seconds as time, typed};
 use super::screen::{Mood, command_row, headline, paragraph, row};
-use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, warn_of_cache, with_file};
+use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, program, warn_of_cache, with_files};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
-use rimbench::catalogue::Catalogue;
+use rimbench::catalogue::{Catalogue, SchemeFile};
 use rimbench::error::Error;
 use rimbench::fmi::import::{SideNotes, master_script};
 use rimbench::harness::{
@@ -81,7 +81,10 @@ impl Advise {
         if let Some(file) = fixed.case.as_ref().filter(|name| is_file_of_case(catalogue, name)) {
             files += &file_option("--case-file", file.as_ref());
         }
-        let catalogue = &*with_file(catalogue, &SideNotes::default(), &mut fixed.case)?;
+        if let Some(file) = fixed.scheme.as_ref().filter(|name| SchemeFile::parse(name).is_some()) {
+            files += &file_option("--scheme-file", file.as_ref());
+        }
+        let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed.case, &mut fixed.scheme)?;
         let macro_steps = steps_to_try(catalogue, &fixed, [self.from, self.to], self.per_decade)?;
         let prices = match self.costs.as_deref() {
             None => prices_of(catalogue, &fixed)?,
@@ -117,7 +120,7 @@ impl Advise {
             (Some(script), Some(choice), Some(case)) => Some(write_master(catalogue, script, choice, case)?),
             _ => None,
         };
-        let command = |choice: &Choice| format!("rimbench simulate{}{files}", typed(&choice.request));
+        let command = |choice: &Choice| format!("{} simulate{}{files}", program(), typed(&choice.request));
         match self.format {
             Format::Table => print(&text(&question, &advice, master, command)?)?,
             Format::Json => print_json(&facts(&question, &advice, master, command)?)?,

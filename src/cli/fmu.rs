@@ -3,13 +3,13 @@
 use super::progress::say;
 use super::run_options::{assignments, seconds};
 use super::screen::paragraph;
-use super::{print, with_file};
+use super::{print, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim;
 use rimbench::error::Error;
-use rimbench::fmi::export::{Fmi, README, ReferenceFiles, Variables, find_library, pack, reference_files};
+use rimbench::fmi::export::{Fmi, README, ReferenceFiles, Variables, check_case, find_library, pack, reference_files};
 use rimbench::fmi::import::SideNotes;
 use rimbench::runs::RunRequest;
 use std::path::PathBuf;
@@ -73,8 +73,9 @@ impl Fmu {
             duration_s: self.duration,
             ..RunRequest::of(self.case, "zero-order-hold")
         };
-        let catalogue = with_file(catalogue, &SideNotes::default(), &mut request.case)?;
+        let catalogue = with_files(catalogue, &SideNotes::default(), &mut request.case, &mut None)?;
         let spec = request.resolve(&catalogue)?;
+        check_case(&spec.case)?;
         spec.prepare()?;
         let side = match self.side {
             Side::Mechanics => cosim::Side::Mechanics,

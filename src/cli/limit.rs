@@ -6,7 +6,7 @@ use super::progress::{Heartbeat, plain_time};
 use super::run_options::{RunOptions, seconds};
 use super::screen::{Mood, Table, headline, row};
 use super::simulate::in_words;
-use super::{Format, answered, print, print_json, warn_of_cache, with_file};
+use super::{Format, answered, print, print_json, warn_of_cache, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
@@ -67,7 +67,7 @@ impl Limit {
     /// Exit code 1 if the limit could not be found because a run gave no answer.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut request = self.run.request()?;
-        let catalogue = with_file(catalogue, &SideNotes::default(), &mut request.case)?;
+        let catalogue = with_files(catalogue, &SideNotes::default(), &mut request.case, &mut request.scheme)?;
         let Limit { from, to, per_decade, phases, .. } = self;
         let (grid, phases) = Scan { from, to, per_decade, phases }.resolve(&request, &catalogue)?;
         let (done, scan) = (Arc::new(AtomicUsize::new(0)), grid.len());

@@ -3,7 +3,7 @@
 use super::json::Object;
 use super::project::Project;
 use super::screen::{Table, cut_width, paragraph, wrap};
-use super::{Format, print, print_json, with_file};
+use super::{Format, print, print_json, program, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::cases::{Case, unit_of};
 use rimbench::catalogue::Catalogue;
@@ -52,7 +52,7 @@ type Entry = Vec<(&'static str, String)>;
 
 impl List {
     pub(super) fn run(mut self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let catalogue = &*with_file(catalogue, &SideNotes::default(), &mut self.case)?;
+        let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut self.case, &mut None)?;
         let case = self.case.as_deref().map(|name| catalogue.case(name)).transpose()?;
         let entries: Vec<Entry> = match self.what {
             What::Cases if self.format == Format::Json => return print_json(&cases(catalogue, case)?),
@@ -103,8 +103,9 @@ impl List {
                 })
                 .collect(),
             What::Parameters if case.is_none() && self.format == Format::Table => {
-                let message = "`list parameters` needs a case: --case NAME, as `rimbench list cases` names them";
-                return Err(Error::Incompatible(message.to_owned()).into());
+                let message =
+                    format!("`list parameters` needs a case: --case NAME, as `{} list cases` names them", program());
+                return Err(Error::Incompatible(message).into());
             }
             What::Parameters => catalogue
                 .cases()

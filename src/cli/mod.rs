@@ -29,12 +29,12 @@ use anyhow::Context;
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use number::with_digits;
 use rimbench::cases::Case;
-use rimbench::catalogue::Catalogue;
+use rimbench::catalogue::{Catalogue, SchemeFile};
+use rimbench::checksums::sha256_of_file;
 use rimbench::claims::digits_of;
 use rimbench::error::{Error, Result};
-use rimbench::everything;
 use rimbench::figures::report::quantity_in_words;
-use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, standard_output};
+use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, read_scheme, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell};
 use rimbench::numerics_version::NUMERICS_VERSION;
 use screen::{Mood, headline, paragraph, width};
@@ -42,6 +42,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
 #[derive(Debug, Parser)]
@@ -52,6 +53,9 @@ pub struct Cli {
     /// Make a case of FMUs, as the file says; may be repeated
     #[arg(long, value_name = "FILE.toml", global = true)]
     case_file: Vec<PathBuf>,
+    /// Add a coupling scheme, a class of Python in a file; may be repeated
+    #[arg(long, value_name = "FILE.py:CLASS", global = true)]
+    scheme_file: Vec<String>,
     /// Say nothing of how far a command has come
     #[arg(long, short, global = true)]
     quiet: bool,
@@ -161,10 +165,19 @@ fn refuse(error: &clap::Error) -> ! {
     .fold(wrong, |wrong, (said, needed)| wrong.replace(said, needed));
     let tip = text.lines().find_map(|line| line.trim().strip_prefix("tip: ")).map(|tip| format!("{tip}; "));
     let usage = text.split("Usage: ").nth(1).and_then(|usage| usage.split(['[', '<', '-', '\n']).next());
-    let help =
-        format!("{}`{} --help` lists what there is", tip.unwrap_or_default(), usage.unwrap_or("rimbench").trim());
+    let help = format!("{}`{} --help` lists what there is", tip.unwrap_or_default(), usage.unwrap_or(program()).trim());
     eprintln!("error: {}\nhelp: {}", paragraph(&wrong, 7), paragraph(&help, 6));
     std::process::exit(2)
+}
+
+/// The name of this program, as it is typed.
+fn program() -> &'static str {
+    static NAME: OnceLock<String> = OnceLock::new();
+    NAME.get_or_init(|| {
+        let typed = std::env::args_os().next().map(PathBuf::from);
+        let name = typed.as_deref().and_then(Path::file_stem).map(|name| name.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| "rimbench".to_owned())
+    })
 }
 
 /// Revision of the sources, and version of the digits: what a result depends on.
@@ -185,38 +198,52 @@ impl Cli {
     ///
     /// # Errors
     /// Bad input, or a place that cannot be written.
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    pub fn run(self, mut catalogue: Catalogue) -> anyhow::Result<ExitCode> {
         if matches!(self.command, Command::FmuWorker) {
             rimbench::fmi::import::serve()?;
             return Ok(ExitCode::SUCCESS);
         }
         progress::be_quiet(self.quiet);
         interruption::listen()?;
-        let mut catalogue = everything()?;
+        let mut code = None;
+        if catalogue.has_added() {
+            let program = std::env::current_exe().context("this program cannot find itself")?;
+            let digest = sha256_of_file(&program).with_context(|| format!("{}: cannot be read", program.display()))?;
+            catalogue.say_code(code.insert(digest[..16].to_owned()));
+        }
         let notes = &SideNotes::default();
         let of_files = notes.clone();
-        catalogue.read_files_by(move |file| case_of(&of_files, file));
+        catalogue.read_cases_by(move |file| case_of(&of_files, file));
+        catalogue.read_schemes_by(|file| read_scheme(file, &Programs { python: python(), ..Programs::default() }));
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, notes, file).map(drop))?;
+        self.scheme_file.iter().try_for_each(|text| add_scheme_file(&mut catalogue, text).map(drop))?;
+        // What another process of this program must be told as well.
+        let cases = self.case_file.iter().map(|file| ("--case-file", file.clone()));
+        let schemes = self.scheme_file.iter().map(|file| ("--scheme-file", PathBuf::from(file)));
+        let files: Vec<(&str, PathBuf)> = cases.chain(schemes).collect();
         let catalogue = &catalogue;
         match self.command {
             Command::Simulate(command) => return command.run(catalogue, notes),
             Command::Limit(command) => return command.run(catalogue),
             Command::Advise(command) => {
-                let given = self.case_file.iter().map(|file| file_option("--case-file", file));
-                return command.run(catalogue, given.collect());
+                return command.run(catalogue, files.iter().map(|(option, file)| file_option(option, file)).collect());
             }
-            Command::Run(command) => return command.run(catalogue, notes, &self.case_file),
+            Command::Run(command) => return command.run(catalogue, notes, &files),
             Command::Verify(command) => return command.run(catalogue),
             Command::Report(command) => return command.run(catalogue),
             Command::Reproduce(command) => return command.run(catalogue),
             Command::List(command) => command.run(catalogue)?,
             Command::Completions { shell } => {
                 let mut text = Vec::new();
-                clap_complete::generate(shell, &mut command(), "rimbench", &mut text);
+                clap_complete::generate(shell, &mut command(), program(), &mut text);
                 print(String::from_utf8_lossy(&text).trim_end())?;
             }
+            Command::Fmu(_) if !self.scheme_file.is_empty() => {
+                let why = "--scheme-file: an FMU is one side of a case; the scheme is the master's, and goes into none";
+                return Err(Error::Incompatible(why.to_owned()).into());
+            }
             Command::Fmu(command) => command.run(catalogue)?,
-            Command::Perf(command) => return command.run(),
+            Command::Perf(command) => return command.run(catalogue, code.as_deref()),
             Command::FmuWorker => {}
         }
         Ok(ExitCode::SUCCESS)
@@ -245,8 +272,13 @@ fn case_of(notes: &SideNotes, file: &Path) -> Result<Case> {
     // FMUs in processes of their own: those of this program.
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
-    let python = std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from);
-    read_case(file, Programs { worker: Some(vec![program, WORKER.into()]), python, notes: notes.clone() })
+    let worker = Some(vec![program, WORKER.into()]);
+    read_case(file, Programs { worker, python: python(), notes: notes.clone() })
+}
+
+/// The interpreter for classes of Python, where one is named.
+fn python() -> Option<PathBuf> {
+    std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from)
 }
 
 /// Adds the case that a file makes of FMUs; returns its name.
@@ -257,16 +289,33 @@ fn add_case_file(catalogue: &mut Catalogue, notes: &SideNotes, file: &Path) -> R
     Ok(name)
 }
 
+/// Adds the scheme that a class in a file is; returns its name.
+fn add_scheme_file(catalogue: &mut Catalogue, text: &str) -> Result<String> {
+    let expected = "a file of Python and a class in it, as in mine.py:MidHold";
+    let file = SchemeFile::parse(text).ok_or_else(|| Error::invalid("--scheme-file", text, expected))?;
+    catalogue.add_scheme_of_file(&file)?;
+    Ok(file.name)
+}
+
 /// A file as it is given by an option, behind other words of a command.
 fn file_option(option: &str, file: &Path) -> String {
     format!(" {}", in_shell(&[option.to_owned(), file.display().to_string()]))
 }
 
-/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs.
-fn with_file<'a>(catalogue: &'a Catalogue, notes: &SideNotes, case: &mut Option<String>) -> Result<Cow<'a, Catalogue>> {
+/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs, and a scheme where that is
+/// given as a class in a file.
+fn with_files<'a>(
+    catalogue: &'a Catalogue,
+    notes: &SideNotes,
+    case: &mut Option<String>,
+    scheme: &mut Option<String>,
+) -> Result<Cow<'a, Catalogue>> {
     let mut catalogue = Cow::Borrowed(catalogue);
     if let Some(file) = case.as_ref().filter(|name| is_file_of_case(&catalogue, name)) {
         *case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
+    }
+    if let Some(text) = scheme.as_ref().filter(|name| SchemeFile::parse(name).is_some()) {
+        *scheme = Some(add_scheme_file(catalogue.to_mut(), text)?);
     }
     Ok(catalogue)
 }

@@ -2,18 +2,22 @@
 
 use super::number::counted;
 use super::screen::Table;
-use super::{Format, print, print_json};
+use super::{Format, print, print_json, program};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
+use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
+use rimbench::harness::Experiment;
+use rimbench::name::find_by_name;
 use rimbench::perf::{
-    BENCHMARKS, Benchmark, ChangedFunction, Comparison, Finding, History, Verdict, benchmark_by_name, compare,
-    compare_revisions, fence_of, find_valgrind, record,
+    BENCHMARKS, Benchmark, Build, ChangedFunction, Comparison, Finding, History, Verdict, compare, compare_revisions,
+    fence_of, find_valgrind, record,
 };
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::borrow::Cow;
+use std::path::{Path, PathBuf, absolute};
 use std::process::ExitCode;
 
 /// Arguments of `perf`.
@@ -25,7 +29,7 @@ pub struct Perf {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the fixed suite and append its counters and instructions to the history
+    /// Run the fixed suite, or that of a file, and append its counters and instructions to the history
     Record(Measuring),
     /// Compare two records, or two git revisions (--rev A --rev B); exit code 1 on a regression
     Compare(Compare),
@@ -37,21 +41,36 @@ enum Command {
         /// How often
         #[arg(long, default_value = "1")]
         repetitions: u32,
+        /// Where it is not of the fixed suite
+        #[arg(long, value_name = "FILE.toml")]
+        suite: Option<PathBuf>,
     },
 }
 
 impl Perf {
-    pub(super) fn run(self) -> anyhow::Result<ExitCode> {
+    pub(super) fn run(self, catalogue: &Catalogue, code: Option<&str>) -> anyhow::Result<ExitCode> {
         match self.command {
-            Command::Record(command) => command.record()?,
+            Command::Record(command) => command.record(catalogue, code)?,
             Command::Compare(command) => return command.run(),
-            Command::Sample { benchmark, repetitions } => {
-                let mut repetition = benchmark_by_name(&benchmark)?.prepare()?;
+            Command::Sample { benchmark, repetitions, suite } => {
+                let suite = suite_of(suite.as_deref(), catalogue)?;
+                let mut repetition = named_in(&suite, &benchmark)?.prepare()?;
                 (0..repetitions).try_for_each(|_| repetition().map(drop))?;
             }
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// The runs that a file names, or the fixed suite.
+fn suite_of(file: Option<&Path>, catalogue: &Catalogue) -> Result<Cow<'static, [Benchmark]>, Error> {
+    let Some(file) = file else { return Ok(BENCHMARKS.into()) };
+    let runs = Experiment::read(file)?.measured_runs(catalogue)?;
+    Ok(runs.into_iter().map(Benchmark::of_run).collect())
+}
+
+fn named_in<'a>(suite: &'a [Benchmark], name: &str) -> Result<&'a Benchmark, Error> {
+    find_by_name("benchmark", suite, |entry| &entry.name, name)
 }
 
 /// What to measure, and where it is kept.
@@ -63,24 +82,38 @@ struct Measuring {
     /// Only this benchmark; may be repeated
     #[arg(long = "benchmark", value_name = "NAME")]
     benchmarks: Vec<String>,
+    /// Runs of your own: those that [perf] of an experiment file names
+    #[arg(long, value_name = "FILE.toml")]
+    suite: Option<PathBuf>,
     /// Do not count instructions
     #[arg(long)]
     without_instructions: bool,
 }
 
 impl Measuring {
-    fn record(self) -> anyhow::Result<()> {
-        let Measuring { history: path, benchmarks, without_instructions } = self;
+    /// The options by which another process of this program has the same suite.
+    fn suite_options(&self) -> anyhow::Result<Vec<String>> {
+        let file = self.suite.as_deref().map(absolute).transpose().context("the current folder is not known")?;
+        Ok(file.map(|file| format!("--suite={}", file.display())).into_iter().collect())
+    }
+
+    /// `code` is the digest of what was added to the catalogue, if anything was.
+    fn record(self, catalogue: &Catalogue, code: Option<&str>) -> anyhow::Result<()> {
+        let options = self.suite_options()?;
+        let Measuring { history: path, benchmarks, without_instructions, suite } = self;
         // A damaged history or a place that cannot be written is found before minutes of measuring.
         path.exists().then(|| History::read(&path)).transpose()?;
         check_writable_folder(path.parent().unwrap_or(Path::new(".")))?;
         check_writable_file(&path)?;
-        let named =
-            benchmarks.iter().map(|name| benchmark_by_name(name)).collect::<Result<Vec<&Benchmark>, Error>>()?;
-        let benchmarks = if named.is_empty() { BENCHMARKS.iter().collect() } else { named };
+        let suite = suite_of(suite.as_deref(), catalogue)?;
+        let named = benchmarks.iter().map(|name| named_in(&suite, name)).collect::<Result<Vec<&Benchmark>, Error>>()?;
+        let benchmarks = if named.is_empty() { suite.iter().collect() } else { named };
         let program = std::env::current_exe().context("this program cannot find itself")?;
         let counts = !without_instructions && find_valgrind().inspect_err(|note| eprintln!("note: {note}")).is_ok();
-        let rows = record(&benchmarks, counts.then_some(&*program), &BUILD, super::progress::say)?;
+        let program = counts.then_some((&*program, &*options));
+        let mut rows = record(&benchmarks, program, &BUILD, super::progress::say)?;
+        // Two programs of one revision of rimbench, with other code of its user, are two.
+        rows.iter_mut().for_each(|row| row.git_revision.extend(code.map(|code| format!("+{code}"))));
         History::append(&path, &rows)?;
         let mut table = Table::new(&["benchmark", "instructions", "status"]);
         for row in &rows {
@@ -122,10 +155,18 @@ impl Compare {
             (.., [base, new]) => {
                 // Interrupted, the compiler ends by itself, and what was checked out is removed.
                 let _ = ctrlc::set_handler(|| {});
+                let suite = self.measuring.suite_options()?;
                 let Measuring { benchmarks, without_instructions, .. } = self.measuring;
                 let mut options: Vec<String> = benchmarks.iter().map(|name| format!("--benchmark={name}")).collect();
                 options.extend(without_instructions.then(|| "--without-instructions".to_owned()));
-                compare_revisions(&std::env::current_dir()?, [base, new], &options)?
+                let build = Build {
+                    folder: &std::env::current_dir()?,
+                    program: program(),
+                    depends_on: &format!("{} {}", BUILD.git_revision, BUILD.git_dirty),
+                    options: &options,
+                    suite: &suite,
+                };
+                compare_revisions(build, [base, new])?
             }
             _ => return Err(Error::invalid("--rev", self.rev.join(" "), "two revisions: --rev BASE --rev NEW").into()),
         };

@@ -2,8 +2,8 @@
 
 use super::figures::draw_figures;
 use super::paper::set_pdf;
-use super::print;
 use super::project::Project;
+use super::{print, program};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
@@ -181,8 +181,10 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
     if (has_rows || !has_kept) && folder.join("records").is_dir() && study.planned.is_none_or(|planned| count < planned)
     {
         let file = if study.is_shipped { format!("experiments/{}.toml", study.name) } else { "FILE".to_owned() };
-        let remark =
-            format!("its files hold no whole plan, and runs are recorded: `rimbench run {file}` goes on from those");
+        let remark = format!(
+            "its files hold no whole plan, and runs are recorded: `{} run {file}` goes on from those",
+            program()
+        );
         study.remarks.push(remark);
     }
     // A figure names its experiment as <group>/<name> below a folder of results.

@@ -8,7 +8,7 @@ use super::project::Project;
 use super::screen::{Mood, verdict};
 use super::submit::Submit;
 use super::summary::not_completed;
-use super::{Format, INTERRUPTED, claims_list, damaged_lines, print, probe_lines, warn_of_cache};
+use super::{Format, INTERRUPTED, claims_list, damaged_lines, print, probe_lines, program, warn_of_cache};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -62,18 +62,18 @@ pub struct Run {
 }
 
 impl Run {
-    /// `case_files` are those of the cases that the catalogue has besides. Exit code 1 if shards were merged and runs
+    /// `files` are those of the cases and schemes that the catalogue has besides. Exit code 1 if shards were merged and runs
     /// are missing.
     pub(super) fn run(
         self,
         catalogue: &Catalogue,
         notes: &SideNotes,
-        case_files: &[PathBuf],
+        files: &[(&'static str, PathBuf)],
     ) -> anyhow::Result<ExitCode> {
         let experiment = Project::experiment(&self.file)?;
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         if self.submit.slurm {
-            self.submit.submit((&experiment, catalogue, &folder), case_files, self.dry_run)?;
+            self.submit.submit((&experiment, catalogue, &folder), files, self.dry_run)?;
             return Ok(ExitCode::SUCCESS);
         }
         if self.dry_run {
@@ -161,7 +161,7 @@ impl Run {
         let folder = folder.display();
         print(&match summary.missing {
             0 if summary.in_parts => format!("{folder}/records: rows of more runs than result files have"),
-            0 => format!("{folder}/runs.csv · `rimbench report {quoted}` writes a page"),
+            0 => format!("{folder}/runs.csv · `{} report {quoted}` writes a page", program()),
             _ => format!("in {folder}"),
         })?;
         Ok(ExitCode::SUCCESS)

@@ -1,6 +1,7 @@
 //! What a person reads: a line with the verdict, lines with a label, tables and errors, none wider than the terminal
 //! and no word broken.
 
+use super::program;
 use rimbench::error::with_short_numbers;
 
 /// Columns where there is no terminal.
@@ -202,12 +203,12 @@ impl std::fmt::Display for Table {
 
 /// Lists that commands print, by what an unknown name should have named.
 const LISTS: [(&str, &str); 6] = [
-    ("case", "rimbench list cases"),
-    ("scheme", "rimbench list schemes"),
-    ("solver", "rimbench list solvers"),
-    ("metric", "rimbench list metrics"),
-    ("parameter", "rimbench list parameters --case NAME"),
-    ("statistic or metric", "rimbench list metrics"),
+    ("case", "list cases"),
+    ("scheme", "list schemes"),
+    ("solver", "list solvers"),
+    ("metric", "list metrics"),
+    ("parameter", "list parameters --case NAME"),
+    ("statistic or metric", "list metrics"),
 ];
 
 /// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their
@@ -217,7 +218,7 @@ pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String
     let (what, valid) = message.split_once("; valid: ").unzip();
     let what = what.unwrap_or(&message);
     let list = LISTS.iter().find(|(kind, _)| what.contains(&format!("unknown {kind} `")));
-    let list = list.map(|(_, command)| format!("`{command}` lists all"));
+    let list = list.map(|(_, command)| format!("`{} {command}` lists all", program()));
     let (what, near) = match what.split_once(" (did you mean ").map(|(before, rest)| (before, rest.split_once("?)"))) {
         Some((before, Some((near, after)))) => (format!("{before}{after}"), Some(format!("did you mean {near}?"))),
         _ => (what.to_owned(), None),
@@ -334,7 +335,10 @@ mod tests {
         );
         assert_eq!(
             said("unknown case `wedge-bx` (did you mean `wedge-box`?); valid: wedge-box, gripper"),
-            "error: unknown case `wedge-bx`\nhelp: did you mean `wedge-box`? `rimbench list cases` lists all"
+            format!(
+                "error: unknown case `wedge-bx`\nhelp: did you mean `wedge-box`? `{} list cases` lists all",
+                program()
+            )
         );
         assert_eq!(
             said("box_mass_kg = 0 is not valid; valid: more").lines().next(),

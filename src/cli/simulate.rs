@@ -5,7 +5,7 @@ use super::number::{percent, quantity, with_digits};
 use super::progress::Heartbeat;
 use super::run_options::{RunOptions, seconds, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
-use super::{Format, answered, print, print_json, probe_lines, warn_of_cache, with_file};
+use super::{Format, answered, print, print_json, probe_lines, program, warn_of_cache, with_files};
 use clap::Args;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
@@ -60,7 +60,7 @@ impl Simulate {
             _ => None,
         };
         let mut asked = request.clone();
-        let catalogue = with_file(catalogue, notes, &mut request.case)?;
+        let catalogue = with_files(catalogue, notes, &mut request.case, &mut request.scheme)?;
         if let Some((file, log)) = log {
             // For its macro steps: what comes late is what the log says.
             let bare = RunRequest { delivery_up: None, delivery_down: None, ..request.clone() };
@@ -119,7 +119,7 @@ impl Simulate {
 
 /// Whether a run is timed by the wall clock.
 fn waits(spec: &RunSpec) -> bool {
-    spec.wall_limit.is_some() || spec.case.waits
+    spec.wall_limit.is_some() || spec.case.waits || spec.scheme.waits
 }
 
 /// Everything that determines the run, everything that was found, everything it cost.
@@ -294,7 +294,7 @@ impl Said<'_> {
         };
         if run.outcome.class() == OutcomeClass::Failed {
             let request = RunRequest { macro_step_s: None, phase: None, ..self.asked.clone() };
-            lines.push(command_row("next", &format!("rimbench limit{}", typed(&request))));
+            lines.push(command_row("next", &format!("{} limit{}", program(), typed(&request))));
         }
         lines.push(paragraph(&format!("run {} · {next}", spec.id()), 2));
         lines.join("\n")

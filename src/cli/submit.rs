@@ -1,8 +1,8 @@
 //! `rimbench run --slurm`: what is missing of an experiment, as a job array of Slurm.
 
-use super::print;
 use super::progress::plain_time;
 use super::run_options::seconds;
+use super::{print, program};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -53,12 +53,12 @@ pub(super) struct Submit {
 const LINES: usize = 8;
 
 impl Submit {
-    /// Hands over what is missing; with `dry_run` only says so. `case_files` are those of the cases that the catalogue
+    /// Hands over what is missing; with `dry_run` only says so. `files` are those of the cases and schemes that the catalogue
     /// has besides.
     pub(super) fn submit(
         &self,
         (experiment, catalogue, folder): (&Experiment, &Catalogue, &Path),
-        case_files: &[PathBuf],
+        files: &[(&'static str, PathBuf)],
         dry_run: bool,
     ) -> anyhow::Result<()> {
         for (option, value) in [("--chunk-time", self.chunk_time), ("--run-time", self.run_time)] {
@@ -68,7 +68,9 @@ impl Submit {
         }
         let file = absolute(experiment.path()).context("the current folder is not known")?;
         let folder = absolute(folder).context("the current folder is not known")?;
-        let more_files = more_files(case_files)?;
+        let more_files =
+            files.iter().map(|(option, file)| Ok((*option, absolute(file)?))).collect::<std::io::Result<Vec<_>>>();
+        let more_files = more_files.context("the current folder is not known")?;
         let cache = Cache::of_user();
         let job = Job::new(experiment, catalogue, &folder, &cache, &BUILD);
         // On several cores a chunk takes as long as one on one.
@@ -143,19 +145,10 @@ impl Submit {
     }
 }
 
-/// Files of cases, absolute, with the option that reads them.
-fn more_files(cases: &[PathBuf]) -> anyhow::Result<Vec<(&'static str, PathBuf)>> {
-    cases
-        .iter()
-        .map(|file| Ok(("--case-file", absolute(file)?)))
-        .collect::<std::io::Result<_>>()
-        .context("the current folder is not known")
-}
-
 /// The command that writes the result files.
 fn collect_command(file: &Path, folder: &Path, more_files: &[(&'static str, PathBuf)]) -> String {
     let shown = |path: &Path| path.display().to_string();
-    let mut words = vec!["rimbench".to_owned(), "run".to_owned(), shown(file)];
+    let mut words = vec![program().to_owned(), "run".to_owned(), shown(file)];
     more_files.iter().for_each(|(option, file)| words.extend([(*option).to_owned(), shown(file)]));
     words.extend(["--out".to_owned(), shown(folder), "--collect".to_owned()]);
     in_shell(&words)

@@ -14,3 +14,4 @@ mod fixed_steps;
 mod fmi;
 mod guest_fmu;
 mod outside;
+mod python_schemes;

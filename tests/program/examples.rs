@@ -1,6 +1,6 @@
-//! The examples run as a user would run them, on a shipped experiment, into an empty folder.
+//! The examples run as a user would run them, in an empty folder.
 
-use crate::program::{printed, root};
+use crate::program::{assert_has, cache, printed, refused, rimbench, root};
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 
@@ -21,50 +21,51 @@ fn example(name: &str) -> PathBuf {
     program
 }
 
-fn run(name: &str, experiment: &Path) -> String {
-    let results = tempfile::tempdir().unwrap();
-    let [group, file] = [experiment.parent().unwrap(), experiment].map(|path| path.file_stem().unwrap());
+/// A call of an example in a folder, with the cache of the tests.
+fn call(name: &str, folder: &Path, line: &str) -> Command {
     let mut command = Command::new(example(name));
-    let printed = printed(command.current_dir(root()).arg(results.path()).arg(experiment));
-    assert!(results.path().join(group).join(file).join("runs.csv").is_file());
-    printed
-}
-
-/// Completed and planned runs of each line of a case and a scheme: one for each macro step.
-fn lines_of(table: &str, case: &str, scheme: &str) -> Vec<(usize, usize)> {
-    let words = |line: &'_ str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-    let own = table
-        .lines()
-        .map(words)
-        .filter(|line| line.len() > 3 && line[0] == case && line[1] == scheme && line[3].contains('/'));
-    let counts = own.map(|line| {
-        let (completed, runs) = line[3].split_once('/').unwrap();
-        (completed.parse().unwrap(), runs.parse().unwrap())
-    });
-    counts.collect()
+    command.current_dir(folder).env("RIMBENCH_CACHE", cache()).args(line.split(' '));
+    command
 }
 
 #[test]
-fn a_scheme_of_ones_own_stands_beside_the_built_in_ones() {
-    let table = run("custom_scheme", Path::new("experiments/paper/fig2.toml"));
-    // It is no better than the hold it is made from, and its failures are shown.
-    assert_eq!(lines_of(&table, "wedge-box", "zero-order-hold"), [(0, 1)]);
-    assert_eq!(lines_of(&table, "wedge-box", "smoothed-hold"), [(0, 1)]);
-    assert_eq!(lines_of(&table, "wedge-box", "rim-nonsmooth-gap"), [(1, 1)]);
-}
-
-#[test]
-fn a_case_of_ones_own_is_run_by_every_scheme_of_an_experiment() {
-    // The first tenths of ten seconds are enough.
+fn a_scheme_of_ones_own_is_a_full_citizen_of_the_whole_command_line() {
     let folder = tempfile::tempdir().unwrap();
-    let shipped = root().join("experiments/published/oscillator.toml");
-    let short = folder.path().join("oscillator.toml");
-    std::fs::write(&short, format!("duration_s = 0.3\n{}", std::fs::read_to_string(shipped).unwrap())).unwrap();
-    let table = run("custom_case", &short);
-    let own = lines_of(&table, "light-on-heavy", "zero-order-hold");
-    assert!(own.iter().any(|(done, _)| *done > 0), "{table}");
-    // The cases of the experiment stand beside it, each of the six sets of parameters in lines of its own.
-    assert_eq!(lines_of(&table, "linear-oscillator", "zero-order-hold").len(), 6 * own.len(), "{table}");
+    let file = folder.path().join("hold.toml");
+    std::fs::copy(root().join("examples/template/experiments/hold.toml"), &file).unwrap();
+    let mine = |line: &str| printed(&mut call("template", folder.path(), line));
+    assert_has(&mine("list schemes"), &["smoothed-hold"]);
+    let simulated = mine("simulate --case wedge-box --scheme smoothed-hold --macro-step 5ms --duration 0.1");
+    assert_has(&simulated, &["wedge-box · smoothed-hold · H = 5 ms"]);
+    let limit = "limit --case linear-oscillator --scheme smoothed-hold --from 1ms --to 100ms --per-decade 3";
+    assert_has(&mine(limit), &["smoothed-hold"]);
+    let advice = "advise --case bouncing-ball --scheme smoothed-hold --error 50% --phases 1 --from 1ms --to 2ms";
+    assert_has(&mine(advice), &["smoothed-hold", "template simulate --case bouncing-ball --scheme smoothed-hold"]);
+    assert_has(&mine("run hold.toml --quick --out mine"), &["9 of 9 runs stored", "template report mine"]);
+    assert_has(&mine("verify hold.toml --results mine"), &["1 claim: every verdict is the recorded one"]);
+    mine("report mine --out page.html");
+    let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+    assert!(page.contains("smoothed-hold"));
+    // Its code is a part of what its runs are, and of no others.
+    let plan: serde_json::Value = serde_json::from_str(&mine("run hold.toml --dry-run --format json")).unwrap();
+    for run in plan["runs"].as_array().unwrap() {
+        assert_eq!(run["scheme_digest"].is_string(), run["scheme"] == "smoothed-hold", "{run}");
+    }
+    let refused = refused(rimbench().current_dir(folder.path()).args(["verify", "hold.toml", "--results", "mine"]));
+    assert_has(&refused, &["unknown scheme `smoothed-hold`"]);
+}
+
+#[test]
+fn a_case_of_ones_own_is_one_of_the_whole_command_line_and_goes_into_no_fmu() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = |line: &str| call("custom_case", folder.path(), line);
+    let simulate = "simulate --case light-on-heavy --scheme nepce --duration 0.3 --format json";
+    let said: serde_json::Value = serde_json::from_str(&printed(&mut mine(simulate))).unwrap();
+    assert_eq!(said["outcome"], "completed");
+    let digest = said["case_digest"].as_str().unwrap();
+    assert!(digest.len() == 16 && said.get("scheme_digest").is_none_or(serde_json::Value::is_null), "{said}");
+    let refused = refused(&mut mine("fmu --case light-on-heavy --side mechanics --out a.fmu"));
+    assert_has(&refused, &["its sides come from outside"]);
 }
 
 #[test]
@@ -75,14 +76,23 @@ fn a_solver_from_outside_solves_the_problems_with_known_answers() {
 }
 
 #[test]
+fn the_profiles_of_the_crate_outside_are_those_of_the_program() {
+    let profiles = |path: &str| {
+        let manifest = std::fs::read_to_string(root().join(path)).unwrap();
+        manifest.parse::<toml::Table>().unwrap()["profile"]["release"].clone()
+    };
+    assert_eq!(profiles("examples/template/Cargo.toml"), profiles("Cargo.toml"));
+}
+
+#[test]
 fn a_copied_example_is_found_by_its_name() {
-    let copy = root().join("examples/my_copied_scheme.rs");
-    std::fs::copy(root().join("examples/custom_scheme.rs"), &copy).unwrap();
+    let copy = root().join("examples/my_copied_case.rs");
+    std::fs::copy(root().join("examples/custom_case.rs"), &copy).unwrap();
     let metadata = std::process::Command::new(env!("CARGO"))
         .current_dir(root())
         .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
         .output();
     std::fs::remove_file(copy).unwrap();
     let said = String::from_utf8(metadata.unwrap().stdout).unwrap();
-    assert!(said.contains("\"my_copied_scheme\""), "a file beside the examples is one of them");
+    assert!(said.contains("\"my_copied_case\""), "a file beside the examples is one of them");
 }

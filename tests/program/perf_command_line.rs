@@ -82,12 +82,43 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         (vec!["compare", "--rev", "no-such-revision", "--rev", "HEAD"], "--rev = no-such-revision is not valid"),
         (vec!["record", "--benchmark", "kernel/friction-warmth"], "did you mean `kernel/friction-warm`?"),
         (vec!["sample", "nothing"], "unknown benchmark `nothing`"),
+        (vec!["record", "--suite", "experiments/paper/fig2.toml"], "names no run to record; use [perf]"),
     ] {
         assert_has(&refused(&mut perf(&arguments)), &[says]);
     }
     assert_eq!(fs::read_to_string(damaged).unwrap(), "record,benchmark\n1,2\n", "a damaged history is left alone");
     perf(&["compare"]).assert().code(2);
     perf(&["compare", "latest"]).assert().code(2);
+}
+
+/// Runs of one's own: those that an experiment file names, a scheme in Python among them.
+#[test]
+fn a_suite_of_ones_own_is_recorded_and_compared_and_says_what_is_wrong_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = folder.path().join("history.csv");
+    let file = folder.path().join("mine.toml");
+    let head = "question = \"?\"\nmacro_steps_s = [1e-3]\ncases = [{ name = \"wedge-box\" }]\nschemes = [{ scheme = \"nepce\" }]\n";
+    let write = |runs: &str| fs::write(&file, format!("{head}[perf]\n{runs}")).unwrap();
+    let record = |code| {
+        let mut command = perf(&["record", "--without-instructions", "--suite"]);
+        said(command.arg(&file).arg("--history").arg(&history).current_dir(folder.path()), code)
+    };
+    write(
+        "\"bouncing-ball/nepce\" = { macro_step_s = 1e-3, duration_s = 0.1 }\n\"wedge-box/nepce/heavy\" = { macro_step_s = 1e-3, \
+           duration_s = 0.05, set = { box_mass_kg = 250.0 }, answer = [1e9, 1.0] }\n",
+    );
+    assert_has(&record(0), &["bouncing-ball/nepce", "wedge-box/nepce/heavy", "wrong answer", "expected 1.0"]);
+    let rows = History::read(&history).unwrap().rows;
+    assert!(rows.len() == 2 && rows[0].is_ok() && rows[0].counters[0] == 100, "{rows:?}");
+    for (runs, wanted) in [
+        ("\"bouncing-ball\" = {}\n", "CASE/SCHEME"),
+        ("\"bouncing-ball/nepc\" = {}\n", "nepc"),
+        ("\"bouncing-ball/nepce\" = { macro_step = 1e-3 }\n", "macro_step"),
+        ("\"bouncing-ball/nepce\" = { answer = 1.0 }\n", "two numbers"),
+    ] {
+        write(runs);
+        assert_has(&record(2), &["mine.toml: [perf] `bouncing-ball", wanted]);
+    }
 }
 
 /// A package without dependencies that records as the suite does, with a number of pivots.
@@ -141,6 +172,9 @@ fn two_revisions_are_built_recorded_compared_and_cleaned_up() {
     let left = git.current_dir(folder.path()).args(["worktree", "list"]).output().unwrap().stdout;
     assert_eq!(String::from_utf8(left).unwrap().lines().count(), 1);
     assert!(!folder.path().join("results").exists(), "a comparison of revisions writes no history");
+    // Built once: a second comparison needs no compiler.
+    let mut again = perf(&["compare", "--rev", &before, "--rev", &after, "--without-instructions"]);
+    assert_has(&said(again.current_dir(folder.path()).env("CARGO", "no-such-cargo"), 1), &["Regressed: toy"]);
 }
 
 /// Which function it is says callgrind, which the comparison asks itself: a base may be older than the question.

@@ -49,24 +49,9 @@ fn a_log_is_read_beside_the_file_and_its_copy_holds_it() {
     let run = planned(&copy);
     assert_eq!(run.id, planned(&experiment).id);
     assert!(run.spec.facts().iter().any(|fact| fact.name == "delivery_up" && fact.cell() == "delay:1,missed:0"));
-    assert_eq!(copy.with_scheme("zero-order-hold").unwrap().plan(&catalogue, false).unwrap().len(), 2);
     for (log, expected) in [("log = \"none.csv\", deadline_s = 1.0", "none.csv"), ("log = \"times.csv\"", "together")] {
         let message = Experiment::parse(Path::new("a.toml"), text(log)).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
-    }
-}
-
-#[test]
-fn one_more_scheme_joins_either_form_of_the_list() {
-    let head = "question = \"?\"\nmacro_steps_s = [1e-3]\n";
-    for schemes in [
-        "\nschemes = [\n{ scheme = \"nepce\" },\n]\n[[cases]]\nname = \"wedge-box\"\n",
-        "[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n",
-    ] {
-        let experiment = Experiment::parse(Path::new("a/b.toml"), format!("{head}{schemes}")).unwrap();
-        let longer = experiment.with_scheme("zero-order-hold").unwrap().with_case("cradle").unwrap();
-        // Of two cases and two schemes.
-        assert_eq!(longer.plan(&Catalogue::standard(), false).unwrap().len(), 4);
     }
 }
 

@@ -18,33 +18,108 @@ pub struct Catalogue {
     cases: Vec<Arc<Case>>,
     schemes: Vec<Arc<SchemeEntry>>,
     solvers: Vec<Arc<SolverEntry>>,
-    files: Option<Arc<CaseFiles>>,
+    /// How many of the cases, schemes and solvers are built in: the first ones.
+    built_in: [usize; 3],
+    case_files: Option<Arc<OfFiles<PathBuf, Case>>>,
+    scheme_files: Option<Arc<OfFiles<SchemeFile, SchemeEntry>>>,
 }
 
-/// What makes a case of a file.
-type ReadCase = Box<dyn Fn(&Path) -> Result<Case> + Send + Sync>;
-
-/// Cases of files, each read once.
-struct CaseFiles {
-    read: ReadCase,
-    known: Mutex<BTreeMap<PathBuf, Arc<Case>>>,
+/// What files make, each read once.
+struct OfFiles<K, T> {
+    read: Box<dyn Fn(&K) -> Result<T> + Send + Sync>,
+    known: Mutex<BTreeMap<(PathBuf, String), Arc<T>>>,
 }
 
-impl fmt::Debug for CaseFiles {
+impl<K, T> OfFiles<K, T> {
+    fn read_by(read: impl Fn(&K) -> Result<T> + Send + Sync + 'static) -> Option<Arc<Self>> {
+        Some(Arc::new(OfFiles { read: Box::new(read), known: Mutex::default() }))
+    }
+
+    /// What is made of `file`, of which `path` and `part` tell it from others.
+    fn find(&self, file: &K, path: &Path, part: &str) -> Result<Arc<T>> {
+        let place = (path.canonicalize().unwrap_or_else(|_| path.to_owned()), part.to_owned());
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(made) = known.get(&place) {
+            return Ok(made.clone());
+        }
+        let made = Arc::new((self.read)(file)?);
+        known.insert(place, made.clone());
+        Ok(made)
+    }
+}
+
+impl<K, T> fmt::Debug for OfFiles<K, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("CaseFiles").field(&self.known).finish()
+        f.debug_struct("OfFiles").finish_non_exhaustive()
+    }
+}
+
+/// A scheme that is a class in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SchemeFile {
+    /// The file.
+    pub path: PathBuf,
+    /// The class.
+    pub class: String,
+    /// How the scheme is called.
+    pub name: String,
+    /// After so long without an answer its process is ended, s.
+    pub answer_within_s: f64,
+}
+
+impl SchemeFile {
+    /// Names a class, whose scheme is called as it is, `MidHold` mid-hold.
+    pub fn new(path: impl Into<PathBuf>, class: impl Into<String>) -> Self {
+        let class = class.into();
+        let mut name = String::with_capacity(class.len() + 4);
+        let mut before = '_';
+        for letter in class.chars() {
+            if letter.is_uppercase() && !before.is_uppercase() && before != '_' {
+                name.push('-');
+            }
+            name.extend(letter.to_lowercase().map(|letter| if letter == '_' { '-' } else { letter }));
+            before = letter;
+        }
+        let name = name.trim_matches('-').to_owned();
+        SchemeFile { path: path.into(), class, name, answer_within_s: 60.0 }
+    }
+
+    /// Reads `mine.py:MidHold`; none for what is no such thing.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (path, class) = text.rsplit_once(':')?;
+        path.ends_with(".py").then(|| SchemeFile::new(path, class))
     }
 }
 
 impl Catalogue {
     /// Makes a catalogue of everything that is built in.
     pub fn standard() -> Self {
+        let cases: Vec<_> = standard_cases().into_iter().map(Arc::new).collect();
+        let schemes: Vec<_> = standard_schemes().into_iter().map(Arc::new).collect();
+        let solvers: Vec<_> = standard_solvers().into_iter().map(Arc::new).collect();
         Catalogue {
-            cases: standard_cases().into_iter().map(Arc::new).collect(),
-            schemes: standard_schemes().into_iter().map(Arc::new).collect(),
-            solvers: standard_solvers().into_iter().map(Arc::new).collect(),
-            files: None,
+            built_in: [cases.len(), schemes.len(), solvers.len()],
+            cases,
+            schemes,
+            solvers,
+            ..Catalogue::default()
         }
+    }
+
+    /// Tells whether anything was added to what is built in.
+    pub fn has_added(&self) -> bool {
+        self.built_in != [self.cases.len(), self.schemes.len(), self.solvers.len()]
+    }
+
+    /// Says from which code everything is made that was added and says nothing of it.
+    pub fn say_code(&mut self, digest: &str) {
+        let own = |said: &mut Option<Name>| {
+            said.get_or_insert_with(|| digest.to_owned().into());
+        };
+        let [cases, schemes, solvers] = self.built_in;
+        self.cases[cases..].iter_mut().for_each(|case| own(&mut Arc::make_mut(case).digest));
+        self.schemes[schemes..].iter_mut().for_each(|scheme| own(&mut Arc::make_mut(scheme).digest));
+        self.solvers[solvers..].iter_mut().for_each(|solver| own(&mut Arc::make_mut(solver).digest));
     }
 
     /// Returns all cases, in the order in which they were added.
@@ -105,8 +180,13 @@ impl Catalogue {
     }
 
     /// Sets what makes a case of a file, for [`case_of_file`](Self::case_of_file).
-    pub fn read_files_by(&mut self, read: impl Fn(&Path) -> Result<Case> + Send + Sync + 'static) {
-        self.files = Some(Arc::new(CaseFiles { read: Box::new(read), known: Mutex::default() }));
+    pub fn read_cases_by(&mut self, read: impl Fn(&PathBuf) -> Result<Case> + Send + Sync + 'static) {
+        self.case_files = OfFiles::read_by(read);
+    }
+
+    /// Sets what makes a scheme of a class in a file, for [`add_scheme_of_file`](Self::add_scheme_of_file).
+    pub fn read_schemes_by(&mut self, read: impl Fn(&SchemeFile) -> Result<SchemeEntry> + Send + Sync + 'static) {
+        self.scheme_files = OfFiles::read_by(read);
     }
 
     /// Finds the case that a file makes, which is read once; one that was added by the same name must be the same.
@@ -115,21 +195,35 @@ impl Catalogue {
     /// Those of what reads it; [`Error::File`] where nothing reads files; [`Error::InvalidValue`] for a name that is
     /// taken by another case.
     pub fn case_of_file(&self, path: &Path) -> Result<Arc<Case>> {
-        let files =
-            self.files.as_ref().ok_or_else(|| Error::file(path, "is a case file, and nothing here reads those"))?;
-        let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let mut known = files.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let case = match known.get(&place) {
-            Some(case) => case.clone(),
-            None => {
-                let case = Arc::new((files.read)(path)?);
-                known.insert(place, case.clone());
-                case
-            }
-        };
+        let files = self.case_files.as_ref();
+        let files = files.ok_or_else(|| Error::file(path, "is a case file, and nothing here reads those"))?;
+        let case = files.find(&path.to_owned(), path, "")?;
         let others = self.cases.iter().filter(|other| other.parameters != case.parameters);
         check_new_name("case", &case.name, others.map(|known| &*known.name))?;
         Ok(case)
+    }
+
+    /// Adds the scheme that a class in a file makes, which is read once; one that is there by the same name must be of
+    /// the same code.
+    ///
+    /// # Errors
+    /// Those of what reads it; [`Error::File`] where nothing reads files; [`Error::InvalidValue`] for a name that is not
+    /// kebab-case or taken by another scheme.
+    pub fn add_scheme_of_file(&mut self, file: &SchemeFile) -> Result<()> {
+        let SchemeFile { path, class, name, answer_within_s } = file;
+        let others = self.schemes.iter().filter(|known| known.digest.is_none());
+        check_new_name("scheme", name, others.map(|known| &*known.name)).map_err(|error| Error::file(path, error))?;
+        let files = self.scheme_files.as_ref();
+        let files = files.ok_or_else(|| Error::file(path, "is a scheme in Python, and nothing here reads those"))?;
+        let scheme = files.find(file, path, &format!("{class} {name} {answer_within_s}"))?;
+        match self.scheme(name) {
+            Ok(known) if known.digest == scheme.digest => Ok(()),
+            Ok(_) => check_new_name("scheme", name, [&**name].into_iter()).map_err(|error| Error::file(path, error)),
+            Err(_) => {
+                self.schemes.push(scheme);
+                Ok(())
+            }
+        }
     }
 
     /// Adds a scheme.
@@ -169,6 +263,41 @@ impl Catalogue {
 mod tests {
     use super::*;
     use crate::cases::{CaseDefaults, Parameter, Range};
+    use crate::runs::RunRequest;
+
+    /// Ids of what is built in know nothing of code that was added.
+    #[test]
+    fn other_code_of_what_was_added_makes_other_runs_and_of_what_is_built_in_none() {
+        let id = |scheme: &str, case: &str, digest: Option<&str>| {
+            let mut catalogue = Catalogue::standard();
+            let hold = SchemeEntry::clone(catalogue.scheme("zero-order-hold").unwrap());
+            let ball = Case::clone(catalogue.case("bouncing-ball").unwrap());
+            catalogue.add_scheme(SchemeEntry { name: "mine".into(), ..hold }).unwrap();
+            catalogue.add_case(Case { name: "own".into(), ..ball }).unwrap();
+            digest.into_iter().for_each(|digest| catalogue.say_code(digest));
+            RunRequest::of(case, scheme).resolve(&catalogue).unwrap().id()
+        };
+        for (scheme, case) in [("mine", "bouncing-ball"), ("zero-order-hold", "own")] {
+            let ids = [None, Some("1"), Some("2")].map(|digest| id(scheme, case, digest));
+            assert!(ids[0] != ids[1] && ids[1] != ids[2] && ids[0] != ids[2], "{ids:?}");
+            assert_eq!(ids[1], id(scheme, case, Some("1")));
+        }
+        let built_in = id("zero-order-hold", "bouncing-ball", Some("1"));
+        let of_standard = RunRequest::of("bouncing-ball", "zero-order-hold").resolve(&Catalogue::standard());
+        assert_eq!(built_in, of_standard.unwrap().id());
+        assert!(!Catalogue::standard().has_added());
+    }
+
+    #[test]
+    fn a_class_gives_its_scheme_a_name() {
+        for (class, name) in
+            [("MidHold", "mid-hold"), ("RIMScheme", "rimscheme"), ("hold_2", "hold-2"), ("_Own", "own")]
+        {
+            assert_eq!(SchemeFile::new("mine.py", class).name, name);
+        }
+        assert!(SchemeFile::parse("mine.toml:A").is_none() && SchemeFile::parse("mine.py").is_none());
+        assert_eq!(SchemeFile::parse("C:\\x y.py:A").unwrap().path, Path::new("C:\\x y.py"));
+    }
 
     /// In JSON and from Python a name is said once.
     #[test]

@@ -22,6 +22,8 @@ pub struct SolverEntry {
     pub tolerance: f64,
     /// True if a rejected problem is given to `lemke`.
     pub fallback: bool,
+    /// Digest of its code, a part of what determines a run; none of what is built in.
+    pub digest: Option<Cow<'static, str>>,
     /// Builds the bare solver with room for problems up to the given `n`.
     pub build: BuildSolver,
     /// True if contacts with friction go with it, which a [solver over their states](FrictionSolver) solves in its
@@ -67,6 +69,7 @@ impl SolverEntry {
             guaranteed: "symmetric positive semidefinite, feasible".into(),
             tolerance: 1e-9,
             fallback: true,
+            digest: None,
             build: Arc::new(|capacity| Solver::ActiveSet(Box::new(ActiveSet::new(capacity)))),
             with_friction: true,
         }
@@ -80,6 +83,7 @@ impl SolverEntry {
             guaranteed: "positive semidefinite, feasible".into(),
             tolerance: 1e-9,
             fallback: false,
+            digest: None,
             build: Arc::new(|capacity| Solver::other(Lemke::new(capacity))),
             with_friction: false,
         }

@@ -148,6 +148,11 @@ pub enum Cause {
         /// What it says.
         message: String,
     },
+    /// A scheme from outside says in words that it cannot go on, or gives what is no input.
+    SchemeReported {
+        /// What it says, or what is wrong.
+        message: String,
+    },
     /// The run was asked to end.
     Stopped,
 }
@@ -236,7 +241,7 @@ impl fmt::Display for Cause {
                 f.write_str("a subsystem or the scheme cannot be copied, so no step can be taken again")
             }
             Cause::NotOffered { what } => f.write_str(what),
-            Cause::Reported { message } => f.write_str(message),
+            Cause::Reported { message } | Cause::SchemeReported { message } => f.write_str(message),
             Cause::Stopped => f.write_str("stopped"),
         }
     }

@@ -1,8 +1,12 @@
 //! A benchmark, and what it counts.
 
 use super::history::COUNTERS;
+use super::suite::whole_run;
+use rimbench_cases::runs::RunSpec;
 use rimbench_core::complementarity::SolverCounters;
 use rimbench_core::error::Result;
+use rimbench_core::name::Name;
+use rimbench_harness::MeasuredRun;
 
 /// What one repetition of a benchmark did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -33,19 +37,34 @@ impl Work {
 /// One repetition, ready to be done; as often as one likes, with the same answer and the same work.
 pub type Repetition = Box<dyn FnMut() -> Result<Work>>;
 
-/// A benchmark of the suite.
-#[derive(Debug, Clone, Copy)]
+/// What a benchmark does.
+#[derive(Debug, Clone)]
+enum Measured {
+    /// What the suite has by this name.
+    BuiltIn(fn(&str) -> Result<Repetition>),
+    /// A run.
+    Run(Box<RunSpec>),
+}
+
+/// A benchmark of the suite, or a run that a file names.
+#[derive(Debug, Clone)]
 pub struct Benchmark {
     /// Name in data; of a run its case and its scheme.
-    pub name: &'static str,
-    /// What [`Work::answer`] must be, and by how much it may differ (round-off of other libraries).
-    answer: [f64; 2],
-    prepare: fn(&str) -> Result<Repetition>,
+    pub name: Name,
+    /// What [`Work::answer`] must be, and by how much it may differ (round-off of other libraries); none: any number.
+    answer: Option<[f64; 2]>,
+    measured: Measured,
 }
 
 impl Benchmark {
     pub(super) const fn new(name: &'static str, answer: [f64; 2], prepare: fn(&str) -> Result<Repetition>) -> Self {
-        Benchmark { name, answer, prepare }
+        Benchmark { name: Name::Borrowed(name), answer: Some(answer), measured: Measured::BuiltIn(prepare) }
+    }
+
+    /// Makes a benchmark of a run.
+    pub fn of_run(run: MeasuredRun) -> Self {
+        let MeasuredRun { name, spec, answer } = run;
+        Benchmark { name: name.into(), answer, measured: Measured::Run(Box::new(spec)) }
     }
 
     /// Sets everything up.
@@ -53,12 +72,17 @@ impl Benchmark {
     /// # Errors
     /// Those of building what is measured: a defect.
     pub fn prepare(&self) -> Result<Repetition> {
-        (self.prepare)(self.name)
+        match &self.measured {
+            Measured::BuiltIn(prepare) => prepare(&self.name),
+            Measured::Run(spec) => Ok(whole_run(RunSpec::clone(spec))),
+        }
     }
 
     /// What is wrong with an answer, if anything.
     pub fn fault(&self, answer: f64) -> Option<String> {
-        let [expected, tolerance] = self.answer;
+        let Some([expected, tolerance]) = self.answer else {
+            return (!answer.is_finite()).then(|| "the run does not complete".to_owned());
+        };
         let right = (answer - expected).abs() <= tolerance;
         (!right).then(|| format!("wrong answer {answer:.6e}, expected {expected:.6e} ± {tolerance:.1e}"))
     }

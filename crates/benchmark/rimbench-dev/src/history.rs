@@ -127,6 +127,9 @@ impl History {
             "previous" => records.get(1),
             _ => newest(|row| &row.record).or_else(|| newest(|row| &row.git_revision)),
         };
+        if selector == "previous" && records.len() == 1 {
+            return Err(Error::invalid("record", selector, "latest: the history has one record"));
+        }
         let Some(found) = found else {
             let known = records.iter().take(8).map(|row| format!("{} ({})", row.record, row.git_revision));
             let known = known.collect::<Vec<_>>().join(", ");

@@ -17,5 +17,5 @@ pub use benchmark::{Benchmark, Repetition, Work};
 pub use comparison::{Comparison, Finding, REBUILT, REPEATED, Verdict, compare, fence_of};
 pub use history::{COUNTERS, History, Row};
 pub use measuring::{ChangedFunction, changed_functions, find_valgrind, measure, record};
-pub use revision::compare_revisions;
-pub use suite::{BENCHMARKS, benchmark_by_name};
+pub use revision::{Build, compare_revisions};
+pub use suite::BENCHMARKS;

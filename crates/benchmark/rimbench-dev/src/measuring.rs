@@ -11,14 +11,15 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Records benchmarks in a program built like this, now; with `program`, which is this one, also their instructions. A
-/// wrong answer has no measurements. `told` hears of each benchmark before it is measured.
+/// Records benchmarks in a program built like this, now; with `program`, which is this one, and the options by which it
+/// knows them, also their instructions. A wrong answer has no measurements. `told` hears of each benchmark before it is
+/// measured.
 ///
 /// # Errors
 /// Those of the benchmarks and of the program under valgrind.
 pub fn record(
     benchmarks: &[&Benchmark],
-    program: Option<&Path>,
+    program: Option<(&Path, &[String])>,
     build: &BuildInfo,
     told: impl Fn(&str),
 ) -> Result<Vec<Row>> {
@@ -37,11 +38,11 @@ pub fn record(
         ..Row::default()
     };
     let row = |benchmark: &&Benchmark| {
-        told(benchmark.name);
+        told(&benchmark.name);
         let (fault, counters) = measure(benchmark)?;
         let counted = program.filter(|_| fault.is_none());
-        let instructions = counted.map(|program| instructions(program, benchmark.name)).transpose()?;
-        let (benchmark, status) = (benchmark.name.to_owned(), fault.unwrap_or_else(|| "ok".to_owned()));
+        let instructions = counted.map(|program| instructions(program, &benchmark.name)).transpose()?;
+        let (benchmark, status) = (benchmark.name.to_string(), fault.unwrap_or_else(|| "ok".to_owned()));
         Ok(Row { benchmark, status, counters, instructions, ..all.clone() })
     };
     benchmarks.iter().map(row).collect()
@@ -70,7 +71,7 @@ pub fn find_valgrind() -> std::result::Result<(), String> {
 
 /// Counts the instructions of one repetition: the process with two repetitions, minus the process with one, so that
 /// start, preparation and first touch drop out.
-fn instructions(program: &Path, benchmark: &str) -> Result<u64> {
+fn instructions(program: (&Path, &[String]), benchmark: &str) -> Result<u64> {
     let [one, two] = profiles(program, benchmark)?.map(|profile| parse_total(&profile));
     let wrong = |what: &str| Error::file("valgrind", format!("callgrind of {benchmark}: {what}"));
     let (one, two) = one.zip(two).ok_or_else(|| wrong("no total in its output"))?;
@@ -82,14 +83,14 @@ fn instructions(program: &Path, benchmark: &str) -> Result<u64> {
 ///
 /// # Errors
 /// [`Error::File`] naming valgrind, for a program that fails under it.
-pub(super) fn profiles(program: &Path, benchmark: &str) -> Result<[String; 2]> {
+pub(super) fn profiles((program, options): (&Path, &[String]), benchmark: &str) -> Result<[String; 2]> {
     let wrong = |what: &dyn std::fmt::Display| Error::file("valgrind", format!("callgrind of {benchmark}: {what}"));
     let folder = tempfile::tempdir().map_err(|error| wrong(&error))?;
     let out = folder.path().join("callgrind.out");
     let profile = |repetitions: &str| {
         let mut command = Command::new("valgrind");
         command.arg("--tool=callgrind").arg(format!("--callgrind-out-file={}", out.display())).arg(program);
-        let sample = command.args(["perf", "sample", benchmark, "--repetitions", repetitions]).output();
+        let sample = command.args(["perf", "sample", benchmark, "--repetitions", repetitions]).args(options).output();
         let output = sample.map_err(|error| wrong(&error))?;
         if !output.status.success() {
             let said = String::from_utf8_lossy(&output.stderr);

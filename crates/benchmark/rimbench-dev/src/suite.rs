@@ -4,11 +4,10 @@ use super::benchmark::{Benchmark, Repetition, Work};
 use super::kernels;
 use rimbench_cases::cases::Recorder;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{RunRequest, simulate};
+use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
-use rimbench_core::name::find_by_name;
 use rimbench_core::solver_entry::SolverEntry;
 use rimbench_harness::monotonic_clock;
 
@@ -33,14 +32,6 @@ pub const BENCHMARKS: &[Benchmark] = &[
     Benchmark::new("kernel/friction-warm", [0.122_257_4, 1e-7], |_| kernels::friction_warm()),
 ];
 
-/// Looks a benchmark up in [`BENCHMARKS`].
-///
-/// # Errors
-/// [`Error::UnknownName`] with the valid names.
-pub fn benchmark_by_name(name: &str) -> Result<&'static Benchmark> {
-    find_by_name("benchmark", BENCHMARKS, |entry| entry.name, name)
-}
-
 /// A whole run with the defaults of its case and scheme, recorded at every communication point.
 fn run(name: &str, macro_step: f64) -> Result<Repetition> {
     let (case, scheme) = name.split_once('/').unwrap_or_default();
@@ -50,8 +41,12 @@ fn run(name: &str, macro_step: f64) -> Result<Repetition> {
         mechanics_steps: Some(MechanicsSteps::ONE),
         ..RunRequest::of(case, scheme)
     };
-    let spec = request.resolve(&Catalogue::standard())?;
-    Ok(Box::new(move || {
+    Ok(whole_run(request.resolve(&Catalogue::standard())?))
+}
+
+/// A run, whose answer is the mean of its interface force, N.
+pub(super) fn whole_run(spec: RunSpec) -> Repetition {
+    Box::new(move || {
         let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
         let work = &result.report.work;
         let mut lcp = work.sides.mechanics.solver;
@@ -67,7 +62,7 @@ fn run(name: &str, macro_step: f64) -> Result<Repetition> {
             lcp,
             answer: if completed { forces.sum::<f64>() / result.trajectory.len() as f64 } else { f64::NAN },
         })
-    }))
+    })
 }
 
 /// The first half second of the wedge box, by the loop that makes references, with the coarsest step.

@@ -1,19 +1,10 @@
 //! How the schemes of an experiment compare: one row per case, scheme and macro step, failures counted.
 
-use super::build_info::BuildInfo;
-use super::cache::Cache;
-use super::execution::run_job;
-use super::experiment::Experiment;
-use super::job::Job;
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::Finding;
-use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::Result;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::Runs;
 use std::collections::BTreeMap;
-use std::fmt;
-use std::path::Path;
 
 /// Metrics whose medians are compared, with their headings and units; an error without a unit is a share of the peak.
 pub const MEDIANS: [(&str, &str, &str); 3] = [
@@ -48,26 +39,6 @@ pub struct Comparison {
     pub rows: Vec<ComparisonRow>,
 }
 
-/// Runs what is missing of an experiment into its folder below `results`, and compares its schemes; `build` is the
-/// program's own.
-///
-/// References are kept in `results` too: of a case under development none may survive in the user's cache.
-///
-/// # Errors
-/// Bad input; a disk that is full. A run that fails is counted.
-pub fn compare(
-    experiment: &Experiment,
-    catalogue: &Catalogue,
-    results: &Path,
-    quick: bool,
-    build: &BuildInfo,
-) -> Result<Comparison> {
-    let (folder, cache) = (experiment.results_folder(results), Cache::in_folder(results.join("references")));
-    let job = Job { quick, ..Job::new(experiment, catalogue, &folder, &cache, build) };
-    run_job(job, &|_| {}, StopFlag::never())?;
-    Comparison::of(&RunTable::read_from(&folder)?)
-}
-
 impl Comparison {
     /// Compares the rows of a table.
     ///
@@ -92,20 +63,6 @@ impl Comparison {
         };
         let groups = Runs::of(table).by_key(|run| (run.problem(), &*run.label, run.macro_step_s.to_bits()));
         Ok(Comparison { rows: groups.into_iter().map(row).collect() })
-    }
-}
-
-impl fmt::Display for Comparison {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:<20} {:<32} {:>10} {:>9}", "case", "scheme", "H", "completed")?;
-        writeln!(f, "  {}, median of completed", MEDIANS[0].0)?;
-        for ComparisonRow { problem: [case, set], label, macro_step_s, runs, completed, medians, .. } in &self.rows {
-            let error = medians[0].map_or("–".to_owned(), |error| format!("{error:.3e}"));
-            let set = if set.is_empty() { String::new() } else { format!("  ({set})") };
-            let completed = format!("{completed}/{runs}");
-            writeln!(f, "{case:<20} {label:<32} {macro_step_s:>10} {completed:>9}  {error}{set}")?;
-        }
-        Ok(())
     }
 }
 

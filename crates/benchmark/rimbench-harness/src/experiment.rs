@@ -3,6 +3,7 @@
 mod claim;
 mod claims_of_plan;
 mod draw;
+mod measured_run;
 mod plan;
 mod planned_run;
 mod scheme_row;
@@ -10,6 +11,7 @@ mod scheme_row;
 pub use claim::Claim;
 pub(crate) use claim::{Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
+pub use measured_run::MeasuredRun;
 pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;
 
@@ -28,6 +30,7 @@ use rimbench_results::text_place::{line_of, said_at};
 use scheme_row::{Logs, RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -36,7 +39,7 @@ use toml::Spanned;
 /// Name of the copy of the file in a results folder.
 pub(super) const COPY: &str = "experiment.toml";
 
-/// With what the table begins that a copy has of case files.
+/// With what the table begins that a copy has of the files of cases and schemes.
 const CASE_FILES: &str = "\n[case_files]\n";
 
 /// The path from a folder to a file, by way of what both have in common.
@@ -93,11 +96,15 @@ pub struct Experiment {
     /// What should come out.
     #[serde(default)]
     claims: Vec<Claim>,
+    /// Runs whose work and instructions are recorded, by name: case and scheme with a slash between them, options of the
+    /// run, and `answer`.
+    #[serde(default)]
+    perf: BTreeMap<String, BTreeMap<String, toml::Value>>,
     /// Logs that `delivery` names, name and text, so that a copy of the file holds them; read from their files if
     /// absent.
     #[serde(default)]
     logs: BTreeMap<String, String>,
-    /// In a copy: where case files are from there.
+    /// In a copy: where files of cases and schemes are from there.
     #[serde(default)]
     case_files: BTreeMap<PathBuf, PathBuf>,
     #[serde(skip)]
@@ -223,7 +230,8 @@ impl Experiment {
             let Some(file) = &case.file else { continue };
             case.place = beside(path, experiment.case_files.get(file).unwrap_or(file));
         }
-        let mut logs = Logs { file: path, kept: &experiment.logs, read: BTreeMap::new() };
+        let mut logs =
+            Logs { file: path, kept: &experiment.logs, read: BTreeMap::new(), moved: &experiment.case_files };
         let rows = std::mem::take(&mut experiment.raw_schemes).into_iter();
         let rows = rows.map(|row| SchemeRow::read(row, &text, &mut logs));
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
@@ -247,32 +255,6 @@ impl Experiment {
         let own = text.split_once(CASE_FILES).map_or(&*text, |(own, _)| own);
         experiment.source = own.to_owned() + &logs.unwrap_or_default();
         Ok(experiment)
-    }
-
-    /// Makes the same experiment with one more scheme, as if its file had one more `[[schemes]]`.
-    ///
-    /// # Errors
-    /// [`Error::File`] for a name that is no TOML text.
-    pub fn with_scheme(&self, name: &str) -> Result<Self> {
-        self.with_entry("schemes", &format!("scheme = \"{name}\""))
-    }
-
-    /// Makes the same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
-    ///
-    /// # Errors
-    /// [`Error::File`] for a name that is no TOML text.
-    pub fn with_case(&self, name: &str) -> Result<Self> {
-        self.with_entry("cases", &format!("name = \"{name}\""))
-    }
-
-    /// The same experiment with one more entry of a list, which a file has as tables or, as the shipped ones have their
-    /// schemes, as lines between brackets.
-    fn with_entry(&self, list: &str, entry: &str) -> Result<Self> {
-        let text = match self.source.split_once(&format!("\n{list} = [\n")) {
-            Some((before, rest)) => format!("{before}\n{list} = [\n{{ {entry} }},\n{rest}"),
-            None => format!("{}\n[[{list}]]\n{entry}\n", self.source),
-        };
-        Self::parse(&self.path, text)
     }
 
     /// Reads the copy of an experiment file that lies in a results folder. Its name is that under which the records of
@@ -343,11 +325,12 @@ impl Experiment {
         std::fs::read_to_string(folder.join(COPY)).is_ok_and(|text| text == self.copy_in(folder))
     }
 
-    /// The text of a copy in a folder, from which case files are elsewhere.
+    /// The text of a copy in a folder, from which files of cases and schemes are elsewhere.
     fn copy_in(&self, folder: &Path) -> String {
         let mut text = self.source.clone();
-        let files: BTreeMap<&PathBuf, &PathBuf> =
-            self.cases.iter().filter_map(|case| Some((case.file.as_ref()?, &case.place))).collect();
+        let schemes = self.schemes.iter().filter_map(|row| row.of_file.as_ref()).map(|(file, of)| (file, &of.path));
+        let cases = self.cases.iter().filter_map(|case| Some((case.file.as_ref()?, &case.place)));
+        let files: BTreeMap<&PathBuf, &PathBuf> = cases.chain(schemes).collect();
         if !files.is_empty() {
             text += CASE_FILES;
         }
@@ -357,6 +340,19 @@ impl Experiment {
             text += &format!("{} = {}\n", quoted(file), quoted(&path_from(folder, place)));
         }
         text
+    }
+
+    /// The catalogue with the schemes that are classes in files. One that was given by its name is not looked for.
+    fn with_own_schemes<'a>(&self, catalogue: &'a Catalogue) -> Result<Cow<'a, Catalogue>> {
+        let mut catalogue = Cow::Borrowed(catalogue);
+        for row in &self.schemes {
+            let Some((_, scheme)) = &row.of_file else { continue };
+            if catalogue.scheme(&scheme.name).is_ok_and(|known| known.waits) && !scheme.path.exists() {
+                continue;
+            }
+            catalogue.to_mut().add_scheme_of_file(scheme).map_err(|error| row.place_of_file(&error))?;
+        }
+        Ok(catalogue)
     }
 
     /// The case with the reference step of this experiment.

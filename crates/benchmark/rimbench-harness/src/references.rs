@@ -99,6 +99,8 @@ pub(super) fn content_key(spec: &RunSpec) -> String {
         rimbench_cases::SOURCES
     );
     key += &format!("columns = {:?}\nsteps = {:?}\n", case.recorded_columns(), case.defaults);
+    // Of what is built in the sources are.
+    key += &spec.case.digest.iter().map(|digest| format!("case_digest = {digest}\n")).collect::<String>();
     for (parameter, value) in spec.parameters.iter() {
         key += &format!("{} = {value}\n", parameter.name);
     }

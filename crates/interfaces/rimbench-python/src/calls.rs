@@ -14,7 +14,7 @@ use rimbench::cases::Value;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::{Cause, Error, Result};
-use rimbench::fmi::import::read_case;
+use rimbench::fmi::import::{read_case, read_scheme};
 use rimbench::harness::{
     Cache, Choice, Experiment, Information, Job, LimitSearch, Question, Scan, StabilityPoint, Step, StopFlags,
     monotonic_clock, obtain_reference, prices_of, run_job_until, share_of_peak, spectral_stability_limit,
@@ -347,19 +347,28 @@ pub fn run(
     quick: &Bound<'_, PyAny>,
     fresh: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
-    cases: &Bound<'_, PyAny>,
+    (cases, schemes): (Bound<'_, PyAny>, Bound<'_, PyAny>),
 ) -> PyResult<PathBuf> {
     let file: PathBuf = given("file", file, "the path of an experiment file")?;
     let out: Option<PathBuf> = out.map(|out| given("out", out, "the path of a folder")).transpose()?;
     let truth = |key, value| given::<bool>(key, value, "True or False");
     let (quick, fresh) = (truth("quick", quick)?, truth("fresh", fresh)?);
     let case = |case: PyResult<Bound<'_, PyAny>>| given::<Py<PyCase>>("cases", &case?, "a sequence of Case");
-    let cases = cases.try_iter().map_err(|_| wrong_kind("cases", cases, "a sequence of Case"))?;
+    let cases = cases.try_iter().map_err(|_| wrong_kind("cases", &cases, "a sequence of Case"))?;
     let cases = cases.map(case).collect::<PyResult<Vec<_>>>()?;
+    let scheme =
+        |scheme: PyResult<Bound<'_, PyAny>>| given::<Py<PyScheme>>("schemes", &scheme?, "a sequence of Scheme");
+    let schemes = schemes.try_iter().map_err(|_| wrong_kind("schemes", &schemes, "a sequence of Scheme"))?;
+    let schemes = schemes.map(scheme).collect::<PyResult<Vec<_>>>()?;
     let mut catalogue = everything().clone();
     let python: PathBuf = py.import("sys")?.getattr("executable")?.extract()?;
-    catalogue.read_files_by(move |file| read_case(file, programs(python.clone())));
-    let mut of_python = false;
+    let interpreter = programs(python.clone());
+    catalogue.read_schemes_by(move |file| read_scheme(file, &interpreter));
+    catalogue.read_cases_by(move |file| read_case(file, programs(python.clone())));
+    let mut of_python = !schemes.is_empty();
+    for scheme in schemes.iter().map(Py::get) {
+        catalogue.add_scheme(scheme.to_be_kept().map_err(refused)?).map_err(refused)?;
+    }
     for case in cases.iter().map(Py::get) {
         of_python |= case.case.from_outside;
         catalogue.add_case(case.to_be_kept().map_err(refused)?).map_err(refused)?;

@@ -34,7 +34,7 @@ pub fn with_raised<T>(work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
 }
 
 /// Keeps an exception unless there is one, and puts it in words.
-fn keep(py: Python<'_>, error: PyErr) -> String {
+pub fn keep(py: Python<'_>, error: PyErr) -> String {
     let words = in_words(py, &error);
     let raised = Raised { error, words: words.clone() };
     let first = RAISED.take().unwrap_or(raised);

@@ -4,7 +4,7 @@ use crate::errors::RimbenchError;
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyList, PyTuple};
+use pyo3::types::{PyBool, PyList, PyString, PyTuple};
 use rimbench::error::{Error, shortened};
 
 /// The error of a value that is of a kind that cannot be.
@@ -83,6 +83,32 @@ pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()
         to.copy_from_slice(&numbers);
         Ok(())
     }
+}
+
+/// Replaces `to` by the numbers that `what` returned, of one row or of rows alike.
+pub fn flat(value: &Bound<'_, PyAny>, what: &str, to: &mut Vec<f64>) -> PyResult<()> {
+    to.clear();
+    let value = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
+    let mut width = None;
+    for row in value.try_iter()? {
+        let (row, before) = (row?, to.len());
+        match row.cast::<PyString>().is_err().then(|| row.try_iter()) {
+            Some(Ok(numbers)) => {
+                for number in numbers {
+                    to.push(number?.extract()?);
+                }
+                if *width.get_or_insert(to.len() - before) != to.len() - before {
+                    return Err(PyValueError::new_err(format!("{what} gives rows that are not alike")));
+                }
+            }
+            _ => {
+                let number = row.extract();
+                let valid = || wrong_kind(&format!("a number that {what} gives"), &row, "a number");
+                to.push(number.map_err(|_| valid())?);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// An attribute, if the object has it.

@@ -2,12 +2,13 @@
 
 use crate::errors::{self, RimbenchError};
 use crate::model;
-use crate::numbers::{copied, count, fill, given, method, wrong_kind};
+use crate::numbers::{copied, count, flat, given, method, wrong_kind};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rimbench::cosim::{CouplingScheme, MicroStep, Ports, Sample, Side};
-use rimbench::error::Failure;
-use rimbench::schemes::{Family, Requirement, SchemeEntry};
+use rimbench::cosim::{MicroStep, Ports, Sample, Side};
+use rimbench::error::Error;
+use rimbench::name::Name;
+use rimbench::schemes::{AnswerForm, Asked, Family, Outside, OutsideScheme, Requirement, SchemeEntry};
 use std::sync::Arc;
 
 /// What one side sends at a communication point.
@@ -85,23 +86,27 @@ fn name(side: Side) -> &'static str {
     }
 }
 
-/// An object with `receive(side, sample)` and `input(side, at, own)`.
+/// An object with `receive(side, sample)` and one of the methods of [`AnswerForm::METHODS`].
 struct SchemeObject {
     object: Py<PyAny>,
     receive: Py<PyAny>,
-    input: Py<PyAny>,
+    answer: Py<PyAny>,
+    form: AnswerForm,
 }
 
 impl SchemeObject {
     fn new(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let mut forms = AnswerForm::METHODS.into_iter();
+        let offered = forms.find(|(name, _)| object.hasattr(*name).unwrap_or(false));
+        let (answer, form) = offered.unwrap_or(("input", AnswerForm::Input));
         let method = |name| method(object, name, "the scheme");
-        let (receive, input) = (method("receive")?, method("input")?);
-        Ok(SchemeObject { object: object.clone().unbind(), receive, input })
+        let (receive, answer) = (method("receive")?, method(answer)?);
+        Ok(SchemeObject { object: object.clone().unbind(), receive, answer, form })
     }
 }
 
-impl CouplingScheme for SchemeObject {
-    fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
+impl Outside for SchemeObject {
+    fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), String> {
         let call = |py: Python<'_>| -> PyResult<()> {
             let sample = PySample {
                 time: sample.time,
@@ -113,18 +118,28 @@ impl CouplingScheme for SchemeObject {
             };
             self.receive.bind(py).call1((name(from), sample)).map(drop)
         };
-        Python::attach(|py| call(py).map_err(|error| errors::failure(py, error)))
+        Python::attach(|py| call(py).map_err(|error| errors::keep(py, error)))
     }
 
-    fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        let mut call = |py: Python<'_>| -> PyResult<()> {
-            let value = self.input.bind(py).call1((name(to), PyMicroStep(at), PyTuple::new(py, own)?))?;
-            fill(&value, "input", u)
+    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<(), String> {
+        let call = |py: Python<'_>, told: &mut Vec<f64>| -> PyResult<()> {
+            let answer = self.answer.bind(py);
+            let value = match asked {
+                Asked::MicroStep(at, own) => answer.call1((name(to), PyMicroStep(at), PyTuple::new(py, own)?))?,
+                Asked::MacroStep(step, count) => {
+                    let known = PyDict::new(py);
+                    (known.set_item("index", step.index)?, known.set_item("count", count)?);
+                    (known.set_item("start", step.start)?, known.set_item("length", step.length)?);
+                    let step = py.import("types")?.getattr("SimpleNamespace")?.call((), Some(&known))?;
+                    answer.call1((name(to), step))?
+                }
+            };
+            flat(&value, AnswerForm::METHODS[self.form as usize].0, told)
         };
-        Python::attach(|py| call(py).map_err(|error| errors::failure(py, error)))
+        Python::attach(|py| call(py, told).map_err(|error| errors::keep(py, error)))
     }
 
-    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+    fn try_clone(&self) -> Option<Box<dyn Outside>> {
         let object = copied(&self.object)?;
         let copy = Python::attach(|py| SchemeObject::new(object.bind(py))).ok()?;
         Some(Box::new(copy))
@@ -138,24 +153,41 @@ impl CouplingScheme for SchemeObject {
 /// name : kebab-case, not taken by a built-in scheme.
 /// make : called for each run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`;
 /// returns an object
-///     with `receive(side, sample)`, called for each side at each communication point, and `input(side, at, own)`, called for each
-///     micro step of each side: it returns the numbers that this side gets, in the order of the other side's outputs, as their mean
-///     over the micro step. `own` is what that side itself puts out.
+///     with `receive(side, sample)`, called for each side at each communication point, and one of three. `polynomial(side, step)`
+///     returns once per macro step, for each input, up to four coefficients of the time since its start; `inputs(side, step)` the
+///     inputs of all `step.count` micro steps, a row each; `input(side, at, own)`, called for each micro step, its inputs, in the
+///     order of the other side's outputs, as their mean over the micro step. `own` is what that side itself puts out.
 /// order : declared order in H, a pure number.
 /// samples : samples of the past that it needs to be what it is.
 /// interface_model : whether the samples of the mechanics are to come with its reduced interface model.
-#[pyclass(frozen, name = "Scheme", module = "rimbench")]
+#[pyclass(frozen, subclass, name = "Scheme", module = "rimbench._native")]
 pub struct PyScheme {
     pub entry: SchemeEntry,
+    /// Why there is no hash of its code, if there is none.
+    no_code: String,
+}
+
+impl PyScheme {
+    /// The scheme as one whose results are kept: its code is a part of what determines a run.
+    pub fn to_be_kept(&self) -> rimbench::error::Result<SchemeEntry> {
+        if self.entry.digest.is_some() {
+            return Ok(self.entry.clone());
+        }
+        Err(Error::Incompatible(format!(
+            "scheme {}: results are kept, and nothing tells when its code changes: {}; valid: a class in a file",
+            self.entry.name, self.no_code
+        )))
+    }
 }
 
 #[pymethods]
 impl PyScheme {
     #[new]
-    #[pyo3(signature = (name, make, *, order=None, samples=None, interface_model=None))]
+    #[pyo3(signature = (name, make, code, *, order=None, samples=None, interface_model=None))]
     fn new(
         name: &Bound<'_, PyAny>,
         make: &Bound<'_, PyAny>,
+        code: (Option<String>, String),
         order: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
         interface_model: Option<&Bound<'_, PyAny>>,
@@ -177,19 +209,23 @@ impl PyScheme {
                 outputs.set_item("actuator", PyTuple::new(py, names(construction.ports.actuator))?)?;
                 SchemeObject::new(&make.bind(py).call1((outputs,))?)
             };
-            let built = Python::attach(|py| built(py).map_err(|error| errors::error(py, error)))?;
-            Ok(Box::new(built))
+            let who = Python::attach(|py| built(py).map_err(|error| errors::keep(py, error)));
+            let form = who.as_ref().map_or(AnswerForm::Input, |object| object.form);
+            let who = who.map(|object| Box::new(object) as Box<dyn Outside>);
+            Ok(Box::new(OutsideScheme::new(who, form, construction.ports)))
         });
         let family = if interface_model { Family::Model } else { Family::Signal };
         let needs =
             if interface_model { vec![Requirement::InterfaceModel, Requirement::NoFriction] } else { Vec::new() };
-        let entry = SchemeEntry { order, samples, family, needs, ..entry };
+        let (digest, no_code) = code;
+        let digest = digest.map(Name::from);
+        let entry = SchemeEntry { order, samples, family, needs, waits: true, digest, ..entry };
         // A name that cannot be is found here and not in every run.
         crate::everything()
             .clone()
             .add_scheme(entry.clone())
             .map_err(|error| RimbenchError::new_err(error.to_string()))?;
-        Ok(PyScheme { entry })
+        Ok(PyScheme { entry, no_code })
     }
 
     /// Its name.

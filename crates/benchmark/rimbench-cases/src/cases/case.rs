@@ -285,6 +285,8 @@ pub struct Case {
     /// The case whose reference runs are held against instead, with the same parameters; none: they are held against
     /// their own.
     pub judged_by: Option<Arc<Case>>,
+    /// Digest of its code, a part of what determines a run and its reference; none of what is built in.
+    pub digest: Option<Name>,
     /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that
     /// code changes.
     pub from_outside: bool,
@@ -342,6 +344,7 @@ impl Case {
             constant_mechanics: false,
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
             judged_by: None,
+            digest: None,
             from_outside: false,
             waits: false,
             steps: PerSide::default(),

@@ -4,10 +4,14 @@ use super::fact::{Fact, FactValue};
 use super::options::facts_of;
 use super::spec::RunSpec;
 use crate::metrics::{METRICS, Only};
+use rimbench_core::name::Name;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_core::schemes::Requirement;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
+
+/// Facts of what is not built in: digests of its code.
+pub(super) const CODE: [&str; 3] = ["case_digest", "scheme_digest", "solver_digest"];
 
 /// Finds the runs that a metric or a counter, by its column in tables, says something of; none where these are all.
 pub fn only_of(column: &str) -> Option<Only> {
@@ -29,12 +33,15 @@ impl RunSpec {
         }
     }
 
-    /// Lists everything that determines the run: what options say, the parameters of the case behind the case, and the
-    /// audit.
+    /// Lists everything that determines the run: what options say, the parameters of the case behind the case, the
+    /// audit, and the code of what is not built in.
     pub fn facts(&self) -> Vec<Fact> {
         let mut facts: Vec<Fact> = facts_of(self).collect();
         facts.insert(1, Fact::text("set", self.parameters.given()));
         facts.push(Fact::new("audit", self.audit.then_some(FactValue::Truth(true))).of_some_runs());
+        let digests = [&self.case.digest, &self.scheme.digest, &self.solver.digest];
+        let said = |digest: &Option<Name>| digest.as_ref().map(|digest| FactValue::Text(digest.to_string()));
+        facts.extend(CODE.into_iter().zip(digests).map(|(name, of)| Fact::new(name, said(of)).of_some_runs()));
         facts
     }
 

@@ -2,6 +2,7 @@
 //! it back.
 
 use super::fact::{Fact, FactValue};
+use super::facts::CODE;
 use super::options::{RunRequest, SETTLED};
 use crate::metrics::METRICS;
 use rimbench_core::cosim::{Latencies, Outcome, OutcomeKind, Work};
@@ -93,6 +94,7 @@ pub fn is_taken(name: &str) -> bool {
     const SAID: [&str; 8] = ["run_id", "case", "set", "label", "scheme", "parameters", "not_finite", "diverged_at_s"];
     let is_column = || Findings::nothing(&Outcome::Completed).facts().iter().any(|fact| fact.name == name);
     SAID.contains(&name)
+        || CODE.contains(&name)
         || RunRequest::OPTIONS.iter().any(|option| option.key == name)
         || SETTLED.iter().any(|(settled, ..)| *settled == name)
         || is_column()

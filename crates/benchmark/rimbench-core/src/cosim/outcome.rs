@@ -34,6 +34,8 @@ pub enum OutcomeKind {
     SolverFailed,
     /// [`Outcome::SubsystemFailed`].
     SubsystemFailed,
+    /// [`Outcome::SchemeFailed`].
+    SchemeFailed,
     /// [`Outcome::Timeout`].
     Timeout,
     /// [`Outcome::Stopped`].
@@ -46,12 +48,13 @@ pub enum OutcomeKind {
 
 impl OutcomeKind {
     /// All of them by name.
-    pub const NAMES: [(&'static str, OutcomeKind); 9] = [
+    pub const NAMES: [(&'static str, OutcomeKind); 10] = [
         ("completed", OutcomeKind::Completed),
         ("diverged", OutcomeKind::Diverged),
         ("out-of-range", OutcomeKind::OutOfRange),
         ("solver-failed", OutcomeKind::SolverFailed),
         ("subsystem-failed", OutcomeKind::SubsystemFailed),
+        ("scheme-failed", OutcomeKind::SchemeFailed),
         ("timeout", OutcomeKind::Timeout),
         ("stopped", OutcomeKind::Stopped),
         ("panicked", OutcomeKind::Panicked),
@@ -70,7 +73,8 @@ impl OutcomeKind {
             OutcomeKind::Diverged
             | OutcomeKind::OutOfRange
             | OutcomeKind::SolverFailed
-            | OutcomeKind::SubsystemFailed => OutcomeClass::Failed,
+            | OutcomeKind::SubsystemFailed
+            | OutcomeKind::SchemeFailed => OutcomeClass::Failed,
             OutcomeKind::Timeout | OutcomeKind::Stopped | OutcomeKind::Panicked | OutcomeKind::Skipped => {
                 OutcomeClass::NoAnswer
             }
@@ -133,6 +137,13 @@ pub enum Outcome {
         /// Why.
         cause: Cause,
     },
+    /// A scheme from outside said that it cannot go on, or gave what is no input.
+    SchemeFailed {
+        /// When, s.
+        at_s: f64,
+        /// Why.
+        cause: Cause,
+    },
     /// The run took longer than it was allowed to.
     Timeout {
         /// Simulated time reached, s.
@@ -168,6 +179,7 @@ impl Outcome {
             // What was never there is no failure of the run.
             cause @ Cause::NotOffered { .. } if at_s == 0.0 => Outcome::Skipped { reason: cause.to_string() },
             cause @ (Cause::NotOffered { .. } | Cause::Reported { .. }) => Outcome::SubsystemFailed { at_s, cause },
+            cause @ Cause::SchemeReported { .. } => Outcome::SchemeFailed { at_s, cause },
             Cause::Stopped => Outcome::Stopped { at_s },
         }
     }
@@ -180,6 +192,7 @@ impl Outcome {
             Outcome::OutOfRange { .. } => OutcomeKind::OutOfRange,
             Outcome::SolverFailed { .. } => OutcomeKind::SolverFailed,
             Outcome::SubsystemFailed { .. } => OutcomeKind::SubsystemFailed,
+            Outcome::SchemeFailed { .. } => OutcomeKind::SchemeFailed,
             Outcome::Timeout { .. } => OutcomeKind::Timeout,
             Outcome::Stopped { .. } => OutcomeKind::Stopped,
             Outcome::Panicked { .. } => OutcomeKind::Panicked,
@@ -205,6 +218,7 @@ impl Outcome {
             | Outcome::OutOfRange { at_s, .. }
             | Outcome::SolverFailed { at_s, .. }
             | Outcome::SubsystemFailed { at_s, .. }
+            | Outcome::SchemeFailed { at_s, .. }
             | Outcome::Timeout { at_s }
             | Outcome::Stopped { at_s } => Some(*at_s),
         }
@@ -221,7 +235,9 @@ impl Outcome {
             Outcome::OutOfRange { quantity, value, .. } => {
                 Cause::OutOfRange { quantity: quantity.clone(), value: *value }.to_string()
             }
-            Outcome::SolverFailed { cause, .. } | Outcome::SubsystemFailed { cause, .. } => cause.to_string(),
+            Outcome::SolverFailed { cause, .. }
+            | Outcome::SubsystemFailed { cause, .. }
+            | Outcome::SchemeFailed { cause, .. } => cause.to_string(),
             Outcome::Timeout { .. } => "wall-time limit".to_owned(),
             Outcome::Stopped { .. } => Cause::Stopped.to_string(),
             Outcome::Panicked { message } => format!("defect of rimbench: {message}"),

@@ -69,6 +69,10 @@ pub struct SchemeEntry {
     pub acts_over_mechanics_step: bool,
     /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
     pub splits: bool,
+    /// Digest of its code, a part of what determines a run; none of what is built in, whose code has a version.
+    pub digest: Option<Name>,
+    /// Whether it is code in a process of its own, or of another language: only the wall clock tells what it takes.
+    pub waits: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: IterativeDriver,
     /// Builds the scheme.
@@ -104,6 +108,8 @@ impl SchemeEntry {
             slides: false,
             acts_over_mechanics_step: false,
             splits: false,
+            digest: None,
+            waits: false,
             driver: IterativeDriver::NonIterative,
             build: Arc::new(build),
         }

@@ -28,6 +28,12 @@ impl InputPolynomial {
         InputPolynomial { degree: degree.min(3), rows }
     }
 
+    /// Takes others, whose coefficients beyond `degree` (at most 3) are zero.
+    pub(super) fn set(&mut self, degree: usize, rows: impl Iterator<Item = Cubic>) {
+        self.degree = degree;
+        self.rows.iter_mut().zip(rows).for_each(|(row, new)| *row = new);
+    }
+
     /// Writes the means over a micro step.
     #[inline]
     pub fn mean(&self, at: MicroStep, u: &mut [f64]) {

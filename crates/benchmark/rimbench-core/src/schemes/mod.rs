@@ -31,6 +31,7 @@ mod monolithic;
 mod moving_model;
 mod nepce;
 mod output_integral;
+mod outside;
 mod recorded_modes;
 mod reduced_interface;
 mod requirement;
@@ -56,6 +57,7 @@ pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use information::InformationClass;
 pub use input_polynomial::InputPolynomial;
 pub use model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
+pub use outside::{AnswerForm, Asked, Outside, OutsideScheme};
 pub use requirement::Requirement;
 pub use split::Split;
 

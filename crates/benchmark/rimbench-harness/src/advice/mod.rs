@@ -242,8 +242,11 @@ impl Search<'_> {
     fn judge(&self, (place, step): (usize, usize)) -> Result<Choice> {
         let ((request, first), macro_step_s) = (&self.forms[place], self.question.macro_steps[step]);
         // Waiting for another program takes no processor time of this one.
-        let (clock, time_is_of): (fn() -> Duration, _) =
-            if first.case.waits { (monotonic_clock, "wall") } else { (processor_clock, "processor") };
+        let (clock, time_is_of): (fn() -> Duration, _) = if first.case.waits || first.scheme.waits {
+            (monotonic_clock, "wall")
+        } else {
+            (processor_clock, "processor")
+        };
         let (request, scheme) = (request.at_macro_step(macro_step_s), first.scheme.name.to_string());
         let form = format!("{}, {}, mechanics steps: {}", first.sequence, first.force_return, first.mechanics_steps);
         let (mut cell, mut time, mut points) =

@@ -213,6 +213,7 @@ impl Experiment {
         search: bool,
         places: Range<usize>,
     ) -> Result<Vec<PlannedRun>> {
+        let catalogue = &*self.with_own_schemes(catalogue)?;
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());

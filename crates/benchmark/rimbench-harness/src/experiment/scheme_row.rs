@@ -2,20 +2,25 @@
 
 use crate::deadline_log::DeadlineLog;
 use crate::grid::{MacroSteps, scalar, scalar_text};
+use rimbench_cases::catalogue::SchemeFile;
 use rimbench_cases::runs::{Given, RunRequest};
 use rimbench_core::cosim::{Channel, CommunicationGrid};
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// As it stands in the file, with its place.
 pub(super) type RawRow = Spanned<BTreeMap<String, toml::Value>>;
 
 /// Keys of a row besides the options of a run.
-const OWN_KEYS: [&str; 4] = ["label", "macro_steps_s", "step_tolerances", "delivery"];
+const OWN_KEYS: [&str; 7] =
+    ["label", "macro_steps_s", "step_tolerances", "delivery", "file", "class", "answer_within_s"];
+
+/// Shortest time in which a process of its own can be expected to answer, s.
+const SHORTEST_ANSWER: f64 = 1e-3;
 
 /// Logs of computing times that rows name by their path from the file.
 pub(super) struct Logs<'a> {
@@ -25,6 +30,8 @@ pub(super) struct Logs<'a> {
     pub(super) kept: &'a BTreeMap<String, String>,
     /// Logs that were read from their own files.
     pub(super) read: BTreeMap<String, String>,
+    /// In a copy: where files of cases and schemes are from there.
+    pub(super) moved: &'a BTreeMap<PathBuf, PathBuf>,
 }
 
 impl Logs<'_> {
@@ -72,6 +79,8 @@ pub(super) struct SchemeRow {
     pub(super) has_delivery: bool,
     /// Logs that are replayed: the option that they make, what else that says, and the name of the file.
     logs: Vec<(&'static str, Channel, String, DeadlineLog)>,
+    /// The class that its scheme is, where a file has it, and that file as it is written.
+    pub(super) of_file: Option<(PathBuf, SchemeFile)>,
     /// Everything else.
     pub(super) request: RunRequest,
 }
@@ -95,6 +104,7 @@ impl SchemeRow {
             step_tolerances: None,
             has_delivery: false,
             logs: Vec::new(),
+            of_file: None,
             request: RunRequest::default(),
         };
         let twice = [("tolerance", "step_tolerance"), ("shortest", "min_macro_step_s")];
@@ -104,8 +114,12 @@ impl SchemeRow {
         {
             return Err(Error::Incompatible(format!("step_control.{part} and {key}: give one of the two")));
         }
+        let (mut file, mut class, mut answer_within_s) = (None, None, None);
         for (key, value) in keys {
             match key.as_str() {
+                "file" => file = Some(scalar_text(&key, &value)?),
+                "class" => class = Some(scalar_text(&key, &value)?),
+                "answer_within_s" => answer_within_s = Some(list::<f64>(&key, value)?),
                 "label" => {
                     row.label = scalar_text(&key, &value)?;
                     if row.label.trim().is_empty() {
@@ -137,8 +151,18 @@ impl SchemeRow {
                 }
             }
         }
+        match (file, class) {
+            (Some(file), Some(class)) => row.read_class(file, class, answer_within_s, logs)?,
+            (None, None) if answer_within_s.is_none() => {}
+            (file, class) => {
+                let found = [file, class].map(|given| given.unwrap_or_else(|| "nothing".to_owned())).join(" and ");
+                let expected = "both of a scheme in Python, as in `file = \"mine.py\", class = \"MidHold\"`";
+                return Err(Error::invalid("file and class", found, expected));
+            }
+        }
         if row.request.scheme.as_ref().is_none_or(String::is_empty) {
-            return Err(Error::invalid("scheme", "nothing", "the name of a scheme"));
+            let expected = "the name of a scheme, or file = \"….py\" and class, one in Python";
+            return Err(Error::invalid("scheme", "nothing", expected));
         }
         if let (Some(_), Some(one)) = (&row.step_tolerances, row.request.step_tolerance) {
             return Err(Error::Incompatible(format!(
@@ -149,6 +173,30 @@ impl SchemeRow {
             return Err(Error::invalid("label", format!("{:?}", row.label), "text without tabs or line ends"));
         }
         Ok(row)
+    }
+
+    /// Takes the scheme that is a class in a file; `scheme` is then how it is called.
+    fn read_class(&mut self, file: String, class: String, within: Option<f64>, logs: &Logs<'_>) -> Result<()> {
+        let valid = class.chars().all(|c| c.is_alphanumeric() || c == '_') && !class.is_empty();
+        if !valid {
+            return Err(Error::invalid("class", format!("{class:?}"), "the name of a class of Python"));
+        }
+        if file.is_empty() {
+            return Err(Error::invalid("file", "\"\"", "the path of a file of Python"));
+        }
+        let file = PathBuf::from(file);
+        let place = beside(logs.file, logs.moved.get(&file).unwrap_or(&file));
+        let mut scheme = SchemeFile::new(place, class);
+        if let Some(within) = within {
+            if !(within.is_finite() && within >= SHORTEST_ANSWER) {
+                let expected = format!("a finite time of at least {SHORTEST_ANSWER} s");
+                return Err(Error::invalid("answer_within_s", within, expected));
+            }
+            scheme.answer_within_s = within;
+        }
+        scheme.name = self.request.scheme.get_or_insert(scheme.name).clone();
+        self.of_file = Some((file, scheme));
+        Ok(())
     }
 
     /// Reads how samples arrive: a table `delivery` with `up` and `down`, each a table or its text, `late_samples` and
@@ -225,6 +273,11 @@ impl SchemeRow {
         Ok(notes)
     }
 
+    /// What determines its runs.
+    fn settings(&self) -> impl PartialEq + '_ {
+        (&self.request, &self.logs, &self.of_file)
+    }
+
     /// Whether it replays logs.
     pub(super) fn has_logs(&self) -> bool {
         !self.logs.is_empty()
@@ -243,6 +296,11 @@ impl SchemeRow {
             self.line,
             &Error::invalid("label", format!("{:?}", self.label), format!("a label of its own: this one {why}")),
         )
+    }
+
+    /// An error about the file of its scheme, with its place.
+    pub(super) fn place_of_file(&self, error: &Error) -> Error {
+        in_row(self.line, error)
     }
 
     /// An error about this row in a case, with its place.
@@ -283,8 +341,7 @@ pub(super) fn with_labels(mut rows: Vec<SchemeRow>) -> Result<Vec<SchemeRow>> {
         row.label = made.unwrap_or_else(|| std::mem::take(&mut row.label));
     }
     for (index, row) in rows.iter().enumerate() {
-        let same =
-            |other: &&SchemeRow| other.label == row.label && (&other.request, &other.logs) != (&row.request, &row.logs);
+        let same = |other: &&SchemeRow| other.label == row.label && other.settings() != row.settings();
         if let Some(earlier) = rows[..index].iter().find(same) {
             return Err(in_row(
                 row.line,

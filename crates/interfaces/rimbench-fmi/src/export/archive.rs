@@ -4,6 +4,7 @@ use super::description::description;
 use super::variables::Variables;
 use super::{Contents, Fmi, LAYERED_STANDARD, RESOURCE};
 use crate::LIBRARY;
+use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::Side;
@@ -68,19 +69,28 @@ fn is_ours(bytes: &[u8]) -> bool {
         .all(|wanted| bytes.windows(wanted.len()).any(|window| window == wanted.as_bytes()))
 }
 
+/// Refuses a case that is not built in.
+///
+/// # Errors
+/// [`Error::Incompatible`].
+pub fn check_case(case: &Case) -> Result<()> {
+    if Catalogue::standard().case(&case.name).is_ok() {
+        return Ok(());
+    }
+    Err(Error::Incompatible(format!(
+        "case = {}: its sides come from outside, and the library in an FMU has the built-in cases only; valid: a name of \
+         `rimbench list cases`",
+        case.name
+    )))
+}
+
 /// Makes the FMU of one side of the case of a run; `library` is what [`find_library`] has found. The same input gives
 /// the same bytes.
 ///
 /// # Errors
 /// Those of building the case; [`Error::Incompatible`] for a case whose sides are not in that library.
 pub fn pack(spec: &RunSpec, side: Side, fmi: Fmi, library: &[u8]) -> Result<Vec<u8>> {
-    if Catalogue::standard().case(&spec.case.name).is_err() {
-        return Err(Error::Incompatible(format!(
-            "case = {}: its sides come from outside, and the library in an FMU has the built-in cases only; valid: a name of \
-             `rimbench list cases`",
-            spec.case.name
-        )));
-    }
+    check_case(&spec.case)?;
     let variables = Variables::of(&spec.case, side, &spec.parameters, fmi)?;
     let contents = Contents::of(spec, side, fmi)?;
     let resource = serde_json::to_string_pretty(&contents).map_err(|error| Error::Incompatible(error.to_string()))?;

@@ -8,7 +8,7 @@ mod variables;
 
 pub use crate::model_parts::{ModelPart, ModelSize, PartType, PartVariable};
 pub(crate) use archive::platform;
-pub use archive::{find_library, pack};
+pub use archive::{check_case, find_library, pack};
 pub use reference_files::{README, ReferenceFiles, reference_files};
 pub use variables::{Kind, Variable, Variables};
 

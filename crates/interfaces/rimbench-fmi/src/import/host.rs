@@ -32,10 +32,16 @@ pub(super) enum Ask {
     /// Of an object of Python, nothing in; whether outputs follow inputs at once (−1: it does not say), whether it
     /// counts work, whether it has an interface model, its contacts, and the bytes of what it observes out.
     Describe,
+    /// Of a scheme: the side, 0 for the mechanics, the time, index, start and length of the macro step, the number of
+    /// outputs and these, and with an interface model the mechanics' step and its parts in; nothing out.
+    Receive,
+    /// Of a scheme: the side and what is asked for in, as
+    /// [`Asked`](rimbench_core::schemes::Asked) has it; the answer out.
+    Answer,
 }
 
 impl Ask {
-    const ALL: [Ask; 11] = [
+    const ALL: [Ask; 13] = [
         Ask::Outputs,
         Ask::Step,
         Ask::Rates,
@@ -47,6 +53,8 @@ impl Ask {
         Ask::Begin,
         Ask::Heard,
         Ask::Describe,
+        Ask::Receive,
+        Ask::Answer,
     ];
 
     pub(super) fn of(byte: u8) -> Option<Ask> {

@@ -633,7 +633,7 @@ impl Loaded {
                 output.push(id as f64);
                 Ok(())
             }
-            Ask::Drop | Ask::Heard | Ask::Describe => Ok(()),
+            Ask::Drop | Ask::Heard | Ask::Describe | Ask::Receive | Ask::Answer => Ok(()),
         }
     }
 }

@@ -23,6 +23,7 @@ mod process;
 #[path = "no_process.rs"]
 mod process;
 mod python;
+mod scheme;
 mod side;
 
 pub use case::{Programs, read_case};
@@ -30,3 +31,4 @@ pub use library::{leave, standard_output};
 pub use master::master_script;
 pub use probing::{ProbeQuality, SideNotes};
 pub use process::{WORKER, serve};
+pub use scheme::read_scheme;

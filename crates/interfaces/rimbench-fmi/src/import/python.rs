@@ -21,6 +21,11 @@ use std::time::Duration;
 /// What drives an object of Python.
 const WORKER: &str = include_str!("python_worker.py");
 
+/// The command that drives a class by an interpreter.
+pub(super) fn command(python: &Path) -> [PathBuf; 3] {
+    [python.to_owned(), "-c".into(), WORKER.into()]
+}
+
 /// One class with what the case makes of it.
 pub(super) struct PythonMember {
     pub(super) file: PathBuf,
@@ -129,8 +134,7 @@ impl PythonMember {
             "file": file, "class": self.class, "parameters": all, "outputs": outputs, "inputs": inputs,
         });
         let plan = serde_json::to_vec(&plan).map_err(|error| error.to_string())?;
-        let command = [self.python.clone(), "-c".into(), WORKER.into()];
-        Remote::started(&plan, &self.file.display().to_string(), &command, self.answer_within, false)
+        Remote::started(&plan, &self.file.display().to_string(), &command(&self.python), self.answer_within, false)
     }
 
     /// Makes an object of it.

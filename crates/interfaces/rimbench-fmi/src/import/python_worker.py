@@ -1,8 +1,11 @@
-"""One side of a case, an object of Python, driven through the socket that is the standard input; process.rs says how."""
+"""One side of a case or a coupling scheme, an object of Python, driven through the socket that is the standard input; process.rs says how."""
 
-import copy, hashlib, importlib.util, json, os, site, socket, struct, sys, traceback
+import copy, hashlib, importlib.util, itertools, json, os, site, socket, struct, sys, traceback
+from types import SimpleNamespace
 
-OUTPUTS, STEP, RATES, MODEL, OBSERVE, WORK, COPY, DROP, BEGIN, HEARD, DESCRIBE = range(1, 12)
+OUTPUTS, STEP, RATES, MODEL, OBSERVE, WORK, COPY, DROP, BEGIN, HEARD, DESCRIBE, RECEIVE, ANSWER = range(1, 14)
+SIDES = ("mechanics", "actuator")
+FORMS = ("polynomial", "inputs", "input")
 TOUCHING = 1e-9
 
 
@@ -28,7 +31,7 @@ def main():
         return struct.pack(f"<BQ{len(values)}d", 0, len(values), *values)
 
     def refusal(error):
-        place = traceback.extract_tb(error.__traceback__)[-1:]
+        place = [at for at in traceback.extract_tb(error.__traceback__) if at.filename != "<string>"][-1:]
         where = "".join(f" ({os.path.basename(at.filename)}, line {at.lineno}, in {at.name})" for at in place)
         try:
             said = str(error)
@@ -77,10 +80,16 @@ def main():
         module = importlib.util.module_from_spec(spec)
         sys.modules["side"] = module
         spec.loader.exec_module(module)
-        copies = {0: getattr(module, plan["class"])(plan["parameters"])}
-        for name in ("outputs", "step"):
+        made = getattr(module, plan["class"])
+        if (run := plan.get("scheme", False)) is False:
+            copies, needed = {0: made(plan["parameters"])}, ("outputs", "step")
+        else:
+            form = next((form for form in FORMS if hasattr(made, form)), "input")
+            copies, needed = {0: made({side: tuple(run[side]) for side in SIDES}) if run else made}, ("receive", form)
+        for name in needed:
             if not callable(getattr(copies[0], name, None)):
-                raise TypeError(f"class {plan['class']} has no method `{name}`")
+                others = ", `polynomial` or `inputs`" if name == "input" else ""
+                raise TypeError(f"class {plan['class']} has no method `{name}`{others}")
     except BaseException as error:
         link.sendall(refusal(error))
         return
@@ -114,11 +123,63 @@ def main():
         parts = part("H", n * n) + part("a", n) + part("w", n) + part("position", inputs) + gap + [0.0] * contacts
         return parts + checked(closed, contacts, "interface_model: `closed`") + [gamma, e, 0.0, 0.0]
 
+    def sample_of(values):
+        time, index, start, length, count, *rest = values
+        y, rest = tuple(rest[: int(count)]), iter(rest[int(count) :])
+        sample = SimpleNamespace(time=time, y=y, index=int(index), start=start, length=length, model=None)
+        if run["model"] is not None and (step := next(rest, None)) is not None:
+            sample.model = {"mechanics_step": step}
+            for name, extents in run["model"]:
+                key = {"at_bound": "closed"}.get(name[4:], name[4:])
+                sample.model[key] = shaped(rest, extents) if extents else next(rest)
+        return sample
+
+    def shaped(numbers, extents):
+        """So many of the numbers, as an array where there is NumPy."""
+        rows = extents[0]
+        part = [shaped(numbers, extents[1:]) for _ in range(rows)] if extents[1:] else list(itertools.islice(numbers, rows))
+        try:
+            import numpy
+        except ImportError:
+            return part
+        return numpy.array(part)
+
+    def flat(values, count, of):
+        """Numbers one after the other, of one row or of so many rows alike."""
+        rows = [list(row) if hasattr(row, "__iter__") and not isinstance(row, (str, bytes)) else row for row in values]
+        nested = {len(row) if isinstance(row, list) else None for row in rows}
+        if nested - {None} and (len(rows) != count or len(nested) > 1):
+            raise ValueError(f"{form} gives {len(rows)} rows; valid: {count} rows alike, one for each {of}")
+        return [to_number(number) for row in rows for number in (row if isinstance(row, list) else (row,))]
+
+    def scheme_answers(scheme, what, values):
+        if what == DESCRIBE:
+            order, samples = (int(getattr(scheme, name, 1)) for name in ("order", "samples"))
+            if min(order, samples) < 0:
+                raise ValueError(f"order = {order}, samples = {samples}; valid: whole numbers from 0")
+            model = float(bool(getattr(scheme, "interface_model", False)))
+            return [float(FORMS.index(form)), float(order), float(samples), model, *made_of(scheme).encode()]
+        side, *values = values
+        side = SIDES[int(side)]
+        if what == RECEIVE:
+            scheme.receive(side, sample_of(values))
+            return []
+        index, count, length, start, *rest = values
+        if form != "input":
+            step = SimpleNamespace(index=int(index), count=int(count), start=start, length=length)
+            inputs = len(run[SIDES[1 - SIDES.index(side)]])
+            rows = (inputs, "input") if form == "polynomial" else (step.count, "micro step")
+            return flat(getattr(scheme, form)(side, step), *rows)
+        at = dict(index=int(index), count=int(count), start=start, length=length, since_exchange=rest[0])
+        return [*scheme.input(side, SimpleNamespace(middle=start + 0.5 * length, **at), tuple(rest[1:]))]
+
     def answer(what, number, values):
         if what == DROP:
             copies.pop(number, None)
             return []
         side = copies[number]
+        if run is not False and what in (DESCRIBE, RECEIVE, ANSWER):
+            return scheme_answers(side, what, values)
         if what == OUTPUTS:
             return checked(side.outputs(tuple(values)), outputs, "outputs")
         if what == STEP:

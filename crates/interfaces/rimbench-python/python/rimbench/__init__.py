@@ -32,13 +32,13 @@ except ImportError as reason:
 
     stand_in(reason)
 from . import _native, mujoco
-from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
+from ._native import MicroStep, RimbenchError, Sample, __version__, cases, metrics, schemes
 
 if TYPE_CHECKING:
     import pandas
     from typing_extensions import Self
 
-    from ._native import Subsystem
+    from ._native import CouplingScheme, Subsystem
 
 __all__ = [
     "Advice",
@@ -178,6 +178,35 @@ class Case(_native.Case):
         return super().__new__(cls, (name, reference, code), like, sides, parameters, interface, times)
 
 
+class Scheme(_native.Scheme):
+    """A coupling scheme written in Python.
+
+    Parameters
+    ----------
+    name : kebab-case, not taken by a built-in scheme.
+    make : called for each run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`; returns an object with
+        `receive(side, sample)`, called for each side at each communication point, and one of three: `polynomial(side, step)`, once per macro
+        step, for each input up to four coefficients of the time since its start; `inputs(side, step)`, the inputs of all `step.count` micro
+        steps, a row each; `input(side, at, own)`, for each micro step, its inputs, in the order of the other side's outputs, as their
+        mean over the micro step. `own` is what that side itself puts out.
+    order : declared order in H, a pure number.
+    samples : samples of the past that it needs to be what it is.
+    interface_model : whether the samples of the mechanics are to come with its reduced interface model.
+    """
+
+    def __new__(
+        cls,
+        name: str,
+        make: Callable[[dict[str, tuple[str, ...]]], CouplingScheme],
+        *,
+        order: int = 1,
+        samples: int = 1,
+        interface_model: bool = False,
+    ) -> Self:
+        code = _code([make])
+        return super().__new__(cls, name, make, code, order=order, samples=samples, interface_model=interface_model)
+
+
 def open_case(file: str | PathLike[str]) -> _native.Case:
     """Opens a case file, whose sides are FMUs or classes of Python in files, each in a process of its own.
 
@@ -238,7 +267,7 @@ class Result:
 
     #: Hash of everything that determines the run.
     run_id: str
-    #: `completed`, `diverged`, `out-of-range`, `solver-failed`, `subsystem-failed`, `timeout` or `skipped`.
+    #: `completed`, `diverged`, `out-of-range`, `solver-failed`, `subsystem-failed`, `scheme-failed`, `timeout` or `skipped`.
     outcome: str
     #: When the run left the path of a completed one, s; `None` if it did not.
     outcome_at_s: float | None
@@ -513,6 +542,7 @@ def run(
     fresh: bool = False,
     progress: Progress | None = None,
     cases: Sequence[_native.Case] = (),
+    schemes: Sequence[Scheme] = (),
 ) -> Rows:
     """Runs what is missing of an experiment on all cores, and returns its rows.
 
@@ -525,10 +555,11 @@ def run(
     progress : called with runs done and runs to do; `True` draws a bar.
     cases : cases of your own, which the experiment may name besides the built-in ones; of classes the hash of their files is part of what
         determines a run.
+    schemes : schemes of your own, likewise.
 
     Ctrl-C raises `KeyboardInterrupt`; what is stored is kept, and the same call goes on from there.
     """
-    folder = _native.run(file, out, quick, fresh, _told(progress), cases)
+    folder = _native.run(file, out, quick, fresh, _told(progress), (cases, schemes))
     with open(folder / "runs.csv", newline="", encoding="utf-8") as table:
         rows = [{column: _cell(column, text) for column, text in row.items()} for row in csv.DictReader(table)]
     return Rows(folder, rows)

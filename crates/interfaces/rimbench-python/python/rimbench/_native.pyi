@@ -27,12 +27,10 @@ class Subsystem(Protocol):
         """Advances from `t` (s) by `h` (s) with the input held; may return the outputs of the state that it has come to."""
 
 class CouplingScheme(Protocol):
-    """What `make` of a `Scheme` returns."""
+    """What `make` of a `Scheme` returns. It must have one more: `polynomial(side, step)`, `inputs(side, step)` or `input(side, at, own)`."""
 
     def receive(self, side: Literal["mechanics", "actuator"], sample: Sample, /) -> None:
         """Takes note of what a side sends at a communication point."""
-    def input(self, side: Literal["mechanics", "actuator"], at: MicroStep, own: tuple[float, ...], /) -> ArrayLike:
-        """The mean input of a side over a micro step; `own` is what that side puts out itself."""
 
 class Case:
     """What `rimbench.Case` is made of: name, reference and hash of its code, the case it is like, both sides, and times (s)."""
@@ -51,21 +49,19 @@ class Case:
     def name(self) -> str: ...
 
 class Scheme:
-    """A coupling scheme written in Python.
+    """What `rimbench.Scheme` is made of, with the hash of its code, or why there is none."""
 
-    `make` is called for each run with the names of what each side puts out, by side. `order` is the declared order in H, `samples` how
-    many samples of the past it goes through; with `interface_model` the samples of the mechanics carry its reduced interface model.
-    """
-
-    def __init__(
-        self,
+    def __new__(
+        cls,
         name: str,
         make: Callable[[dict[str, tuple[str, ...]]], CouplingScheme],
+        code: tuple[str | None, str],
+        /,
         *,
         order: int = 1,
         samples: int = 1,
         interface_model: bool = False,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def name(self) -> str: ...
 
@@ -164,7 +160,7 @@ def run(
     quick: bool,
     fresh: bool,
     progress: Callable[[int, int], object] | None,
-    cases: Iterable[Case],
+    cases_and_schemes: tuple[Iterable[Case], Iterable[Scheme]],
     /,
 ) -> Path: ...
 def open_case(file: str | PathLike[str], python: str, /) -> Case: ...
