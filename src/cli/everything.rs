@@ -95,8 +95,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
     figures.par_iter().try_for_each(|figure| figure.make(out, &styles).map(drop))?;
     if whole {
-        let differing = project.ranking()?.write(catalogue, out, &out.join("ranking"))?;
-        changed += differing.len();
+        changed += project.ranking()?.write(catalogue, out, &out.join("ranking"))?.differing.len();
         write_page(catalogue, &out.join(PAPER))?;
     }
     tables.write(out, has_table)?;

@@ -7,14 +7,17 @@ mod figures;
 mod fmu;
 mod interruption;
 mod json;
+mod judge;
 mod limit;
 mod list;
 mod number;
+mod pack;
 mod paper;
 mod perf;
 mod plan;
 mod progress;
 mod project;
+mod rank;
 mod report;
 mod reproduce;
 mod run;
@@ -86,6 +89,12 @@ enum Command {
     },
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),
+    /// Write a problem as a folder that others take part with, without this program
+    Pack(pack::Pack),
+    /// Score a trajectory from anywhere by a problem pack
+    Judge(judge::Judge),
+    /// Rank rows of experiments and entries of others by their errors
+    Rank(rank::Rank),
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
     /// Drive an FMU for another process of this program
@@ -99,7 +108,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Many runs", &["run", "verify", "report"]),
     ("The paper", &["reproduce"]),
     ("What there is", &["list", "completions"]),
-    ("To and from others", &["fmu"]),
+    ("To and from others", &["fmu", "pack", "judge", "rank"]),
     ("Speed", &["perf"]),
 ];
 
@@ -243,6 +252,9 @@ impl Cli {
                 return Err(Error::Incompatible(why.to_owned()).into());
             }
             Command::Fmu(command) => command.run(catalogue)?,
+            Command::Pack(command) => command.run(catalogue)?,
+            Command::Judge(command) => return command.run(),
+            Command::Rank(command) => return command.run(catalogue),
             Command::Perf(command) => return command.run(catalogue, code.as_deref()),
             Command::FmuWorker => {}
         }

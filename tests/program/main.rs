@@ -14,6 +14,7 @@ mod examples;
 mod exported_fmus;
 mod interruption;
 mod judged;
+mod open;
 mod outputs;
 mod paper;
 mod parsers;

@@ -18,6 +18,7 @@ mod files;
 mod folder;
 mod grid;
 mod job;
+mod open;
 mod provenance;
 mod ranking;
 mod references;
@@ -46,8 +47,11 @@ pub use experiment::{Claim, Claimant, Experiment, MeasuredRun, PlannedRun, Verdi
 pub use folder::collect_shards;
 pub use grid::{MOST_PLANNED, MOST_RUNS, logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
+pub use open::{
+    Division, ENTRY, Entry, Evidence, Judged, PACK_VERSION, Packs, Problem, ProblemRow, SCORES, judge, pack_files,
+};
 pub use provenance::{Provenance, RunOrigin};
-pub use ranking::Ranking;
+pub use ranking::{RULES, Ranked, Ranking};
 pub use references::obtain_reference;
 pub use run_row::{Asked, RunRow, TraceMark};
 pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};

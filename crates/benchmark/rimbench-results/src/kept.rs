@@ -158,7 +158,15 @@ pub fn check_summary(folder: &Path, runs: &RunTable, pooled: &PooledSets) -> Res
 
 /// The text of `summary.csv`.
 fn summary_csv(runs: &RunTable, pooled: &PooledSets) -> Result<Vec<u8>> {
-    let rows = summarise(runs, pooled);
+    let text = summary_text(&summarise(runs, pooled), !pooled.is_empty());
+    text.map_err(|error| Error::file(runs.path(), format!("has no summary: {error}")))
+}
+
+/// Writes rows of a summary as text, with the columns of drawn settings where these are pooled.
+///
+/// # Errors
+/// None of memory.
+pub fn summary_text(rows: &[SummaryRow], pooled: bool) -> csv::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
     let lines = rows.iter().map(|row| {
         let counts = [row.runs, row.completed, row.failed, row.no_answer, row.usable].map(|count| count.to_string());
@@ -166,9 +174,8 @@ fn summary_csv(runs: &RunTable, pooled: &PooledSets) -> Result<Vec<u8>> {
         let values = metrics.iter().flatten().copied().chain(row.worst).map(short);
         row.keys.iter().cloned().chain(counts).chain(values).collect()
     });
-    let text = std::iter::once(header(!pooled.is_empty())).chain(lines).try_for_each(|line| table.write_record(line));
-    let text = text.and_then(|()| table.into_inner().map_err(|error| error.into_error().into()));
-    text.map_err(|error| Error::file(runs.path(), format!("has no summary: {error}")))
+    std::iter::once(header(pooled)).chain(lines).try_for_each(|line| table.write_record(line))?;
+    table.into_inner().map_err(|error| error.into_error().into())
 }
 
 fn header(pooled: bool) -> Vec<String> {
@@ -189,12 +196,19 @@ fn short(value: f64) -> String {
 /// [`Error::File`] if one of the two is missing or damaged, or of another numerics version.
 pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
     Digest::of_this_version(folder)?;
-    let path = folder.join(SUMMARY);
-    let table = read_table(&path)?;
+    read_rows(&folder.join(SUMMARY))
+}
+
+/// Reads the rows of a summary, whose digest is not looked at.
+///
+/// # Errors
+/// [`Error::File`] if it is missing, or has other columns than this program writes.
+pub fn read_rows(path: &Path) -> Result<Vec<SummaryRow>> {
+    let table = read_table(path)?;
     let is = |pooled: bool| table.names() == header(pooled);
     let pooled = is(true);
     if !pooled && !is(false) {
-        return Err(Error::file(&path, "has other columns than this program writes: run the experiment again"));
+        return Err(Error::file(path, "has other columns than this program writes: run the experiment again"));
     }
     let column = |name: &str| table.column(name).ok();
     let quartiles = SUMMARY_METRICS.map(|metric| QUARTILES.map(|quartile| column(&format!("{metric}{quartile}"))));

@@ -146,14 +146,12 @@ impl BeamSupport {
     }
 }
 
-/// Euler–Bernoulli beam; velocities are those of the modal coordinates.
+/// Euler–Bernoulli beam; velocities are those of the modal coordinates, deflection is positive upwards.
 ///
-/// ```text
-/// w(x, t) = Σ φ_n(x/L) η_n(t)       ρAL (η̈_n + 2 ζ ω_n η̇_n + ω_n² η_n) = φ_n(x_a/L) F + Σ φ_n(x_s/L) P_s
-/// ω_n = (β_n L)² √(EI/(ρA L⁴))      g_s = w(x_s) + clearance
-/// ```
-/// Deflection is positive upwards. The semi-implicit step is stable below `2/ω_N`; steps of the second order that are
-/// too long for that take all of it implicitly (`K = ρAL ω_n²`, `D = 2 ζ ρAL ω_n`).
+#[doc = include_str!("beam_on_stops.md")]
+///
+/// Steps of the second order that are too long for the semi-implicit step take all of the springs implicitly (`K = ρAL
+/// ω_n²`, `D = 2 ζ ρAL ω_n`).
 #[derive(Debug, Clone)]
 struct ModalBeam {
     p: Beam,

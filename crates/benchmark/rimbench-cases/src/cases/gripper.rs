@@ -160,10 +160,10 @@ fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
 
 /// Jaws and box. Coordinates: x of the pads of left and right jaw, box `(x, y, φ)`.
 ///
+#[doc = include_str!("gripper.md")]
+///
 /// ```text
-/// pad p on a face with outward normal n(φ):   g = (p − c)·n − b/2
 /// A = [n_x (jaw), −n_x, −n_y, (p − c)·n_⊥]     Ȧv = 2φ̇ (ṗ − ċ)·n_⊥ − φ̇² (p − c)·n
-/// s₁ = x_left − anchor                          s₂ = anchor − x_right
 /// ```
 /// Four pad contacts and two corners on the floor hold a box with three freedoms between two jaws: six rows of rank
 /// four, and the jaws can only move together.

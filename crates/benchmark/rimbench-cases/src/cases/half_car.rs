@@ -129,15 +129,9 @@ fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     assembly.couple(model, ActuatorGroup::new(vec![front?, rear?], &NAMES), &p.contacts)
 }
 
-/// Body and wheels. Coordinates: travel x, body height z and pitch θ (nose up), heights of front and rear wheel.
+/// Body and wheels. Coordinates: travel, body height and pitch, heights of front and rear wheel.
 ///
-/// ```text
-/// s_f = z + a_f sin θ − z_f            s_r = z − a_r sin θ − z_r                lengths of the struts, the interface
-/// g_f = z_f − r(x + a_f)               g_r = z_r − r(x − a_r)                   A_f = [−r', 0, 0, 1, 0]
-/// r(x) = ½ h (1 − cos 2π(x − x₀)/ℓ) for x > x₀, else 0                          path of the centre of a rolling wheel
-/// ```
-/// The wheels are rigid and roll without friction or spin; gaps are vertical, so contact forces are vertical
-/// components. The road does not move: the car does, and what it climbs it loses in speed.
+#[doc = include_str!("half_car.md")]
 /// # Source
 /// Ours.
 #[derive(Debug, Clone)]

@@ -6,16 +6,40 @@ use super::parameters::Parameters;
 use super::values::Value;
 use rimbench_core::error::{Error, Result};
 
-const HYDRAULICS: [&str; 2] = [include_str!("../models/hydraulic_cylinder.md"), include_str!("spool_ramp.md")];
 const CONTACTS: &str = include_str!("contacts.md");
+const COMPLIANT: &str = include_str!("compliant.md");
+const CARRIAGE: &str = include_str!("../models/carriage.md");
+const CYLINDER: &str = include_str!("../models/hydraulic_cylinder.md");
+const RAMP: &str = include_str!("spool_ramp.md");
+const EQUILIBRIUM: &str = include_str!("equilibrium.md");
+const WEDGE_BOX: &str = include_str!("../models/wedge_box.md");
+const LOADER: &str = include_str!("loader.md");
 
 /// The texts of a case, by its name; none where they are not written yet.
 fn texts(case: &str) -> Vec<&'static str> {
-    let [cylinder, ramp] = HYDRAULICS;
+    let springs = |mass: &'static str| vec![mass, CONTACTS, CARRIAGE];
+    let pushed = |parts: &[&'static str]| [parts, &[CONTACTS, COMPLIANT, CYLINDER, RAMP]].concat();
     match case {
-        "rocking-block" => vec![include_str!("rocking_block.md"), CONTACTS, cylinder, ramp],
-        "wedge-box" => {
-            vec![include_str!("../models/wedge_box.md"), CONTACTS, include_str!("friction.md"), cylinder, ramp]
+        "rocking-block" => pushed(&[include_str!("rocking_block.md")]),
+        "wedge-box" => pushed(&[WEDGE_BOX, include_str!("friction.md")]),
+        "n-wedge-box" => pushed(&[WEDGE_BOX, include_str!("many_wedges.md")]),
+        "wedge-box-two-ledges" => pushed(&[include_str!("two_ledges.md")]),
+        "bouncing-ball" => springs(include_str!("ball.md")),
+        "impact-oscillator" => springs(include_str!("shaken.md")),
+        "slider-between-stops" => springs(include_str!("slider.md")),
+        "beam-on-stops" => springs(include_str!("beam_on_stops.md")),
+        "cradle" => springs(include_str!("cradle.md")),
+        "elastic-bar" => springs(include_str!("elastic_bar.md")),
+        "half-car" => vec![include_str!("half_car.md"), CONTACTS, include_str!("../models/strut.md")],
+        "gripper" => vec![include_str!("gripper.md"), CONTACTS, CYLINDER],
+        "disc-row" => vec![LOADER, include_str!("disc_row.md"), CONTACTS, CYLINDER],
+        "disc-pile" => vec![LOADER, include_str!("disc_pile.md"), CONTACTS, CYLINDER],
+        "hydraulic-crane" => {
+            vec![include_str!("../models/crane.md"), include_str!("hydraulic_crane.md"), CYLINDER, EQUILIBRIUM]
+        }
+        "crane-set-down" => {
+            let crane = include_str!("../models/crane_with_rope.md");
+            vec![crane, include_str!("crane_set_down.md"), CONTACTS, CYLINDER, EQUILIBRIUM]
         }
         _ => Vec::new(),
     }
@@ -66,7 +90,7 @@ mod tests {
             assert!(!page.contains(['{', '}']), "{page}");
             written += 1;
         }
-        assert_eq!(written, 2);
+        assert_eq!(written, 16);
     }
 
     #[test]

@@ -27,15 +27,10 @@ pub struct CraneGeometry {
     pub gravity: f64,
 }
 
-/// A planar two-link crane with one actuator between the ground and link 1.
+/// A planar two-link crane with one actuator between the ground and link 1; the actuator's other end lies anywhere on
+/// link 1.
 ///
-/// ```text
-/// M(θ) θ̈ + c(θ, θ̇) = f(θ) + Jᵀ F
-/// M₁₁ = L²(m/3 + m_p + m_h)      M₁₂ = L L_h m_h cos(θ₁ − θ₂)      M₂₂ = L_h² m_h
-/// c   = L L_h m_h sin(θ₁ − θ₂) [θ̇₂², −θ̇₁²]
-/// f   = [−L g (m/2 + m_p + m_h) cos θ₁, −L_h g m_h cos θ₂]
-/// s²  = d² + x_B² − 2 d x_B cos θ₁            J = [d x_B sin θ₁ / s, 0]
-/// ```
+#[doc = include_str!("crane.md")]
 /// # Source
 /// Laboratorio de Ingeniería Mecánica, Univ. da Coruña, cosim-benchmarks: the published code. The published document
 /// misprints `M₁₁` as `L²(m + m_p + m_h)/3` and `f₁` as `−(L g/2)(m + m_p + m_h) cos θ₁`; with those the published

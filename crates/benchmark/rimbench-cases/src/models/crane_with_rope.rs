@@ -8,13 +8,12 @@ use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 /// One link of a crane, driven by the actuator, and a point load on a massless rope that can only pull.
 ///
-/// Coordinates: the angle θ of the link, the load's place `(x, y)`. The rope runs from the end of the link, `P(θ)`.
+#[doc = include_str!("crane_with_rope.md")]
+///
+/// Coordinates: the angle θ of the link, the load's place. With d from the end of the link to the load, n = d/|d|:
 ///
 /// ```text
-/// M = diag(L²(m/3 + m_p), m_h, m_h)          f = [−L g (m/2 + m_p) cos θ, 0, −m_h g]
-/// g_rope   = ℓ_rope − |d|,  d = (x, y) − P(θ),  n = d/|d|        A_rope = [n·P', −n_x, −n_y]
-/// Ȧv_rope  = n·P'' θ̇² − |ḋ_⊥|²/|d|                              force: tension of the rope
-/// g_ground = y − y_ground                                        A_ground = [0, 0, 1]       A_t = [0, 1, 0]
+/// A_rope = [n·P', −n_x, −n_y]       Ȧv_rope = n·P'' θ̇² − |ḋ_⊥|²/|d|       A_ground = [0, 0, 1]       A_t = [0, 1, 0]
 /// ```
 /// While the rope is taut this is [`Crane`] with link 2 as the rope.
 /// # Source

@@ -100,9 +100,12 @@ pub enum ContactList {
 /// Discs without friction or spin, the blade that pushes them, and their possible contacts.
 ///
 /// ```text
-/// g_blade = x_d − R − x_b     g_wall = x_w − R − x_d     g_floor = y_d − R     g_ij = |c_j − c_i| − 2R
 /// A_ij = [−nᵀ, nᵀ],  n = (c_j − c_i)/|c_j − c_i|,        Ȧv = |ċ_⊥|²/|c_j − c_i|
 /// ```
+/// Gaps are those of the text of the cases:
+///
+#[doc = include_str!("../cases/loader.md")]
+///
 /// A bump is a disc that does not move: `g = |c_d − c_b| − 2R`, `A = nᵀ`.
 ///
 /// A [list](ContactList) made at the start is of whatever is closer than 1.3 radii. It holds for as long as no disc has

@@ -19,12 +19,10 @@ parameters! {
     }
 }
 
-/// A strut as an actuator: length and velocity in, force out. It carries a load on gas and damps with oil.
+/// A strut as an actuator, which carries a load on gas and damps with oil that is incompressible. The force depends
+/// directly on the velocity.
 ///
-/// ```text
-/// F = A p − c ṡ        p = p₀ (V₀/V)^κ        V̇ = A ṡ
-/// ```
-/// `F > 0` extends; it depends directly on `ṡ`. The oil is incompressible. Explicit Euler at the micro step.
+#[doc = include_str!("strut.md")]
 /// # Outcomes
 /// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the gas volume falls to zero: the piston has
 /// reached the end of its stroke.

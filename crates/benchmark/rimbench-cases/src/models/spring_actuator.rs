@@ -50,15 +50,11 @@ impl Carriage {
     }
 }
 
-/// The actuator side of a co-simulation: interface position and velocity in, force out.
+/// A carriage on springs that pushes an interface.
 ///
-/// ```text
-///   base ──k_b,c_b──[m_a]──k,c──• interface        F = k (x_a − s) + c (ẋ_a − ṡ)
-///   x_b(t)           x_a        s                  m_a ẍ_a = k_b (x_b − x_a) + c_b (ẋ_b − ẋ_a) − F
-/// ```
-/// All springs are relaxed where the positions agree. `F > 0` pushes the interface along +s, and depends directly on
-/// `s` and `ṡ`. Each micro step is exact for inputs that are polynomials of time, with the base where it is in the
-/// middle of the step. A carriage without mass moves with the base.
+#[doc = include_str!("carriage.md")]
+///
+/// Steps are exact for inputs that are polynomials of time. The force depends directly on both inputs.
 #[derive(Debug, Clone)]
 pub struct SpringActuator {
     parameters: Carriage,

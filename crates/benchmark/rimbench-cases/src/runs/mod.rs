@@ -31,7 +31,7 @@ pub use findings::{Cell, Columns, Costs, Findings, Latency, facts_of, is_taken, 
 pub use given::Given;
 pub use options::{OptionOf, RunOption, RunRequest};
 pub use predicted_growth::{LinearCoupling, NEUTRAL, Recurrence, interface_oscillation, predicted_growth};
-pub use reference::{DIVERGENCE_FACTOR, Peak, Reference, Solution};
+pub use reference::{DIVERGENCE_FACTOR, Peak, Reference, Solution, with_impulses};
 pub use run_result::RunResult;
 pub use simulation::{Clock, PreparedRun, RefusedSteps, simulate, simulate_inside};
 pub use spec::{RunSettings, RunSpec};

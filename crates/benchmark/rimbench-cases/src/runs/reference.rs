@@ -410,7 +410,8 @@ impl Reference {
             let scale = case.scale_of(&trajectory.columns()[column]).unwrap_or(0.0);
             uncertainty[column] = uncertainty[column].max(ROUNDING * largest[column].max(scale));
         }
-        let judged = with_impulses(case, merged(trajectory.selected(&columns).rows(), &events));
+        let forces = case.interface_columns.iter().map(|row| &*row.force);
+        let judged = with_impulses(forces, merged(trajectory.selected(&columns).rows(), &events));
         // By rows at equal distances, as those of a run are, which does not see hops of less than that.
         let gaps = contact_gaps.iter().filter_map(|gap| trajectory.index_of(gap));
         let contacts: Vec<_> = gaps.map(|gap| contact_intervals(&trajectory, gap)).collect();
@@ -651,9 +652,9 @@ fn reference_steps(spec: &RunSpec, refinement: u32) -> ReferenceSteps {
     ReferenceSteps { h: spec.reference_end() / steps as f64, steps, every }
 }
 
-/// Adds the running integral of each interface force, by the trapezoidal rule over the stored points.
-fn with_impulses(case: &Case, judged: Trajectory) -> Trajectory {
-    let forces: Vec<usize> = case.interface_columns.iter().filter_map(|row| judged.index_of(&row.force)).collect();
+/// Adds the running integral of each of these columns of forces, by the trapezoidal rule over the rows.
+pub fn with_impulses<'a>(forces: impl Iterator<Item = &'a str>, judged: Trajectory) -> Trajectory {
+    let forces: Vec<usize> = forces.filter_map(|force| judged.index_of(force)).collect();
     let mut columns = judged.columns().to_vec();
     columns.extend(forces.iter().map(|&force| impulse_column(&judged.columns()[force])));
     let mut extended = Trajectory::with_capacity(columns, judged.len());

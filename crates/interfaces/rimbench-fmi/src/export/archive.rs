@@ -113,7 +113,10 @@ pub fn pack(spec: &RunSpec, side: Side, fmi: Fmi, library: &[u8]) -> Result<Vec<
 
 /// Packs files, in less than half of the usual time by a twelfth more bytes; their times are the earliest that there
 /// is, so that nothing but their contents counts.
-pub(crate) fn zipped(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
+///
+/// # Errors
+/// Names that no archive can have.
+pub fn zipped(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)

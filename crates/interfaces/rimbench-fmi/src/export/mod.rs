@@ -3,13 +3,15 @@
 mod archive;
 mod description;
 mod reference_files;
+mod system_structure;
 mod units;
 mod variables;
 
 pub use crate::model_parts::{ModelPart, ModelSize, PartType, PartVariable};
 pub(crate) use archive::platform;
-pub use archive::{check_case, find_library, pack};
+pub use archive::{check_case, find_library, pack, zipped};
 pub use reference_files::{README, ReferenceFiles, reference_files};
+pub use system_structure::system_structure;
 pub use variables::{Kind, Variable, Variables};
 
 use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};

@@ -1,0 +1,12 @@
+//! What lets others take part without this program: problems as files, trajectories judged by these files, entries of
+//! a ranking.
+
+mod entry;
+mod judge;
+mod pack;
+mod problem;
+
+pub use entry::{Division, ENTRY, Entry, Evidence, Packs};
+pub use judge::{Judged, SCORES, judge};
+pub use pack::pack_files;
+pub use problem::{PACK_VERSION, Problem, ProblemRow};
