@@ -248,6 +248,7 @@ fn what_is_no_scheme_is_refused_in_one_sentence() {
         ("mine.py:Nobody", "no attribute 'Nobody'"),
         ("mine.py:ZeroOrderHold", "a name that is not taken yet"),
         ("none.py:PolyHold", "none.py"),
+        ("mine.py", "a class in it, as in mine.py:MidHold"),
     ] {
         let refused = refused(&mut inside(folder.path(), &format!("simulate --case bouncing-ball --scheme {scheme}")));
         assert_has(&refused, &[wanted]);

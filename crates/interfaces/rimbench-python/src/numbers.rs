@@ -85,7 +85,8 @@ pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()
     }
 }
 
-/// Replaces `to` by the numbers that `what` returned, plain or in rows alike; returns the number of rows, 0 of plain ones.
+/// Replaces `to` by the numbers that `what` returned, plain or in rows alike; returns the number of rows, 0 of plain
+/// ones.
 pub fn flat(value: &Bound<'_, PyAny>, what: &str, to: &mut Vec<f64>) -> PyResult<usize> {
     to.clear();
     let value = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
