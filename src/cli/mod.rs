@@ -314,7 +314,7 @@ fn file_option(option: &str, file: &Path) -> String {
     format!(" {}", in_shell(&[option.to_owned(), file.display().to_string()]))
 }
 
-/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs, and a scheme where that is
+/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs, and a scheme where it is
 /// given as a class in a file.
 fn with_files<'a>(
     catalogue: &'a Catalogue,
@@ -326,7 +326,7 @@ fn with_files<'a>(
     if let Some(file) = case.as_ref().filter(|name| is_file_of_case(&catalogue, name)) {
         *case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
     }
-    if let Some(text) = scheme.as_ref().filter(|name| SchemeFile::parse(name).is_some()) {
+    if let Some(text) = scheme.as_ref().filter(|name| is_file_of_scheme(name)) {
         *scheme = Some(add_scheme_file(catalogue.to_mut(), text)?);
     }
     Ok(catalogue)
@@ -335,6 +335,11 @@ fn with_files<'a>(
 /// Whether a case is given as a file and not by a name: names have neither dots nor separators.
 fn is_file_of_case(catalogue: &Catalogue, name: &str) -> bool {
     catalogue.case(name).is_err() && (name.contains(['.', '/', '\\']) || Path::new(name).is_file())
+}
+
+/// Whether a scheme is given as a class in a file and not by a name.
+fn is_file_of_scheme(name: &str) -> bool {
+    name.contains(".py")
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.
