@@ -103,7 +103,7 @@ impl List {
                 })
                 .collect(),
             What::Parameters if case.is_none() && self.format == Format::Table => {
-                let message = "`list parameters` needs a case: --case NAME, as `rimbench list cases` names them";
+                let message = "`list parameters` needs a case; valid: --case NAME, as `rimbench list cases` names them";
                 return Err(Error::Incompatible(message.to_owned()).into());
             }
             What::Parameters => catalogue
