@@ -5,8 +5,10 @@ use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
 use super::model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 use super::requirement::Requirement;
-use super::split::Split;
-use crate::cosim::{CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
+use crate::cosim::{
+    CouplingScheme, ExchangeData, ForceReturn, LineForces, Partition, Sequence, Side, Sides, cannot_divide,
+    check_coupling,
+};
 use crate::error::{Error, Result};
 use crate::iterative::IterativeDriver;
 use crate::name::Name;
@@ -69,8 +71,8 @@ pub struct SchemeEntry {
     pub acts_over_mechanics_step: bool,
     /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
     pub condenses: bool,
-    /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
-    pub splits: bool,
+    /// The partition of the actuator side into bonds used unless another is asked for; none: one bond.
+    pub partition: Option<Partition>,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: IterativeDriver,
     /// Builds the scheme.
@@ -106,7 +108,7 @@ impl SchemeEntry {
             slides: false,
             acts_over_mechanics_step: false,
             condenses: true,
-            splits: false,
+            partition: None,
             driver: IterativeDriver::NonIterative,
             build: Arc::new(build),
         }
@@ -122,7 +124,6 @@ impl SchemeEntry {
         let usual = ModelOptions::default();
         let options = options.unwrap_or(&usual);
         let rates = self.needs.contains(&Requirement::OutputRates)
-            || (self.splits && options.split == Split::Law)
             || (self.needs.contains(&Requirement::OutputRatesIfFeedthrough)
                 && sides.actuator.ports().direct_feedthrough);
         let mut exchange = ExchangeData::new(sides.lend(), self.has_model(), rates)
@@ -328,6 +329,7 @@ impl SchemeEntry {
 
     /// Says why this scheme cannot couple these subsystems, if it cannot.
     pub fn incompatibility(&self, mut sides: Sides<'_>) -> Option<String> {
-        self.needs.iter().find_map(|need| need.unmet(sides.lend()))
+        let unmet = self.needs.iter().find_map(|need| need.unmet(sides.lend()));
+        unmet.or_else(|| self.partition.as_ref().and_then(|_| cannot_divide(sides)))
     }
 }
