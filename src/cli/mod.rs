@@ -33,7 +33,6 @@ use rimbench::cases::Case;
 use rimbench::catalogue::{Catalogue, SchemeFile};
 use rimbench::checksums::sha256_of_file;
 use rimbench::error::{Error, Result};
-use rimbench::everything;
 use rimbench::figures::number;
 use rimbench::figures::report::measured;
 use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, read_scheme, standard_output};
