@@ -96,7 +96,8 @@ fn judge_scorer_and_simulate_have_the_same_numbers() {
                 let peak = peaks.fold(f64::INFINITY, f64::min);
                 for name in SCORES {
                     let (own, known) = (found.score(name), wanted.found.metric(name));
-                    assert_eq!(own.is_some(), known.is_some(), "{case}: {name}");
+                    // A closed form has no running impulse; its rows have.
+                    assert!(own.is_some() || known.is_none(), "{case}: {name}");
                     let (Some(own), Some(known)) = (own, known) else { continue };
                     let allowed = match name {
                         name if name.starts_with("position") => rounded(0),
