@@ -73,10 +73,11 @@ def main(packs, out, only, replayed):
         print(f"{name}: {len(tasks)} runs, {sum(bool(failed) for _, failed, *_ in found)} broke off, {len(refused)} not held by replay")
         for word in refused[:5]:
             print("   ", word)
+        whose = {"fmpy_loop": "a loop of the pack over FMPy", "fmpy_ssp": "the loop of FMPy", "libcosim": "the loop of libcosim"}[module]
         tool = {"fmpy": "FMPy", "libcosimpy": "libcosim (libcosimpy)"}[package]
         (folder / "entry.toml").write_text(
             f'name = "{name}"\nclass = "samples"\ndivision = "closed"\nuses = []\ntool = "{tool}"\nversion = "{version}"\n'
-            f'settings = "{settings}"\nauthors = ["rimbench: the masters of its packs"]\nof_the_benchmark = false\n'
+            f'settings = "{settings}"\nauthors = ["{whose}, run by rimbench"]\nof_the_benchmark = false\n'
             f'date = "{datetime.date.today()}"\nlicence = "MIT"\nmachine = "{platform.machine()}-{platform.system().lower()}"\n'
             f'evidence = "{evidence}"\npack_version = "{pack_version}"\nruns = [\n' + "".join(f"    {line}\n" for line in lines) + "]\n")
 
