@@ -167,6 +167,7 @@ fn of_second_order(variant: Variant) -> Vec<Variant> {
         options: variant.options.clone(),
         force_return,
         delivery: None,
+        star: None,
         ..variant
     };
     let own = variant.force_return;

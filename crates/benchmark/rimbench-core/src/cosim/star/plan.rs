@@ -239,7 +239,10 @@ impl FromStr for Every {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        let count = |text: &str| text.parse().ok().filter(|count: &NonZeroU32| count.get() <= MOST);
+        // A file may give a number, which is written with a point.
+        let count = |text: &str| {
+            text.strip_suffix(".0").unwrap_or(text).parse().ok().filter(|count: &NonZeroU32| count.get() <= MOST)
+        };
         let rate = |text: &str| match text.trim().strip_prefix("1/") {
             Some(part) => count(part).filter(|part| part.get() > 1).map(Rate::Part),
             None => count(text.trim()).map(Rate::Macro),
