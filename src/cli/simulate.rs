@@ -7,12 +7,17 @@ use super::run_options::{RunOptions, seconds, typed};
 use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use super::{Format, answered, print, print_json, probe_lines, program, warn_of_cache, with_files};
 use clap::Args;
+use rimbench::atomic_file::check_writable_file;
 use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::error::Error;
+use rimbench::figures::style::Styles;
+use rimbench::figures::{check_plot, plot, write_plot};
 use rimbench::fmi::import::{ProbeQuality, SideNotes};
-use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
+use rimbench::harness::{
+    Cache, DeadlineLog, believed, monotonic_clock, obtain_reference, processor_clock, what_happens,
+};
 use rimbench::input::read_text;
 use rimbench::metrics::{METRICS, STAYS_DOWN_M};
 use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec};
@@ -36,6 +41,13 @@ pub struct Simulate {
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Draw motion, force and contacts beside the reference: .svg or .png
+    #[arg(long, value_name = "FILE", conflicts_with = "believe_at")]
+    plot: Option<PathBuf>,
+    /// Trace only what the scheme believes in the macro step from this time on, per micro step, from the true state; of
+    /// `monolithic`, what happens
+    #[arg(long, value_name = "TIME", value_parser = seconds, requires = "trace", conflicts_with_all = ["audit", "deadline_log", "all", "format"])]
+    believe_at: Option<f64>,
     /// Account for the energy that the interface model creates, also in the trace
     #[arg(long)]
     audit: bool,
@@ -74,12 +86,24 @@ impl Simulate {
             asked.delivery_up.clone_from(&request.delivery_up);
         }
         let spec = request.resolve(&catalogue)?;
+        if let (Some(at_s), Some(path)) = (self.believe_at, &self.trace) {
+            check_place_for_trace(path)?;
+            let from = what_happens(&spec, &catalogue, at_s, StopFlag::never())?;
+            let alone = spec.scheme.name == "monolithic";
+            write_trace(path, &if alone { from.happens } else { believed(&spec, &from)? }, None)?;
+            print(&format!("{}: one row per micro step from {}", path.display(), quantity(at_s, "s")))?;
+            return Ok(ExitCode::SUCCESS);
+        }
         let spec = if self.audit { spec.audited()? } else { spec };
         let mut prepared = spec.prepare()?;
         let contacts = prepared.contact_names();
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_place_for_trace(path)?;
+        }
+        if let Some(path) = &self.plot {
+            check_plot(path)?;
+            check_writable_file(path)?;
         }
         let stop = StopFlag::never();
         let alive = Heartbeat::of("simulate");
@@ -90,11 +114,16 @@ impl Simulate {
         notes.clear();
         // Waiting for another program takes no processor time, but counts against a limit.
         let clock = if waits(&spec) { monotonic_clock } else { processor_clock };
-        let run = prepared.evaluate(&reference, true, self.trace.is_some(), Some(clock), stop)?;
+        let traced = self.trace.is_some() || self.plot.is_some();
+        let run = prepared.evaluate(&reference, true, traced, Some(clock), stop)?;
         let (probed, warned) = (notes.probed(), notes.warnings());
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;
+        }
+        if let Some(path) = &self.plot {
+            let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
+            write_plot(&plot(&spec, &run, &reference, &styles)?, path)?;
         }
         if self.format == Format::Json {
             let mut said = json(&spec, &run, &probed);

@@ -20,6 +20,7 @@ use draw::Draw;
 use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::ContactEvent;
+use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
 pub use rimbench_results::claims::{Claimant, Verdict};
@@ -76,6 +77,9 @@ pub struct Experiment {
     pub trace_every_s: Option<f64>,
     /// Labels of the scheme rows whose traces are stored; all of them if absent.
     traces: Option<Vec<String>>,
+    /// Macro steps in which it is stored what schemes believe of the mechanics.
+    #[serde(default)]
+    beliefs: Vec<BeliefEntry>,
     /// Coarsest of the three steps of the reference, s; the case's own if absent.
     reference_step_s: Option<f64>,
     /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
@@ -184,6 +188,20 @@ impl CaseEntry {
             }
         }
     }
+}
+
+/// One macro step of a case, and whose beliefs within it are stored.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BeliefEntry {
+    /// The case, with its default parameters.
+    case: String,
+    /// Where the macro step starts, s.
+    at_s: f64,
+    /// How long it is, s.
+    macro_step_s: f64,
+    /// Labels of scheme rows, or names of schemes.
+    schemes: Vec<String>,
 }
 
 /// Where the tables of a file stand.
@@ -373,6 +391,29 @@ impl Experiment {
     pub(super) fn trace_of(&self, label: &str) -> Option<f64> {
         let wanted = self.traces.as_ref().is_none_or(|labels| labels.iter().any(|known| known == label));
         self.trace_every_s.filter(|_| wanted)
+    }
+
+    /// The runs whose beliefs are stored, macro step by macro step: its start (s), and each run with its label.
+    ///
+    /// # Errors
+    /// Names, values or combinations that are not valid, with the place of the entry.
+    pub(super) fn beliefs(&self, catalogue: &Catalogue) -> Result<Vec<(f64, Vec<(String, RunSpec)>)>> {
+        let entry = |(index, entry): (usize, &BeliefEntry)| {
+            let of_label = |label: &String| {
+                let row = self.schemes.iter().find(|row| row.label == *label).map(|row| row.request.clone());
+                let request =
+                    row.unwrap_or_else(|| RunRequest { scheme: Some(label.clone()), ..RunRequest::default() });
+                let request =
+                    RunRequest { case: Some(entry.case.clone()), ..request }.at_macro_step(entry.macro_step_s);
+                Ok((label.clone(), request.resolve(catalogue)?))
+            };
+            match entry.schemes.iter().map(of_label).collect::<Result<Vec<_>>>() {
+                Ok(runs) if runs.is_empty() => Err(Error::invalid("schemes", "[]", "labels of schemes, one at least")),
+                runs => Ok((entry.at_s, runs?)),
+            }
+            .map_err(|error| Error::Incompatible(format!("[[beliefs]] {}: {error}", index + 1)))
+        };
+        self.beliefs.iter().enumerate().map(entry).collect()
     }
 
     /// Whether there is a plan of its own for a quick look.

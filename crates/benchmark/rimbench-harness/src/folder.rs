@@ -215,7 +215,11 @@ impl<'a> Folder<'a> {
         let of_references = results::write_references(self.path, references, &names, &rejected, every)?;
         keep(self.path, &pooled_sets(plan), &sum_of_plan(self.experiment, job.catalogue, plan, job.quick)?)?;
         let traced = plan.iter().filter(|run| self.experiment.trace_of(&run.label).is_some());
-        results::write_checksums(self.path, traced.map(|run| results::trace_name(&run.id)).chain(of_references))
+        let beliefs = self.experiment.beliefs(job.catalogue)?;
+        let beliefs =
+            beliefs.iter().map(|(at_s, runs)| results::write_beliefs(self.path, job.catalogue, *at_s, runs, stop));
+        let made = of_references.into_iter().chain(beliefs.collect::<Result<Vec<_>>>()?);
+        results::write_checksums(self.path, traced.map(|run| results::trace_name(&run.id)).chain(made))
     }
 
     /// Holds the `runs.csv` of a folder against the rows that are stored beside it.

@@ -7,21 +7,23 @@
 //! parameters.csv  every parameter of every case, resolved
 //! settings.csv    what scales the coupling of each set of parameters, and how many draws were rejected before it
 //! reference.csv   uncertainty and observed order of the reference, per column
-//! traces/         one file per run, and the reference, where the experiment asks for them
+//! traces/         one file per run, and the reference, where the experiment asks for them; beliefs within a macro step
 //! datapackage.json  the tables with unit and meaning of every column, and checksums
 //! summary.csv     medians, and digest.toml: what is kept where rows are made
 //! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
 //! records/        the store (see [`Store`](super::Store)); not a result
 //! ```
 
+use super::belief::{believed, what_happens};
 use super::experiment::{COPY, Experiment, PlannedRun};
 use super::files::make_folder;
 use super::open::{DATA_PACKAGE, describe};
 use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::Only;
 use rimbench_cases::runs::{Costs, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of, only_of};
-use rimbench_core::cosim::{Outcome, Trajectory};
+use rimbench_core::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
@@ -242,6 +244,38 @@ pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, ev
     trace::write_trace(&path, trajectory, Some(every))?;
     let sha256 = sha256_of_file(&path).ok_or_else(|| Error::file(&path, "has gone as soon as it was written"))?;
     Ok(TraceMark { every_s: every, sha256 })
+}
+
+/// Writes what happens and what schemes believe in the macro step of some runs that starts at `at_s` (s), each with its
+/// label, as `traces/beliefs-<case>.csv`: the columns of a run behind the label, of which what happens has none.
+///
+/// # Errors
+/// Those of [`believed`]; [`Error::File`] naming the file.
+pub(super) fn write_beliefs(
+    folder: &Path,
+    catalogue: &Catalogue,
+    at_s: f64,
+    runs: &[(String, RunSpec)],
+    stop: StopFlag<'_>,
+) -> Result<String> {
+    let first = &runs[0].1;
+    let from = what_happens(first, catalogue, at_s, stop)?;
+    let traces = folder.join("traces");
+    make_folder(&traces)?;
+    let name = format!("beliefs-{}.csv", first.case.name);
+    let mut lines = vec![row(&["scheme"]) + "," + &row(from.happens.columns())];
+    let mut add = |label: &str, rows: &Trajectory| {
+        lines.extend(rows.rows().map(|values| {
+            let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect();
+            row(&[label]) + "," + &row(&numbers)
+        }));
+    };
+    add("", &from.happens);
+    for (label, spec) in runs {
+        add(label, &believed(spec, &from)?);
+    }
+    write_atomically(&traces.join(&name), |file| lines.iter().try_for_each(|line| writeln!(file, "{line}")))?;
+    Ok(name)
 }
 
 /// Copies the trace of a run from the results folder of a shard, if it has one.

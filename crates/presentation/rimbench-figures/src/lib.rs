@@ -11,6 +11,7 @@
 //! | `figure`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
 //! | `rows` | ranked rows, one per scheme: signs along an axis, or what became of the runs by column |
+//! | `run_plot` | one run beside its reference |
 //! | [`case_picture`] | a case as it says that it looks: every picture of one is drawn from that |
 //! | [`film`] | a case in motion: its stills, shown one after the other |
 //! | [`days`] | days from seconds |
@@ -59,6 +60,7 @@ mod marker;
 mod pages;
 mod paint;
 mod rows;
+mod run_plot;
 mod scale;
 mod seven_bits;
 mod tables;
@@ -67,4 +69,5 @@ mod vector;
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKind, FigureList, Head, MadeFigures, figure_keys, preview};
 pub use pages::{fill_page, has_markers};
+pub use run_plot::{check_plot, plot, write_plot};
 pub use tables::{Place, Table, TableList};

@@ -43,6 +43,7 @@ impl Experiment {
         let planned = || {
             self.check_options()?;
             self.check_labels(catalogue)?;
+            self.beliefs(catalogue)?;
             let size = self.check_size(quick)?;
             if self.quick.is_some() {
                 self.check_size(true).map_err(|error| Error::Incompatible(format!("[quick]: {error}")))?;

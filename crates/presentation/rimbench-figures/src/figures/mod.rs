@@ -9,6 +9,7 @@ mod default_figures;
 mod dots_figure;
 mod failures_figure;
 mod manoeuvre_figure;
+mod mechanism_figure;
 mod preview;
 mod stability_figure;
 mod statistics;
@@ -199,6 +200,9 @@ kinds! {
     "manoeuvre"
     /// A case at a row of instants.
     Manoeuvre(manoeuvre_figure::ManoeuvreFigure),
+    "mechanism"
+    /// What schemes believe within one macro step.
+    Mechanism(mechanism_figure::MechanismFigure),
     "traces"
     /// Columns of traces over time.
     Traces(trace_figure::TraceFigure),
