@@ -41,7 +41,7 @@ fn a_scheme_of_ones_own_is_a_full_citizen_of_the_whole_command_line() {
     assert_has(&mine(limit), &["smoothed-hold"]);
     let advice = "advise --case bouncing-ball --scheme smoothed-hold --error 50% --phases 1 --from 1ms --to 2ms";
     assert_has(&mine(advice), &["smoothed-hold", "template simulate --case bouncing-ball"]);
-    assert_has(&mine("run hold.toml --quick --out mine"), &["9 of 9 runs stored", "template report mine"]);
+    assert_has(&mine("run hold.toml --out mine"), &["9 of 9 runs stored", "template report mine"]);
     assert_has(&mine("verify hold.toml --results mine"), &["1 claim: every verdict is the recorded one"]);
     mine("report mine");
     let page = std::fs::read_to_string(folder.path().join("mine/report.html")).unwrap();
