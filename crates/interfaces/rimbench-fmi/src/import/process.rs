@@ -115,6 +115,13 @@ impl Remote {
         }
     }
 
+    /// Changes after how long without an answer it is ended.
+    pub(super) fn answers_within(mut self, answer_within: Duration) -> Result<Self, String> {
+        self.answer_within = answer_within;
+        let set = self.socket.set_read_timeout(Some(answer_within));
+        set.map(|()| self).map_err(|error| format!("its socket has no limit of time: {error}"))
+    }
+
     /// The status of an answer, with the message of a refusal.
     fn status(&mut self) -> std::io::Result<Result<(), String>> {
         let mut status = [0];

@@ -21,7 +21,11 @@ use std::time::Duration;
 /// # Errors
 /// [`Error::File`] naming the file: what is wrong with it, and what would be valid.
 pub fn read_scheme(file: &SchemeFile, programs: &Programs) -> Result<SchemeEntry> {
-    let wrong = |message: String| Error::file(&file.path, message);
+    let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+    let wrong = |message: String| {
+        // Of what became of its process the file is said already.
+        Error::file(&file.path, message.strip_prefix(&format!("{name}: ")).unwrap_or(&message))
+    };
     let text = read_text(&file.path)?;
     let worker =
         Worker { file: file.clone(), python: programs.python.clone().unwrap_or_else(|| PathBuf::from("python3")) };
@@ -54,6 +58,9 @@ pub fn read_scheme(file: &SchemeFile, programs: &Programs) -> Result<SchemeEntry
     Ok(SchemeEntry { order, samples, family, needs, waits: true, digest: Some(digest.into()), ..entry })
 }
 
+/// The least that the start of a process may take.
+const START: Duration = Duration::from_secs(60);
+
 /// Starts a process for the class.
 struct Worker {
     file: SchemeFile,
@@ -69,13 +76,11 @@ impl Worker {
         let plan = serde_json::to_vec(&plan).map_err(|error| error.to_string())?;
         // What is kept of a run names no folder of this machine.
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Remote::started(
-            &plan,
-            &name,
-            &super::python::command(&self.python),
-            Duration::from_secs_f64(answer_within_s.min(1e9)),
-            false,
-        )
+        let within = Duration::from_secs_f64(answer_within_s.min(1e9));
+        // An interpreter takes its time to start, whatever its answers may take.
+        let command = super::python::command(&self.python);
+        let remote = Remote::started(&plan, &name, &command, within.max(START), false)?;
+        if run.is_null() { Ok(remote) } else { remote.answers_within(within) }
     }
 }
 
