@@ -207,7 +207,8 @@ pub(super) fn column_in_words(name: &str) -> Option<(String, &'static str)> {
         return None;
     }
     let (stem, unit) = name.strip_suffix("_per_s").map_or_else(|| without_unit(name), |stem| (stem, "1/s"));
-    Some((stem.trim_end_matches("_at").replace('_', " "), unit.trim_matches('-')))
+    let stem = if stem == "failed_at" { "time of failure" } else { stem.trim_end_matches("_at") };
+    Some((stem.replace('_', " "), unit.trim_matches('-')))
 }
 
 /// The marks of the head, failures first; each leads to its claim.
