@@ -241,7 +241,7 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     // Of many the table says which.
     for (study, claim) in claims.into_iter().filter(|_| !report.is_long()) {
         let [class, sign, word] = shown(claim.verdict);
-        let (anchor, said) = (anchor(claim, study), escaped(&claim.text));
+        let (anchor, said) = (anchor(claim, study), escaped(&labels_in_words(&claim.text)));
         let _ = write!(
             text,
             "<li><a class=\"mark {class}\" href=\"#{anchor}\" title=\"{said}\" aria-label=\"{word}: {said}\">{sign}</a></li>"
