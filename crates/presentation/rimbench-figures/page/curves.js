@@ -261,7 +261,7 @@ const curves = (() => {
       const above = own.filter(({ error }, i) => error > others[i].error || (error === others[i].error && k === 0)).length * 2 >= own.length;
       const place = above ? shown.findIndex(({ on, x }) => on && x > left + wide + 4) : shown.findIndex(({ on, x }) => on && x > left + 0.3 * (right - left) && x + wide < right);
       g.textAlign = above ? "right" : "left";
-      if (place >= 0) write(names[k], shown[place].x + (above ? 4 : -4), Math.min(Math.max(shown[place].y + (above ? -9 : 19), top + 12), bottom - 3));
+      if (place >= 0) write(names[k], shown[place].x + (above ? 4 : -4), Math.max(shown[place].y + (above || shown[place].y > bottom - 22 ? -9 : 19), top + 12));
       g.font = "12px system-ui,sans-serif";
     });
   };

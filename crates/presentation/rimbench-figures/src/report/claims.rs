@@ -207,7 +207,8 @@ pub(super) fn column_in_words(name: &str) -> Option<(String, &'static str)> {
         return None;
     }
     let (stem, unit) = name.strip_suffix("_per_s").map_or_else(|| without_unit(name), |stem| (stem, "1/s"));
-    Some((stem.trim_end_matches("_at").replace('_', " "), unit.trim_matches('-')))
+    let stem = if stem == "failed_at" { "time of failure" } else { stem.trim_end_matches("_at") };
+    Some((stem.replace('_', " "), unit.trim_matches('-')))
 }
 
 /// The marks of the head, failures first; each leads to its claim.
@@ -240,7 +241,7 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     // Of many the table says which.
     for (study, claim) in claims.into_iter().filter(|_| !report.is_long()) {
         let [class, sign, word] = shown(claim.verdict);
-        let (anchor, said) = (anchor(claim, study), escaped(&claim.text));
+        let (anchor, said) = (anchor(claim, study), escaped(&labels_in_words(&claim.text)));
         let _ = write!(
             text,
             "<li><a class=\"mark {class}\" href=\"#{anchor}\" title=\"{said}\" aria-label=\"{word}: {said}\">{sign}</a></li>"

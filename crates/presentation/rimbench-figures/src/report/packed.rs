@@ -6,6 +6,7 @@ use super::Report;
 use super::store::Study;
 use crate::drawing::{Datum, PanelData, SeriesData};
 use crate::seven_bits::seven_bits;
+use crate::style::labels_in_words;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rimbench_cases::runs::Finding;
@@ -164,7 +165,7 @@ fn claims(study: &Study, runs: &[Run]) -> Value {
         let mut rows: Vec<usize> = claim.run_ids.iter().filter_map(|id| rows.get(id.as_str()).copied()).collect();
         rows.sort_unstable();
         let stretches = rows.chunk_by(|a, b| *b == a + 1).flat_map(|rows| [rows[0], rows[rows.len() - 1]]);
-        json!([claim.text, stretches.collect::<Vec<_>>()])
+        json!([labels_in_words(&claim.text), stretches.collect::<Vec<_>>()])
     });
     of_claims.collect()
 }
