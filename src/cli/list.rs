@@ -90,7 +90,7 @@ impl List {
                 .map(|metric| {
                     let of = match metric.only {
                         Some(Only::Friction) => "contacts have friction",
-                        Some(Only::Split) => "each actuator has a model",
+                        Some(Only::Split) => "a mechanics has several bonds",
                         Some(Only::Trials) => "steps of the mechanics are tried",
                         Some(Only::Audit) => "the model is audited",
                         Some(Only::Believed) => "a model that is believed is audited",

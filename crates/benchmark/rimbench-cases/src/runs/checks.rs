@@ -184,6 +184,9 @@ impl RunSettings {
                 "share = {}: a scheme without a model that moves has no share of the mechanics: use `whole`",
                 plan.share
             )
+        } else if self.delivery.is_some() && plan.share != Share::Whole {
+            "late samples: what a model of a share takes for its own force is a mean of the present: use share `whole`"
+                .to_owned()
         } else if let Some([shortest, longest]) = plan.micro_steps.range()
             && (longest > self.macro_step || self.duration / shortest > MOST_SMALL_STEPS)
         {

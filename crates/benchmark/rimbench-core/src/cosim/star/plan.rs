@@ -57,7 +57,8 @@ pub enum Share {
     Equal,
     /// `Λ_i = Σ_j |H_ij|/√(H_ii H_jj)` over row `i` and those of other bonds.
     Rows,
-    /// The largest with which blind bonds create no energy at their rates, see [`StarPlan::factor`].
+    /// The largest with which blind bonds create no energy at their rates 1 : m, `Λ_i = 1 + Σ_{j ≠ i} √B(m_ij)` with
+    /// `B(m) = (m + 1)(2m + 1)/(6m)`.
     Bound,
     /// A number above 0, at most 1.
     Number(f64),
