@@ -413,9 +413,11 @@ impl MechanismFigure {
         }
         for (rows, name) in named {
             let color = if column.is_right(rows) { RIGHT } else { WRONG };
-            for piece in polyline(&path(rows), |_| place) {
-                drawing.line(piece, Stroke::solid(color, 2.0));
-            }
+            drawing.group(name, |drawing| {
+                for piece in polyline(&path(rows), |_| place) {
+                    drawing.line(piece, Stroke::solid(color, 2.0));
+                }
+            });
             if rows.most(3) > most {
                 let words = format!("{name}: {}", force(rows.last()[3]));
                 drawing.text(Text::new(words, (place.left + 26.0, top + 13.0), 11.5).colored(color));

@@ -704,6 +704,8 @@ fn a_belief_is_judged_by_its_force_at_the_end_and_told_by_what_becomes_of_the_co
             rows(schemes[3], [4e-5, 0.0, 0.0], 500.0, -701.0),
         ],
     );
+    let files = ["wedge-box-reversal", "wedge-box"].map(|case| format!("traces/beliefs-{case}.csv"));
+    checksums::write(&place.path().join("study/made-up"), files).unwrap();
     let panel = |case: &str| {
         format!(
             "[[figure.panels]]\ntitle = \"{case}\"\nnote = \"it; moves\"\ncase = \"{case}\"\ncontact = \"disc_ledge\"\n\
