@@ -666,8 +666,8 @@ fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
 /// Two macro steps of two micro steps each, as `[[beliefs]]` are stored: a contact opens, and one closes.
 #[test]
 fn a_belief_is_judged_by_its_force_at_the_end_and_told_by_what_becomes_of_the_contact() {
-    let place = tempfile::tempdir().unwrap();
-    let folder = place.path().join("study/made-up/traces");
+    let place = MadeUp::new();
+    let folder = place.path("traces");
     std::fs::create_dir_all(&folder).unwrap();
     let header =
         "scheme,time_s,box_x_m,box_y_m,box_angle_rad,gap_disc_ledge_m,contact_force_disc_ledge_n,actuator_force_n\n";
@@ -704,8 +704,6 @@ fn a_belief_is_judged_by_its_force_at_the_end_and_told_by_what_becomes_of_the_co
             rows(schemes[3], [4e-5, 0.0, 0.0], 500.0, -701.0),
         ],
     );
-    let files = ["wedge-box-reversal", "wedge-box"].map(|case| format!("traces/beliefs-{case}.csv"));
-    checksums::write(&place.path().join("study/made-up"), files).unwrap();
     let panel = |case: &str| {
         format!(
             "[[figure.panels]]\ntitle = \"{case}\"\nnote = \"it; moves\"\ncase = \"{case}\"\ncontact = \"disc_ledge\"\n\
@@ -719,7 +717,7 @@ fn a_belief_is_judged_by_its_force_at_the_end_and_told_by_what_becomes_of_the_co
         panel("wedge-box")
     );
     let list = FigureList::parse(Path::new("list.toml"), &list).unwrap();
-    let drawing = list.figures[0].drawn(place.path(), &Styles::standard()).unwrap();
+    let drawing = list.figures[0].drawn(place.0.path(), &Styles::standard()).unwrap();
     let texts = texts_of(&render::svg(&drawing));
     let told = |words: &str| texts.get(words).copied().unwrap_or(0);
     // A hundredth of the largest true force is right, more is not.
