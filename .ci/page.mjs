@@ -96,18 +96,21 @@ async function enlarged(cases, ask) {
   const document = { getElementById: () => ({ textContent: "{}" }) };
   // The page's own functions, outside a page.
   const rule = text("try").match(/const enlargement = [^]*?\n  };\n/)[0];
-  const page = vm.runInNewContext(`${text("drawing")}${text("verdict")}const { at, end } = verdict; ${rule}; ({ enlargement, drawing, at, end })`, { document });
-  let tried = 0;
+  const page = vm.runInNewContext(`${text("drawing")}${text("verdict")}const { at, end, judge } = verdict; ${rule}; ({ enlargement, drawing, at, end, judge })`, { document });
+  let tried = 0, ended = 0;
   for (const of of cases) {
     page.drawing.frameBodies(of.drawing);
-    const wanted = ["time_s", ...page.drawing.columns(of.drawing)], { x } = of.drawing.view;
+    const wanted = ["time_s", of.force.column, ...page.drawing.columns(of.drawing)], { x } = of.drawing.view;
     const reference = await ask(`reference\ncase ${of.name}\nscheme zero-order-hold`, wanted);
     for (const scheme of of.schemes) {
       const run = await ask(`run\ncase ${of.name}\nscheme ${scheme}\nmacro_step_s ${of.shown_ms}e-3\n`, wanted);
       if (!run.rows || !reference.rows) continue;
-      run.verdict = { state: "usable" };
+      run.facts = facts(run.words);
+      const { failed, when } = page.judge(run, of);
+      ended += failed;
+      if (failed && page.end(run) > when + 1e-9) fail(`${of.name}, ${scheme}: it failed at ${when} s and is drawn up to ${page.end(run)} s`);
       const factor = page.enlargement(of, reference, [run]);
-      const apart = [...run.columns.time_s].map((t) => {
+      const apart = [...run.columns.time_s.subarray(0, run.rows)].map((t) => {
         const [ours, theirs] = [run, reference].map((trace) => page.drawing.poses(of.drawing, (name) => page.at(trace, name, t)));
         return Math.max(...[...ours].map(([name, [px, py]]) => Math.hypot(px - theirs.get(name)[0], py - theirs.get(name)[1])));
       });
@@ -117,7 +120,7 @@ async function enlarged(cases, ask) {
       tried += 1;
     }
   }
-  if (tried < 20) fail(`only ${tried} runs could be drawn`);
+  if (tried < 20 || !ended) fail(`only ${tried} runs could be drawn, of which ${ended} failed`);
   console.log(`differences of ${tried} runs stay in the picture when they are enlarged`);
 }
 
@@ -243,6 +246,7 @@ async function browse() {
   const until = (said, test, ...rest) => page.waitForFunction(test, { timeout: 60e3 }, ...rest).catch(() => fail(said));
   const rest = () => page.waitForFunction(() => Number(document.body.dataset.drawn ?? 0) > 0 && !document.body.hasAttribute("aria-busy"), { timeout: 120e3 });
   await rest();
+  await open(page, enter, rest);
   // What is shown is what the program says of the same run.
   for (const [place, scheme] of [[7, "zero-order-hold"], [14, "rim-nonsmooth"], [17, "rim-smooth"]]) {
     const before = await at("verdict-b", "data-run");
@@ -347,15 +351,29 @@ async function browse() {
     for (const { id, shown, drawn } of left) fail(`at ${width} × ${height} with options open ${id} is drawn with ${drawn} px and shown with ${shown}`);
     await page.$eval("#try-works details", (details) => (details.open = false));
   }
-  // All of the simulator is on one screen, on a desk and in a hand.
-  for (const [width, height] of [[1440, 900], [390, 844]]) {
+  // On a desk all of the simulator is on one screen, in a hand the answer, the slider and the pair; controls fit a finger.
+  for (const [width, height, ...seen] of [[1440, 900, "in-h", "scene-a", "scene-b", "event", "strip"], [390, 844, "answer", "in-h", "scene-a", "scene-b"]]) {
     await page.setViewport({ width, height });
-    const beyond = await page.evaluate(() => Math.max(...["in-h", "scene-a", "scene-b", "event", "strip"].map((id) => document.getElementById(id).getBoundingClientRect().bottom)) - innerHeight + scrollY);
+    const beyond = await page.evaluate((seen) => Math.max(...seen.map((id) => document.getElementById(id).getBoundingClientRect().bottom)) - innerHeight + scrollY, seen);
+    const low = await page.$$eval("#try :is(button, select, input, summary, #story a)", (all) => all.filter((one) => one.checkVisibility() && one.getBoundingClientRect().height < 43.5).map((one) => one.id || one.textContent));
+    if (width < 400 && low.length) fail(`at ${width} px these controls are lower than 44 px: ${low.join(", ")}`);
     if (beyond > 0) fail(`at ${width} × ${height} the simulator ends ${beyond} px below the screen`);
     if (folder) await page.screenshot({ path: path.join(folder, `screen-${width}.png`) });
   }
   await page.setViewport({ width: 1280, height: 1200 });
   await follow(page);
+  // On paper are all claims, and the pair as it stands.
+  const printed = await page.evaluate(() => {
+    dispatchEvent(new Event("beforeprint"));
+    const hidden = [...document.querySelectorAll(".claims tr, .said li")].filter((one) => !one.checkVisibility()).length;
+    dispatchEvent(new Event("afterprint"));
+    return { hidden, folded: document.querySelectorAll("#claims details.fold:not([open])").length };
+  });
+  if (printed.hidden || !printed.folded) fail(`on paper ${printed.hidden} claims are hidden, ${printed.folded} folds are closed afterwards`);
+  await page.emulateMediaType("print");
+  if (!(await page.$eval("#scene-a", (canvas) => canvas.checkVisibility() && canvas.clientHeight > 60))) fail("the pair is not printed");
+  if (folder) await page.pdf({ path: path.join(folder, "page.pdf"), format: "A4" });
+  await page.emulateMediaType();
   await page.addScriptTag({ path: require.resolve("axe-core") });
   for (const scheme of ["light", "dark"]) {
     await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
@@ -376,6 +394,41 @@ async function browse() {
   }
   await browser.close();
   console.log("the page was used and looked at");
+}
+
+// The page opens at the event, in motion, once, and does not write what it does by itself. Its answer in words is the program's at the
+// steps that it names and at the next; and so it is of another machine.
+async function open(page, enter, rest) {
+  const time = () => page.$eval("#strip", (strip) => Number(strip.getAttribute("aria-valuenow")));
+  const [first] = [await time(), await page.waitForFunction(() => document.getElementById("play").textContent === "Play", { timeout: 60e3 })];
+  const last = await time();
+  if (!(first > 1 && last > 1.7 && last < 2.4)) fail(`the page opens at ${first} s and rests at ${last} s`);
+  if (await page.evaluate(() => location.hash)) fail("the page writes an address by itself");
+  const usable = (said) => said.outcome === "completed" && said.force_error_rms_of_peak <= 0.1 && Math.round(100 * Math.abs(said.touch_down_peak_ratio - 1)) <= 50;
+  const answered = async (...set) => {
+    await page.waitForFunction(() => document.getElementById("map").dataset.unknown === "0", { timeout: 120e3 });
+    const said = await page.$eval("#answer", (line) => line.textContent.replaceAll("\u00a0", " "));
+    const steps = [0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10, 12.5, 15, 20, 25, 30, 40, 50];
+    const found = [...said.matchAll(/usable to ([\d.]+) ms/g)].map(([, ms]) => steps.indexOf(Number(ms)));
+    if (found.length !== 2 || found.includes(-1)) fail(`the answer is \`${said}\``);
+    for (const [k, scheme] of ["zero-order-hold", "rim-nonsmooth"].entries())
+      for (const [place, wanted] of [[found[k], true], [found[k] + 1, false]]) {
+        const own = JSON.parse(simulate("--case", "wedge-box", "--scheme", scheme, "--macro-step", `${steps[place]}ms`, ...set, "--format", "json"));
+        if (usable(own) !== wanted) fail(`of ${scheme} at ${steps[place]} ms ${set.join(" ")} the answer \`${said}\` is not the program's`);
+      }
+    return said;
+  };
+  const before = await answered();
+  await enter("in-mass", 2);
+  await page.waitForFunction(() => document.getElementById("out-mass").textContent === "400\u00a0kg" && document.getElementById("map").dataset.unknown !== "0", { timeout: 60e3 }).catch(() => fail("the mass of the box stays as it is"));
+  const after = await answered("--set", "box_mass_kg=400");
+  if (after === before) fail("twice the mass has the same answer");
+  if (!(await page.$eval("#answer-machine", (line) => line.textContent)).includes("400\u00a0kg")) fail("the answer does not name the machine");
+  await rest();
+  const options = (await page.$eval("#cmd-b", (code) => code.textContent)).match(/--case .*$/)[0].split(" ");
+  const said = JSON.parse(simulate(...options, "--format", "json")).run_id, shown = await page.$eval("#verdict-b", (b) => b.dataset.run);
+  if (said !== shown) fail(`of twice the mass the page shows run ${shown}, the program says ${said}`);
+  await enter("in-mass", 0);
 }
 
 // Six steps: a hold works, then fails; the smooth model locks before the touch-down; the non-smooth one follows; a late model must be run

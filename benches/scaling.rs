@@ -188,8 +188,6 @@ impl Stopped {
         assert_eq!(report.outcome, Outcome::Completed, "{} {:?}", family.case, size.set);
         let mut mechanics = system.sides.mechanics;
         let mut model = mechanics.capabilities().empty_interface_model().unwrap();
-        // The scheme does not ask for it.
-        model.state_bias = Vec::new();
         assert!(mechanics.capabilities().interface_model(H, &mut model).unwrap());
         let step = setup.grid.step(0);
         let [motion, force] = points.last().unwrap().clone();

@@ -6,10 +6,13 @@ use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::{RunOptions, seconds as time, typed};
 use super::screen::{Mood, command_row, headline, paragraph, row};
-use super::{Format, INTERRUPTED, file_option, is_file_of_case, print, print_json, program, warn_of_cache, with_files};
+use super::{
+    Format, INTERRUPTED, file_option, is_file_of_case, is_file_of_scheme, print, print_json, program, warn_of_cache,
+    with_files,
+};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
-use rimbench::catalogue::{Catalogue, SchemeFile};
+use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::fmi::import::{SideNotes, master_script};
 use rimbench::harness::{
@@ -81,7 +84,7 @@ impl Advise {
         if let Some(file) = fixed.case.as_ref().filter(|name| is_file_of_case(catalogue, name)) {
             files += &file_option("--case-file", file.as_ref());
         }
-        if let Some(file) = fixed.scheme.as_ref().filter(|name| SchemeFile::parse(name).is_some()) {
+        if let Some(file) = fixed.scheme.as_ref().filter(|name| is_file_of_scheme(name)) {
             files += &file_option("--scheme-file", file.as_ref());
         }
         let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed.case, &mut fixed.scheme)?;

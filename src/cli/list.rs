@@ -104,7 +104,7 @@ impl List {
                 .collect(),
             What::Parameters if case.is_none() && self.format == Format::Table => {
                 let message =
-                    format!("`list parameters` needs a case: --case NAME, as `{} list cases` names them", program());
+                    format!("`list parameters` needs a case; valid: --case NAME, as `{} list cases` names them", program());
                 return Err(Error::Incompatible(message).into());
             }
             What::Parameters => catalogue

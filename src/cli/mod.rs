@@ -10,7 +10,6 @@ mod json;
 mod judge;
 mod limit;
 mod list;
-mod number;
 mod pack;
 mod paper;
 mod perf;
@@ -30,13 +29,12 @@ mod verify;
 
 use anyhow::Context;
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
-use number::with_digits;
 use rimbench::cases::Case;
 use rimbench::catalogue::{Catalogue, SchemeFile};
 use rimbench::checksums::sha256_of_file;
-use rimbench::claims::digits_of;
 use rimbench::error::{Error, Result};
-use rimbench::figures::report::quantity_in_words;
+use rimbench::figures::number;
+use rimbench::figures::report::measured;
 use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, read_scheme, standard_output};
 use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell};
 use rimbench::numerics_version::NUMERICS_VERSION;
@@ -314,7 +312,7 @@ fn file_option(option: &str, file: &Path) -> String {
     format!(" {}", in_shell(&[option.to_owned(), file.display().to_string()]))
 }
 
-/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs, and a scheme where that is
+/// The same catalogue, with a case in it where that is given as a file that makes it of FMUs, and a scheme where it is
 /// given as a class in a file.
 fn with_files<'a>(
     catalogue: &'a Catalogue,
@@ -326,7 +324,7 @@ fn with_files<'a>(
     if let Some(file) = case.as_ref().filter(|name| is_file_of_case(&catalogue, name)) {
         *case = Some(add_case_file(catalogue.to_mut(), notes, Path::new(file))?);
     }
-    if let Some(text) = scheme.as_ref().filter(|name| SchemeFile::parse(name).is_some()) {
+    if let Some(text) = scheme.as_ref().filter(|name| is_file_of_scheme(name)) {
         *scheme = Some(add_scheme_file(catalogue.to_mut(), text)?);
     }
     Ok(catalogue)
@@ -335,6 +333,11 @@ fn with_files<'a>(
 /// Whether a case is given as a file and not by a name: names have neither dots nor separators.
 fn is_file_of_case(catalogue: &Catalogue, name: &str) -> bool {
     catalogue.case(name).is_err() && (name.contains(['.', '/', '\\']) || Path::new(name).is_file())
+}
+
+/// Whether a scheme is given as a class in a file and not by a name.
+fn is_file_of_scheme(name: &str) -> bool {
+    name.contains(".py")
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.
@@ -391,19 +394,6 @@ fn warn_of_cache(cache: &Cache) {
 fn claims_list(claims: &[CheckedClaim]) -> String {
     let mut lines = Vec::with_capacity(2 * claims.len());
     for claim in claims {
-        let (quantity, unit) = quantity_in_words(&claim.quantity);
-        let two = |value: f64| with_digits(value, unit, claim.digits(value, 2));
-        let interval = match (claim.low, claim.high) {
-            (Some(low), Some(high)) => format!(" [{}, {}]", two(low), two(high)),
-            _ => String::new(),
-        };
-        let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{}{interval}", two(value)));
-        let expected = match claim.bound() {
-            Some((at_least, bound)) => {
-                format!("{} {}", if at_least { "≥" } else { "≤" }, with_digits(bound, unit, digits_of(bound)))
-            }
-            None => claim.expected.clone(),
-        };
         let changed = match claim.finding {
             _ if claim.differs() => format!(", recorded as {}", claim.finding),
             Verdict::NotMeasured if claim.verdict != Verdict::NotMeasured => ", not recorded yet".to_owned(),
@@ -417,7 +407,7 @@ fn claims_list(claims: &[CheckedClaim]) -> String {
         };
         lines.push(headline(&claim.id, &format!("{}{changed}", claim.verdict), mood));
         let text = &claim.text;
-        let said = format!("{text} ({}{superseded}): {quantity} is {measured}, expected {expected}", claim.by);
+        let said = format!("{text} ({}{superseded}): {}", claim.by, measured(claim, 2));
         lines.push(format!("  {}", paragraph(&said, 2)));
     }
     lines.join("\n")

@@ -10,7 +10,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Side, StopFlag};
 use rimbench::error::Error;
 use rimbench::fmi::export::{Fmi, find_library, pack, side_name, system_structure, zipped};
-use rimbench::harness::{Cache, Problem, obtain_reference, pack_files};
+use rimbench::harness::{Cache, PROBLEMS, Problem, obtain_reference, pack_files};
 use rimbench::runs::{RunRequest, RunSpec};
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ pub struct Pack {
     /// Case by name (see `rimbench list cases`)
     #[arg(long, value_name = "NAME", required_unless_present = "ranking", conflicts_with = "ranking")]
     case: Option<String>,
-    /// All problems of the ranking, each in a folder of its own
+    /// All problems of the ranking, each in a folder of its own, and problems.csv with what the ranking asks of them
     #[arg(long, conflicts_with_all = ["set", "duration"])]
     ranking: bool,
     /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
@@ -71,9 +71,13 @@ impl Pack {
             false => Some(find_library(self.library.as_deref(), &program)?.1),
         };
         let cache = Cache::of_user();
+        let mut peaks = "case,set,peak_over_event_peak\n".to_owned();
         for (folder, spec) in &wanted {
             let reference = obtain_reference(spec, &cache, StopFlag::never())?;
             let (problem, rows) = Problem::of(spec, &reference, &ranked)?;
+            if let Some(ratio) = problem.peak_over_event_peak() {
+                peaks += &format!("{},{},{ratio:?}\n", problem.problem, problem.set);
+            }
             let files = pack_files(spec, &problem, &rows)?;
             let zip = zipped(&files).map_err(|error| Error::file(folder, error))?;
             let mut all = files;
@@ -97,6 +101,9 @@ impl Pack {
                 problem.version
             );
             print(&paragraph(&text, 4))?;
+        }
+        if self.ranking {
+            write_atomically(&self.out.join(PROBLEMS), |file| file.write_all(peaks.as_bytes()))?;
         }
         warn_of_cache(&cache);
         Ok(())

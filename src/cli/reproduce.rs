@@ -99,7 +99,15 @@ impl Reproduce {
         warn_of_cache(&cache);
 
         let open = |claim: &&CheckedClaim| claim.superseded.is_empty() && claim.verdict != Verdict::Reproduced;
-        print(&claims_list(&claims.iter().filter(open).cloned().collect::<Vec<_>>()))?;
+        let listed: Vec<CheckedClaim> = claims.iter().filter(open).cloned().collect();
+        let all = claims.iter().filter(|claim| claim.counts()).count();
+        let main = listed.iter().filter(|claim| claim.counts()).count();
+        if !listed.is_empty() {
+            let variants =
+                if main < listed.len() { format!(", {} with variants", listed.len()) } else { String::new() };
+            print(&paragraph(&format!("{main} of {all} claims do not reproduce{variants}:"), 0))?;
+        }
+        print(&claims_list(&listed))?;
         let remade = kept.remade();
         if remade.files > 0 {
             remade.differing.iter().try_for_each(|sentence| print(sentence))?;
@@ -107,11 +115,9 @@ impl Reproduce {
             let said = "kept files came out to the byte, the page but for its line with day, commit and machine";
             print(&paragraph(&format!("{same} of {} {said}", remade.files), 0))?;
         }
-        let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.counts()).collect();
-        let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
         let said = format!(
-            "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s.",
-            counted.len(),
+            "{} of {all} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s.",
+            all - main,
             started.elapsed().as_secs_f64(),
         );
         print(&paragraph(&said, 0))?;

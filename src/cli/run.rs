@@ -62,8 +62,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// `files` are those of the cases and schemes that the catalogue has besides. Exit code 1 if shards were merged and runs
-    /// are missing.
+    /// `files` are those of the cases and schemes that the catalogue has besides. Exit code 1 if shards were merged and
+    /// runs are missing.
     pub(super) fn run(
         self,
         catalogue: &Catalogue,

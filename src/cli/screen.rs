@@ -214,7 +214,9 @@ const LISTS: [(&str, &str); 6] = [
 /// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their
 /// dashes, and `typed` those of this call.
 pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String {
-    let message = with_short_numbers(message);
+    // What the system calls it has a number of its own, which helps nobody.
+    let message =
+        with_short_numbers(message).replace("No such file or directory (os error 2)", "there is no such file");
     let (what, valid) = message.split_once("; valid: ").unzip();
     let what = what.unwrap_or(&message);
     let list = LISTS.iter().find(|(kind, _)| what.contains(&format!("unknown {kind} `")));
@@ -230,7 +232,12 @@ pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String
     let named = |text: &str| if of_file { text.to_owned() } else { in_flags(text, flags) };
     let what = named(&flagged(&what, flags, typed));
     let help: Vec<String> = help.iter().map(|help| named(help)).collect();
-    if help.is_empty() { format!("error: {what}") } else { format!("error: {what}\nhelp: {}", help.join(" ")) }
+    let said = format!("error: {what}");
+    let said = if help.is_empty() { vec![said] } else { vec![said, format!("help: {}", help.join(" "))] };
+    // A program reads it as it is.
+    let width = if console::Term::stderr().is_term() { width() } else { usize::MAX };
+    let lines = |line: &String| line.split('\n').flat_map(|line| wrap(line, width)).collect::<Vec<_>>().join("\n");
+    said.iter().map(lines).collect::<Vec<_>>().join("\n")
 }
 
 /// A key of a run that is also a flag is said as the flag that was typed; of one that was not it is the default that

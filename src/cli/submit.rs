@@ -53,8 +53,8 @@ pub(super) struct Submit {
 const LINES: usize = 8;
 
 impl Submit {
-    /// Hands over what is missing; with `dry_run` only says so. `files` are those of the cases and schemes that the catalogue
-    /// has besides.
+    /// Hands over what is missing; with `dry_run` only says so. `files` are those of the cases and schemes that the
+    /// catalogue has besides.
     pub(super) fn submit(
         &self,
         (experiment, catalogue, folder): (&Experiment, &Catalogue, &Path),

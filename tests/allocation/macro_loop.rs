@@ -17,6 +17,7 @@ struct Variant {
     integrators: (MechanicsIntegrator, ActuatorIntegrator),
     step_rule: Option<StepRule>,
     delivery: Option<Delivery>,
+    star: Option<StarPlan>,
 }
 
 /// Several in each macro step, and no more than it takes to run to the end, s.
@@ -41,7 +42,7 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
         system.sides.actuator.capabilities().use_second_order(SecondOrder::Midpoint).unwrap();
     }
     let mut sides = system.sides.lend();
-    let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
+    let couple = |sides: Sides<'_>| variant.scheme.couple(sides, Some(&variant.options), None);
     let exchange = Exchange {
         delivery: variant.delivery.clone(),
         mechanics_steps: variant.mechanics_steps,
@@ -52,7 +53,6 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     let averaged = matches!(variant.force_return, ForceReturn::Mean | ForceReturn::Profile);
     let learns = averaged
         && variant.scheme.moves_model
-        && !variant.scheme.splits
         && variant.options.model_motion == ModelMotion::Frozen
         && variant.delivery.as_ref().is_none_or(|own| own.late.catches_up() && own.down.is_in_time());
     let exchange = Exchange { mass_learning: learns.then(MassLearning::default), ..exchange };
@@ -67,7 +67,14 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     // The account of a model is kept as well: without it there is less to do.
     // That of late samples follows a copy of the scheme, which makes room for itself as it goes.
     let control = RunControl { audit: variant.delivery.is_none(), ..RunControl::default() };
-    let report = coupling.run(&setup, sides, control, &mut observe);
+    let report = match &variant.star {
+        Some(plan) => {
+            let parts = |_, sides: Sides<'_>| couple(sides).map(|built| (built.scheme, built.exchange));
+            let star = Star::new(&setup, plan, sides.lend(), parts).unwrap();
+            star.run(&setup, sides, RunControl { inside: Some(usize::MAX), ..control }, &mut observe)
+        }
+        None => couple(sides.lend()).unwrap().run(&setup, sides, control, &mut observe),
+    };
     // Once more after the loop. A failure that ends it is one block, and nothing else may be allocated with it.
     counts.push(asked());
     let mut counts: Vec<u64> = counts.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -128,6 +135,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                             integrators: FIRST_ORDER,
                             step_rule: None,
                             delivery: None,
+                            star: None,
                         });
                     }
                 }
@@ -159,6 +167,7 @@ fn of_second_order(variant: Variant) -> Vec<Variant> {
         options: variant.options.clone(),
         force_return,
         delivery: None,
+        star: None,
         ..variant
     };
     let own = variant.force_return;
@@ -234,7 +243,7 @@ fn late(variant: Variant) -> Vec<Variant> {
     let with = |delivery| Variant { delivery: Some(delivery), ..variant.clone() };
     let up = |late| with(Delivery { up: channel.clone(), late, ..Delivery::default() });
     let down = |bridge| with(Delivery { down: channel.clone(), bridge, ..Delivery::default() });
-    let catches_up = !variant.scheme.has_model() || variant.scheme.moves_model && !variant.scheme.splits;
+    let catches_up = !variant.scheme.has_model() || variant.scheme.moves_model;
     let mut variants = vec![up(LateRule::Raw), down(ForceBridge::Hold)];
     if catches_up {
         variants.extend([LateRule::CatchUp, LateRule::CatchUpCoarse].map(up));
@@ -298,6 +307,31 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
     }
 }
 
+/// Bonds at once, one after the other, with rates of their own, told within a macro step, and with all that they may know.
+#[test]
+fn the_macro_loop_must_allocate_nothing_with_several_bonds() {
+    let of_bonds = |solver: &Arc<SolverEntry>| {
+        let with = |own: &Variant, [order, every]: [&str; 2], known: Known, share: Share| {
+            let (order, every) = (order.parse().unwrap(), every.parse().unwrap());
+            let share = if own.scheme.has_model() { share } else { Share::Whole };
+            Variant { star: Some(StarPlan { order, every, known, share, ..StarPlan::default() }), ..own.clone() }
+        };
+        let mut variants = variants(solver);
+        variants.retain(|own| ["rim-nonsmooth-gap", "rim-smooth", "zero-order-hold"].contains(&&*own.scheme.name));
+        let after = |own: &&Variant| own.scheme.name == "zero-order-hold" && own.force_return == ForceReturn::Held;
+        let mut stars: Vec<Variant> =
+            variants.iter().filter(after).map(|own| with(own, ["hub;1,2", "1"], Known::Held, Share::Whole)).collect();
+        for own in variants.iter().filter(|own| own.sequence != Sequence::GaussSeidel { first: Side::Mechanics }) {
+            stars.push(with(own, ["together", "1/2"], Known::Mean, Share::Rows));
+            stars.push(with(own, ["2;1", "1,3"], Known::Law, Share::Equal));
+        }
+        stars
+    };
+    for case in ["gripper", "half-car"] {
+        nothing_is_allocated_in(case_by_name(case), |solver| solver.name == DEFAULT, of_bonds);
+    }
+}
+
 /// In parts whose borders no micro step meets, with friction and without, samples late and in time.
 #[test]
 fn the_macro_loop_must_allocate_nothing_where_contacts_act_over_the_mechanics_step() {
@@ -351,6 +385,7 @@ fn the_count_must_see_a_solver_that_allocates() {
         integrators: FIRST_ORDER,
         step_rule: None,
         delivery: None,
+        star: None,
     };
     let (counts, _) = allocations(wedge_box_case(), &variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");

@@ -169,8 +169,8 @@ fn a_class_that_goes_wrong_is_a_row_with_its_reason() {
         ("Exits", "os._exit(3)", "mine.py: its process ended (exit status: 3)"),
         ("Leaves", "sys.exit()", "SystemExit"),
         ("Nan", "return [float('nan')] * 2", "at 0.025 s gives NaN; valid: finite numbers"),
-        ("TooFew", "return []", "gives 0 numbers instead of"),
-        ("Ragged", "return [(1.0,), (1.0, 2.0)]", "rows alike, one for each input"),
+        ("TooFew", "return []", "gives 0 numbers; valid: 2 rows of 1 to 4"),
+        ("Ragged", "return [(1.0,), (1.0, 2.0)]", "rows that are not alike"),
         ("Texts", "return ['1.0']", "'1.0' instead of a number"),
     ];
     let mut code = MINE.to_owned();
@@ -248,6 +248,7 @@ fn what_is_no_scheme_is_refused_in_one_sentence() {
         ("mine.py:Nobody", "no attribute 'Nobody'"),
         ("mine.py:ZeroOrderHold", "a name that is not taken yet"),
         ("none.py:PolyHold", "none.py"),
+        ("mine.py", "a class in it, as in mine.py:MidHold"),
     ] {
         let refused = refused(&mut inside(folder.path(), &format!("simulate --case bouncing-ball --scheme {scheme}")));
         assert_has(&refused, &[wanted]);

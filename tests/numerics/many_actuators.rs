@@ -1,11 +1,11 @@
-//! Several actuators on one mechanics, each with an interface model of its own: the joint limit, lossless bodies, the
-//! lift table.
+//! Several bonds on one mechanics: one bond is a pair, bonds at once are at once, lossless bodies, the lift table.
 
 use crate::random_bodies::draw;
 use crate::support::*;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use rimbench::models::{ActuatorGroup, ActuatorNames};
 
 /// A run in which the mechanics takes every micro step with its own force.
 fn split_spec(case: &str, scheme: &str, split: Option<&str>, macro_step: &str, set: &[(&str, &str)]) -> RunSpec {
@@ -54,23 +54,28 @@ fn splitting_costs_an_error_of_second_order_or_less_before_anything_touches() {
 fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do() {
     const H: f64 = 1.0;
     let rng = &mut Pcg64::seed_from_u64(39);
+    let names = ["1", "2"].map(|name| ActuatorNames { position: name, velocity: name, force: name, observables: &[] });
     for star in 0..4 {
         let arms = draw(rng, 2, 0.3);
         let rows: Vec<[f64; 2]> = arms.iter().map(|arm| [1.0, *arm]).collect();
         let inertia = rng.random_range(0.1..1.0);
         let v = draw(rng, 2, 1.0);
         let springs: Vec<f64> = (0..2).map(|_| rng.random_range(0.5_f64..3.0).powi(2)).collect();
-        let growth = |split: Split| {
+        let growth = |share: &str, every: &str| {
             let model = LinearModel::new(&[1.0, inertia], &[0.0, 0.0], &[(&rows[0], 0.0), (&rows[1], 0.0)]).moving(&v);
-            let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), Springs::new(&springs, &[0.0; 2]));
+            let single = springs.iter().map(|k| Springs::new(&[*k], &[0.0])).collect();
+            let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), ActuatorGroup::new(single, &names));
             let sequence = Sequence::GaussSeidel { first: Side::Actuator };
             let setup =
                 Setup::new(CommunicationGrid::new(H, 1.0, 1000.0 * H).unwrap(), 5e-3, sequence, ForceReturn::Mean);
-            let options = ModelOptions { split, ..ModelOptions::default() };
-            let coupling =
-                scheme_by_name("rim-split").couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();
+            let (share, every) = (share.parse().unwrap(), every.parse().unwrap());
+            let plan = StarPlan { known: Known::Nothing, share, every, ..StarPlan::default() };
+            let gap = scheme_by_name("rim-nonsmooth-gap");
+            let couple =
+                |_, sides: Sides<'_>| gap.couple(sides, None, None).map(|built| (built.scheme, built.exchange));
+            let star = Star::new(&setup, &plan, sides(&mut mechanics, &mut actuator), couple).unwrap();
             let (mut start, mut most) = (None, 0.0_f64);
-            observed(&setup, sides(&mut mechanics, &mut actuator), coupling, &mut |point| {
+            star.run(&setup, sides(&mut mechanics, &mut actuator), RunControl::default(), &mut |point| {
                 // Both velocities from those of the rows, and the springs' energy F²/2k.
                 let [a, b] = [point.y.mechanics[2], point.y.mechanics[3]];
                 let turn = (b - a) / (arms[1] - arms[0]);
@@ -82,14 +87,12 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
             most
         };
         // Micro steps of 5e-3 at up to 3 rad/s: an oscillation of 8e-3 of the energy, without growth.
-        for split in [Split::BlindShares, Split::BlindRows] {
-            assert!(growth(split) < 1.01, "star {star}: {split} grows by {}", growth(split));
+        for (share, every) in [("equal", "1"), ("rows", "1"), ("bound", "1"), ("bound", "1,4"), ("bound", "8,1")] {
+            let most = growth(share, every);
+            assert!(most < 1.01, "star {star}: share {share} every {every} grows by {most}");
         }
-        assert!(
-            growth(Split::BlindBody) > 1.1,
-            "star {star}: the whole body for each grows by {}",
-            growth(Split::BlindBody)
-        );
+        let most = growth("whole", "1");
+        assert!(most > 1.1, "star {star}: the whole body for each grows by {most}");
     }
 }
 
@@ -148,4 +151,123 @@ fn a_split_is_refused_where_there_is_nothing_to_split() {
     let refused = request.resolve(catalogue()).unwrap_err().to_string();
     assert_eq!(refused, "split = law: scheme `rim-nonsmooth-gap` has one model for all actuators");
     assert!(request.put("split", "mean:row").unwrap_err().to_string().contains("did you mean `mean:rows`"));
+}
+
+/// A run with these options besides a macro step of 2 ms.
+fn star_spec(case: &str, scheme: &str, options: &[(&str, &str)], set: &[(&str, &str)]) -> RunSpec {
+    spec_with(case, scheme, &[&[("macro_step_s", "2e-3")], options].concat(), set)
+}
+
+const ALL_STEPS: [(&str, &str); 2] = [("force_return", "profile"), ("mechanics_steps", "all")];
+
+#[test]
+fn one_bond_is_a_pair_to_the_bit() {
+    let four = [("cylinders", "4")];
+    let cases = [("lift-table", &four[..], "1+2+3+4"), ("half-car", &[], "1+2"), ("gripper", &[], "1+2")];
+    let returns = [&[("force_return", "mean")][..], &ALL_STEPS, &[("force_return", "held")]];
+    let mut runs = 0;
+    for (case, set, all) in cases {
+        for scheme in ["rim-nonsmooth-gap", "rim-smooth", "zero-order-hold"] {
+            for options in returns {
+                let joint = |more: &[(&str, &str)]| run(&star_spec(case, scheme, &[options, more].concat(), set));
+                let (pair, star) = (joint(&[]), joint(&[("partition", all)]));
+                assert_eq!(bits(&pair.trajectory), bits(&star.trajectory), "{case} {scheme} {options:?}");
+                assert_eq!(pair.report.outcome, star.report.outcome, "{case} {scheme} {options:?}");
+                assert_eq!(pair.interface_residual, star.interface_residual, "{case} {scheme} {options:?}");
+                runs += 1;
+            }
+        }
+    }
+    // The mechanics first, where a scheme allows it.
+    let first = run(&star_spec("gripper", "zero-order-hold", &[("sequence", "gauss-seidel-mechanics-first")], &[]));
+    let options = [("partition", "1+2"), ("order", "hub;1"), ("force_return", "held")];
+    let star = run(&star_spec("gripper", "zero-order-hold", &options, &[]));
+    assert_eq!(bits(&first.trajectory), bits(&star.trajectory));
+    assert_eq!(runs, 27);
+}
+
+#[test]
+fn bonds_at_once_are_at_once_whatever_their_names() {
+    let four = [("cylinders", "4")];
+    for known in ["nothing", "held", "mean", "law"] {
+        let of = |partition: &str, every: &str| {
+            let plan = [("partition", partition), ("every", every), ("known", known)];
+            let spec = star_spec("lift-table", "rim-nonsmooth-gap", &[&ALL_STEPS[..], &plan].concat(), &four);
+            let trajectory = run(&spec.changed(|own| own.duration = 0.4)).trajectory;
+            ["force_1_n", "force_2_n", "force_3_n", "force_4_n", "box_y_m"]
+                .map(|name| trajectory.column(trajectory.index_of(name).unwrap()).map(f64::to_bits).collect::<Vec<_>>())
+        };
+        assert_eq!(of("1|2|3|4", "1,2,4,1"), of("3|1|4|2", "4,1,1,2"), "{known}");
+    }
+}
+
+#[test]
+fn a_name_that_spells_bonds_runs_what_it_spells() {
+    let spelled = run(&star_spec("gripper", "rim-split", &[("split", "law")], &[]));
+    let plan = [("partition", "each"), ("known", "law"), ("force_return", "mean")];
+    let said = run(&star_spec("gripper", "rim-nonsmooth-gap", &plan, &[]));
+    assert_eq!(bits(&spelled.trajectory), bits(&said.trajectory));
+    assert_eq!(spelled.report.work, said.report.work);
+}
+
+/// Published limits: four cylinders, c = 1e5 N·s/m. Unstable means a force beyond three times the largest of the joint run.
+#[test]
+fn one_after_the_other_or_told_more_often_bonds_go_on_where_at_once_they_fail() {
+    let four = [("cylinders", "4"), ("outer_cylinder_m", "0.3"), ("viscous_friction_n_s_m", "1e5")];
+    let most = |h: &str, plan: &[(&str, &str)]| {
+        let options = [&ALL_STEPS[..], &[("macro_step_s", h), ("micro_step_s", "5e-5")], plan].concat();
+        let found = run(&spec_with("lift-table", "rim-nonsmooth-gap", &options, &four)).trajectory;
+        let of = |row: &[f64], i| row[found.index_of(&format!("force_{i}_n")).unwrap()].abs();
+        found.rows().fold(0.0_f64, |most, row| (1..=4).fold(most, |most, i| most.max(of(row, i))))
+    };
+    let each = ("partition", "each");
+    let limit = 3.0 * most("1e-3", &[]);
+    assert!(most("0.8e-3", &[each]) > limit && most("0.75e-3", &[each]) < limit);
+    assert!(most("8e-3", &[each, ("order", "1;2;3;4")]) < limit);
+    assert!(most("6.4e-3", &[each, ("every", "1/8")]) < limit);
+}
+
+#[test]
+fn what_does_not_go_together_with_several_bonds_is_refused_with_the_reason() {
+    let wrong = [
+        (&[("known", "held")][..], "there is one bond: give partition"),
+        (&[("partition", "1")], "each of the 2 rows of the interface once, as `1|2`"),
+        (&[("partition", "1|0")], "bonds of rows counted from 1"),
+        (&[("partition", "each"), ("order", "1")], "each of the 2 bonds once, as `1;2`"),
+        (&[("partition", "each"), ("order", "1;hub,2")], "with the hub anywhere as a stage"),
+        (&[("partition", "each"), ("every", "1,2,3")], "one number for each of the 2 bonds"),
+        (&[("partition", "each"), ("every", "1,4"), ("phase", "0.5")], "use phase 1"),
+        (&[("partition", "each"), ("order", "1;hub;2")], "so it goes first"),
+        (&[("partition", "each"), ("share", "1.5")], "a number above 0, at most 1"),
+        (&[("partition", "each"), ("share", "bound")], "use known `nothing`"),
+        (
+            &[
+                ("partition", "each"),
+                ("share", "bound"),
+                ("known", "nothing"),
+                ("every", "1,2"),
+                ALL_STEPS[0],
+                ALL_STEPS[1],
+            ],
+            "use force return `mean`",
+        ),
+        (&[("partition", "each"), ("bond_schemes", "zero-order-hold")], "one name for each of the 2 bonds"),
+        (&[("partition", "each"), ("bond_micro_steps", "1e-4")], "one number for each of the 2 bonds"),
+        (&[("partition", "each"), ("step_control", "model-defect"), ("step_tolerance", "0.1")], "use `none`"),
+        (&[("partition", "each"), ("mass_learning", "within:10")], "each knows its own"),
+        (&[("partition", "each"), ("actuator_integrator", "midpoint")], "use `euler`"),
+        (&[("partition", "each"), ("split", "law")], "has one model for all actuators"),
+    ];
+    for (options, reason) in wrong {
+        let mut request = RunRequest::of("gripper", "rim-nonsmooth-gap");
+        let put = options.iter().try_for_each(|(key, value)| request.put(key, *value));
+        let refused = put.and_then(|()| request.resolve(catalogue()).map(drop)).unwrap_err().to_string();
+        assert!(refused.contains(reason), "{options:?}: {refused}");
+    }
+    let mut spelled = RunRequest::of("gripper", "rim-split");
+    spelled.put("partition", "each").unwrap();
+    assert!(spelled.resolve(catalogue()).unwrap_err().to_string().contains("use rim-nonsmooth-gap"));
+    assert!(
+        star_spec("gripper", "iterated-aitken", &[], &[]).with(|own| own.star = Some(StarPlan::default())).is_err()
+    );
 }

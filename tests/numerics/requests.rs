@@ -107,6 +107,14 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("model_motion", "extrapolated", "rim-smooth"),
     ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
     ("split", "joint", "rim-split"),
+    ("partition", "each", "rim-smooth"),
+    ("order", "2;1", "rim-smooth"),
+    ("every", "1/2", "rim-smooth"),
+    ("known", "held", "rim-smooth"),
+    ("tells", "mean", "rim-smooth"),
+    ("share", "equal", "rim-smooth"),
+    ("bond_schemes", "rim-smooth,zero-order-hold", "rim-smooth"),
+    ("bond_micro_steps", "5e-5,1e-4", "rim-smooth"),
     ("friction_rows", "slip-direction", "rim-nonsmooth"),
     ("contacts_act", "mechanics-step", "rim-nonsmooth"),
     ("delivery_up", "delay:1", "rim-smooth"),
@@ -135,7 +143,13 @@ fn every_option_changes_the_fact_of_its_name_and_the_id() {
         resolved(request).facts().into_iter().map(|fact| (fact.name, fact.cell())).collect()
     };
     for &(key, text, scheme) in CHANGES {
-        let mut usual = RunRequest::of(if key == "friction_rows" { "tripod" } else { "wedge-box" }, scheme);
+        let of_bonds =
+            ["partition", "order", "every", "known", "tells", "share"].contains(&key) || key.starts_with("bond_");
+        let case = if of_bonds { "gripper" } else { "wedge-box" };
+        let mut usual = RunRequest::of(if key == "friction_rows" { "tripod" } else { case }, scheme);
+        if of_bonds && key != "partition" {
+            usual.put("partition", "1|2").unwrap();
+        }
         if ["step_tolerance", "min_macro_step_s"].contains(&key) {
             usual.put("step_control", "energy-residual").unwrap();
             usual.put("step_tolerance", "0.1").unwrap();

@@ -74,6 +74,12 @@ fn named() -> Named {
                 if labels.contains(label) || drawn.iter().any(in_figure) {
                     let keys = row.keys().flat_map(|key| texts(row, key).into_iter().map(move |text| (key, text)));
                     named.extend(keys.map(|(key, text)| (key.clone(), without_number(text).to_owned())));
+                    // A table has parts by name, of which one may be a name itself.
+                    for (key, parts) in row.iter().filter_map(|(key, value)| Some((key, value.as_table()?))) {
+                        let part =
+                            |(part, value): (&String, &Value)| (key.clone(), value.as_str().unwrap_or(part).to_owned());
+                        named.extend(parts.iter().map(part));
+                    }
                     // What contacts in space have beside a row that asks for another.
                     let is_asked = |row: &Table| row.contains_key("friction_rows");
                     if !is_asked(row) && tables(&experiment, "schemes").into_iter().any(is_asked) {

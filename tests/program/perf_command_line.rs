@@ -82,7 +82,7 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         (vec!["compare", "--rev", "no-such-revision", "--rev", "HEAD"], "--rev = no-such-revision is not valid"),
         (vec!["record", "--benchmark", "kernel/friction-warmth"], "did you mean `kernel/friction-warm`?"),
         (vec!["sample", "nothing"], "unknown benchmark `nothing`"),
-        (vec!["record", "--suite", "experiments/paper/fig2.toml"], "names no run to record; use [perf]"),
+        (vec!["record", "--suite", "experiments/paper/fig2.toml"], "names no run to record"),
     ] {
         assert_has(&refused(&mut perf(&arguments)), &[says]);
     }
@@ -91,33 +91,35 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
     perf(&["compare", "latest"]).assert().code(2);
 }
 
-/// Runs of one's own: those that an experiment file names, a scheme in Python among them.
+/// Runs of one's own: those that an experiment file chooses.
 #[test]
 fn a_suite_of_ones_own_is_recorded_and_compared_and_says_what_is_wrong_with_it() {
     let folder = tempfile::tempdir().unwrap();
     let history = folder.path().join("history.csv");
     let file = folder.path().join("mine.toml");
-    let head = "question = \"?\"\nmacro_steps_s = [1e-3]\ncases = [{ name = \"wedge-box\" }]\nschemes = [{ scheme = \"nepce\" }]\n";
-    let write = |runs: &str| fs::write(&file, format!("{head}[perf]\n{runs}")).unwrap();
+    let write = |perf: &str| {
+        let text = "question = \"?\"\nmacro_steps_s = [1e-3, 2e-3]\nduration_s = 0.1\ncases = [{ name = \"bouncing-ball\" }]\n\
+                    schemes = [{ scheme = \"nepce\" }, { scheme = \"zero-order-hold\", label = \"hold\" }]\n";
+        fs::write(&file, format!("{text}{perf}")).unwrap();
+    };
     let record = |code| {
         let mut command = perf(&["record", "--without-instructions", "--suite"]);
         said(command.arg(&file).arg("--history").arg(&history).current_dir(folder.path()), code)
     };
-    write(
-        "\"bouncing-ball/nepce\" = { macro_step_s = 1e-3, duration_s = 0.1 }\n\"wedge-box/nepce/heavy\" = { macro_step_s = 1e-3, \
-           duration_s = 0.05, set = { box_mass_kg = 250.0 }, answer = [1e9, 1.0] }\n",
-    );
-    assert_has(&record(0), &["bouncing-ball/nepce", "wedge-box/nepce/heavy", "wrong answer", "expected 1.0"]);
+    write("[perf]\nschemes = [\"hold\"]\nmacro_steps_s = [1e-3]\n");
+    assert_has(&record(0), &["bouncing-ball/hold/0.001", "1 row appended"]);
     let rows = History::read(&history).unwrap().rows;
-    assert!(rows.len() == 2 && rows[0].is_ok() && rows[0].counters[0] == 100, "{rows:?}");
-    for (runs, wanted) in [
-        ("\"bouncing-ball\" = {}\n", "CASE/SCHEME"),
-        ("\"bouncing-ball/nepc\" = {}\n", "nepc"),
-        ("\"bouncing-ball/nepce\" = { macro_step = 1e-3 }\n", "macro_step"),
-        ("\"bouncing-ball/nepce\" = { answer = 1.0 }\n", "two numbers"),
+    assert!(rows.len() == 1 && rows[0].is_ok() && rows[0].counters[0] == 100, "{rows:?}");
+    let previous = perf(&["compare", "previous", "latest", "--history"]).arg(&history).output().unwrap();
+    assert_has(&String::from_utf8_lossy(&previous.stderr), &["the history has one record"]);
+    for (perf, wanted) in [
+        ("", "names no run to record"),
+        ("[perf]\nschemes = [\"nepc\"]\n", "did you mean `nepce`?"),
+        ("[perf]\nschemes = [\"hold\"]\nmacro_steps_s = [3e-3]\n", "chooses no run of the plan"),
+        ("[perf]\nschemes = [\"hold\"]\nsteps = 3\n", "unknown field `steps`"),
     ] {
-        write(runs);
-        assert_has(&record(2), &["mine.toml: [perf] `bouncing-ball", wanted]);
+        write(perf);
+        assert_has(&record(2), &["mine.toml", wanted]);
     }
 }
 

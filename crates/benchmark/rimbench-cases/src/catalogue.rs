@@ -207,8 +207,8 @@ impl Catalogue {
     /// the same code.
     ///
     /// # Errors
-    /// Those of what reads it; [`Error::File`] where nothing reads files; [`Error::InvalidValue`] for a name that is not
-    /// kebab-case or taken by another scheme.
+    /// Those of what reads it; [`Error::File`] where nothing reads files, and for a name that is not kebab-case or taken
+    /// by another scheme.
     pub fn add_scheme_of_file(&mut self, file: &SchemeFile) -> Result<()> {
         let SchemeFile { path, class, name, answer_within_s } = file;
         let others = self.schemes.iter().filter(|known| known.digest.is_none());

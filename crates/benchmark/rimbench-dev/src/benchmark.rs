@@ -6,7 +6,6 @@ use rimbench_cases::runs::RunSpec;
 use rimbench_core::complementarity::SolverCounters;
 use rimbench_core::error::Result;
 use rimbench_core::name::Name;
-use rimbench_harness::MeasuredRun;
 
 /// What one repetition of a benchmark did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -61,10 +60,9 @@ impl Benchmark {
         Benchmark { name: Name::Borrowed(name), answer: Some(answer), measured: Measured::BuiltIn(prepare) }
     }
 
-    /// Makes a benchmark of a run.
-    pub fn of_run(run: MeasuredRun) -> Self {
-        let MeasuredRun { name, spec, answer } = run;
-        Benchmark { name: name.into(), answer, measured: Measured::Run(Box::new(spec)) }
+    /// Makes a benchmark of a run, which has to complete.
+    pub fn of_run((name, spec): (String, RunSpec)) -> Self {
+        Benchmark { name: name.into(), answer: None, measured: Measured::Run(Box::new(spec)) }
     }
 
     /// Sets everything up.

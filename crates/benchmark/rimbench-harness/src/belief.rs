@@ -55,8 +55,8 @@ pub fn what_happens(spec: &RunSpec, catalogue: &Catalogue, at_s: f64, stop: Stop
     let control = RunControl { stop, ..RunControl::default() };
     let report = coupling.run(&setup, system.sides.lend(), control, &mut |point| {
         if index == first as usize {
-            let copied = |side: &(dyn Subsystem + 'static)| side.try_clone();
-            copies = Some((copied(&*point.sides.mechanics), copied(&*point.sides.actuator)));
+            let sides = &point.sides;
+            copies = Some((sides.mechanics.try_clone(), sides.actuator.try_clone()));
         }
         if index >= first as usize {
             recorder.record(point, &mut happens);

@@ -1,5 +1,6 @@
 //! A folder of numbers keyed by content: what was computed once need not be computed again.
 
+use etcetera::base_strategy::{BaseStrategy, choose_native_strategy};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::sha256;
@@ -28,15 +29,14 @@ impl Cache {
         Cache { folder: folder.as_ref().to_owned(), fault: OnceLock::new() }
     }
 
-    /// Makes the user's cache: `$RIMBENCH_CACHE`, else `$XDG_CACHE_HOME/rimbench`, else `~/.cache/rimbench`, else a
-    /// folder for temporary files.
+    /// Makes the user's cache: `$RIMBENCH_CACHE`, else `rimbench` in the system's folder for caches, else a folder for
+    /// temporary files. The system's is `$XDG_CACHE_HOME` or `~/.cache` on Linux, `~/Library/Caches` on macOS and the
+    /// local data of applications on Windows.
     pub fn of_user() -> Self {
-        let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-        let folder = variable("RIMBENCH_CACHE")
-            .or_else(|| variable("XDG_CACHE_HOME").map(|base| base.join("rimbench")))
-            .or_else(|| variable("HOME").map(|home| home.join(".cache").join("rimbench")))
-            .unwrap_or_else(|| std::env::temp_dir().join("rimbench-cache"));
-        Cache::in_folder(folder)
+        let own = std::env::var_os("RIMBENCH_CACHE").filter(|value| !value.is_empty()).map(PathBuf::from);
+        let of_system = || choose_native_strategy().ok().map(|system| system.cache_dir().join("rimbench"));
+        let temporary = || std::env::temp_dir().join("rimbench-cache");
+        Cache::in_folder(own.or_else(of_system).unwrap_or_else(temporary))
     }
 
     /// What went wrong first, if anything did: without a cache references are computed again by every command.

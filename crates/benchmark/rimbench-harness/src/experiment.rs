@@ -3,7 +3,6 @@
 mod claim;
 mod claims_of_plan;
 mod draw;
-mod measured_run;
 mod plan;
 mod planned_run;
 mod scheme_row;
@@ -11,7 +10,6 @@ mod scheme_row;
 pub use claim::Claim;
 pub(crate) use claim::{Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
-pub use measured_run::MeasuredRun;
 pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;
 
@@ -100,10 +98,8 @@ pub struct Experiment {
     /// What should come out.
     #[serde(default)]
     claims: Vec<Claim>,
-    /// Runs whose work and instructions are recorded, by name: case and scheme with a slash between them, options of the
-    /// run, and `answer`.
-    #[serde(default)]
-    perf: BTreeMap<String, BTreeMap<String, toml::Value>>,
+    /// Runs whose work and instructions are recorded.
+    perf: Option<Perf>,
     /// Logs that `delivery` names, name and text, so that a copy of the file holds them; read from their files if
     /// absent.
     #[serde(default)]
@@ -215,6 +211,16 @@ type Beliefs = (f64, Vec<(String, RunSpec)>);
 #[derive(Deserialize)]
 struct Places {
     cases: Vec<Spanned<IgnoredAny>>,
+}
+
+/// Which of the runs are recorded.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Perf {
+    /// Labels.
+    schemes: Vec<String>,
+    /// All of theirs if absent.
+    macro_steps_s: Option<MacroSteps>,
 }
 
 /// What `--quick` replaces.

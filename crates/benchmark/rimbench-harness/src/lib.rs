@@ -45,15 +45,16 @@ pub use clock::{monotonic_clock, processor_clock};
 pub use comparison::{Comparison, ComparisonRow, MEDIANS};
 pub use deadline_log::DeadlineLog;
 pub use execution::{prepare_folder, run_job, run_job_until};
-pub use experiment::{Claim, Claimant, Experiment, MeasuredRun, PlannedRun, Verdict};
+pub use experiment::{Claim, Claimant, Experiment, PlannedRun, Verdict};
 pub use folder::collect_shards;
 pub use grid::{MOST_PLANNED, MOST_RUNS, logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use open::{
-    Division, ENTRY, Entry, Evidence, Judged, PACK_VERSION, Packs, Problem, ProblemRow, SCORES, judge, pack_files,
+    Division, ENTRY, Entry, Evidence, Judged, PACK_VERSION, Packs, Problem, ProblemRow, SCORES, judge, meaning,
+    pack_files,
 };
 pub use provenance::{Provenance, RunOrigin};
-pub use ranking::{RULES, Ranked, Ranking};
+pub use ranking::{PROBLEMS, RULES, Ranked, Ranking};
 pub use references::obtain_reference;
 pub use run_row::{Asked, RunRow, TraceMark};
 pub use slurm::{Chunk, ChunkLimits, Chunking, SBATCH, SlurmArray, Submission, in_shell, missing_chunks, next_place};

@@ -46,7 +46,7 @@ const SHIFT: f64 = 1e-3;
 pub const RULES: [&str; 5] = ["by_event_peak", "by_position", "by_charge_0_3", "by_shift_1_percent", "by_completed"];
 
 /// Name of the file with the peaks of the problems, in the folder of the ranking's results.
-const PROBLEMS: &str = "problems.csv";
+pub const PROBLEMS: &str = "problems.csv";
 
 /// A ranking file as it is written.
 #[derive(Debug, Clone, Deserialize)]

@@ -8,6 +8,7 @@
 //! settings.csv    what scales the coupling of each set of parameters, and how many draws were rejected before it
 //! reference.csv   uncertainty and observed order of the reference, per column
 //! traces/         one file per run, and the reference, where the experiment asks for them; beliefs within a macro step
+//! datapackage.json  the tables with unit and meaning of every column, and checksums
 //! summary.csv     medians, and digest.toml: what is kept where rows are made
 //! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
 //! records/        the store (see [`Store`](super::Store)); not a result
@@ -16,6 +17,7 @@
 use super::belief::{believed, what_happens};
 use super::experiment::{COPY, Experiment, PlannedRun};
 use super::files::make_folder;
+use super::open::{DATA_PACKAGE, describe};
 use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
 use rimbench_cases::catalogue::Catalogue;
@@ -219,6 +221,8 @@ pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String
     let others = ["parameters.csv", "settings.csv", "reference.csv", COPY, SUMMARY, DIGEST];
     let tables = ["runs.csv"].into_iter().chain(MEASURED).chain(others).map(str::to_owned);
     let files: Vec<String> = tables.chain(traces.map(|name| format!("traces/{name}"))).collect();
+    describe(folder, &files, &MEASURED)?;
+    let files: Vec<String> = files.into_iter().chain([DATA_PACKAGE.to_owned()]).collect();
     loop {
         checksums::write(folder, files.clone())?;
         let sums = checksums::read(folder)?.unwrap_or_default();

@@ -85,30 +85,26 @@ pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()
     }
 }
 
-/// Replaces `to` by the numbers that `what` returned, of one row or of rows alike.
-pub fn flat(value: &Bound<'_, PyAny>, what: &str, to: &mut Vec<f64>) -> PyResult<()> {
+/// Replaces `to` by the numbers that `what` returned, plain or in rows alike; returns the number of rows, 0 of plain
+/// ones.
+pub fn flat(value: &Bound<'_, PyAny>, what: &str, to: &mut Vec<f64>) -> PyResult<usize> {
     to.clear();
     let value = if value.hasattr("tolist")? { value.call_method0("tolist")? } else { value.clone() };
-    let mut width = None;
+    let (mut rows, mut width) = (0, None);
     for row in value.try_iter()? {
-        let (row, before) = (row?, to.len());
-        match row.cast::<PyString>().is_err().then(|| row.try_iter()) {
-            Some(Ok(numbers)) => {
-                for number in numbers {
-                    to.push(number?.extract()?);
-                }
-                if *width.get_or_insert(to.len() - before) != to.len() - before {
-                    return Err(PyValueError::new_err(format!("{what} gives rows that are not alike")));
-                }
-            }
-            _ => {
-                let number = row.extract();
-                let valid = || wrong_kind(&format!("a number that {what} gives"), &row, "a number");
-                to.push(number.map_err(|_| valid())?);
-            }
+        let row = row?;
+        let numbers: Vec<f64> = match row.extract() {
+            Ok(number) => vec![number],
+            Err(_) if row.is_instance_of::<PyString>() => return Err(wrong_kind(what, &row, "numbers")),
+            Err(_) => row.extract().map_err(|_| wrong_kind(what, &row, "numbers, or rows of them"))?,
+        };
+        rows += usize::from(row.extract::<f64>().is_err());
+        if *width.get_or_insert(numbers.len()) != numbers.len() {
+            return Err(PyValueError::new_err(format!("{what} gives rows that are not alike")));
         }
+        to.extend(numbers);
     }
-    Ok(())
+    Ok(rows)
 }
 
 /// An attribute, if the object has it.

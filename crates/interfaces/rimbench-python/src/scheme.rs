@@ -5,7 +5,7 @@ use crate::model;
 use crate::numbers::{copied, count, flat, given, method, wrong_kind};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rimbench::cosim::{MicroStep, Ports, Sample, Side};
+use rimbench::cosim::{Ports, Sample, Side};
 use rimbench::error::Error;
 use rimbench::name::Name;
 use rimbench::schemes::{AnswerForm, Asked, Family, Outside, OutsideScheme, Requirement, SchemeEntry};
@@ -35,47 +35,21 @@ pub struct PySample {
     length: f64,
 }
 
-/// One micro step inside a macro step.
-#[pyclass(frozen, name = "MicroStep", module = "rimbench")]
-pub struct PyMicroStep(MicroStep);
-
-#[pymethods]
-impl PyMicroStep {
-    /// Its number in the macro step, from 0.
-    #[getter]
-    fn index(&self) -> usize {
-        self.0.index
-    }
-
+/// One micro step inside a macro step, or, to be answered at once, a macro step with the number of its micro steps.
+#[pyclass(frozen, get_all, name = "MicroStep", module = "rimbench")]
+pub struct PyMicroStep {
+    /// Its number, from 0.
+    index: usize,
     /// Number of micro steps in the macro step.
-    #[getter]
-    fn count(&self) -> usize {
-        self.0.count
-    }
-
-    /// δ, s.
-    #[getter]
-    fn length(&self) -> f64 {
-        self.0.length
-    }
-
+    count: usize,
+    /// Its length, s.
+    length: f64,
     /// Absolute time at its start, s.
-    #[getter]
-    fn start(&self) -> f64 {
-        self.0.start
-    }
-
+    start: f64,
     /// Time since the communication point at its start, s.
-    #[getter]
-    fn since_exchange(&self) -> f64 {
-        self.0.since_exchange
-    }
-
+    since_exchange: f64,
     /// Absolute time at its middle, s.
-    #[getter]
-    fn middle(&self) -> f64 {
-        self.0.middle()
-    }
+    middle: f64,
 }
 
 /// How a side is called.
@@ -121,17 +95,20 @@ impl Outside for SchemeObject {
         Python::attach(|py| call(py).map_err(|error| errors::keep(py, error)))
     }
 
-    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<(), String> {
-        let call = |py: Python<'_>, told: &mut Vec<f64>| -> PyResult<()> {
+    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<usize, String> {
+        let call = |py: Python<'_>, told: &mut Vec<f64>| -> PyResult<usize> {
             let answer = self.answer.bind(py);
+            let step = |index, count, length, start, since_exchange| {
+                let middle = start + 0.5 * length;
+                PyMicroStep { index, count, length, start, since_exchange, middle }
+            };
             let value = match asked {
-                Asked::MicroStep(at, own) => answer.call1((name(to), PyMicroStep(at), PyTuple::new(py, own)?))?,
-                Asked::MacroStep(step, count) => {
-                    let known = PyDict::new(py);
-                    (known.set_item("index", step.index)?, known.set_item("count", count)?);
-                    (known.set_item("start", step.start)?, known.set_item("length", step.length)?);
-                    let step = py.import("types")?.getattr("SimpleNamespace")?.call((), Some(&known))?;
-                    answer.call1((name(to), step))?
+                Asked::MicroStep(at, own) => {
+                    let step = step(at.index, at.count, at.length, at.start, at.since_exchange);
+                    answer.call1((name(to), step, PyTuple::new(py, own)?))?
+                }
+                Asked::MacroStep(of, count) => {
+                    answer.call1((name(to), step(of.index, count, of.length, of.start, 0.0)))?
                 }
             };
             flat(&value, AnswerForm::METHODS[self.form as usize].0, told)
@@ -146,20 +123,8 @@ impl Outside for SchemeObject {
     }
 }
 
-/// A coupling scheme written in Python.
-///
-/// Parameters
-/// ----------
-/// name : kebab-case, not taken by a built-in scheme.
-/// make : called for each run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`;
-/// returns an object
-///     with `receive(side, sample)`, called for each side at each communication point, and one of three. `polynomial(side, step)`
-///     returns once per macro step, for each input, up to four coefficients of the time since its start; `inputs(side, step)` the
-///     inputs of all `step.count` micro steps, a row each; `input(side, at, own)`, called for each micro step, its inputs, in the
-///     order of the other side's outputs, as their mean over the micro step. `own` is what that side itself puts out.
-/// order : declared order in H, a pure number.
-/// samples : samples of the past that it needs to be what it is.
-/// interface_model : whether the samples of the mechanics are to come with its reduced interface model.
+/// What `rimbench.Scheme` is made of: what makes the scheme, called for each run with the names of what each side puts
+/// out, and the hash of its code or why there is none.
 #[pyclass(frozen, subclass, name = "Scheme", module = "rimbench._native")]
 pub struct PyScheme {
     pub entry: SchemeEntry,

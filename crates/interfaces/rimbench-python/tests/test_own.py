@@ -663,4 +663,62 @@ def test_a_scheme_that_fails_is_an_outcome(example):
             raise IndexError("lost")
 
     result = rimbench.simulate("bouncing-ball", rimbench.Scheme("lost", Lost), 1e-3)
-    assert result.outcome == "subsystem-failed" and isinstance(result.exception, IndexError)
+    assert result.outcome == "scheme-failed" and isinstance(result.exception, IndexError)
+
+
+SCHEMES = """
+class Base:
+    def __init__(self, outputs):
+        self.held = {}
+    def receive(self, side, sample):
+        self.held["mechanics" if side == "actuator" else "actuator"] = sample.y
+
+class Polynomial(Base):
+    def polynomial(self, side, step):
+        return [(y,) for y in self.held[side]]
+
+class Inputs(Base):
+    def inputs(self, side, step):
+        return [self.held[side]] * step.count
+
+class Input(Base):
+    def input(self, side, at, own):
+        return self.held[side]
+"""
+
+
+def test_a_hold_in_each_form_is_the_hold_and_is_kept_until_its_code_changes(tmp_path, monkeypatch):
+    text = EXPERIMENT[: EXPERIMENT.index("[[cases]]")] + '[[cases]]\nname = "bouncing-ball"\nduration_s = 0.2\n'
+    names = ["polynomial", "inputs", "input"]
+    rows = "".join(f'[[schemes]]\nscheme = "{name}"\n' for name in ["zero-order-hold", *names])
+    (tmp_path / "grid.toml").write_text(text + rows)
+
+    def run(code):
+        (tmp_path / "mine.py").write_text(code)
+        spec = importlib.util.spec_from_file_location("mine", tmp_path / "mine.py")
+        module = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, "mine", module)
+        spec.loader.exec_module(module)
+        made = [rimbench.Scheme(name, getattr(module, name.capitalize())) for name in names]
+        return rimbench.run(tmp_path / "grid.toml", tmp_path / "out", schemes=made)
+
+    first, again, changed = run(SCHEMES), run(SCHEMES), run(SCHEMES + "# changed\n")
+    assert len({(row["macro_step_s"], row["phase"], row["force_error_rms_n"]) for row in first}) == len(first) / 4
+    assert [row["run_id"] for row in first] == [row["run_id"] for row in again]
+    assert all((row["run_id"] in {old["run_id"] for old in first}) == (row["label"] == "zero-order-hold") for row in changed)
+
+
+@pytest.mark.parametrize("told", [[float("nan")] * 2, [], [(1.0, 2.0), (1.0,)], [["1.0"], ["2.0"]], "12", 3.0, [(1.0,) * 5] * 2])
+def test_what_is_no_polynomial_is_an_outcome(told):
+    class Wrong:
+        def __init__(self, outputs):
+            pass
+
+        def receive(self, side, sample):
+            pass
+
+        def polynomial(self, side, step):
+            return told
+
+    result = rimbench.simulate("bouncing-ball", rimbench.Scheme("wrong", Wrong), 1e-3)
+    assert result.outcome == "scheme-failed" and result.reason, told

@@ -66,6 +66,13 @@ const page = (() => {
   const follow = () => /^#[\w-]+$/.test(location.hash) && reveal(document.getElementById(location.hash.slice(1)));
   addEventListener("hashchange", follow);
   follow();
+  // Paper has no folds: what is claimed is on it, with what the reader had open.
+  let unfolded = [];
+  addEventListener("beforeprint", () => {
+    unfolded = [...document.querySelectorAll("details.fold:not([open])")].filter((fold) => fold.querySelector(".claims,.said"));
+    for (const fold of unfolded) fold.open = true;
+  });
+  addEventListener("afterprint", () => unfolded.forEach((fold) => (fold.open = false)));
   // A number for reading; what there is none of has a dash.
   const shown = (value, digits = 3) => {
     if (value === null || value === undefined || Number.isNaN(value)) return "–";

@@ -93,7 +93,8 @@ const drawing = (() => {
     return { seen: seen.sort((p, q) => p.near - q.near), shadows };
   };
   // One picture: `value` gives the columns of the run, enlarged; `ghost` those of the reference, thin unless the run is drawn `alone`.
-  const draw = (element, of, { value, ghost, color, alone }) => {
+  // Of a run that is `gone` the last pose stays, grey and crossed out: it does not go on.
+  const draw = (element, of, { value, ghost, color, alone, gone }) => {
     const { g, w, h } = canvas(element);
     const view = of.view, shift = view.follow ? ghost(view.follow) : 0;
     const scale = Math.min(w / (view.x[1] - view.x[0]), h / (view.y[1] - view.y[0]));
@@ -204,6 +205,20 @@ const drawing = (() => {
     if (value) pass(value, false);
     else for (const shape of of.shapes) if (shape.kind === "polygon" && shape.points.every((p) => !p[2])) pass(() => NaN, false);
     if (!alone) pass(ghost, true);
+    if (gone) {
+      const moving = of.frames.filter(({ x, y, angle }) => [x, y, angle].some((c) => typeof c !== "number"));
+      const places = value && moving.length ? [poses(of, value)].flatMap((known) => moving.map(({ name }) => screen(known.get(name)))) : [];
+      const [x, y] = [0, 1].map((k) => places.reduce((sum, place) => sum + place[k] / places.length, 0)), size = Math.min(0.22 * h, 40);
+      const seen = places.length && x > size && x < w - size && y > size && y < h - size, [cx, cy] = seen ? [x, y] : [w / 2, h / 2];
+      g.strokeStyle = ink("no");
+      g.lineWidth = 6;
+      g.beginPath();
+      g.moveTo(cx - size, cy - size);
+      g.lineTo(cx + size, cy + size);
+      g.moveTo(cx + size, cy - size);
+      g.lineTo(cx - size, cy + size);
+      g.stroke();
+    }
     return { g, w, h };
   };
   return { ink, canvas, columns, frameBodies, poses, draw };

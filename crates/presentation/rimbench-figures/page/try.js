@@ -7,10 +7,10 @@
     $("try-missing").textContent = `Simulating in the page is not possible here: ${why}. Everything else on this page works.`;
   };
   // Colours and names are those of the figures; schemes and cases are those of the module.
-  const STYLES = JSON.parse($("known").textContent).schemes, SCHEMES = {};
+  const { schemes: STYLES, knobs: KNOBS } = JSON.parse($("known").textContent), SCHEMES = {};
   const called = (scheme) => STYLES[scheme].name;
   let CASES = [];
-  const SIDES = ["a", "b"], OPTIONS = { late: "0", phase: "1", "late-a": "", "late-b": "", "contacts-a": "", "contacts-b": "", integrator: "", step: "" };
+  const SIDES = ["a", "b"], OPTIONS = { mass: "0", stiffness: "0", friction: "0", late: "0", phase: "1", "late-a": "", "late-b": "", "contacts-a": "", "contacts-b": "", integrator: "", step: "" };
   const { at, end, judge, milliseconds, seconds } = verdict;
 
   // ---- state: case, place of the slider, schemes, options, time; in the address as well
@@ -47,11 +47,28 @@
     }, 250);
   };
 
+  // ---- the machine: what is set of it goes from a third to three times the value that it has
+  const FACTORS = [1 / 3, 1 / 2, 0.7, 1, 1.4, 2, 3];
+  const round = (value) => Number(value.toPrecision(2));
+  // A slider of the machine: its words, its parameter, the value that is set (none where it stands), and how that is read.
+  const knob = (kind) => {
+    const of = KNOBS[state.case]?.[kind];
+    if (!of) return null;
+    const [name, start, about] = of, factor = FACTORS[3 + Number(state[kind])], oil = name.startsWith("compressibility");
+    const value = factor === 1 ? start : round(oil ? start / factor : start * factor), shown = oil ? round(1e-9 / value) : value;
+    const words = oil ? "stiffness of the oil" : about.split(/[,;]/)[0].replace(/^(?:viscous )?(\w+) \S{1,3}(?= of | between |$)/, "$1");
+    const unit = oil ? "GPa" : { kg: "kg", n_m: "N/m", n_s_m: "N·s/m" }[name.match(/kg$|n_s_m$|n_m$/)[0]];
+    const kilo = unit.startsWith("N") && shown >= 1000;
+    return { words: words[0].toUpperCase() + words.slice(1), set: factor === 1 ? "" : `set.${name} ${value}`, shown: `${verdict.digits(kilo ? shown / 1000 : shown)}\u00a0${kilo ? "k" : ""}${unit}` };
+  };
+  const MACHINE = ["mass", "stiffness", "friction"];
+  const machine = () => [`case ${state.case}`, ...MACHINE.map((kind) => knob(kind)?.set).filter(Boolean)].join("\n");
+
   // ---- what is known, and two workers that find out more
   const runs = new Map(), references = new Map(), workers = [];
   const lines = (side, h = state.h) => {
     const scheme = state[side];
-    const own = [`case ${state.case}`, `scheme ${scheme}`, `macro_step_s ${steps()[h]}e-3`, `phase ${state.phase}`];
+    const own = [machine(), `scheme ${scheme}`, `macro_step_s ${steps()[h]}e-3`, `phase ${state.phase}`];
     const contacts = state[`contacts-${side}`];
     if (contacts && SCHEMES[scheme].model) own.push(`contact_detection ${contacts}`);
     if (state.late > 0) own.push(`delivery_up delay:${state.late}`, ...(state[`late-${side}`] ? [`late_samples ${state[`late-${side}`]}`] : []));
@@ -61,7 +78,8 @@
     return own.join("\n");
   };
   const known = (side, h = state.h) => runs.get(lines(side, h));
-  const referenceOf = (of) => ({ of, id: of.name, request: `reference\ncase ${of.name}\nscheme zero-order-hold`, into: references });
+  const referenceOf = (of, id = `case ${of.name}`) => ({ of, id, request: `reference\n${id}\nscheme zero-order-hold`, into: references });
+  const truth = () => references.get(machine());
   // What the story tells of the lock, beside what is drawn; cases without these columns have nothing of it.
   const LOCK = { mass: "effective_mass_kg", gap: "gap_left_wedge_m", contact: "contact_force_left_wedge_n" };
   const wanted = (of) => [...new Set(["time_s", of.force.column, ...drawing.columns(of.drawing), ...Object.values(LOCK)])];
@@ -69,11 +87,11 @@
   const asked = (id) => workers.some(({ job }) => job?.id === id);
   const next = (slot) => {
     const side = SIDES[slot % 2], of = current();
-    if (slot === 0 && !references.has(state.case)) return referenceOf(of);
+    if (slot === 0 && !truth()) return referenceOf(of, machine());
     const ask = (h) => ({ of, id: lines(side, h), request: `run\n${lines(side, h)}`, into: runs });
     if (!known(side) && !asked(lines(side))) return ask(state.h);
     // What the gallery shows, one worker from its beginning and one from its end.
-    const pictured = !$("cases").hidden && (slot ? [...CASES].reverse() : CASES).find(({ name }) => !references.has(name) && !asked(name));
+    const pictured = !$("cases").hidden && (slot ? [...CASES].reverse() : CASES).find(({ name }) => !references.has(`case ${name}`) && !asked(`case ${name}`));
     if (pictured) return referenceOf(pictured);
     // Nothing is waited for: the neighbours on the slider; short macro steps, which take long, only while the hand rests.
     const resting = performance.now() - moved > 400;
@@ -90,7 +108,7 @@
       worker.job = job;
       worker.postMessage({ id: job.id, requests: [job.request], wanted: wanted(job.of) });
     }
-    const waiting = !references.has(state.case) || SIDES.some((side) => !known(side));
+    const waiting = !truth() || SIDES.some((side) => !known(side));
     if (!waiting) {
       clearTimeout(sign);
       sign = undefined;
@@ -101,7 +119,7 @@
     const { id, into } = worker.job;
     worker.job = null;
     into.set(id, { facts: page.facts(answer.words), columns: answer.columns, rows: answer.rows });
-    if (id === state.case || SIDES.some((side) => id === lines(side))) show(); else if (into === runs) map();
+    if (id === machine() || SIDES.some((side) => id === lines(side))) show(); else if (into === runs) map();
     feed();
   };
 
@@ -135,22 +153,23 @@
   };
   const pose = () => {
     if (!shown) return;
-    const { of, reference, pair, window, factor } = shown, t = Math.min(state.t, end(reference));
+    const { of, reference, pair, windows, factor } = shown, t = Math.min(state.t, end(reference));
     const inks = colors();
     SIDES.forEach((side, k) => {
-      const run = pair[k], ghost = (name) => at(reference, name, t);
+      const run = pair[k], ghost = (name) => at(reference, name, t), gone = run.verdict.failed && t > end(run);
       // Of the columns that place frames the difference is enlarged; forces are as they are.
       const value = (name) => {
         const [own, other] = [at(run, name, Math.min(t, end(run))), ghost(name)];
-        return /_n$/.test(name) ? own : other + factor * (own - other);
+        return gone || /_n$/.test(name) ? own : other + factor * (own - other);
       };
-      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], value: run?.rows ? value : null });
+      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: gone ? drawing.ink("soft") : inks[k], value: run?.rows ? value : null, gone });
       g.fillStyle = drawing.ink("soft");
-      g.fillText(`${w < 300 ? "" : "thin "}outline: reference`, 8, h - 8);
+      g.fillText(w > 300 ? "thin outline: reference" : gone ? "outline: truth" : "outline: reference", 8, h - 8);
       g.textAlign = "right";
-      if (factor > 1) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
+      if (gone) g.fillText(`${w < 300 ? "" : "it ends "}at ${seconds(end(run))}`, w - 8, h - 8);
+      else if (factor > 1) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
     });
-    const plot = { of, reference, runs: pair, colors: inks, window, t, macro: of.steps_ms[shown.h] / 1000 };
+    const plot = { of, reference, runs: pair, colors: inks, windows, t, macro: of.steps_ms[shown.h] / 1000 };
     shown.timeInEvent = curves.drawEvent($("event"), plot);
     shown.timeInCourse = curves.drawCourse($("course"), plot);
     $("strip").setAttribute("aria-valuemax", end(reference).toFixed(3));
@@ -160,22 +179,32 @@
     document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
   };
   const map = () => {
-    const of = current(), reference = references.get(state.case);
+    const of = current(), reference = truth();
     const place = (side, h) => {
       const run = known(side, h);
-      if (!run || !reference) return "unknown";
-      return judge(run, of).state;
+      return run && reference ? judge(run, of) : { state: "unknown", error: null };
     };
     const rows = SIDES.map((side) => steps().map((_, h) => place(side, h)));
-    curves.drawMap($("map"), rows, colors(), state.h);
-    const count = (row, wanted) => row.filter((state) => state === wanted).length;
-    const said = rows.map((row, k) => `${called(state[SIDES[k]])}: of ${row.length - count(row, "unknown")} macro steps tried ${count(row, "usable")} with an error of at most a tenth of the peak, ${count(row, "fails")} fail`);
-    $("map").setAttribute("aria-label", said.join("; "));
-    $("map").dataset.unknown = String(rows.reduce((sum, row) => sum + count(row, "unknown"), 0));
+    const names = SIDES.map((side, k) => (state.a === state.b ? `${called(state[side])}, ${["left", "right"][k]}` : called(state[side])));
+    const inks = colors(), slider = $("in-h"), thumb = 12, wide = slider.clientWidth - 2 * thumb;
+    const across = (h) => slider.offsetLeft + thumb + (h / (steps().length - 1)) * wide;
+    curves.drawSweep($("map"), { rows, names, colors: inks, steps: steps(), here: state.h, across });
+    $("out-h").style.left = `${Math.min(Math.max(across(state.h), 150), slider.offsetLeft + slider.clientWidth - 30)}px`;
+    const states = rows.map((row) => row.map(({ state }) => state));
+    const said = states.map((row, k) => `${names[k][0].toUpperCase()}${names[k].slice(1)}: ${verdict.answer(row, steps())}`);
+    SIDES.forEach((side, k) => {
+      $(`answer-${side}`).textContent = said[k];
+      $(`answer-${side}`).style.setProperty("--own", inks[k]);
+    });
+    const knobs = MACHINE.map(knob).filter((one) => one?.set);
+    $("answer-machine").textContent = knobs.length ? `With ${knobs.map(({ words, shown }) => `${words[0].toLowerCase()}${words.slice(1)} ${shown}`).join(", ")}: ${said.join(" ")}` : said.join(" ");
+    const fails = states.map((row, k) => `${names[k]}: ${row.filter((state) => state === "fails").length} of ${row.length} macro steps fail`);
+    $("map").setAttribute("aria-label", `Error of the force against macro step. ${said.join(" ")} ${fails.join("; ")}`);
+    $("map").dataset.unknown = String(states.flat().filter((state) => state === "unknown").length);
   };
   const command = (side) => {
     const options = lines(side).split("\n").map((line) => line.split(" ")).filter(([key, value]) => !(key === "phase" && value === "1"));
-    return `cargo run --release -- simulate ${options.map(([key, value]) => `--${key.replace(/_s$/, "").replaceAll("_", "-")} ${value}`).join(" ")}`;
+    return `cargo run --release -- simulate ${options.map(([key, value]) => key.startsWith("set.") ? `--set ${key.slice(4)}=${value}` : `--${key.replace(/_s$/, "").replaceAll("_", "-")} ${value}`).join(" ")}`;
   };
   const controls = () => {
     const of = current();
@@ -187,13 +216,19 @@
     $("out-late").textContent = state.late > 0 ? `${state.late}\u00a0step${state.late > 1 ? "s" : ""}` : "in\u00a0time";
     $("in-late").setAttribute("aria-valuetext", $("out-late").textContent);
     for (const key of Object.keys(OPTIONS)) $(`in-${key}`).value = state[key];
+    for (const kind of MACHINE) {
+      const of = knob(kind), [label, out] = $(`knob-${kind}`).children;
+      $(`knob-${kind}`).hidden = !of;
+      if (!of) continue;
+      [label.textContent, out.textContent] = [of.words, of.shown];
+      $(`in-${kind}`).setAttribute("aria-valuetext", of.shown);
+    }
     SIDES.forEach((side, k) => {
       for (const option of $(`in-${side}`).options) option.disabled = of.refused.includes(option.value);
       $(`in-${side}`).value = $(`in-${side}`).title = state[side];
       $(`in-contacts-${side}`).disabled = !SCHEMES[state[side]].model;
       $(`in-late-${side}`).disabled = !(state.late > 0);
-      for (const id of [`side-${side}`, `row-${side}`]) $(id).style.setProperty("--own", colors()[k]);
-      $(`row-${side}`).textContent = called(state[side]);
+      $(`side-${side}`).style.setProperty("--own", colors()[k]);
       $(`cmd-${side}`).textContent = command(side);
     });
   };
@@ -222,7 +257,7 @@
     $("story-said").textContent = now < 0 ? current().about + raw.join("") : STORY[now][3]();
   };
   const show = () => {
-    const of = current(), reference = references.get(state.case), pair = SIDES.map((side) => known(side));
+    const of = current(), reference = truth(), pair = SIDES.map((side) => known(side));
     controls();
     map();
     // Both pictures change at once; until then the last ones stay, unless they are of another case.
@@ -235,12 +270,20 @@
       return;
     }
     if (!reference.rows) return;
-    const judged = pair.map((run) => judge(run, of)), window = curves.event(of, reference, pair, steps()[state.h] / 1000);
-    // The window stays while the event stays in its middle: it must not jump under the hand.
-    const last = shown?.of === of ? shown.window : null, stays = last && window[0] > last[0] - 0.2 * (last[1] - last[0]) && window[1] < last[1] + 0.2 * (last[1] - last[0]);
-    shown = { of, reference, pair, h: state.h, window: stays ? last : window };
+    const judged = pair.map((run) => judge(run, of)), windows = curves.event(of, reference, pair, steps()[state.h] / 1000);
+    // A window stays while its event stays in the middle: it must not jump under the hand.
+    for (const key of ["event", "failure"]) {
+      const [now, last] = [windows[key], shown?.of === of ? shown.windows[key] : null];
+      if (now && last && now[0] > last[0] - 0.2 * (last[1] - last[0]) && now[1] < last[1] + 0.2 * (last[1] - last[0])) windows[key] = last;
+    }
+    shown = { of, reference, pair, h: state.h, windows };
     shown.factor = enlargement(of, reference, pair);
-    state.t ??= shown.window[0] + 0.55 * (shown.window[1] - shown.window[0]);
+    if (state.t === null) {
+      const [from, to] = windows.event, still = opened || matchMedia("(prefers-reduced-motion: reduce)").matches;
+      state.t = still ? from + 0.55 * (to - from) : from;
+      if (!still) requestAnimationFrame(() => play(true, to));
+    }
+    opened = true;
     state.t = Math.min(Math.max(state.t, 0), end(reference));
     SIDES.forEach((side, k) => {
       const out = $(`verdict-${side}`), { sign, words, numbers, why } = judged[k];
@@ -278,7 +321,7 @@
     if ($("cases").hidden) return;
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     [...$("cases").children].forEach((button, k) => {
-      const of = CASES[k], reference = references.get(of.name);
+      const of = CASES[k], reference = references.get(`case ${of.name}`);
       if (of.name === state.case) button.setAttribute("aria-current", "true"); else button.removeAttribute("aria-current");
       if (!reference?.rows) return;
       const t = still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
@@ -323,24 +366,28 @@
     element.addEventListener("pointermove", (event) => element.hasPointerCapture(event.pointerId) && move(event));
     element.addEventListener("pointerup", writeAddress);
   };
-  let playing = false, last = 0;
+  // The page opens at the event, in motion, up to the end of its window, once.
+  let playing = false, last = 0, opened = false, until = Infinity;
   const frame = (now) => {
     if (!playing || !shown) return;
-    const { window: [from, to], reference } = shown, T = end(reference), passed = Math.min((now - last) / 1000, 0.1);
+    const { windows: { event: [from, to] }, reference } = shown, T = end(reference), passed = Math.min((now - last) / 1000, 0.1);
     last = now;
     // Slow motion around the event: four seconds for it, three for all the rest.
     const inside = state.t >= from && state.t < to;
     const t = state.t + passed * (inside ? (to - from) / 4 : Math.max(T - (to - from), 1e-6) / 3);
+    if (t >= until) return play(false);
     goTo(t >= T ? 0 : t);
     requestAnimationFrame(frame);
   };
-  const play = (on) => {
+  const play = (on, to = Infinity) => {
     if (on === playing || (on && !shown)) return;
-    playing = on;
+    // What the page does by itself is not written into the address.
+    const asked = until === Infinity;
+    [playing, until] = [on, to];
     last = performance.now();
     $("play").textContent = on ? "Pause" : "Play";
     $("play").setAttribute("aria-pressed", String(on));
-    if (on) requestAnimationFrame(frame); else writeAddress();
+    if (on) requestAnimationFrame(frame); else if (asked) writeAddress();
   };
   const listen = () => {
     $("gallery").addEventListener("click", () => hang($("cases").hidden));
@@ -360,12 +407,24 @@
         state[key] = $(`in-${key}`).value;
         change();
       });
+    // The curve is the slider as well.
+    const pull = (event) => {
+      const slider = $("in-h"), share = (event.clientX - slider.getBoundingClientRect().left - 12) / (slider.clientWidth - 24), h = Math.round(Math.min(Math.max(share, 0), 1) * (steps().length - 1));
+      if (h === state.h) return;
+      state.h = h;
+      change();
+    };
+    $("map").addEventListener("pointerdown", (event) => {
+      $("map").setPointerCapture(event.pointerId);
+      pull(event);
+    });
+    $("map").addEventListener("pointermove", (event) => $("map").hasPointerCapture(event.pointerId) && pull(event));
     scrub($("strip"), () => shown.timeInCourse);
     scrub($("event"), () => shown.timeInEvent);
     $("play").addEventListener("click", () => play(!playing));
     $("strip").addEventListener("keydown", (event) => {
       if (!shown) return;
-      const step = (shown.window[1] - shown.window[0]) / 60, to = { ArrowLeft: state.t - step, ArrowRight: state.t + step, Home: 0, End: Infinity }[event.key];
+      const step = (shown.windows.event[1] - shown.windows.event[0]) / 60, to = { ArrowLeft: state.t - step, ArrowRight: state.t + step, Home: 0, End: Infinity }[event.key];
       if (to === undefined) return;
       event.preventDefault();
       goTo(to);
@@ -385,7 +444,7 @@
       pose();
       map();
     });
-    for (const box of [...document.querySelectorAll("#try-works .box"), $("map")]) sized.observe(box);
+    for (const box of document.querySelectorAll("#try-works .box")) sized.observe(box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       controls();
       pose();

@@ -36,6 +36,7 @@ pub mod days;
 pub mod drawing;
 pub mod film;
 pub mod line_style;
+pub mod number;
 pub mod render;
 pub mod report;
 pub mod scheme_picture;

@@ -8,6 +8,8 @@
 use crate::drawing::Color;
 use crate::seven_bits::seven_bits;
 use crate::style::{Styles, on_dark_paper};
+use rimbench_cases::cases::{Case, Value as Number};
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::{STAYS_DOWN_M, USABLE};
 use rimbench_core::schemes::standard_schemes;
 use serde_json::{Map, Value, json};
@@ -52,7 +54,8 @@ fn bare(script: &str) -> String {
     lines.map(|line| format!("{line}\n")).collect()
 }
 
-/// Names and colours of the schemes as in the figures, each on light and on dark paper, and the bounds of verdicts.
+/// Names and colours of the schemes as in the figures, each on light and on dark paper, the bounds of verdicts, and what
+/// has a slider of each machine.
 fn known() -> Value {
     let styles = Styles::standard();
     let of = |name: &str| {
@@ -62,7 +65,27 @@ fn known() -> Value {
     };
     let schemes: Map<_, _> =
         standard_schemes().iter().map(|scheme| (scheme.name.to_string(), of(&scheme.name))).collect();
-    json!({ "schemes": schemes, "stays_down_m": STAYS_DOWN_M, "usable": USABLE })
+    let knobs: Map<_, _> =
+        Catalogue::standard().cases().iter().map(|case| (case.name.to_string(), knobs(case))).collect();
+    json!({ "schemes": schemes, "stays_down_m": STAYS_DOWN_M, "usable": USABLE, "knobs": knobs })
+}
+
+/// What has a slider of a machine, each as `[parameter, default, words]` or null.
+fn knobs(case: &Case) -> Value {
+    let of = |wanted: &[&str]| {
+        let is_wanted = |name: &str| wanted.iter().any(|end| name.ends_with(end));
+        case.parameters.iter().find_map(|parameter| match parameter.default {
+            Number::Number(start) if start > 0.0 && is_wanted(&parameter.name) => {
+                Some(json!([&*parameter.name, start, &*parameter.about]))
+            }
+            _ => None,
+        })
+    };
+    json!({
+        "mass": of(&["mass_kg"]),
+        "stiffness": of(&["compressibility_a_1_pa", "spring_stiffness_n_m"]),
+        "friction": of(&["viscous_friction_n_s_m", "spring_damping_n_s_m"]),
+    })
 }
 
 #[cfg(test)]

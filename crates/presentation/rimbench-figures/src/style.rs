@@ -140,6 +140,21 @@ fn in_words(label: &str) -> String {
     with_variants(name, parts)
 }
 
+/// A sentence with the labels of known schemes in words.
+pub(crate) fn labels_in_words(text: &str) -> String {
+    let word = |word: &str| {
+        let label = word.trim_end_matches([',', ':', ';', ')']);
+        let name = label.split('/').next().unwrap_or_default();
+        match SCHEMES.iter().any(|(scheme, ..)| *scheme == name) {
+            true => in_words(label) + &word[label.len()..],
+            false => word.to_owned(),
+        }
+    };
+    let said = text.split(' ').map(word).collect::<Vec<_>>().join(" ");
+    let mut letters = said.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// A name with its variants in words.
 pub(crate) fn with_variants<'a>(name: String, variants: impl Iterator<Item = &'a str>) -> String {
     variants.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))

@@ -2,7 +2,7 @@
 
 use super::evidence::{Evidence, metrics};
 use crate::runs::NEUTRAL;
-use rimbench_core::cosim::OutcomeClass;
+use rimbench_core::cosim::{InterfaceWork, OutcomeClass};
 
 metrics! {
     LAMBDA: "interface_lambda" in "-" of Split,
@@ -12,6 +12,17 @@ metrics! {
     CORRELATION: "interface_correlation" in "-" of Split,
     "Largest correlation |H_ij|/√(H_ii H_jj) of two rows of the interface over the run"
     => |evidence| Some(evidence.report.scheme.interface?.largest);
+
+    CREATED: "bond_residual_min_j" in "J" (signed) of Split,
+    "Least work of a bond that it sent and the mechanics did not receive: below 0 what its coupling created"
+    => |evidence| evidence.report.bonds.iter().filter_map(InterfaceWork::residual_j).reduce(f64::min);
+
+    BOOKED: "booked_share" in "-" of Split,
+    "Micro steps of the longest bond of each stage, of those of all bonds: 1 one after the other, 1/N for N alike at once"
+    => |evidence| {
+        let [longest, all] = evidence.report.booked_micro_steps;
+        (all > 0).then(|| longest as f64 / all as f64)
+    };
 
     TRIALS: "trials_per_step" in "-" of Trials,
     "Steps of the mechanics that were tried, per macro step"

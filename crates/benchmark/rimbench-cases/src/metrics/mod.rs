@@ -100,6 +100,8 @@ pub const METRICS: &[Metric] = &[
     macro_step::DEFECT_RANK,
     interface::LAMBDA,
     interface::CORRELATION,
+    interface::CREATED,
+    interface::BOOKED,
     interface::TRIALS,
     interface::MOST_TRIALS,
     interface::CUT_TRIALS,

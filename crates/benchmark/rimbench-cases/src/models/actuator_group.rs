@@ -88,6 +88,10 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorGroup<A> {
 }
 
 impl<A: Subsystem> Capabilities for ActuatorGroup<A> {
+    fn actuator_of_row(&mut self, row: usize) -> Option<&mut dyn Subsystem> {
+        self.units.get_mut(row).map(|unit| unit as &mut dyn Subsystem)
+    }
+
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         rates.feedthrough.fill(0.0);
         rates.rate_gain.fill(0.0);

@@ -4,7 +4,7 @@ use super::spec::RunSettings;
 use crate::cases::{CaseDefaults, CoupledSystem, MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS};
 use rimbench_core::cosim::{
     ActuatorIntegrator, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule, MassLearning,
-    MechanicsIntegrator, MechanicsSteps, StepRule, division,
+    MechanicsIntegrator, MechanicsSteps, Sequence, Share, Side, StarPlan, StepRule, cannot_divide, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{ContactsAct, ModelMotion, ModelOptions, Requirement};
@@ -42,7 +42,9 @@ impl RunSettings {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub(super) fn check_model(&self) -> Result<()> {
-        let depends = self.belief.is_some() || self.model.as_ref().is_some_and(ModelOptions::depends_on_mechanics);
+        let depends = self.star.is_some()
+            || self.belief.is_some()
+            || self.model.as_ref().is_some_and(ModelOptions::depends_on_mechanics);
         // A machine that cannot be built says so when it is built.
         let built = depends.then(|| (self.case.build)(&self.parameters, &self.solver)).and_then(Result::ok);
         built.map_or(Ok(()), |system| self.check_sides(system))
@@ -64,6 +66,14 @@ impl RunSettings {
     fn check_sides(&self, mut system: CoupledSystem) -> Result<()> {
         if self.scheme.incompatibility(system.sides.lend()).is_some() {
             return Ok(());
+        }
+        if let (Some(plan), None) = (&self.star, cannot_divide(system.sides.lend())) {
+            let rows = system.sides.actuator.ports().outputs.len();
+            plan.check(rows, (self.force_return, self.phase))?;
+            if !self.bond_schemes.is_empty() && self.bond_schemes.len() != plan.bonds(rows)? {
+                let expected = format!("one name for each of the {} bonds", plan.bonds(rows)?);
+                return Err(Error::invalid("bond_schemes", self.names_of_bond_schemes().unwrap_or_default(), expected));
+            }
         }
         if let (Some(belief), Some(model)) =
             (&self.belief, system.sides.mechanics.capabilities().empty_interface_model())
@@ -122,6 +132,9 @@ impl RunSettings {
                 self.mechanics_integrator
             )));
         }
+        if let Some(plan) = &self.star {
+            self.check_star(plan)?;
+        }
         if let Some(model) = &self.model {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
@@ -133,13 +146,66 @@ impl RunSettings {
         Ok(grid)
     }
 
+    /// Checks that several bonds go together with the rest of the run.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    fn check_star(&self, plan: &StarPlan) -> Result<()> {
+        let schemes = || self.bond_schemes.iter().chain([&self.scheme]);
+        let lacks = |needs: Requirement| schemes().find(|scheme| scheme.needs.contains(&needs));
+        let why = if let Some(StepRule { control, .. }) = self.step_control {
+            format!("step_control = {control}: the steps of bonds are counted in macro steps of one length: use `none`")
+        } else if let Some(learning) = &self.mass_learning {
+            format!("mass_learning = {learning}: a jump tells of the forces of all bonds, and each knows its own")
+        } else if self.force_return == ForceReturn::Pieces {
+            "force return `pieces` is that of one bond: use `mean` or `profile`".to_owned()
+        } else if self.actuator_integrator != ActuatorIntegrator::Euler {
+            format!(
+                "actuator_integrator = {}: what is known of other bonds is known at the start of a micro step: use `euler`",
+                self.actuator_integrator
+            )
+        } else if matches!(self.sequence, Sequence::GaussSeidel { first: Side::Mechanics }) {
+            format!("sequence = {}: say so with order, as `hub;1,2`", self.sequence)
+        } else if let Some(scheme) = schemes().find(|scheme| !scheme.real_time()) {
+            format!("scheme `{}` takes steps again with two sides, or has no bonds at all: use another", scheme.name)
+        } else if let Some(scheme) = lacks(Requirement::Trials) {
+            format!("scheme `{}` tries steps of the mechanics with the forces of one bond: use another", scheme.name)
+        } else if let Some(scheme) = lacks(Requirement::TransmissionLines) {
+            format!("scheme `{}` exchanges waves with a whole actuator side: use another", scheme.name)
+        } else if let Some(scheme) = lacks(Requirement::HeldReturn).filter(|_| self.force_return != ForceReturn::Held) {
+            format!("scheme `{}` needs force return `held`", scheme.name)
+        } else if let Some(scheme) = lacks(Requirement::NotMechanicsFirst).filter(|_| plan.follows_hub()) {
+            format!(
+                "order = {}: scheme `{}` lets a bond move with a model of the hub, so it goes first",
+                plan.order, scheme.name
+            )
+        } else if plan.share != Share::Whole && schemes().any(|scheme| !scheme.moves_model) {
+            format!(
+                "share = {}: a scheme without a model that moves has no share of the mechanics: use `whole`",
+                plan.share
+            )
+        } else if let Some([shortest, longest]) = plan.micro_steps.range()
+            && (longest > self.macro_step || self.duration / shortest > MOST_SMALL_STEPS)
+        {
+            let [least, most] = [self.duration / MOST_SMALL_STEPS, self.macro_step];
+            return Err(Error::invalid(
+                "bond_micro_steps",
+                &plan.micro_steps,
+                format!("times from {least:e} s to {most} s"),
+            ));
+        } else {
+            return Ok(());
+        };
+        Err(Error::Incompatible(format!("several bonds: {why}")))
+    }
+
     /// Checks that a jump at a sample says by how much the mass is wrong.
     ///
     /// # Errors
     /// [`Error::Incompatible`], naming what is wrong and what would be valid.
     fn check_learning(&self, learning: &MassLearning, model: &ModelOptions) -> Result<()> {
         let (averaged, late) = (matches!(self.force_return, ForceReturn::Mean | ForceReturn::Profile), &self.delivery);
-        let why = if !self.scheme.moves_model || self.scheme.splits {
+        let why = if !self.scheme.moves_model {
             format!(
                 "scheme `{}` moves no model of the whole mechanics by itself: use another rim-* scheme",
                 self.scheme.name

@@ -5,14 +5,15 @@ use super::fact::{Fact, FactValue};
 use super::given::Given;
 use super::spec::RunSpec;
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Channel, Exchange, ForceBridge, ForceReturn, LateRule, MassLearning, MechanicsIntegrator,
-    MechanicsSteps, Sequence, StepControl, TrialSettings,
+    ActuatorIntegrator, Channel, Every, Exchange, ForceBridge, ForceReturn, Known, LateRule, MassLearning,
+    MechanicsIntegrator, MechanicsSteps, MicroSteps, Order, Partition, Sequence, Share, Split, StarPlan, StepControl,
+    Tells, TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
 use rimbench_core::parts;
 use rimbench_core::schemes::{
-    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry, Split,
+    ContactDetection, ContactsAct, FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry,
 };
 use std::fmt::Display;
 
@@ -55,7 +56,7 @@ impl Needs {
                 .then_some("tries no steps of the mechanics: use rim-answers"),
             _ if !scheme.has_model() => Some("has no reduced interface model"),
             Needs::Model => None,
-            Needs::Split => (!scheme.splits).then_some("has one model for all actuators"),
+            Needs::Split => scheme.partition.is_none().then_some("has one model for all actuators"),
         }
     }
 }
@@ -202,8 +203,8 @@ run_options! {
         all |run| text(run.model.as_ref()?.detection?);
     /// What a model for one of several actuators has of the others: mean or blind, with :rows, :shares or :body; law;
     /// joint
-    split: Split, "SPLIT", Model(Split) => model,
-        some |run| text(run.model.as_ref().filter(|_| run.scheme.splits)?.split);
+    split: Split, "SPLIT", Model(Split),
+        some |run| text(run.split?);
     /// Friction in space within it: cone (two rows per contact), slip-direction (one row along the slip at t_k)
     friction_rows: FrictionRows, "ROWS", Model(Model) => model,
         some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
@@ -232,6 +233,33 @@ run_options! {
     /// Steps of the mechanics that are tried: range=R (of the largest force), tolerance=T, most=N per macro step,
     /// noise=V (m/s)
     trials: TrialSettings, "HOW", Scheme(Trials) => exchange, some;
+    /// Bonds of a mechanics with several actuators, by interface rows counted from 1: each, or as 1+2|3; one bond if not
+    /// given
+    partition: Partition, "ROWS", Loop(Exchange),
+        some |run| text(&run.own_plan()?.partition);
+    /// Order of the bonds in a macro step: together (if not given), or stages as 3;1,2, with the hub (the mechanics, last
+    /// if not given) anywhere as a stage
+    order: Order, "STAGES", Loop(Exchange),
+        some |run| text(run.unusual(|plan| &plan.order)?);
+    /// Macro steps in the step of each bond, as 1,4, or of all, as 4; 1/8 to be told of the others 8 times within one
+    every: Every, "N", Loop(Exchange),
+        some |run| text(run.unusual(|plan| &plan.every)?);
+    /// What a bond knows of the others' forces: nothing, held, mean (of their last steps; if not given), law (of their
+    /// output rates)
+    known: Known, "WHAT", Loop(Exchange),
+        some |run| text(run.unusual(|plan| &plan.known)?);
+    /// What a bond that has stepped ahead tells the others: profile (if not given), mean
+    tells: Tells, "WHAT", Loop(Exchange),
+        some |run| text(run.unusual(|plan| &plan.tells)?);
+    /// Share of the mechanics in the model of each bond: whole (if not given), equal, rows, bound, or a number
+    share: Share, "SHARE", Loop(Exchange),
+        some |run| text(run.unusual(|plan| &plan.share)?);
+    /// Scheme of each bond, in their order, separated by commas; that of the run if not given
+    bond_schemes: String, "NAMES", Scheme(Exchange),
+        some |run| text(run.names_of_bond_schemes()?);
+    /// Longest micro step of each bond, s, in their order, separated by commas; that of the run if not given
+    bond_micro_steps: MicroSteps, "S,S", Loop(Exchange),
+        some |run| text(run.unusual(|plan| &plan.micro_steps)?);
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
         all |run| text(&run.solver.name);
@@ -276,6 +304,44 @@ impl RunRequest {
     pub fn at_macro_step(&self, macro_step: f64) -> Self {
         let mechanics_step_s = self.mechanics_step_s.map(|step| step.min(macro_step));
         RunRequest { macro_step_s: Some(macro_step), mechanics_step_s, ..self.clone() }
+    }
+
+    /// Returns the plan of several bonds that is asked for, if one is.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for what is of several bonds where there is one, and for a plan where the scheme's name
+    /// spells one.
+    pub(super) fn star(&self, scheme: &SchemeEntry) -> Result<Option<StarPlan>> {
+        const OF_BONDS: [&str; 8] =
+            ["partition", "order", "every", "known", "tells", "share", "bond_schemes", "bond_micro_steps"];
+        let given = self.given();
+        let asked = given.iter().find(|(key, _)| OF_BONDS.contains(key));
+        let refused = |why: String| match asked {
+            Some((key, value)) => Err(Error::Incompatible(format!("{key} = {value}: {why}"))),
+            None => Ok(None),
+        };
+        if scheme.partition.is_some() {
+            let spelled = self.split.unwrap_or_default();
+            let name = &scheme.name;
+            return match asked {
+                None => Ok(spelled.plan()),
+                Some(_) => refused(format!(
+                    "scheme `{name}` spells a partition, known and share with `split`: use rim-nonsmooth-gap, which is the scheme of its bonds"
+                )),
+            };
+        }
+        let Some(partition) = &self.partition else {
+            return refused("there is one bond: give partition, such as `each`".to_owned());
+        };
+        Ok(Some(StarPlan {
+            partition: partition.clone(),
+            order: self.order.clone().unwrap_or_default(),
+            every: self.every.clone().unwrap_or_default(),
+            known: self.known.unwrap_or_default(),
+            tells: self.tells.unwrap_or_default(),
+            share: self.share.unwrap_or_default(),
+            micro_steps: self.bond_micro_steps.clone().unwrap_or_default(),
+        }))
     }
 
     /// Lists the options that are given, with values of which [`put`](Self::put) makes the same.

@@ -81,6 +81,11 @@ impl RunRequest {
             },
         };
         self.fill(&mut parts);
+        let star = self.star(scheme)?;
+        let bond_schemes = self.bond_schemes.as_deref().map_or_else(
+            || Ok(Vec::new()),
+            |names| names.split(',').map(|name| catalogue.scheme(name.trim()).cloned()).collect::<Result<_>>(),
+        )?;
         let control = self.step_control.unwrap_or_default();
         let duration = self.duration_s.unwrap_or(case.defaults.duration_s);
         let mut settings = RunSettings {
@@ -91,6 +96,9 @@ impl RunRequest {
             scheme: scheme.clone(),
             solver: solver.clone(),
             exchange: parts.exchange,
+            split: scheme.partition.is_some().then(|| self.split.unwrap_or_default()),
+            star,
+            bond_schemes,
             mechanics_integrator: self.mechanics_integrator.unwrap_or_default(),
             macro_step,
             step_control: StepRule::new(control, self.step_tolerance, self.min_macro_step_s, macro_step)?,
@@ -131,7 +139,7 @@ impl RunRequest {
         if up.is_none() && down.is_none() {
             return Ok(None);
         }
-        let possible = !scheme.has_model() || (scheme.moves_model && !scheme.splits);
+        let possible = !scheme.has_model() || scheme.moves_model;
         if let Some(late) = late.filter(|late| !possible && late.catches_up()) {
             return Err(Error::Incompatible(format!(
                 "late_samples = {late}: scheme `{}` does not move its model by itself: use `raw`",

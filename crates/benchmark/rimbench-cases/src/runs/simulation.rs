@@ -6,8 +6,9 @@ use super::run_result::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, ForceBridge, ForceReturn, Outcome, Report, RunControl, Sides, StepControl, StepRule, StopFlag, Timer,
-    Trajectory, check_coupling, counts_interface_work, division,
+    Bounds, CommunicationPoint, ForceBridge, ForceReturn, Known, Outcome, Report, RunControl, Setup, Sides, Star,
+    StarPlan, StepControl, StepRule, StopFlag, Timer, Trajectory, cannot_divide, check_coupling, counts_interface_work,
+    division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, Requirement};
@@ -52,6 +53,7 @@ impl RunSpec {
         let late_forces = self.delivery.as_ref().is_some_and(|delivery| !delivery.down.is_in_time());
         match force_return {
             _ if !scheme.has_model() => Some(format!("scheme `{}` has no reduced interface model", scheme.name)),
+            _ if self.star.is_some() => Some("each of several bonds has a model of its own".to_owned()),
             _ if self.mass_learning.is_some() => Some("the model changes as the actuator learns its mass".to_owned()),
             _ if late_forces => {
                 Some("forces are late, and it accounts for late samples of the mechanics only".to_owned())
@@ -204,6 +206,7 @@ fn run(
         .scheme
         .incompatibility(sides.lend())
         .or_else(|| spec.refused_steps().map(|refused| refused.to_string()))
+        .or_else(|| without_bonds(spec, sides.lend()))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unusable_options(spec, sides.lend()))
         .or_else(|| without_bridge(spec, sides.lend()))
@@ -211,10 +214,13 @@ fn run(
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
-        None => {
-            let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain)?;
-            without_forecast(spec, &coupling).map_or(Ok(coupling), Err)
-        }
+        None => match &spec.star {
+            Some(plan) => Ok(Coupled::Star(spec.star(&setup, plan, sides.lend())?)),
+            None => {
+                let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain)?;
+                without_forecast(spec, &coupling).map_or(Ok(Coupled::Pair(coupling)), Err)
+            }
+        },
     };
     let (report, wall) = match coupled {
         Err(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
@@ -223,7 +229,7 @@ fn run(
             let timer = clock.map(|now| Timer { now, deadline, wall_limit: spec.wall_limit });
             let started = clock.map(|now| now());
             let control = RunControl { timer, ..control };
-            let report = coupling.run(&setup, sides, control, &mut |mut point| {
+            let mut observe = |mut point: CommunicationPoint<'_>| {
                 interface_residual.extend(point.interface_residual);
                 let log = point.inside.take();
                 recorder.record(point, &mut trajectory);
@@ -243,7 +249,11 @@ fn run(
                         judged = 0;
                     }
                 }
-            });
+            };
+            let report = match coupling {
+                Coupled::Pair(pair) => pair.run(&setup, sides, control, &mut observe),
+                Coupled::Star(star) => star.run(&setup, sides, control, &mut observe),
+            };
             (report, clock.zip(started).map_or(Duration::ZERO, |(now, started)| now() - started))
         }
     };
@@ -252,6 +262,39 @@ fn run(
         judge.add(&trajectory, judged..trajectory.len(), interface_residual.get(judged..).unwrap_or_default());
     }
     Ok(RunResult { report, trajectory, interface_residual, wall })
+}
+
+/// What is run.
+enum Coupled {
+    Pair(Coupling),
+    Star(Star),
+}
+
+impl RunSpec {
+    /// Divides the actuator side among the bonds of a run that has several.
+    ///
+    /// # Errors
+    /// As [`SchemeEntry::couple`](rimbench_core::schemes::SchemeEntry::couple).
+    pub fn star(&self, setup: &Setup, plan: &StarPlan, sides: Sides<'_>) -> Result<Star> {
+        Star::new(setup, plan, sides, |bond, sides| {
+            let scheme = self.bond_schemes.get(bond).unwrap_or(&self.scheme);
+            let model = self.model.as_ref().filter(|_| scheme.has_model());
+            let Coupling { scheme, exchange, .. } =
+                scheme.couple(sides, model, self.gain.filter(|_| scheme.gain.is_some()))?;
+            Ok((scheme, exchange))
+        })
+    }
+}
+
+/// Why there cannot be several bonds, if there are to be and cannot.
+fn without_bonds(spec: &RunSpec, mut sides: Sides<'_>) -> Option<String> {
+    let plan = spec.star.as_ref()?;
+    let unmet = spec.bond_schemes.iter().find_map(|scheme| scheme.incompatibility(sides.lend()));
+    let law = (plan.known == Known::Law).then_some(Requirement::OutputRates);
+    let needs = law.into_iter().chain([Requirement::ForceDisplacement]);
+    let needs: Vec<Requirement> = needs.collect();
+    let unmet = unmet.or_else(|| needs.iter().find_map(|need| need.unmet(sides.lend())));
+    unmet.or_else(|| cannot_divide(sides))
 }
 
 /// Why a step control cannot work with these subsystems, if it cannot.

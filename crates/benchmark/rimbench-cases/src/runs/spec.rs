@@ -3,7 +3,7 @@
 use crate::cases::{Case, Parameters, coordinate_column};
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, Exchange, ForceReturn, MechanicsIntegrator, MechanicsSteps,
-    SecondOrder, Setup, Sides, StepRule, division,
+    SecondOrder, Setup, Sides, Split, StarPlan, StepRule, division,
 };
 use rimbench_core::error::Result;
 use rimbench_core::schemes::{FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
@@ -60,6 +60,12 @@ pub struct RunSettings {
     pub solver: Arc<SolverEntry>,
     /// How both sides step and exchange.
     pub exchange: Exchange,
+    /// How the name of the scheme spells several bonds, if it does.
+    pub split: Option<Split>,
+    /// How several bonds share the mechanics; none of one bond.
+    pub star: Option<StarPlan>,
+    /// The scheme of each bond, where they are not all that of the run.
+    pub bond_schemes: Vec<Arc<SchemeEntry>>,
     /// How the mechanics steps.
     pub mechanics_integrator: MechanicsIntegrator,
     /// Macro step H, s.
@@ -159,6 +165,22 @@ impl RunSettings {
             && !self.has_slip_rows()
             && self.force_return == ForceReturn::Profile
             && self.in_one_form() == MechanicsSteps::AsActuator
+    }
+
+    /// The plan of several bonds that is asked for as such.
+    pub(super) fn own_plan(&self) -> Option<&StarPlan> {
+        self.star.as_ref().filter(|_| self.split.is_none())
+    }
+
+    /// What is asked for of several bonds, if it is not the usual.
+    pub(super) fn unusual<T: PartialEq + Default>(&self, of: impl Fn(&StarPlan) -> &T) -> Option<&T> {
+        self.own_plan().map(of).filter(|value| **value != T::default())
+    }
+
+    /// The names of the schemes of bonds, where they are not all that of the run.
+    pub(super) fn names_of_bond_schemes(&self) -> Option<String> {
+        let names: Vec<&str> = self.bond_schemes.iter().map(|scheme| &*scheme.name).collect();
+        (!names.is_empty()).then(|| names.join(","))
     }
 
     /// Tells whether contacts in space have one tangential row in the model.

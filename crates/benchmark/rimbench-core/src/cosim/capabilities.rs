@@ -5,6 +5,7 @@ use super::energy_account::EnergyAccount;
 use super::input_polynomials::InputPolynomials;
 use super::integrators::SecondOrder;
 use super::output_rates::OutputRates;
+use super::subsystem::Subsystem;
 use super::transmission_lines::TransmissionLines;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -58,6 +59,12 @@ pub trait Capabilities {
 
     /// Lends the volumes of oil that can be replaced by lines; none: it has none.
     fn oil_lines(&mut self) -> Option<&mut dyn TransmissionLines> {
+        None
+    }
+
+    /// Lends the actuator of one row, with inputs (position, velocity) and its force as output; none where there is no
+    /// such subsystem for itself.
+    fn actuator_of_row(&mut self, _row: usize) -> Option<&mut dyn Subsystem> {
         None
     }
 

@@ -12,7 +12,7 @@ use super::model_defect::ModelDefect;
 use super::outcome::Outcome;
 use super::pair_state::PairState;
 use super::run_control::StopFlag;
-use super::setup::Setup;
+use super::setup::{Bounds, Setup};
 use super::side::{PerSide, Side};
 use super::step_rule::StepControl;
 use super::step_size_control::{BondResiduals, ErrorEstimate, MacroInterval};
@@ -27,6 +27,28 @@ pub(crate) struct CoupledPair<'a> {
     pub(crate) scheme: &'a mut dyn CouplingScheme,
     pub(crate) state: &'a mut PairState,
     pub(crate) stop: StopFlag<'a>,
+}
+
+/// Notes the first coupling variable beyond its bound; ends the run at one that is not finite.
+pub(crate) fn watch_bounds(
+    sides: &Sides<'_>,
+    y: &PerSide<Vec<f64>>,
+    (bounds, at_s): (&Bounds, f64),
+    diverged: &mut Option<Outcome>,
+) -> Result<(), Failure> {
+    for side in Side::BOTH {
+        for (index, &value) in y[side].iter().enumerate() {
+            let quantity = || sides[side].ports().outputs[index].name.clone();
+            if !value.is_finite() {
+                return Err(Cause::NonFinite { quantity: quantity() }.into());
+            }
+            let beyond = bounds[side].get(index).is_some_and(|&limit| value.abs() > limit);
+            if beyond && diverged.is_none() {
+                *diverged = Some(Outcome::Diverged { at_s, quantity: quantity(), value });
+            }
+        }
+    }
+    Ok(())
 }
 
 impl CoupledPair<'_> {
@@ -48,7 +70,8 @@ impl CoupledPair<'_> {
         if step.index == 0 {
             self.state.received.copy_from_slice(&self.state.y.actuator);
         }
-        self.watch_bounds()?;
+        let PairState { y, time, diverged, .. } = &mut *self.state;
+        watch_bounds(&self.sides, y, (&self.setup.bounds, *time), diverged)?;
         if self.state.late.is_some() {
             return self.exchange_late(step);
         }
@@ -87,8 +110,10 @@ impl CoupledPair<'_> {
     /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every
     /// communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
+        let asked = std::mem::take(&mut self.state.has_model);
         let PairState { exchange, u, audit, .. } = &mut *self.state;
         if let Some(model) = &mut exchange.interface_model
+            && !asked
             && !self.sides.mechanics.capabilities().interface_model(self.setup.mechanics_step(step), model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
@@ -108,24 +133,6 @@ impl CoupledPair<'_> {
             let lines = self.sides.actuator.capabilities().oil_lines();
             let lines = lines.ok_or(Cause::NotOffered { what: NO_OIL_LINES.into() })?;
             lines.exchange(step, self.setup.actuator_steps(step), &u.actuator, forces);
-        }
-        Ok(())
-    }
-
-    /// Notes the first coupling variable beyond its bound; ends the run at one that is not finite.
-    fn watch_bounds(&mut self) -> Result<(), Failure> {
-        for side in Side::BOTH {
-            for (index, &value) in self.state.y[side].iter().enumerate() {
-                let quantity = || self.sides[side].ports().outputs[index].name.clone();
-                if !value.is_finite() {
-                    return Err(Cause::NonFinite { quantity: quantity() }.into());
-                }
-                let beyond = self.setup.bounds[side].get(index).is_some_and(|&limit| value.abs() > limit);
-                if beyond && self.state.diverged.is_none() {
-                    self.state.diverged =
-                        Some(Outcome::Diverged { at_s: self.state.time, quantity: quantity(), value });
-                }
-            }
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use super::side::Side;
 use super::transmission_lines::LineForces;
 use super::trials::{TrialReport, Trials};
 use crate::error::Failure;
-use crate::interface_model::{ContactModes, ReducedInterfaceModel};
+use crate::interface_model::{ContactModes, InterfaceCorrelation, ReducedInterfaceModel};
 use rimbench_contact::complementarity::SolverCounters;
 
 /// The sample that one side sends at a communication point.
@@ -51,16 +51,6 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// How the rows of an interface feel each other, at its largest since the start: `C = D^(−½) H_ii D^(−½)` with the
-/// diagonal `D` of `H_ii`.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct InterfaceCorrelation {
-    /// Largest eigenvalue λ of `C`: from 1, for rows that do not feel each other, to their number.
-    pub lambda: f64,
-    /// Largest magnitude of `C_ij` of two rows.
-    pub largest: f64,
-}
-
 /// The report of a scheme.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SchemeReport {
@@ -70,7 +60,7 @@ pub struct SchemeReport {
     pub effective_mass: Option<f64>,
     /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
     pub dissipated_j: Option<f64>,
-    /// How the actuators feel each other, if the scheme looks.
+    /// How the actuators feel each other, where they have several bonds.
     pub interface: Option<InterfaceCorrelation>,
     /// What was tried of the mechanics since the start, if the scheme does such a thing.
     pub trials: Option<TrialReport>,
@@ -180,6 +170,13 @@ pub trait CouplingScheme: Send {
     /// Says where the contacts of the scheme's own model end the macro step; none from a scheme without one, or whose
     /// model does not stay as it was sent.
     fn model_end(&mut self) -> Option<ModelEnd<'_>> {
+        None
+    }
+
+    /// Returns the mobility of the interface (1/kg, row-major) of the model received last with those of its contacts
+    /// closed that carried impulse in the last micro step; none where none did, and from a scheme without a model of
+    /// contacts that open.
+    fn loaded_mobility(&mut self) -> Option<&[f64]> {
         None
     }
 

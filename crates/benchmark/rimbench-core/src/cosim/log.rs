@@ -4,11 +4,14 @@ use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupled_pair::CoupledPair;
 use super::energy_account::EnergyAudit;
+use super::interface_work::InterfaceWork;
+use super::macro_loop::View;
 use super::outcome::Outcome;
 use super::report::Report;
 use super::run_control::{Stopwatch, Timer};
 use super::setup::Setup;
 use super::side::{PerSide, Side};
+use super::subsystem::Sides;
 use super::work::Work;
 use crate::error::Failure;
 
@@ -45,43 +48,64 @@ impl Log {
     /// `effective_mass` is what the scheme says of the macro step before.
     pub(crate) fn note(
         &mut self,
-        pair: &mut CoupledPair<'_>,
+        run: &mut View<'_>,
         step: MacroStep,
         effective_mass: Option<f64>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) {
         self.stopwatch.pause();
-        pair.show(step, effective_mass, observe);
+        run.show(step, effective_mass, observe);
         self.stopwatch.resume();
     }
 
     /// Returns the report of the whole run, which took `work` and ended like this.
     pub(crate) fn report(self, pair: &mut CoupledPair<'_>, work: Work, ended: Result<End, Failure>) -> Report {
         let at_s = pair.state.time;
-        let outcome = match (pair.state.diverged.take(), ended) {
+        let outcome = self.outcome(at_s, pair.state.diverged.take(), ended);
+        let of_interface = pair.interface_work();
+        let mut report = self.of_sides(outcome, at_s, pair.sides.lend(), of_interface);
+        report.audit.model = pair.state.audit.as_ref().and_then(|audit| audit.energy());
+        Report {
+            work,
+            scheme: pair.scheme.report(),
+            learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
+            late_acceleration_correlation: pair.state.late.as_ref().and_then(|late| late.acceleration_correlation()),
+            inside: pair.state.inside.take(),
+            ..report
+        }
+    }
+
+    /// How a run ended at `at_s` that may have `diverged` before.
+    pub(crate) fn outcome(&self, at_s: f64, diverged: Option<Outcome>, ended: Result<End, Failure>) -> Outcome {
+        match (diverged, ended) {
             // A stopped run does not report how it might have ended.
             (_, Err(failure)) if failure.is_stop() => Outcome::Stopped { at_s },
             (Some(diverged), _) => diverged,
             (None, Err(failure)) => Outcome::from_failure(failure, at_s),
             (None, Ok(End::Overdue)) => Outcome::Timeout { at_s },
             (None, Ok(End::Reached)) => Outcome::Completed,
-        };
+        }
+    }
+
+    /// The part of a report that both sides know, and this log.
+    pub(crate) fn of_sides(
+        self,
+        outcome: Outcome,
+        ended_at_s: f64,
+        mut sides: Sides<'_>,
+        work: InterfaceWork,
+    ) -> Report {
         Report {
-            outcome,
-            ended_at_s: at_s,
-            work,
-            energy_identity_residual_j: pair.sides.mechanics.capabilities().energy_identity_residual(),
+            ended_at_s,
+            energy_identity_residual_j: sides.mechanics.capabilities().energy_identity_residual(),
             audit: EnergyAudit {
-                accounts: PerSide::from_fn(|side: Side| pair.sides[side].capabilities().energy_account()),
-                work: pair.interface_work(),
-                model: pair.state.audit.as_ref().and_then(|audit| audit.energy()),
+                accounts: PerSide::from_fn(|side: Side| sides[side].capabilities().energy_account()),
+                work,
+                model: None,
             },
-            scheme: pair.scheme.report(),
             model_defect: self.model_defect,
-            learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
-            late_acceleration_correlation: pair.state.late.as_ref().and_then(|late| late.acceleration_correlation()),
             latencies: self.stopwatch.latencies,
-            inside: pair.state.inside.take(),
+            ..Report::not_run(outcome)
         }
     }
 }

@@ -6,6 +6,7 @@ use super::coupled_pair::CoupledPair;
 use super::coupling_scheme::CouplingScheme;
 use super::exchange_data::ExchangeData;
 use super::force_return::ForceReturn;
+use super::interface_work::InterfaceWork;
 use super::late_samples::Shadow;
 use super::log::{End, Log};
 use super::micro_log::micro_log;
@@ -14,6 +15,8 @@ use super::pair_state::PairState;
 use super::report::Report;
 use super::run_control::{RunControl, Timer};
 use super::setup::Setup;
+use super::star::RunningStar;
+use super::step_rule::StepControl;
 use super::step_size_control::{ErrorEstimate, MacroInterval, StepSizeControl};
 use super::subsystem::Sides;
 use crate::error::Failure;
@@ -39,7 +42,7 @@ pub fn cosimulate(
     if let (Some(late), Some(_), Some(copy)) = (&mut state.late, &state.audit, scheme.try_clone()) {
         late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));
     }
-    let pair = CoupledPair { setup, sides, scheme, state, stop: control.stop };
+    let pair = CoupledPair { setup, sides: sides.lend(), scheme, state, stop: control.stop };
     cover(|pair, interval| pair.advance(interval), pair, control.timer, observe)
 }
 
@@ -51,23 +54,82 @@ pub(crate) fn cover(
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
     let mut log = Log::new(timer, pair.setup);
-    let ended = macro_steps(&mut pair, CoupledPair::lend, advance, &mut log, observe);
+    let ended = macro_steps(&mut pair, |pair| View::Pair(pair.lend()), advance, &mut log, observe);
     let work = pair.work();
     log.report(&mut pair, work, ended)
 }
 
-/// Runs the algorithm: exchange, then let both sides cover the macro step in the way that `advance` says.
+/// What the loop runs: a mechanics with one bond, or with several.
+pub(crate) enum View<'a> {
+    Pair(CoupledPair<'a>),
+    Star(RunningStar<'a>),
+}
+
+impl View<'_> {
+    fn setup(&self) -> &Setup {
+        match self {
+            View::Pair(pair) => pair.setup,
+            View::Star(star) => star.setup(),
+        }
+    }
+
+    fn exchange(&mut self, step: MacroStep) -> Result<(), Failure> {
+        match self {
+            View::Pair(pair) => pair.exchange(step),
+            View::Star(star) => star.exchange(step),
+        }
+    }
+
+    pub(super) fn show(
+        &mut self,
+        step: MacroStep,
+        effective_mass: Option<f64>,
+        observe: &mut dyn FnMut(CommunicationPoint<'_>),
+    ) {
+        match self {
+            View::Pair(pair) => pair.show(step, effective_mass, observe),
+            View::Star(star) => star.show(step, effective_mass, observe),
+        }
+    }
+
+    fn effective_mass(&mut self) -> Option<f64> {
+        match self {
+            View::Pair(pair) => pair.scheme.report().effective_mass,
+            View::Star(star) => star.effective_mass(),
+        }
+    }
+
+    fn interface_work(&mut self) -> InterfaceWork {
+        match self {
+            View::Pair(pair) => pair.interface_work(),
+            View::Star(star) => star.interface_work(),
+        }
+    }
+
+    /// No rule sets the macro steps of a star.
+    fn estimate(&mut self, by: StepControl, end: f64) -> Result<ErrorEstimate, Failure> {
+        match self {
+            View::Pair(pair) => pair.estimate(by, end),
+            View::Star(_) => Ok(ErrorEstimate::None),
+        }
+    }
+}
+
+/// Runs the algorithm: exchange, then let all cover the macro step in the way that `advance` says.
 ///
-/// `pair` is the run, or what stands for it where steps are taken again; `lend` gives it as the exchange knows it.
+/// `run` is the run, or what stands for it where steps are taken again; `lend` gives it as the exchange knows it.
 pub(crate) fn macro_steps<P>(
-    pair: &mut P,
-    lend: impl Fn(&mut P) -> CoupledPair<'_>,
+    run: &mut P,
+    lend: impl Fn(&mut P) -> View<'_>,
     advance: impl Fn(&mut P, MacroInterval) -> Result<(), Failure>,
     log: &mut Log,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
-    let setup = lend(pair).setup;
-    let mut control = StepSizeControl::new(setup.grid, setup.step_rule);
+    let (grid, step_rule) = {
+        let view = lend(run);
+        (view.setup().grid, view.setup().step_rule)
+    };
+    let mut control = StepSizeControl::new(grid, step_rule);
     let mut next = control.first();
     let mut effective_mass = None;
     loop {
@@ -75,13 +137,13 @@ pub(crate) fn macro_steps<P>(
             return Ok(End::Overdue);
         }
         log.stopwatch.begin();
-        let mut before = lend(pair);
+        let mut before = lend(run);
         before.exchange(next.step)?;
         log.note(&mut before, next.step, effective_mass, observe);
-        advance(pair, next)?;
+        advance(run, next)?;
         log.stopwatch.end();
-        let mut after = lend(pair);
-        effective_mass = after.scheme.report().effective_mass;
+        let mut after = lend(run);
+        effective_mass = after.effective_mass();
         let estimate = after.estimate(control.control(), next.end)?;
         if let ErrorEstimate::Defect(defect) = &estimate {
             log.record_defect(next.end, defect.force);
@@ -96,13 +158,13 @@ pub(crate) fn macro_steps<P>(
 /// Exchanges at the last communication point; `step` would follow it, and `effective_mass` is that of the macro step
 /// before.
 pub(crate) fn finish(
-    pair: &mut CoupledPair<'_>,
+    run: &mut View<'_>,
     log: &mut Log,
     step: MacroStep,
     effective_mass: Option<f64>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
-    pair.exchange(step)?;
-    log.note(pair, step, effective_mass, observe);
+    run.exchange(step)?;
+    log.note(run, step, effective_mass, observe);
     Ok(End::Reached)
 }

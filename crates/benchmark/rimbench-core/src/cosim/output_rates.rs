@@ -28,13 +28,6 @@ impl OutputRates {
         }
     }
 
-    /// Copies the rates of another subsystem of equal size.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.rate.copy_from_slice(&other.rate);
-        self.feedthrough.copy_from_slice(&other.feedthrough);
-        self.rate_gain.copy_from_slice(&other.rate_gain);
-    }
-
     /// Advances outputs by `length` (s) with the input held: `y += length · r`.
     #[inline]
     pub(crate) fn advance(&self, length: f64, outputs: &mut [f64]) {

@@ -51,6 +51,10 @@ pub(crate) struct PairState {
     pub(crate) audit: Option<Box<ModelAudit>>,
     /// Samples on their way, where they may be late.
     pub(crate) late: Option<Box<LateSamples>>,
+    /// Whether other bonds are told of its forces.
+    pub(crate) is_told_of: bool,
+    /// Whether the interface model of the next communication point is in the exchange already.
+    pub(crate) has_model: bool,
     /// What the actuator learns of the mass, where it does.
     pub(crate) learner: Option<Box<MassLearner>>,
 }
@@ -97,6 +101,8 @@ impl PairState {
             inside: None,
             audit: None,
             late,
+            is_told_of: false,
+            has_model: false,
             learner,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::coupling_scheme::SchemeReport;
 use super::energy_account::EnergyAudit;
+use super::interface_work::InterfaceWork;
 use super::latencies::Latencies;
 use super::outcome::Outcome;
 use super::trajectory::Trajectory;
@@ -25,6 +26,12 @@ pub struct Report {
     /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step:
     /// see [`StepControl::ModelDefect`](super::StepControl::ModelDefect). Empty under any other rule.
     pub model_defect: Vec<[f64; 2]>,
+    /// Work across the rows of each bond, where there are several: what it sent, and what the mechanics received of it with
+    /// the velocities of its rows at both ends of each of its steps.
+    pub bonds: Vec<InterfaceWork>,
+    /// Micro steps that the longest bond of each stage has taken, and those of all bonds: how long an order takes with a
+    /// processor for each bond, and with one for all.
+    pub booked_micro_steps: [u64; 2],
     /// The factor on the mass of the interface model that the actuator has learned, where it learns.
     pub learned_mass: Option<f64>,
     /// Least correlation of the mechanics' free accelerations that are no farther apart than samples are old; none
@@ -48,6 +55,8 @@ impl Report {
             audit: EnergyAudit::default(),
             scheme: SchemeReport::default(),
             model_defect: Vec::new(),
+            bonds: Vec::new(),
+            booked_micro_steps: [0; 2],
             learned_mass: None,
             late_acceleration_correlation: None,
             latencies: None,

@@ -131,7 +131,7 @@ macro_rules! subsystem_methods {
 pub use crate::subsystem_methods;
 
 /// Both sides, lent.
-pub type Sides<'a> = PerSide<&'a mut (dyn Subsystem + 'static)>;
+pub type Sides<'a> = PerSide<&'a mut (dyn Subsystem + 'a)>;
 
 impl Sides<'_> {
     /// Lends them on for a while.

@@ -30,6 +30,15 @@ impl WorkMeter {
         WorkMeter { one_row: ports == [(0, 1)], ports, sent: 0.0 }
     }
 
+    /// Counts some rows only.
+    pub(crate) fn of_rows(actuator: &Ports, rows: &[usize]) -> Self {
+        let mut meter = WorkMeter::new(actuator);
+        if !meter.ports.is_empty() {
+            meter.ports = rows.iter().map(|&row| meter.ports[row]).collect();
+        }
+        meter
+    }
+
     /// Adds `δ Σ F · w` over the interface rows.
     #[inline]
     pub(crate) fn add_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {

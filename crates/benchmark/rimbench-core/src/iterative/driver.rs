@@ -3,7 +3,7 @@
 use super::copied_pair::CopiedPair;
 use super::iteration::Iteration;
 use crate::cosim::{
-    CommunicationPoint, CoupledPair, Log, MacroInterval, MechanicsSteps, Report, Setup, Timer, cover, macro_steps,
+    CommunicationPoint, CoupledPair, Log, MacroInterval, MechanicsSteps, Report, Setup, Timer, View, cover, macro_steps,
 };
 use crate::error::Failure;
 
@@ -51,7 +51,7 @@ impl IterativeDriver {
             }
         };
         let advance = |pair: &mut CopiedPair<'_>, interval| self.cover(pair, interval);
-        let ended = macro_steps(&mut pair, CopiedPair::lend, advance, &mut log, observe);
+        let ended = macro_steps(&mut pair, |pair| View::Pair(pair.lend()), advance, &mut log, observe);
         let work = pair.work();
         log.report(&mut pair.lend(), work, ended)
     }

@@ -81,7 +81,7 @@ pub fn monolithic_with_events(
             sides.actuator.step((step - 1) as f64 * h, &motion, h)?;
         }
         sides.actuator.outputs(&motion, &mut force)?;
-        let mut show = |due, time, [motion, force, received]: [&[f64]; 3], sides: Sides<'_>| {
+        let mut show = |due, time, [motion, force, received]: [&[f64]; 3], mut sides: Sides<'_>| {
             let y = PerSide { mechanics: motion, actuator: force };
             let point = CommunicationPoint {
                 audit: None,
@@ -92,7 +92,7 @@ pub fn monolithic_with_events(
                 mechanics_step: h,
                 interface_residual: None,
                 inside: None,
-                sides,
+                sides: sides.lend(),
             };
             observe(due, point);
         };

@@ -31,7 +31,7 @@ impl Coupling {
         }
         let setup = &self.driver.setup(setup);
         let state = &mut PairState::new(setup, sides.lend(), self.exchange);
-        let pair = CoupledPair { setup, sides, scheme: &mut *self.scheme, state, stop: control.stop };
+        let pair = CoupledPair { setup, sides: sides.lend(), scheme: &mut *self.scheme, state, stop: control.stop };
         self.driver.run(pair, control.timer, observe)
     }
 }

@@ -5,8 +5,10 @@ use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
 use super::model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 use super::requirement::Requirement;
-use super::split::Split;
-use crate::cosim::{CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
+use crate::cosim::{
+    CouplingScheme, ExchangeData, ForceReturn, LineForces, Partition, Sequence, Side, Sides, cannot_divide,
+    check_coupling,
+};
 use crate::error::{Error, Result};
 use crate::iterative::IterativeDriver;
 use crate::name::Name;
@@ -67,8 +69,8 @@ pub struct SchemeEntry {
     pub slides: bool,
     /// Contacts of its model may act over the mechanics' own step.
     pub acts_over_mechanics_step: bool,
-    /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
-    pub splits: bool,
+    /// The partition of the actuator side into bonds used unless another is asked for; none: one bond.
+    pub partition: Option<Partition>,
     /// Digest of its code, a part of what determines a run; none of what is built in, whose code has a version.
     pub digest: Option<Name>,
     /// Whether it is code in a process of its own, or of another language: only the wall clock tells what it takes.
@@ -107,7 +109,7 @@ impl SchemeEntry {
             moves_model: false,
             slides: false,
             acts_over_mechanics_step: false,
-            splits: false,
+            partition: None,
             digest: None,
             waits: false,
             driver: IterativeDriver::NonIterative,
@@ -125,7 +127,6 @@ impl SchemeEntry {
         let usual = ModelOptions::default();
         let options = options.unwrap_or(&usual);
         let rates = self.needs.contains(&Requirement::OutputRates)
-            || (self.splits && options.split == Split::Law)
             || (self.needs.contains(&Requirement::OutputRatesIfFeedthrough)
                 && sides.actuator.ports().direct_feedthrough);
         let mut exchange = ExchangeData::new(sides.lend(), self.has_model(), rates)
@@ -325,6 +326,7 @@ impl SchemeEntry {
 
     /// Says why this scheme cannot couple these subsystems, if it cannot.
     pub fn incompatibility(&self, mut sides: Sides<'_>) -> Option<String> {
-        self.needs.iter().find_map(|need| need.unmet(sides.lend()))
+        let unmet = self.needs.iter().find_map(|need| need.unmet(sides.lend()));
+        unmet.or_else(|| self.partition.as_ref().and_then(|_| cannot_divide(sides)))
     }
 }

@@ -45,7 +45,6 @@ impl InformationClass {
             Requirement::ForceDisplacement
             | Requirement::NoFriction
             | Requirement::Rows(_)
-            | Requirement::SeveralRows
             | Requirement::HeldReturn
             | Requirement::NotMechanicsFirst
             | Requirement::ActuatorFirst => InformationClass::Samples,

@@ -41,10 +41,8 @@ mod rim_nonsmooth;
 mod rim_nonsmooth_gap;
 mod rim_smooth;
 mod rim_smooth_active;
-mod rim_split;
 mod second_order_hold;
 mod slip_rows;
-mod split;
 mod taylor_force;
 mod transmission_line;
 mod true_acceleration;
@@ -59,7 +57,6 @@ pub use input_polynomial::InputPolynomial;
 pub use model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 pub use outside::{AnswerForm, Asked, Outside, OutsideScheme};
 pub use requirement::Requirement;
-pub use split::Split;
 
 /// Describes every built-in coupling scheme.
 pub fn standard_schemes() -> Vec<SchemeEntry> {
@@ -83,7 +80,7 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         rim_smooth_active::entry(),
         rim_nonsmooth::entry(),
         rim_nonsmooth_gap::entry(),
-        rim_split::entry(),
+        rim_nonsmooth_gap::split_entry(),
         rim_answers::entry(),
         iterated_aitken::entry(),
         monolithic::entry(),

@@ -1,7 +1,6 @@
 //! Options that only schemes with a reduced interface model have.
 
 use super::contact_detection::ContactDetection;
-use super::split::Split;
 use crate::error::{Error, Result};
 use crate::interface_model::ReducedInterfaceModel;
 use crate::name::by_name;
@@ -76,8 +75,6 @@ pub struct ModelOptions {
     pub model_motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
     pub detection: Option<ContactDetection>,
-    /// The part of the others in the model of one of several actuators.
-    pub split: Split,
     /// Tangential rows of contacts in space.
     pub friction_rows: FrictionRows,
     /// The step over which contacts act.

@@ -44,11 +44,11 @@ pub trait Outside: Send {
     /// What went wrong, in words.
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), String>;
 
-    /// Replaces `told` by what side `to` gets.
+    /// Replaces `told` by what side `to` gets; returns in how many rows that came, 0 of plain numbers.
     ///
     /// # Errors
     /// What went wrong, in words.
-    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<(), String>;
+    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<usize, String>;
 
     /// Returns a copy in the present state, if there can be one.
     fn try_clone(&self) -> Option<Box<dyn Outside>>;
@@ -82,15 +82,23 @@ impl OutsideScheme {
         self.who.as_mut().map_err(|message| failed(message.clone()))
     }
 
-    /// Asks, and checks that all is finite.
-    fn ask(&mut self, to: Side, asked: Asked<'_>) -> Result<(), Failure> {
+    /// Asks for `rows` of numbers, each of one of `widths`, and returns how many numbers a row has.
+    fn ask(&mut self, to: Side, asked: Asked<'_>, rows: usize, widths: [usize; 2]) -> Result<usize, Failure> {
         let mut told = std::mem::take(&mut self.told[to]);
         let answered = self.who().and_then(|who| who.answer(to, asked, &mut told).map_err(failed));
+        let (in_rows, count) = (answered?, told.len());
+        let unknown = told.iter().copied().find(|number| !number.is_finite());
         self.told[to] = told;
-        answered?;
-        match self.told[to].iter().find(|number| !number.is_finite()) {
+        let wanted = || {
+            let [least, most] = widths;
+            let each = if least == most { format!("{most}") } else { format!("{least} to {most}") };
+            format!("valid: {rows} rows of {each}")
+        };
+        match unknown {
             Some(number) => Err(self.wrong(to, format!("{number}; valid: finite numbers"))),
-            None => Ok(()),
+            None if in_rows != 0 && in_rows != rows => Err(self.wrong(to, format!("{in_rows} rows; {}", wanted()))),
+            None if count % rows == 0 && (widths[0]..=widths[1]).contains(&(count / rows)) => Ok(count / rows),
+            None => Err(self.wrong(to, format!("{count} numbers; {}", wanted()))),
         }
     }
 
@@ -99,11 +107,6 @@ impl OutsideScheme {
         let method = AnswerForm::METHODS[self.form as usize].0;
         let side = if to == Side::Mechanics { "mechanics" } else { "actuator" };
         failed(format!("{method} of the {side} at {} s gives {what}", self.step.start))
-    }
-
-    fn check_count(&self, to: Side, wanted: usize, of: &str) -> Result<(), Failure> {
-        let count = self.told[to].len();
-        if count == wanted { Ok(()) } else { Err(self.wrong(to, format!("{count} numbers instead of {wanted}, {of}"))) }
     }
 }
 
@@ -115,23 +118,26 @@ impl CouplingScheme for OutsideScheme {
 
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
         let n = u.len();
-        if self.form == AnswerForm::Input {
-            self.ask(to, Asked::MicroStep(at, own))?;
-            self.check_count(to, n, "one for each input")?;
-            u.copy_from_slice(&self.told[to]);
+        if n == 0 {
             return Ok(());
         }
-        if at.index == 0 {
-            self.ask(to, Asked::MacroStep(self.step, at.count))?;
-            if self.form == AnswerForm::Polynomial {
-                let each = self.told[to].len() / n.max(1);
-                self.check_count(to, n * each.clamp(1, 4), "one to four coefficients for each input")?;
+        let step = Asked::MacroStep(self.step, at.count);
+        match self.form {
+            AnswerForm::Input => {
+                self.ask(to, Asked::MicroStep(at, own), 1, [n, n])?;
+                u.copy_from_slice(&self.told[to]);
+                return Ok(());
+            }
+            AnswerForm::Polynomial if at.index == 0 => {
+                let each = self.ask(to, step, n, [1, 4])?;
                 let told = &self.told[to];
                 let row = |i: usize| std::array::from_fn(|p| if p < each { told[i * each + p] } else { 0.0 });
                 self.polynomials[to].set(each - 1, (0..n).map(row));
-            } else {
-                self.check_count(to, n * at.count, "one for each micro step and input")?;
             }
+            AnswerForm::Inputs if at.index == 0 => {
+                self.ask(to, step, at.count, [n, n])?;
+            }
+            _ => {}
         }
         match self.form {
             AnswerForm::Polynomial => self.polynomials[to].mean(at, u),

@@ -138,12 +138,6 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Returns the mobility of the interface (1/kg, row-major) of the received model with those of its contacts closed
-    /// that carried impulse in the last micro step; none where none did.
-    pub(super) fn loaded_mobility(&mut self) -> Option<&[f64]> {
-        self.mass.loaded_mobility(&self.model.received, self.modes.get())
-    }
-
     /// Sets the steps of a macro step in which the mechanics takes so many of its own.
     fn set_steps(&mut self, step: MacroStep, micro_step: f64, mechanics_steps: usize) {
         (self.micro_step, self.contact_step) = (micro_step, micro_step);
@@ -253,6 +247,10 @@ impl CouplingScheme for ReducedInterface {
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
         Some(Box::new(self.clone()))
+    }
+
+    fn loaded_mobility(&mut self) -> Option<&[f64]> {
+        self.mass.loaded_mobility(&self.model.received, self.modes.get())
     }
 
     fn report(&mut self) -> SchemeReport {

@@ -18,8 +18,6 @@ pub enum Requirement {
     NoFriction,
     /// An interface of at most so many rows.
     Rows(usize),
-    /// An interface of more than one row.
-    SeveralRows,
     /// Directional derivatives of the actuator's outputs.
     OutputRates,
     /// Output rates of an actuator with direct feedthrough; one without has none to know.
@@ -70,9 +68,6 @@ impl Requirement {
             Requirement::TransmissionLines => (actuator.capabilities().oil_lines().is_some(), NO_OIL_LINES),
             Requirement::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));
-            }
-            Requirement::SeveralRows => {
-                (outputs > 1, "the interface has one row, so that there is nothing to split: use rim-nonsmooth-gap")
             }
             Requirement::Rows(_)
             | Requirement::HeldReturn

@@ -11,6 +11,7 @@
 
 use super::entry::SchemeEntry;
 use super::reduced_interface::{Contacts, ReducedInterface};
+use crate::cosim::Partition;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
@@ -21,4 +22,11 @@ pub(super) fn entry() -> SchemeEntry {
             Contacts::UnilateralWithGaps,
         )
     }
+}
+
+/// The same with a bond for each actuator, as the option `split` spells them (see [`Split`](crate::cosim::Split)).
+pub(super) fn split_entry() -> SchemeEntry {
+    let entry =
+        ReducedInterface::entry("rim-split", "Split models: one for each actuator", Contacts::UnilateralWithGaps);
+    SchemeEntry { partition: Some(Partition::Each), ..entry }
 }

@@ -5,7 +5,7 @@ use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
 use super::scheme_row::SchemeRow;
 use super::{CaseEntry, Experiment};
-use crate::grid::{MOST_PLANNED, MOST_RUNS, PART, grid_point, points_of_grid};
+use crate::grid::{MOST_PLANNED, MOST_RUNS, MacroSteps, PART, grid_point, points_of_grid};
 use crate::references::content_key;
 use rayon::prelude::*;
 use rimbench_cases::cases::{Case, Parameters};
@@ -68,6 +68,36 @@ impl Experiment {
             Ok(runs)
         };
         planned().map_err(|error| self.in_file(error))
+    }
+
+    /// Lists the runs that a table `perf` chooses, each by a name: `case set/label/H`, and the phase where it is not 1.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan); a file without such a table, or one that chooses nothing.
+    pub fn measured_runs(&self, catalogue: &Catalogue) -> Result<Vec<(String, RunSpec)>> {
+        let none = |what: &str| {
+            let valid = "[perf] with schemes = [labels], and macro_steps_s if not all of theirs";
+            Error::file(&self.path, format!("{what}; valid: {valid}"))
+        };
+        let perf = self.perf.as_ref().ok_or_else(|| none("names no run to record"))?;
+        let labels = || self.schemes.iter().map(|row| row.label.as_str());
+        if let Some(other) = perf.schemes.iter().find(|wanted| !labels().any(|label| label == wanted.as_str())) {
+            return Err(self.in_file(Error::unknown("label in [perf]", other, labels())));
+        }
+        let steps =
+            perf.macro_steps_s.as_ref().map(MacroSteps::list).transpose().map_err(|error| self.in_file(error))?;
+        let mut runs = self.plan_at_first_draw(catalogue, false)?;
+        runs.retain(|run| {
+            let step = run.spec.macro_step;
+            perf.schemes.contains(&run.label) && steps.as_ref().is_none_or(|steps| steps.contains(&step))
+        });
+        let named = runs.into_iter().map(|PlannedRun { spec, label, .. }| {
+            let of = format!("{} {}", spec.case.name, spec.parameters.given());
+            let phase = if spec.phase == 1.0 { String::new() } else { format!("/{}", spec.phase) };
+            (format!("{}/{label}/{}{phase}", of.trim_end(), spec.macro_step), spec)
+        });
+        let named: Vec<_> = named.collect();
+        if named.is_empty() { Err(none("[perf] chooses no run of the plan")) } else { Ok(named) }
     }
 
     /// Lists what is asked of every scheme: the runs of the first one, with the settings of the first draw.

@@ -138,6 +138,9 @@ enum Told {
     NoAnswer,
 }
 
+/// Trajectories that were scored, and numbers of runs without one: broken off, without an answer.
+type OfRuns = (Vec<Judged>, [usize; 2]);
+
 impl Entry {
     /// Reads what an entry's folder says of it, and checks what can be checked without trajectories.
     ///
@@ -227,7 +230,7 @@ impl Entry {
     /// [`Error::File`] for a trajectory that is not there, not that of its checksum, or no result of its problem.
     pub fn judge(&self, folder: &Path, packs: &Packs) -> Result<(Vec<SummaryRow>, Vec<u8>)> {
         let path = folder.join(ENTRY);
-        let mut found: BTreeMap<(&str, u64), (Vec<Judged>, [usize; 2])> = BTreeMap::new();
+        let mut found: BTreeMap<(&str, u64), OfRuns> = BTreeMap::new();
         for run in &self.runs {
             let pack = packs.get(&run.problem).map_err(|error| Error::file(&path, error))?;
             let steps = &pack.0.macro_steps_s;

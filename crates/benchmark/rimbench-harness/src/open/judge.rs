@@ -88,7 +88,7 @@ pub(super) fn judge_rows(
         check(row, &run_rows)?;
         let columns = row.columns().map(place);
         for (column, bound) in columns.into_iter().zip(row.bounds) {
-            let beyond = |value: f64| !(value.abs() <= bound.unwrap_or(f64::INFINITY));
+            let beyond = |value: f64| value.is_nan() || value.abs() > bound.unwrap_or(f64::INFINITY);
             let at = run_rows.column(column).position(beyond).map(|at| times[at]);
             diverged = [diverged, at].into_iter().flatten().reduce(f64::min);
         }
@@ -175,7 +175,7 @@ fn check(row: &ProblemRow, run: &Trajectory) -> Result<(), String> {
     for (at, name) in row.columns().into_iter().enumerate().take(2) {
         let (found, start) = (run.row(0)[columns[at]], row.start[at]);
         let allowed = 1e-6 * (start.abs() + 1e-3 * row.bounds[at].unwrap_or(0.0));
-        if !((found - start).abs() <= allowed) {
+        if found.is_nan() || (found - start).abs() > allowed {
             return Err(format!(
                 "{name}: begins with {found:?}, and the problem with {start:?}; valid: SI units, each column under its own name"
             ));

@@ -166,6 +166,13 @@ impl Problem {
         }
     }
 
+    /// Returns the peak of the force over that at the event, of the row of the interface in which it is largest; none
+    /// without a force to speak of.
+    pub fn peak_over_event_peak(&self) -> Option<f64> {
+        let ratio = |row: &ProblemRow| Some(row.force_peak_n? / row.touch_down_peak_n.or(row.force_peak_n)?);
+        self.rows.iter().filter_map(ratio).reduce(f64::max)
+    }
+
     /// Names the pack: its case, and its parameters where some are changed.
     pub fn name(&self) -> String {
         let set = self.set.replace(['=', ' '], "-");

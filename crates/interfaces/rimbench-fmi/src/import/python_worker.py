@@ -144,13 +144,13 @@ def main():
             return part
         return numpy.array(part)
 
-    def flat(values, count, of):
-        """Numbers one after the other, of one row or of so many rows alike."""
+    def flat(values):
+        """The number of rows, 0 of plain numbers, and the numbers one after the other."""
         rows = [list(row) if hasattr(row, "__iter__") and not isinstance(row, (str, bytes)) else row for row in values]
         nested = {len(row) if isinstance(row, list) else None for row in rows}
-        if nested - {None} and (len(rows) != count or len(nested) > 1):
-            raise ValueError(f"{form} gives {len(rows)} rows; valid: {count} rows alike, one for each {of}")
-        return [to_number(number) for row in rows for number in (row if isinstance(row, list) else (row,))]
+        if len(nested) > 1:
+            raise ValueError(f"{form} gives rows that are not alike")
+        return [0.0 if nested <= {None} else float(len(rows))] + [to_number(number) for row in rows for number in (row if isinstance(row, list) else (row,))]
 
     def scheme_answers(scheme, what, values):
         if what == DESCRIBE:
@@ -165,13 +165,10 @@ def main():
             scheme.receive(side, sample_of(values))
             return []
         index, count, length, start, *rest = values
-        if form != "input":
-            step = SimpleNamespace(index=int(index), count=int(count), start=start, length=length)
-            inputs = len(run[SIDES[1 - SIDES.index(side)]])
-            rows = (inputs, "input") if form == "polynomial" else (step.count, "micro step")
-            return flat(getattr(scheme, form)(side, step), *rows)
-        at = dict(index=int(index), count=int(count), start=start, length=length, since_exchange=rest[0])
-        return [*scheme.input(side, SimpleNamespace(middle=start + 0.5 * length, **at), tuple(rest[1:]))]
+        since, own = rest[0] if rest else 0.0, tuple(rest[1:])
+        times = dict(length=length, start=start, middle=start + 0.5 * length, since_exchange=since)
+        at = SimpleNamespace(index=int(index), count=int(count), **times)
+        return flat(scheme.input(side, at, own) if form == "input" else getattr(scheme, form)(side, at))
 
     def answer(what, number, values):
         if what == DROP:

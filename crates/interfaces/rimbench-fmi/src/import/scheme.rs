@@ -110,7 +110,7 @@ impl Outside for SchemeProcess {
         self.ask(Ask::Receive, &mut Vec::new())
     }
 
-    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<(), String> {
+    fn answer(&mut self, to: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<usize, String> {
         self.input.clear();
         self.input.push(number_of(to));
         match asked {
@@ -122,7 +122,8 @@ impl Outside for SchemeProcess {
                 self.input.extend(own);
             }
         }
-        self.ask(Ask::Answer, told)
+        self.ask(Ask::Answer, told)?;
+        if told.is_empty() { Err("answers nothing".to_owned()) } else { Ok(told.remove(0) as usize) }
     }
 
     fn try_clone(&self) -> Option<Box<dyn Outside>> {

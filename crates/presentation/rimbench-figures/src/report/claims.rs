@@ -3,10 +3,12 @@
 use super::store::Study;
 use super::{Report, folded};
 use crate::claims_table;
+use crate::number::{TIED, counted, with_digits};
+use crate::style::labels_in_words;
 use crate::vector::escaped;
 use rimbench_cases::cases::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
-use rimbench_results::claims::{CheckedClaim, Claimant, Verdict};
+use rimbench_results::claims::{CheckedClaim, Claimant, Verdict, digits_of};
 use std::fmt::Write;
 
 /// The class of a verdict, its sign, and what it is called.
@@ -74,16 +76,10 @@ fn drawn(claim: &CheckedClaim) -> String {
 /// One row.
 fn row(claim: &CheckedClaim, study: &Study, place: [usize; 2]) -> String {
     let anchor = anchor(claim, study);
-    let (quantity, unit) = words(&claim.quantity);
-    let unit = |value: &str| if unit.is_empty() { value.to_owned() } else { format!("{value} {unit}") };
-    let digits = |value: f64| claims_table::shown(claim, value, 3);
-    let mut measured = unit(&digits(claim.measured.unwrap_or(f64::NAN)));
-    if let Some(ends) = claim.interval() {
-        let [low, high] = ends.map(digits);
-        let _ = write!(measured, " <span class=\"soft\">[{low}, {high}]</span>");
-    }
+    let mut measured = escaped(&labels_in_words(&measured(claim, 3)));
     if let Some(value) = claim.without_exact.filter(|value| value.is_finite()) {
-        let _ = write!(measured, "<br><span class=\"soft\">{} without exact models</span>", digits(value));
+        let value = claims_table::shown(claim, value, 3);
+        let _ = write!(measured, "<br><span class=\"soft\">{value} without exact models</span>");
     }
     let replaced = match claim.superseded.as_str() {
         "" => String::new(),
@@ -110,15 +106,10 @@ fn row(claim: &CheckedClaim, study: &Study, place: [usize; 2]) -> String {
     format!(
         "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span>{crosses}</td>\
          <td>{text}{replaced}<details><summary>Check it</summary>{command}</details></td>\
-         <td>{drawn}<span class=\"soft\">{quantity}</span><br>measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
+         <td>{drawn}{measured}</td>\
          <td class=\"links\">{runs} {links}</td></tr>\n",
-        text = escaped(&claim.text),
-        quantity = escaped(&quantity),
+        text = escaped(&labels_in_words(&claim.text)),
         drawn = drawn(claim),
-        expected = escaped(&unit(&claim.bound().map_or_else(
-            || claim.expected.clone(),
-            |(at_least, bound)| format!("{} {}", if at_least { "≥" } else { "≤" }, exact(bound))
-        ))),
         links = links.join(" "),
     )
 }
@@ -137,24 +128,60 @@ pub(super) fn under(study: &Study) -> String {
     let good = own.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
     let line = |claim: &&CheckedClaim| {
         let [class, sign, word] = shown(claim.verdict);
-        let unit = words(&claim.quantity).1;
-        let measured = format!("{} {unit}", claims_table::shown(claim, claim.measured.unwrap_or(f64::NAN), 2));
         format!(
             "<li><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span> <a href=\"#{}\">{}</a> \
-             <span class=\"soft\">measured {}, expected {} {unit}</span></li>\n",
+             <span class=\"soft\">{}</span></li>\n",
             anchor(claim, study),
-            escaped(&claim.text),
-            measured.trim_end(),
-            escaped(&claim.expected),
+            escaped(&labels_in_words(&claim.text)),
+            escaped(&labels_in_words(&measured(claim, 2))),
         )
     };
     let head = format!("{good} of {} claims reproduce", own.len());
     folded(true, &head, &format!("<ul class=\"said\">\n{}</ul>\n", own.iter().map(line).collect::<String>()))
 }
 
-/// A bound as it was given, and as short as it can be.
-fn exact(bound: f64) -> String {
-    if bound != 0.0 && !(1e-3..1e5).contains(&bound.abs()) { format!("{bound:e}") } else { format!("{bound}") }
+/// Says what was measured and what was expected, in a sentence with at least so many digits; of runs that fail or
+/// complete, how many.
+pub fn measured(claim: &CheckedClaim, least: usize) -> String {
+    if let Some(said) = counted_runs(claim) {
+        return said;
+    }
+    let (quantity, unit) = words(&claim.quantity);
+    let shown = |value: f64| with_digits(value, unit, claim.digits(value, least)).replace(TIED, " ");
+    let expected = claim.bound().map_or_else(
+        || claim.expected.clone(),
+        |(at_least, bound)| {
+            let bound = with_digits(bound, unit, digits_of(bound)).replace(TIED, " ");
+            format!("{} {bound}", if at_least { "≥" } else { "≤" })
+        },
+    );
+    let Some(value) = claim.measured else {
+        return format!("{quantity} is not known, expected {expected}");
+    };
+    let interval =
+        claim.interval().map_or_else(String::new, |[low, high]| format!(" [{}, {}]", shown(low), shown(high)));
+    format!("{quantity} is {}{interval}, expected {expected}", shown(value))
+}
+
+/// How many runs fail or complete, where that is what is claimed of all, of most or of none.
+fn counted_runs(claim: &CheckedClaim) -> Option<String> {
+    let (statistic, rest) = claim.quantity.split_once(" of ")?;
+    let (metric, whose) = rest.split_once(" of ")?;
+    let (many, verb) = match metric {
+        "failed" => (claim.failed, "fail"),
+        "completed" => (claim.runs.checked_sub(claim.failed)?, "complete"),
+        _ => return None,
+    };
+    let expected = match (statistic, claim.bound()?) {
+        ("min", (true, 1.0)) => "all",
+        ("median", (true, 1.0)) if claim.runs == 1 => "all",
+        ("median", (true, 1.0)) => "most",
+        ("max", (false, 0.0)) => "none",
+        _ => return None,
+    };
+    claim.measured?;
+    let ending = if claim.runs == 1 { "s" } else { "" };
+    Some(format!("{many} of {} of {whose} {verb}{ending}, expected {expected}", counted(claim.runs, "run")))
 }
 
 /// A quantity in words with its unit: `median of force_error_rms_n of x` is `median of force error rms of x`, N.
@@ -359,12 +386,37 @@ mod tests {
         // What is told from its bound by the fourth digit has four.
         claim = CheckedClaim { measured: Some(0.89952), expected: "≥ 0.9".to_owned(), ..claim };
         assert!(
-            row(&claim, &study, [0, 0]).contains("measured 0.8995 ")
-                || row(&claim, &study, [0, 0]).contains("measured 0.8995<")
+            row(&claim, &study, [0, 0]).contains("is 0.8995 ") || row(&claim, &study, [0, 0]).contains("is 0.8995,"),
+            "{}",
+            row(&claim, &study, [0, 0])
         );
         claim.measured = Some(0.8952);
         let study = Study { claims: vec![claim.clone()], ..study };
-        assert!(under(&study).contains("measured 0.895, expected ≥ 0.9"), "{}", under(&study));
-        assert!(claims_table::claims_markdown(&[claim]).contains("| 0.895 | ≥ 0.9 |"));
+        assert!(under(&study).contains("is 0.895, expected ≥ 0.9"), "{}", under(&study));
+        assert!(claims_table::claims_markdown(&[claim.clone()]).contains("| 0.895 | ≥ 0.9 |"));
+        // Runs are counted, lengths have units that a person would use, schemes have their names.
+        let of = |quantity: &str, measured: f64, expected: &str| {
+            let [quantity, expected] = [quantity, expected].map(str::to_owned);
+            labels_in_words(&super::measured(
+                &CheckedClaim {
+                    quantity,
+                    measured: Some(measured),
+                    expected,
+                    runs: 1,
+                    low: None,
+                    high: None,
+                    ..claim.clone()
+                },
+                3,
+            ))
+        };
+        assert_eq!(
+            of("median of failed of rim-smooth/1um", 0.0, "≥ 1"),
+            "0 of 1 run of smooth model, margin 1 µm fails, expected all"
+        );
+        assert_eq!(
+            of("median of lift_off_height_m of rim-nonsmooth", 5.007e-5, "≤ 0.00001"),
+            "Median of lift off height of non-smooth model is 50.1 µm, expected ≤ 10 µm"
+        );
     }
 }

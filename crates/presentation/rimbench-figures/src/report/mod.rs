@@ -20,7 +20,7 @@ mod sections;
 mod store;
 
 pub use address::address;
-pub use claims::words as quantity_in_words;
+pub use claims::measured;
 pub use store::{Made, Picture, Study, find_studies};
 
 use crate::live_part;

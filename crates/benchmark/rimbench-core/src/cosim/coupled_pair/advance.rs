@@ -14,6 +14,7 @@ use crate::cosim::step_size_control::MacroInterval;
 use crate::cosim::subsystem::Subsystem;
 use crate::cosim::trial_steps::TrialSteps;
 use crate::error::{Cause, Failure};
+use std::ops::Range;
 
 impl CoupledPair<'_> {
     /// Lets both sides cover a macro step in their sequence.
@@ -72,23 +73,34 @@ impl CoupledPair<'_> {
     /// both            x⁺  = the subsystem's own step with the scheme's input
     /// ```
     pub(crate) fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
+        self.advance_actuator_part(step, 0..self.setup.actuator_steps(step))
+    }
+
+    /// The same of some of its micro steps, the next ones.
+    pub(crate) fn advance_actuator_part(&mut self, step: MacroStep, part: Range<usize>) -> Result<(), Failure> {
         let ports = (self.state.own.actuator.len(), self.state.u.actuator.len());
         match (self.state.rates.is_some(), ports) {
             // One row, as it mostly is.
-            (false, (1, 2)) => self.actuate::<1>(step, (1, 2)),
-            (false, _) => self.actuate::<1>(step, ports),
-            (true, _) => self.actuate::<2>(step, ports),
+            (false, (1, 2)) => self.actuate::<1>(step, part, (1, 2)),
+            (false, _) => self.actuate::<1>(step, part, ports),
+            (true, _) => self.actuate::<2>(step, part, ports),
         }
     }
 
     /// [`advance_actuator`](Self::advance_actuator) by a rule of this order, and with so many outputs and inputs, where
     /// the compiler knows them: all are as fast as if written apart.
     #[inline(always)]
-    fn actuate<const ORDER: u32>(&mut self, step: MacroStep, ports: (usize, usize)) -> Result<(), Failure> {
+    fn actuate<const ORDER: u32>(
+        &mut self,
+        step: MacroStep,
+        part: Range<usize>,
+        ports: (usize, usize),
+    ) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
         let averaged =
             matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces)
-                || self.state.late.is_some();
+                || self.state.late.is_some()
+                || self.state.is_told_of;
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.actuator;
         let PairState { own, u, history, work_sent, end, rates, inside, late, trials, learner, .. } = &mut *self.state;
@@ -97,8 +109,11 @@ impl CoupledPair<'_> {
             trials.as_mut().map(|room| TrialSteps::new(&*self.sides.mechanics, covered, room, self.setup.trials));
         let (own, u) = (&mut own.actuator[..ports.0], &mut u.actuator[..ports.1]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
-        history.clear();
-        for j in 0..count {
+        if part.start == 0 {
+            history.clear();
+        }
+        let is_last = part.end == count;
+        for j in part {
             self.stop.check()?;
             let at = MicroStep::new(step, j, count);
             actuator.outputs(u, own)?;
@@ -138,6 +153,9 @@ impl CoupledPair<'_> {
                 scheme.input_at_end(Side::Actuator, u);
             }
         }
+        if !is_last {
+            return Ok(());
+        }
         if self.setup.force_return == ForceReturn::End {
             actuator.outputs(u, end)?;
         }
@@ -152,30 +170,15 @@ impl CoupledPair<'_> {
 
     pub(crate) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.own_mechanics_steps(step);
-        let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
-        let mut takes_polynomial = self.state.takes_polynomial.mechanics;
-        let PairState { own, u, history, end, received, audit, exchange, late, .. } = &mut *self.state;
-        let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
-        received.fill(0.0);
+        self.state.received.fill(0.0);
         let in_pieces = self.setup.force_return == ForceReturn::Pieces;
         for i in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, i, count);
-            match self.setup.force_return {
-                ForceReturn::Held => {
-                    mechanics.outputs(u, own)?;
-                    scheme.input(Side::Mechanics, at, own, u)?;
-                    if takes_polynomial {
-                        takes_polynomial = send_polynomial(scheme, Side::Mechanics, at, mechanics);
-                    }
-                }
-                ForceReturn::End => u.copy_from_slice(end),
-                ForceReturn::Mean => history.mean_over(0, 1, u),
-                ForceReturn::Profile | ForceReturn::Pieces => history.mean_over(i, count, u),
-            }
-            if let (Some(late), false) = (&mut *late, self.setup.force_return == ForceReturn::Held) {
-                late.deliver_force(step, i, count, u);
-            }
+            self.return_force(step, at)?;
+            let mechanics = &mut *self.sides.mechanics;
+            let PairState { u, history, received, audit, exchange, .. } = &mut *self.state;
+            let u = &mut u.mechanics[..];
             if in_pieces {
                 step_in_pieces(mechanics, history.profile(i, count, u), at.length)?;
             } else {
@@ -188,6 +191,31 @@ impl CoupledPair<'_> {
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;
             }
+        }
+        Ok(())
+    }
+}
+
+impl CoupledPair<'_> {
+    /// Writes what the mechanics receives over a part of `step` as its input.
+    #[inline(always)]
+    pub(crate) fn return_force(&mut self, step: MacroStep, at: MicroStep) -> Result<(), Failure> {
+        let PairState { own, u, history, end, late, takes_polynomial, .. } = &mut *self.state;
+        let (own, u, mechanics) = (&mut own.mechanics[..], &mut u.mechanics[..], &mut *self.sides.mechanics);
+        match self.setup.force_return {
+            ForceReturn::Held => {
+                mechanics.outputs(u, own)?;
+                self.scheme.input(Side::Mechanics, at, own, u)?;
+                if takes_polynomial.mechanics {
+                    send_polynomial(&*self.scheme, Side::Mechanics, at, mechanics);
+                }
+            }
+            ForceReturn::End => u.copy_from_slice(end),
+            ForceReturn::Mean => history.mean_over(0, 1, u),
+            ForceReturn::Profile | ForceReturn::Pieces => history.mean_over(at.index, at.count, u),
+        }
+        if let (Some(late), false) = (late, self.setup.force_return == ForceReturn::Held) {
+            late.deliver_force(step, at.index, at.count, u);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Numbers for reading: three significant digits and a prefix before the unit.
 
 /// Between a number and its unit, so that no line ends there; printed as a space.
-pub(super) const TIED: char = '\u{a0}';
+pub const TIED: char = '\u{a0}';
 
 /// Prefixes by their exponents of ten.
 const PREFIXES: [(i32, &str); 9] =
@@ -11,12 +11,12 @@ const PREFIXES: [(i32, &str); 9] =
 const PREFIXED: [&str; 8] = ["s", "m", "m/s", "N", "N s", "J", "W", "Pa"];
 
 /// Writes a quantity with three significant digits, `17.3 N` or `671 µm`.
-pub(super) fn quantity(value: f64, unit: &str) -> String {
+pub fn quantity(value: f64, unit: &str) -> String {
     with_digits(value, unit, 3)
 }
 
 /// Writes a quantity with so many significant digits; zeros behind the last one are left out.
-pub(super) fn with_digits(value: f64, unit: &str, digits: usize) -> String {
+pub fn with_digits(value: f64, unit: &str, digits: usize) -> String {
     let unit = if unit == "-" { "" } else { unit };
     let join = |number: String, prefix: &str| format!("{number}{TIED}{prefix}{unit}").trim_end().to_owned();
     if value == 0.0 || !value.is_finite() {
@@ -52,12 +52,12 @@ pub(super) fn with_digits(value: f64, unit: &str, digits: usize) -> String {
 }
 
 /// Writes how many there are of something whose plural ends in s, `1 run`, `2 runs`.
-pub(super) fn counted(count: usize, what: &str) -> String {
+pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Writes a share as a percentage of three significant digits.
-pub(super) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     let share = 100.0 * share;
     if share > 0.0 && share < 1e-3 {
         return format!("{share:.1e}{TIED}%");

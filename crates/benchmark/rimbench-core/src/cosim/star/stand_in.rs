@@ -1,0 +1,149 @@
+//! The actuator side of one bond of a star: its own actuators, and stand-ins for those of other bonds.
+
+use crate::cosim::capabilities::Capabilities;
+use crate::cosim::energy_account::EnergyAccount;
+use crate::cosim::output_rates::OutputRates;
+use crate::cosim::subsystem::{Subsystem, subsystem_methods};
+use crate::error::{Cause, Failure};
+
+/// How the force of another actuator moves with the motion of its row, and the motion that it belongs to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Law {
+    pub(super) rate: f64,
+    pub(super) feedthrough: [f64; 2],
+    pub(super) rate_gain: [f64; 2],
+    pub(super) at: [f64; 2],
+}
+
+impl Law {
+    fn moved(&self, gain: [f64; 2], u: [f64; 2]) -> f64 {
+        (0..2).map(|i| gain[i] * (u[i] - self.at[i])).sum()
+    }
+}
+
+/// What a bond knows of an actuator of another bond, from the last time on that it was told.
+///
+/// ```text
+/// y_j = profile of j, as far as it is told        else F_j + d_j + D_j (u − u_k),  ḋ_j = r_j + R_j (u − u_k)
+/// ```
+/// `ḋ_j` is taken with the motion at the start of a micro step.
+#[derive(Debug, Clone)]
+pub(super) struct StandIn {
+    force: f64,
+    law: Option<Law>,
+    drift: f64,
+    rate: f64,
+    /// Start and length of the parts of the profile, s, and their forces.
+    start: f64,
+    length: f64,
+    profile: Vec<f64>,
+}
+
+impl StandIn {
+    /// Makes room for a profile of so many parts.
+    pub(super) fn new(parts: usize) -> Self {
+        let profile = Vec::with_capacity(parts);
+        StandIn { force: 0.0, law: None, drift: 0.0, rate: 0.0, start: 0.0, length: 1.0, profile }
+    }
+
+    /// Begins anew, with a force and perhaps a law.
+    pub(super) fn know(&mut self, force: f64, law: Option<Law>) {
+        (self.force, self.law, self.drift) = (force, law, 0.0);
+        self.profile.clear();
+    }
+
+    /// Is told of a profile from `start` (s) on, in parts of `length` (s).
+    pub(super) fn hear(&mut self, start: f64, length: f64, profile: impl Iterator<Item = f64>) {
+        (self.start, self.length) = (start, length);
+        self.profile.extend(profile);
+    }
+
+    fn output(&mut self, now: f64, u: [f64; 2]) -> f64 {
+        if let Some(law) = &self.law {
+            self.rate = law.rate + law.moved(law.rate_gain, u);
+        }
+        // A part of the slack of times that are sums, so that each finds its own part.
+        let told = self.profile.get(((now - self.start) / self.length + 1e-6) as usize).copied();
+        let moved = || self.law.map_or(0.0, |law| law.moved(law.feedthrough, u));
+        told.unwrap_or_else(|| self.force + self.drift + moved())
+    }
+
+    fn step(&mut self, h: f64) {
+        if self.law.is_some() {
+            self.drift += h * self.rate;
+        }
+    }
+}
+
+/// Why a side has no bonds.
+pub(super) const NOT_APART: &str = "the actuator side is one subsystem, which cannot be divided among bonds";
+
+/// The actuator side as one bond has it: `u = [s₁ … s_N w₁ … w_N] → y = [F₁ … F_N]`, as any other.
+pub(super) struct BondSide<'a> {
+    /// All actuators.
+    pub(super) whole: &'a mut (dyn Subsystem + 'a),
+    /// Of each row: none where the actuator is its own.
+    pub(super) others: &'a mut [Option<StandIn>],
+    pub(super) now: &'a mut f64,
+}
+
+/// Lends the actuator of one row.
+pub(super) fn actuator_of<'a>(
+    whole: &'a mut (dyn Subsystem + '_),
+    row: usize,
+) -> Result<&'a mut dyn Subsystem, Failure> {
+    whole.capabilities().actuator_of_row(row).ok_or_else(|| Cause::NotOffered { what: NOT_APART.into() }.into())
+}
+
+impl Subsystem for BondSide<'_> {
+    subsystem_methods!(capabilities no_clone);
+
+    fn ports(&self) -> &crate::cosim::Ports {
+        self.whole.ports()
+    }
+
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        let n = self.others.len();
+        for (i, other) in self.others.iter_mut().enumerate() {
+            let own = [u[i], u[n + i]];
+            match other {
+                None => actuator_of(self.whole, i)?.outputs(&own, &mut y[i..=i])?,
+                Some(other) => y[i] = other.output(*self.now, own),
+            }
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        let n = self.others.len();
+        for (i, other) in self.others.iter_mut().enumerate() {
+            match other {
+                None => actuator_of(self.whole, i)?.step(t, &[u[i], u[n + i]], h)?,
+                Some(other) => other.step(h),
+            }
+        }
+        *self.now = t + h;
+        Ok(())
+    }
+
+    fn counters(&self) -> crate::cosim::SubsystemCounters {
+        self.whole.counters()
+    }
+}
+
+impl Capabilities for BondSide<'_> {
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        let known = self.whole.capabilities().output_rates(t, u, rates)?;
+        let inputs = u.len();
+        for (i, _) in self.others.iter().enumerate().filter(|(_, other)| other.is_some()) {
+            rates.rate[i] = 0.0;
+            rates.feedthrough[i * inputs..(i + 1) * inputs].fill(0.0);
+            rates.rate_gain[i * inputs..(i + 1) * inputs].fill(0.0);
+        }
+        Ok(known)
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        self.whole.capabilities().energy_account()
+    }
+}
