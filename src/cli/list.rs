@@ -103,8 +103,10 @@ impl List {
                 })
                 .collect(),
             What::Parameters if case.is_none() && self.format == Format::Table => {
-                let message =
-                    format!("`list parameters` needs a case; valid: --case NAME, as `{} list cases` names them", program());
+                let message = format!(
+                    "`list parameters` needs a case; valid: --case NAME, as `{} list cases` names them",
+                    program()
+                );
                 return Err(Error::Incompatible(message).into());
             }
             What::Parameters => catalogue

@@ -91,7 +91,7 @@ impl Simulate {
             let from = what_happens(&spec, &catalogue, at_s, StopFlag::never())?;
             let alone = spec.scheme.name == "monolithic";
             write_trace(path, &if alone { from.happens } else { believed(&spec, &from)? }, None)?;
-            print(&format!("{}: one row per micro step from {}", path.display(), quantity(at_s, "s")))?;
+            print(&format!("{}: one row per micro step from {at_s} s", path.display()))?;
             return Ok(ExitCode::SUCCESS);
         }
         let spec = if self.audit { spec.audited()? } else { spec };

@@ -6,6 +6,7 @@ mod support;
 mod adds_up;
 mod adversaries;
 mod answers;
+mod beliefs;
 mod ceilings;
 mod complementarity;
 mod cones;

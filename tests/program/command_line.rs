@@ -517,3 +517,22 @@ fn a_range_of_more_macro_steps_than_there_may_be_runs_is_refused_wherever_it_is_
     let said = refused(&mut call("advise --case bouncing-ball --error 1% --from 1e-300 --to 1 --per-decade 1000"));
     assert!(said.contains("at most 100000 macro steps between"), "{said}");
 }
+
+#[test]
+fn a_run_is_plotted_beside_its_reference_and_a_belief_is_traced_per_micro_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let plotted = "--scheme rim-nonsmooth --macro-step 5e-3 --plot";
+    simulate(plotted).arg(place("run.svg")).assert().success();
+    let svg = std::fs::read_to_string(place("run.svg")).unwrap();
+    assert_has(&svg, &["actuator length (m)", "actuator force (N)", "contact closed", "1 right wedge", "reference"]);
+    simulate(plotted).arg(place("run.png")).assert().success();
+    assert!(std::fs::read(place("run.png")).unwrap().starts_with(b"\x89PNG"));
+    assert_has(&refused(simulate(plotted).arg(place("run.jpg"))), &["run.jpg", "must end in .svg or .png"]);
+    let believed = "--scheme rim-nonsmooth --macro-step 5e-3 --believe-at";
+    simulate(&format!("{believed} 1.695s --trace")).arg(place("belief.csv")).assert().success();
+    let belief = std::fs::read_to_string(place("belief.csv")).unwrap();
+    assert!(belief.starts_with("time_s,") && belief.lines().count() == 1 + 101, "{belief}");
+    let late = refused(simulate(&format!("{believed} 2.5s --trace")).arg(place("late.csv")));
+    assert!(late.contains("ends within 2.5 s") && !place("late.csv").exists(), "{late}");
+}

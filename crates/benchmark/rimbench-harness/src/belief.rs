@@ -37,8 +37,12 @@ pub fn what_happens(spec: &RunSpec, catalogue: &Catalogue, at_s: f64, stop: Stop
     let step = MacroStep { index: 0, start: at_s, length: spec.macro_step };
     let micro_step = own.actuator_micro_step(step);
     let first = (at_s / micro_step).round();
-    if !(at_s.is_finite() && at_s >= 0.0 && (first * micro_step - at_s).abs() <= 1e-9 * micro_step.max(at_s)) {
-        let expected = format!("a time from 0 s that is a multiple of the micro step, {micro_step} s");
+    let within = (0.0..=spec.duration - spec.macro_step + 1e-9 * spec.duration).contains(&at_s);
+    if !within || (first * micro_step - at_s).abs() > 1e-9 * micro_step.max(at_s) {
+        let duration = spec.duration;
+        let expected = format!(
+            "a multiple of the micro step, {micro_step} s, at which a macro step starts that ends within {duration} s"
+        );
         return Err(Error::invalid("believe_at", at_s, expected));
     }
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
@@ -109,7 +113,9 @@ pub fn believed(spec: &RunSpec, from: &TrueState) -> Result<Trajectory> {
     ];
     if let Some((what, _)) = refused.iter().find(|(_, refused)| *refused) {
         let name = &spec.scheme.name;
-        return Err(Error::Incompatible(format!("believe_at: {name} {what}; valid: what one macro step says in time")));
+        return Err(Error::Incompatible(format!(
+            "believe_at: {name} {what}; valid: a scheme that neither repeats nor tries steps, with samples in time and the true model"
+        )));
     }
     cover(spec, from.step, sides, coupling.scheme, coupling.exchange).map_err(|failure| not_known(spec, &failure))
 }

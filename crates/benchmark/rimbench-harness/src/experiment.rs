@@ -204,6 +204,9 @@ struct BeliefEntry {
     schemes: Vec<String>,
 }
 
+/// Where a macro step starts (s), and the runs whose beliefs within it are stored, each with its label.
+type Beliefs = (f64, Vec<(String, RunSpec)>);
+
 /// Where the tables of a file stand.
 #[derive(Deserialize)]
 struct Places {
@@ -397,7 +400,7 @@ impl Experiment {
     ///
     /// # Errors
     /// Names, values or combinations that are not valid, with the place of the entry.
-    pub(super) fn beliefs(&self, catalogue: &Catalogue) -> Result<Vec<(f64, Vec<(String, RunSpec)>)>> {
+    pub(super) fn beliefs(&self, catalogue: &Catalogue) -> Result<Vec<Beliefs>> {
         let entry = |(index, entry): (usize, &BeliefEntry)| {
             let of_label = |label: &String| {
                 let row = self.schemes.iter().find(|row| row.label == *label).map(|row| row.request.clone());

@@ -14,6 +14,9 @@ use std::path::Path;
 /// Pixels of a PNG per px of the SVG.
 const PIXELS: f64 = 2.0;
 
+/// Gap up to which a contact is drawn as closed, m: that at which it closes where runs are judged.
+const CLOSED: f64 = 1e-5;
+
 /// Checks that a plot is written in a format that there is, by the end of its file's name.
 ///
 /// # Errors
@@ -65,7 +68,7 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
         for (shift, (id, name, trajectory, style)) in [0.12, -0.12].into_iter().zip(shown) {
             let of_contact = |(index, column): (usize, &&String)| {
                 let y = index as f64 + 1.0 + shift;
-                let closed = |(t, gap): (f64, f64)| (t, if gap <= 0.0 { y } else { f64::NAN });
+                let closed = |(t, gap): (f64, f64)| (t, if gap <= CLOSED { y } else { f64::NAN });
                 pairs(trajectory, column).into_iter().map(closed).chain([(f64::NAN, f64::NAN)]).collect::<Vec<_>>()
             };
             let points = contacts.iter().enumerate().flat_map(of_contact).collect();

@@ -61,7 +61,11 @@ const STROBES: usize = 5;
 const SOFT: Stroke = Stroke { color: Color::SOFT_INK, width: 1.2, dash: &[] };
 
 /// What happens, or what a scheme believes: per micro step time (s), gap (m), contact force and force (N).
-struct Rows(Vec<[f64; 4]>);
+struct Rows {
+    rows: Vec<[f64; 4]>,
+    /// Whether any contact acts.
+    acts: bool,
+}
 
 impl Rows {
     fn read(table: &ResultsTable, scheme: &str, contact: &str) -> Result<Self> {
@@ -79,31 +83,33 @@ impl Rows {
         if of_scheme.len() < 2 {
             return Err(Error::file(table.path(), format!("has no belief of `{scheme}`")));
         }
-        Ok(Rows(of_scheme.iter().map(|&row| columns.map(|column| table.number(row, column))).collect()))
+        let forces = |name: &String| name.starts_with("contact_force_");
+        let forces: Vec<usize> = (0..table.names().len()).filter(|&column| forces(&table.names()[column])).collect();
+        let acts = of_scheme.iter().any(|&row| forces.iter().any(|&column| table.number(row, column) != 0.0));
+        let rows = of_scheme.iter().map(|&row| columns.map(|column| table.number(row, column))).collect();
+        Ok(Rows { rows, acts })
     }
 
     fn first(&self) -> [f64; 4] {
-        self.0[0]
+        self.rows[0]
     }
 
     fn last(&self) -> [f64; 4] {
-        self.0[self.0.len() - 1]
+        self.rows[self.rows.len() - 1]
     }
 
     fn most(&self, column: usize) -> f64 {
-        self.0.iter().map(|row| row[column].abs()).fold(0.0, f64::max)
+        self.rows.iter().map(|row| row[column].abs()).fold(0.0, f64::max)
     }
 
     /// Whether the contact pulls, or acts at a distance, as only one that is held does.
     fn is_welded(&self, closed: f64) -> bool {
-        let [pull, _] = self.pull();
-        pull < 0.0 || self.0.iter().skip(1).any(|row| row[2].abs() > 0.0 && row[1] > closed)
+        self.pull() < 0.0 || self.rows.iter().skip(1).any(|row| row[2].abs() > 0.0 && row[1] > closed)
     }
 
-    /// The most negative contact force and the force beside it, N.
-    fn pull(&self) -> [f64; 2] {
-        let least = self.0.iter().min_by(|one, other| one[2].total_cmp(&other[2])).unwrap_or(&[0.0; 4]);
-        [least[2].min(0.0), least[3]]
+    /// The contact force that pulls most, N; 0 where none does.
+    fn pull(&self) -> f64 {
+        self.rows.iter().map(|row| row[2]).fold(0.0, f64::min)
     }
 }
 
@@ -147,21 +153,19 @@ impl Column<'_> {
     fn verdict(&self, rows: &Rows) -> Vec<String> {
         let (gap, closed) = (rows.last()[1], self.closed());
         let micrometres = |gap: f64| format!("{:.0} µm", gap * 1e6);
-        let words = match (self.is_right(rows), self.opens()) {
-            (true, true) => ["lifts off".to_owned(), format!("by {}", micrometres(gap))],
-            (true, false) => [format!("falls {}", micrometres(rows.first()[1])), "and lands".to_owned()],
-            (false, _) if rows.pull()[0] < 0.0 && gap <= closed => {
-                ["pulls it down".to_owned(), format!("with {}", force(-rows.pull()[0]))]
-            }
-            (false, _) if gap < -closed => ["sinks in".to_owned(), String::new()],
-            (false, true) => ["stands still".to_owned(), String::new()],
-            (false, false) => ["hangs in air".to_owned(), String::new()],
+        let words = match self.opens() {
+            _ if gap < -closed => ["sinks in".to_owned(), String::new()],
+            true if gap > closed => ["lifts off".to_owned(), format!("by {}", micrometres(gap))],
+            true if rows.pull() < 0.0 => ["pulls it down".to_owned(), format!("with {}", force(-rows.pull()))],
+            true => ["stands still".to_owned(), String::new()],
+            false if gap > closed => ["hangs in air".to_owned(), String::new()],
+            false => [format!("falls {}", micrometres(rows.first()[1])), "and lands".to_owned()],
         };
         words.into_iter().filter(|line| !line.is_empty()).collect()
     }
 
     /// A lane with what happens, or with a belief and what happens.
-    fn lane(&self, drawing: &mut Drawing, top: f64, rows: &Rows, is_truth: bool, has_contacts: bool) {
+    fn lane(&self, drawing: &mut Drawing, top: f64, rows: &Rows, is_truth: bool) {
         let right = is_truth || self.is_right(rows);
         let color = if is_truth {
             Color::INK
@@ -177,14 +181,14 @@ impl Column<'_> {
         drawing.area(lane.corners(), Some(Color(0xF6, 0xF7, 0xF9)), None);
         drawing.area(Rect { top: ground, ..lane }.corners(), Some(Color::GRID), None);
         drawing.line(vec![(lane.left, ground), (lane.right, ground)], SOFT);
-        let path = |rows: &Rows, least: f64| rows.0.iter().map(|row| at(row, least)).collect::<Vec<Point>>();
+        let path = |rows: &Rows, least: f64| rows.rows.iter().map(|row| at(row, least)).collect::<Vec<Point>>();
         let (own, true_path) = (path(rows, f64::NEG_INFINITY), path(&self.truth, 0.0));
         if !right {
             let between: Vec<Point> = own.iter().chain(true_path.iter().rev()).copied().collect();
             drawing.area(polygon(&between, &lane), Some(color.mix(Color::WHITE, 0.72)), None);
         }
         let strobes: Vec<&[f64; 4]> =
-            (0..=STROBES).map(|strobe| &rows.0[(rows.0.len() - 1) * strobe / STROBES]).collect();
+            (0..=STROBES).map(|strobe| &rows.rows[(rows.rows.len() - 1) * strobe / STROBES]).collect();
         for row in &strobes {
             let (x, y) = at(row, f64::NEG_INFINITY);
             let (fill, edge) = (color.mix(Color::WHITE, 0.8), Stroke::solid(color, 1.4));
@@ -202,8 +206,8 @@ impl Column<'_> {
         for piece in polyline(&own, |_| lane) {
             drawing.line(piece, Stroke::solid(color, 2.0));
         }
-        let welded = has_contacts && !right && rows.is_welded(self.closed());
-        for row in strobes.iter().filter(|_| has_contacts) {
+        let welded = rows.acts && !right && rows.is_welded(self.closed());
+        for row in strobes.iter().filter(|_| rows.acts) {
             let (x, y) = at(row, f64::NEG_INFINITY);
             if welded {
                 drawing.line(vec![(x, y), (x, ground)], Stroke::solid(color, 3.6));
@@ -297,13 +301,13 @@ impl FigureOptions for MechanismFigure {
         let truths = columns.iter().map(|column| column.truth.most(3)).fold(0.0, f64::max);
         let shown = columns.iter().flat_map(|column| column.beliefs.iter().chain([&column.truth]));
         let shown =
-            shown.filter(|rows| rows.most(3) <= BEYOND * truths).flat_map(|rows| rows.0.iter().map(|row| row[3]));
+            shown.filter(|rows| rows.most(3) <= BEYOND * truths).flat_map(|rows| rows.rows.iter().map(|row| row[3]));
         let (low, high) = shown.fold((0.0, 0.0), |(low, high): (f64, f64), force| (low.min(force), high.max(force)));
         let (low, high) = (low - 0.08 * (high - low), high + 0.08 * (high - low));
         let top = bottom + 36.0;
         let y = |force: f64| top + plot * (high - force) / (high - low);
         drawing.text(Text::new("Force of the actuator", (12.0, top + 16.0), 12.0).bold());
-        drawing.text(Text::new("wide and grey: what happens", (12.0, top + 31.0), 11.5).colored(Color::SOFT_INK));
+        drawing.text(Text::new("grey: what happens", (12.0, top + 31.0), 11.5).colored(Color::SOFT_INK));
         let ticks = linear(low / 1e3, high / 1e3, 4);
         for (index, column) in columns.iter().enumerate() {
             column.machine(&mut drawing)?;
@@ -317,10 +321,9 @@ impl FigureOptions for MechanismFigure {
             let end = column.left + column.width + 7.0;
             let head = |words: &str, at: Point| Text::new(words, at, 11.5).colored(Color::SOFT_INK);
             drawing.text(head("force at the end", (end, LANES - 5.0)));
-            column.lane(&mut drawing, lane_top(0), &column.truth, true, true);
+            column.lane(&mut drawing, lane_top(0), &column.truth, true);
             for (belief, rows) in column.beliefs.iter().enumerate() {
-                let has_contacts = rows.0.iter().any(|row| row[2] != 0.0) || belief > 0;
-                column.lane(&mut drawing, lane_top(1 + belief), rows, false, has_contacts);
+                column.lane(&mut drawing, lane_top(1 + belief), rows, false);
             }
             let length = column.truth.last()[0] - column.truth.first()[0];
             let words = format!("{:.0} ms, no exchange", 1e3 * length);
@@ -389,13 +392,16 @@ impl MechanismFigure {
         let place = Rect { left: column.left, top, right: column.left + column.width, bottom: top + height };
         drawing.area(place.corners(), Some(Color(0xF6, 0xF7, 0xF9)), None);
         drawing.line(vec![(place.left, y(0.0)), (place.right, y(0.0))], SOFT);
-        let path = |rows: &Rows| rows.0.iter().map(|row| (column.x(row[0]), y(row[3]))).collect::<Vec<Point>>();
+        let path = |rows: &Rows| rows.rows.iter().map(|row| (column.x(row[0]), y(row[3]))).collect::<Vec<Point>>();
         drawing.line(path(&column.truth), Stroke::solid(Color::SOFT_INK.mix(Color::WHITE, 0.55), 6.0));
         let mut series = Vec::new();
         let mut ends: Vec<(f64, Vec<&str>, Color)> = Vec::new();
-        let named = column.beliefs.iter().zip(names);
+        // In short, as there is little room.
+        let short = |name: &String| name.split(',').next().unwrap_or_default().replace(" model", "");
+        let names: Vec<String> = names.iter().map(short).collect();
+        let named = column.beliefs.iter().zip(&names);
         for (rows, name) in named.clone().chain([(&column.truth, &"what happens".to_owned())]) {
-            let points = rows.0.iter().zip(path(rows));
+            let points = rows.rows.iter().zip(path(rows));
             let datum = |(row, at): (&[f64; 4], Point)| Datum {
                 x: row[0],
                 y: row[3],
@@ -407,9 +413,11 @@ impl MechanismFigure {
         }
         for (rows, name) in named {
             let color = if column.is_right(rows) { RIGHT } else { WRONG };
-            for piece in polyline(&path(rows), |_| place) {
-                drawing.line(piece, Stroke::solid(color, 2.0));
-            }
+            drawing.group(name, |drawing| {
+                for piece in polyline(&path(rows), |_| place) {
+                    drawing.line(piece, Stroke::solid(color, 2.0));
+                }
+            });
             if rows.most(3) > most {
                 let words = format!("{name}: {}", force(rows.last()[3]));
                 drawing.text(Text::new(words, (place.left + 26.0, top + 13.0), 11.5).colored(color));

@@ -662,3 +662,76 @@ fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
     let differ: Vec<_> = said.symmetric_difference(&taken).collect();
     assert!(differ.is_empty(), "docs/guide/figure-keys.md and what figures take differ in (kind, key) {differ:?}");
 }
+
+/// Two macro steps of two micro steps each, as `[[beliefs]]` are stored: a contact opens, and one closes.
+#[test]
+fn a_belief_is_judged_by_its_force_at_the_end_and_told_by_what_becomes_of_the_contact() {
+    let place = MadeUp::new();
+    let folder = place.path("traces");
+    std::fs::create_dir_all(&folder).unwrap();
+    let header =
+        "scheme,time_s,box_x_m,box_y_m,box_angle_rad,gap_disc_ledge_m,contact_force_disc_ledge_n,actuator_force_n\n";
+    let rows = |scheme: &str, gaps: [f64; 3], contact: f64, end: f64| -> String {
+        let row = |k: usize| {
+            let (contact, force) = if k == 0 { (0.0, 0.0) } else { (contact, end * k as f64 / 2.0) };
+            format!("{scheme},{},0.0,0.4,0.0,{},{contact},{force}\n", 5e-3 * k as f64, gaps[k])
+        };
+        (0..3).map(row).collect()
+    };
+    let write = |case: &str, of: [String; 5]| {
+        let text = header.to_owned() + &of.concat();
+        std::fs::write(folder.join(format!("beliefs-{case}.csv")), text).unwrap();
+    };
+    let opens = [0.0, 2e-6, 8e-6];
+    let schemes = ["zero-order-hold", "rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
+    write(
+        "wedge-box-reversal",
+        [
+            rows("", opens, 0.0, 1000.0),
+            rows(schemes[0], [0.0; 3], 0.0, 2000.0),
+            rows(schemes[1], [0.0; 3], -13_800.0, 2000.0),
+            rows(schemes[2], opens, 0.0, 1009.0),
+            rows(schemes[3], opens, 0.0, 1011.0),
+        ],
+    );
+    write(
+        "wedge-box",
+        [
+            rows("", [4e-5, 0.0, 0.0], 500.0, -700.0),
+            rows(schemes[0], [4e-5, 0.0, -8e-5], 0.0, -100.0),
+            rows(schemes[1], [4e-5; 3], 900.0, 26_200.0),
+            rows(schemes[2], [4e-5, 0.0, -8e-5], 0.0, -100.0),
+            rows(schemes[3], [4e-5, 0.0, 0.0], 500.0, -701.0),
+        ],
+    );
+    let panel = |case: &str| {
+        format!(
+            "[[figure.panels]]\ntitle = \"{case}\"\nnote = \"it; moves\"\ncase = \"{case}\"\ncontact = \"disc_ledge\"\n\
+             frame = \"box\"\nat = [-0.8, -0.39]\n"
+        )
+    };
+    let list = format!(
+        "[[figure]]\nid = \"mine\"\nkind = \"mechanism\"\nexperiment = \"study/made-up\"\nbeliefs = {schemes:?}\n\
+         words = [\"\", \"\", \"\", \"\"]\n{}{}",
+        panel("wedge-box-reversal"),
+        panel("wedge-box")
+    );
+    let list = FigureList::parse(Path::new("list.toml"), &list).unwrap();
+    let drawing = list.figures[0].drawn(place.0.path(), &Styles::standard()).unwrap();
+    let texts = texts_of(&render::svg(&drawing));
+    let told = |words: &str| texts.get(words).copied().unwrap_or(0);
+    // A hundredth of the largest true force is right, more is not.
+    let color = |words: &str| {
+        let of = |shape: &Shape| matches!(shape, Shape::Text(text) if text.content == words).then(|| shape.clone());
+        match drawing.shapes.iter().find_map(of) {
+            Some(Shape::Text(text)) => text.color,
+            _ => panic!("no {words}: {texts:?}"),
+        }
+    };
+    assert!(color("1009 N") != color("1011 N") && color("1011 N") == color("26.2 kN"));
+    assert_eq!([told("lifts off"), told("by 8 µm")], [3, 3], "{texts:?}");
+    assert_eq!([told("pulls it down"), told("with 13.8 kN"), told("hangs in air"), told("26.2 kN")], [1; 4]);
+    assert_eq!([told("sinks in"), told("falls 40 µm"), told("and lands")], [2; 3]);
+    assert_eq!(drawing.data.len(), 2);
+    assert!(drawing.data.iter().all(|panel| panel.series.len() == 5));
+}
