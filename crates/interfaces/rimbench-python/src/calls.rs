@@ -347,8 +347,9 @@ pub fn run(
     quick: &Bound<'_, PyAny>,
     fresh: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
-    (cases, schemes): (Bound<'_, PyAny>, Bound<'_, PyAny>),
+    cases_and_schemes: (Bound<'_, PyAny>, Bound<'_, PyAny>),
 ) -> PyResult<PathBuf> {
+    let (cases, schemes) = cases_and_schemes;
     let file: PathBuf = given("file", file, "the path of an experiment file")?;
     let out: Option<PathBuf> = out.map(|out| given("out", out, "the path of a folder")).transpose()?;
     let truth = |key, value| given::<bool>(key, value, "True or False");
