@@ -54,7 +54,8 @@ fn splitting_costs_an_error_of_second_order_or_less_before_anything_touches() {
 fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do() {
     const H: f64 = 1.0;
     let rng = &mut Pcg64::seed_from_u64(39);
-    let names = ["1", "2"].map(|name| ActuatorNames { position: name, velocity: name, force: name, observables: &[] });
+    let names = [["position_1_m", "velocity_1_m_s", "force_1_n"], ["position_2_m", "velocity_2_m_s", "force_2_n"]];
+    let names = names.map(|[position, velocity, force]| ActuatorNames { position, velocity, force, observables: &[] });
     for star in 0..4 {
         let arms = draw(rng, 2, 0.3);
         let rows: Vec<[f64; 2]> = arms.iter().map(|arm| [1.0, *arm]).collect();

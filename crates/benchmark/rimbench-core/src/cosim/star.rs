@@ -94,6 +94,8 @@ struct StarState {
     diverged: Option<Outcome>,
     inside: Option<Trajectory>,
     booked: [u64; 2],
+    /// Room for what is reported of each bond.
+    work: Vec<InterfaceWork>,
 }
 
 /// A star between two calls of the loop.
@@ -174,6 +176,7 @@ impl Star {
             diverged: None,
             inside: None,
             booked: [0; 2],
+            work: Vec::with_capacity(bonds.len()),
         };
         Ok(Star { plan: plan.clone(), schedule: layout.schedule, told: layout.told, bonds, state })
     }
@@ -611,7 +614,8 @@ impl RunningStar<'_> {
         let interface_work = self.interface_work();
         let work_of =
             |bond: &Bond| InterfaceWork { sent_j: bond.state.work_sent.sent(), received_j: Some(bond.work_received) };
-        let bonds = self.star.bonds.iter().map(work_of).collect();
+        let mut bonds = std::mem::take(&mut self.star.state.work);
+        bonds.extend(self.star.bonds.iter().map(work_of));
         let StarState { time, diverged, inside, booked, .. } = &mut self.star.state;
         let (inside, booked_micro_steps) = (inside.take(), *booked);
         let outcome = log.outcome(*time, diverged.take(), ended);
