@@ -137,7 +137,7 @@ fn bodies_of_heaps_rows_and_chains_move() {
         assert_eq!(spec.with_drawn_coordinates().id(), spec.id());
         assert_eq!(value(&simulator.answer(&format!("run\n{lines}")), "run_id"), spec.id());
     }
-    assert_eq!(of_bodies, 5);
+    assert_eq!(of_bodies, 4);
 }
 
 /// Two pictures with one sign show nothing of the schemes.

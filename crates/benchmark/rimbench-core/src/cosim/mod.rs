@@ -14,7 +14,6 @@
 //! between communication points is a [`CouplingScheme`]. [`ForceReturn`] says what the mechanics receives from an
 //! actuator that went first.
 
-mod capabilities;
 mod communication_grid;
 mod communication_point;
 mod contact_mechanics;
@@ -57,7 +56,6 @@ mod trials;
 mod work;
 mod work_meter;
 
-pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
 pub use communication_grid::{CommunicationGrid, MacroStep, MicroStep, division};
 pub use communication_point::CommunicationPoint;
 pub use contact_mechanics::{ContactMechanics, JointActuator, Sent};
@@ -84,7 +82,9 @@ pub use setup::{Bounds, Exchange, Setup};
 pub use side::{PerSide, Side};
 pub use star::{Every, Known, MicroSteps, Order, Partition, Share, Split, Star, StarPlan, Tells, cannot_divide};
 pub use step_rule::{StepControl, StepRule};
-pub use subsystem::{Sides, Subsystem, SubsystemCounters, subsystem_methods};
+pub use subsystem::{
+    Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS, Sides, Subsystem, SubsystemCounters, subsystem_methods,
+};
 pub use trajectory::Trajectory;
 pub use transmission_lines::{LineForces, TransmissionLines};
 pub use trials::{TrialReport, TrialSettings, Trials};

@@ -1,6 +1,9 @@
 //! One side of a co-simulation.
 
-use super::capabilities::Capabilities;
+mod capabilities;
+
+pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
+
 use super::ports::Ports;
 use super::side::PerSide;
 use crate::error::Failure;

@@ -1,8 +1,8 @@
 //! The actuator side of one bond of a star: its own actuators, and stand-ins for those of other bonds.
 
-use crate::cosim::capabilities::Capabilities;
 use crate::cosim::energy_account::EnergyAccount;
 use crate::cosim::output_rates::OutputRates;
+use crate::cosim::subsystem::Capabilities;
 use crate::cosim::subsystem::{Subsystem, subsystem_methods};
 use crate::error::{Cause, Failure};
 

@@ -1,12 +1,12 @@
 //! The optional capabilities of a subsystem, all in one place.
 
-use super::contact_mechanics::ContactMechanics;
-use super::energy_account::EnergyAccount;
-use super::input_polynomials::InputPolynomials;
-use super::integrators::SecondOrder;
-use super::output_rates::OutputRates;
-use super::subsystem::Subsystem;
-use super::transmission_lines::TransmissionLines;
+use super::Subsystem;
+use crate::cosim::contact_mechanics::ContactMechanics;
+use crate::cosim::energy_account::EnergyAccount;
+use crate::cosim::input_polynomials::InputPolynomials;
+use crate::cosim::integrators::SecondOrder;
+use crate::cosim::output_rates::OutputRates;
+use crate::cosim::transmission_lines::TransmissionLines;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use crate::name::Name;
@@ -15,7 +15,7 @@ use crate::name::Name;
 /// only what there is.
 ///
 /// A wrapper returns the capabilities of the subsystem inside it as a whole
-/// ([`Subsystem::capabilities`](super::Subsystem::capabilities)), so that none is lost.
+/// ([`Subsystem::capabilities`]), so that none is lost.
 pub trait Capabilities {
     /// Makes an empty interface model of the right size; none if the subsystem has none to offer.
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
