@@ -1,5 +1,12 @@
 //! The macro loop, written once for every case, scheme and sequence.
 
+mod log;
+mod star;
+
+pub(crate) use log::{End, Log};
+use star::RunningStar;
+pub use star::{Every, Known, MicroSteps, Order, Partition, Share, Split, Star, StarPlan, Tells, cannot_divide};
+
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupled_pair::CoupledPair;
@@ -8,14 +15,12 @@ use super::exchange_data::ExchangeData;
 use super::force_return::ForceReturn;
 use super::interface_work::InterfaceWork;
 use super::late_samples::Shadow;
-use super::log::{End, Log};
 use super::micro_log::micro_log;
 use super::model_audit::ModelAudit;
 use super::pair_state::PairState;
 use super::report::Report;
 use super::run_control::{RunControl, Timer};
 use super::setup::Setup;
-use super::star::RunningStar;
 use super::step_rule::StepControl;
 use super::step_size_control::{ErrorEstimate, MacroInterval, StepSizeControl};
 use super::subsystem::Sides;

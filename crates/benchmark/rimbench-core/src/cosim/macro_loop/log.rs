@@ -1,18 +1,18 @@
 //! The records of a run, put together at its end.
 
-use super::communication_grid::MacroStep;
-use super::communication_point::CommunicationPoint;
-use super::coupled_pair::CoupledPair;
-use super::energy_account::EnergyAudit;
-use super::interface_work::InterfaceWork;
-use super::macro_loop::View;
-use super::outcome::Outcome;
-use super::report::Report;
-use super::run_control::{Stopwatch, Timer};
-use super::setup::Setup;
-use super::side::{PerSide, Side};
-use super::subsystem::Sides;
-use super::work::Work;
+use super::View;
+use crate::cosim::communication_grid::MacroStep;
+use crate::cosim::communication_point::CommunicationPoint;
+use crate::cosim::coupled_pair::CoupledPair;
+use crate::cosim::energy_account::EnergyAudit;
+use crate::cosim::interface_work::InterfaceWork;
+use crate::cosim::outcome::Outcome;
+use crate::cosim::report::Report;
+use crate::cosim::run_control::{Stopwatch, Timer};
+use crate::cosim::setup::Setup;
+use crate::cosim::side::{PerSide, Side};
+use crate::cosim::subsystem::Sides;
+use crate::cosim::work::Work;
 use crate::error::Failure;
 
 /// How the loop ended, where nothing failed.

@@ -19,29 +19,29 @@ pub use self::plan::{Every, Known, MicroSteps, Order, Partition, Share, Split, S
 use self::plan::{Layout, Schedule};
 use self::share::SharedModel;
 use self::stand_in::{BondSide, Law, NOT_APART, StandIn, actuator_of};
-use super::communication_grid::{CommunicationGrid, MacroStep, MicroStep, division};
-use super::communication_point::CommunicationPoint;
-use super::coupled_pair::{CoupledPair, watch_bounds};
-use super::coupling_scheme::{CouplingScheme, Sample, SchemeReport};
-use super::exchange_data::{ExchangeData, NO_INTERFACE_MODEL};
-use super::force_return::{ForceReturn, Sequence};
-use super::interface_work::InterfaceWork;
 use super::log::{End, Log};
-use super::macro_loop::{View, macro_steps};
-use super::mechanics_steps::MechanicsSteps;
-use super::micro_log::micro_log;
-use super::outcome::Outcome;
-use super::output_rates::OutputRates;
-use super::pair_state::PairState;
-use super::report::Report;
-use super::run_control::{RunControl, StopFlag};
-use super::setup::{Bounds, Setup};
-use super::side::{PerSide, Side};
-use super::step_size_control::MacroInterval;
-use super::subsystem::{Sides, Subsystem};
-use super::trajectory::Trajectory;
-use super::work::{CosimCounters, Work};
-use super::work_meter::WorkMeter;
+use super::{View, macro_steps};
+use crate::cosim::communication_grid::{CommunicationGrid, MacroStep, MicroStep, division};
+use crate::cosim::communication_point::CommunicationPoint;
+use crate::cosim::coupled_pair::{CoupledPair, watch_bounds};
+use crate::cosim::coupling_scheme::{CouplingScheme, Sample, SchemeReport};
+use crate::cosim::exchange_data::{ExchangeData, NO_INTERFACE_MODEL};
+use crate::cosim::force_return::{ForceReturn, Sequence};
+use crate::cosim::interface_work::InterfaceWork;
+use crate::cosim::mechanics_steps::MechanicsSteps;
+use crate::cosim::micro_log::micro_log;
+use crate::cosim::outcome::Outcome;
+use crate::cosim::output_rates::OutputRates;
+use crate::cosim::pair_state::PairState;
+use crate::cosim::report::Report;
+use crate::cosim::run_control::{RunControl, StopFlag};
+use crate::cosim::setup::{Bounds, Setup};
+use crate::cosim::side::{PerSide, Side};
+use crate::cosim::step_size_control::MacroInterval;
+use crate::cosim::subsystem::{Sides, Subsystem};
+use crate::cosim::trajectory::Trajectory;
+use crate::cosim::work::{CosimCounters, Work};
+use crate::cosim::work_meter::WorkMeter;
 use crate::error::{Cause, Failure, Result};
 use crate::interface_model::{Correlation, InterfaceCorrelation, ReducedInterfaceModel};
 
@@ -182,7 +182,7 @@ impl Star {
     }
 
     /// Runs hub and bonds, and calls `observe` at each communication point of the hub: what
-    /// [`cosimulate`](super::cosimulate) does with a pair.
+    /// [`cosimulate`](crate::cosim::cosimulate) does with a pair.
     pub fn run(
         mut self,
         setup: &Setup,
