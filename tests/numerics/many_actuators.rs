@@ -78,7 +78,7 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
             let (mut start, mut most) = (None, 0.0_f64);
             star.run(&setup, sides(&mut mechanics, &mut actuator), RunControl::default(), &mut |point| {
                 // Where both have come to the same time.
-                if (point.time / H).round() as u64 % 8 != 0 {
+                if !((point.time / H).round() as u64).is_multiple_of(8) {
                     return;
                 }
                 // Both velocities from those of the rows, and the springs' energy F²/2k.

@@ -24,9 +24,12 @@ pub struct Catalogue {
     scheme_files: Option<Arc<OfFiles<SchemeFile, SchemeEntry>>>,
 }
 
+/// What makes something of a file.
+type Read<K, T> = dyn Fn(&K) -> Result<T> + Send + Sync;
+
 /// What files make, each read once.
 struct OfFiles<K, T> {
-    read: Box<dyn Fn(&K) -> Result<T> + Send + Sync>,
+    read: Box<Read<K, T>>,
     known: Mutex<BTreeMap<(PathBuf, String), Arc<T>>>,
 }
 

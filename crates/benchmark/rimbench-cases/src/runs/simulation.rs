@@ -215,10 +215,10 @@ fn run(
     let coupled = match skip {
         Some(reason) => Err(reason),
         None => match &spec.star {
-            Some(plan) => Ok(Coupled::Star(spec.star(&setup, plan, sides.lend())?)),
+            Some(plan) => Ok(Coupled::Star(Box::new(spec.star(&setup, plan, sides.lend())?))),
             None => {
                 let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain)?;
-                without_forecast(spec, &coupling).map_or(Ok(Coupled::Pair(coupling)), Err)
+                without_forecast(spec, &coupling).map_or_else(|| Ok(Coupled::Pair(Box::new(coupling))), Err)
             }
         },
     };
@@ -266,8 +266,8 @@ fn run(
 
 /// What is run.
 enum Coupled {
-    Pair(Coupling),
-    Star(Star),
+    Pair(Box<Coupling>),
+    Star(Box<Star>),
 }
 
 impl RunSpec {
