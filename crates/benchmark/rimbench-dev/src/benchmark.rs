@@ -1,11 +1,12 @@
 //! A benchmark, and what it counts.
 
 use super::history::COUNTERS;
-use super::suite::whole_run;
-use rimbench_cases::runs::RunSpec;
+use rimbench_cases::runs::{RunSpec, simulate};
 use rimbench_core::complementarity::SolverCounters;
-use rimbench_core::error::Result;
+use rimbench_core::cosim::{Bounds, Outcome, StopFlag, Trajectory};
+use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
+use rimbench_harness::monotonic_clock;
 
 /// What one repetition of a benchmark did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -84,4 +85,31 @@ impl Benchmark {
         let right = (answer - expected).abs() <= tolerance;
         (!right).then(|| format!("wrong answer {answer:.6e}, expected {expected:.6e} ± {tolerance:.1e}"))
     }
+}
+
+/// A run, whose answer is the mean of its interface force, N.
+pub(super) fn whole_run(spec: RunSpec) -> Repetition {
+    Box::new(move || {
+        let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
+        let work = &result.report.work;
+        let mut lcp = work.sides.mechanics.solver;
+        lcp.add(&work.scheme);
+        let completed = result.report.outcome == Outcome::Completed;
+        // Schemes that agree on the peak to all digits still differ in the mean: the answer tells them apart.
+        let forces = forces(&result.trajectory, &spec.case.interface_columns[0].force)?;
+        Ok(Work {
+            macro_steps: work.cosim.macro_steps,
+            mechanics_micro_steps: work.sides.mechanics.micro_steps,
+            actuator_micro_steps: work.sides.actuator.micro_steps,
+            eliminations: work.sides.mechanics.eliminations,
+            lcp,
+            answer: if completed { forces.sum::<f64>() / result.trajectory.len() as f64 } else { f64::NAN },
+        })
+    })
+}
+
+pub(super) fn forces(trajectory: &Trajectory, column: &str) -> Result<impl Iterator<Item = f64>> {
+    let names = || trajectory.columns().iter().map(String::as_str);
+    let index = trajectory.index_of(column).ok_or_else(|| Error::unknown("column", column, names()))?;
+    Ok(trajectory.column(index))
 }

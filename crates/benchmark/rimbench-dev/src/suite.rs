@@ -1,15 +1,14 @@
 //! The fixed suite: whole runs, the reference, kernels. Each benchmark knows the answer it must give.
 
-use super::benchmark::{Benchmark, Repetition, Work};
+use super::benchmark::{Benchmark, Repetition, Work, forces, whole_run};
 use super::kernels;
 use rimbench_cases::cases::Recorder;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
-use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, StopFlag, Trajectory};
-use rimbench_core::error::{Error, Result};
+use rimbench_cases::runs::RunRequest;
+use rimbench_core::cosim::{MechanicsSteps, StopFlag, Trajectory};
+use rimbench_core::error::Result;
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 use rimbench_core::solver_entry::SolverEntry;
-use rimbench_harness::monotonic_clock;
 
 /// Every benchmark, in the order of the rows. Answers of runs are means of the interface force, N; of the reference its
 /// peak.
@@ -44,27 +43,6 @@ fn run(name: &str, macro_step: f64) -> Result<Repetition> {
     Ok(whole_run(request.resolve(&Catalogue::standard())?))
 }
 
-/// A run, whose answer is the mean of its interface force, N.
-pub(super) fn whole_run(spec: RunSpec) -> Repetition {
-    Box::new(move || {
-        let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
-        let work = &result.report.work;
-        let mut lcp = work.sides.mechanics.solver;
-        lcp.add(&work.scheme);
-        let completed = result.report.outcome == Outcome::Completed;
-        // Schemes that agree on the peak to all digits still differ in the mean: the answer tells them apart.
-        let forces = forces(&result.trajectory, &spec.case.interface_columns[0].force)?;
-        Ok(Work {
-            macro_steps: work.cosim.macro_steps,
-            mechanics_micro_steps: work.sides.mechanics.micro_steps,
-            actuator_micro_steps: work.sides.actuator.micro_steps,
-            eliminations: work.sides.mechanics.eliminations,
-            lcp,
-            answer: if completed { forces.sum::<f64>() / result.trajectory.len() as f64 } else { f64::NAN },
-        })
-    })
-}
-
 /// The first half second of the wedge box, by the loop that makes references, with the coarsest step.
 fn reference() -> Result<Repetition> {
     const DURATION: f64 = 0.5;
@@ -90,10 +68,4 @@ fn reference() -> Result<Repetition> {
             answer: if ended.is_ok() { greatest } else { f64::NAN },
         })
     }))
-}
-
-fn forces(trajectory: &Trajectory, column: &str) -> Result<impl Iterator<Item = f64>> {
-    let names = || trajectory.columns().iter().map(String::as_str);
-    let index = trajectory.index_of(column).ok_or_else(|| Error::unknown("column", column, names()))?;
-    Ok(trajectory.column(index))
 }
