@@ -120,10 +120,12 @@
 
   // ---- one run
   const OUTCOME = ["label", "outcome", "outcome_at_s", "reason"];
+  // Said of runs with a model, of which it was an option once.
+  const SETTLED = ["redundancy"];
   // Settings that make a run, as the options of a request.
   const request = (run) => {
     const lines = [];
-    for (const key of Object.keys(run.study.settings).filter((key) => !OUTCOME.includes(key))) {
+    for (const key of Object.keys(run.study.settings).filter((key) => !OUTCOME.includes(key) && !SETTLED.includes(key))) {
       const value = setting(run, key);
       if (!value) continue;
       if (key === "set") lines.push(...value.split(" ").map((pair) => `set.${pair.replace("=", " ")}`));
