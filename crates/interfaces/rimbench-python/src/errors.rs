@@ -82,7 +82,8 @@ fn in_words(py: Python<'_>, error: &PyErr) -> String {
 
 /// The exception for an error, with the exception of a callback that caused it, if one did.
 pub fn exception(py: Python<'_>, error: &Error, raised: Option<PyErr>) -> PyErr {
-    let exception = RimbenchError::new_err(error.to_string());
+    let words = error.to_string().replace("No such file or directory (os error 2)", "there is no such file");
+    let exception = RimbenchError::new_err(words);
     if raised.is_some() {
         exception.set_cause(py, raised);
     }

@@ -101,7 +101,7 @@ def _modules(maker: Any) -> list[Path]:
         for value in list(waiting.pop().values()):
             name = value.__name__ if inspect.ismodule(value) else getattr(value, "__module__", None)
             file = getattr(sys.modules.get(name), "__file__", None) if isinstance(name, str) and name not in seen else None
-            if file and not any(Path(file).resolve().is_relative_to(place) for place in system):
+            if isinstance(name, str) and file and not any(Path(file).resolve().is_relative_to(place) for place in system):
                 seen.add(name)
                 waiting.append(vars(sys.modules[name]))
                 files.append(Path(file))
