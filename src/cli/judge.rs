@@ -3,6 +3,7 @@
 
 use super::number::{percent, quantity};
 use super::screen::{Mood, Table, headline, row};
+use super::simulate::error_row;
 use super::{Format, print, print_json};
 use clap::Args;
 use rimbench::atomic_file::write_atomically;
@@ -85,17 +86,14 @@ fn first_screen(judged: &Judged, problem: &Problem) -> String {
         None => (format!("ended early, at {}", quantity(judged.ended_at_s, "s")), Mood::Bad),
     };
     let mut lines = vec![headline(&about, &verdict, mood)];
-    let uncertain = |of: usize, unit: &str| {
-        let own = problem.rows.iter().map(|row| row.uncertainty[of]).fold(0.0, f64::max);
-        format!(" (reference ± {})", quantity(own, unit))
-    };
+    let uncertain = |of: usize| problem.rows.iter().map(|row| row.uncertainty[of]).reduce(f64::max);
     if let Some(force) = judged.score("force_error_rms_n") {
         let share = judged.score("force_error_rms_of_peak");
         let share = share.map(|share| format!(", {} of the peak", percent(share))).unwrap_or_default();
-        lines.push(row("force error", &format!("{} rms{share}{}", quantity(force, "N"), uncertain(2, "N"))));
+        lines.push(error_row("force error", (force, "N"), &share, uncertain(2)));
     }
     if let Some(position) = judged.score("position_error_rms_m") {
-        lines.push(row("position error", &format!("{} rms{}", quantity(position, "m"), uncertain(0, "m"))));
+        lines.push(error_row("position error", (position, "m"), "", uncertain(0)));
     }
     if let Some(peak) = judged.score("touch_down_peak_ratio").filter(|peak| peak.is_finite()) {
         lines.push(row("touch-down", &format!("peak {} of the reference's", percent(peak))));

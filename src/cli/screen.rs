@@ -2,7 +2,7 @@
 //! and no word broken.
 
 use super::program;
-use rimbench::error::with_short_numbers;
+use rimbench::error::{with_short_numbers, without_system_number};
 
 /// Columns where there is no terminal.
 const COLUMNS: usize = 80;
@@ -214,9 +214,7 @@ const LISTS: [(&str, &str); 6] = [
 /// An error in two lines: what is wrong and where, and what to do. `flags` are those of the command line, without their
 /// dashes, and `typed` those of this call.
 pub(super) fn error(message: &str, flags: &[String], typed: &[String]) -> String {
-    // What the system calls it has a number of its own, which helps nobody.
-    let message =
-        with_short_numbers(message).replace("No such file or directory (os error 2)", "there is no such file");
+    let message = without_system_number(&with_short_numbers(message));
     let (what, valid) = message.split_once("; valid: ").unzip();
     let what = what.unwrap_or(&message);
     let list = LISTS.iter().find(|(kind, _)| what.contains(&format!("unknown {kind} `")));

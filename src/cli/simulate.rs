@@ -236,13 +236,10 @@ impl Said<'_> {
                 Some(share) => format!(", {} of the peak", percent(share)),
                 None => self.reference.without_peak(&spec.case).map_or_else(String::new, |why| format!(", {why}")),
             };
-            let own = run.found.reference_uncertainty[0].map(|own| format!(" (reference ± {})", quantity(own, "N")));
-            let text = format!("{} rms{}{}", quantity(force, "N"), peak, own.unwrap_or_default());
-            lines.push(row("force error", &text));
+            lines.push(error_row("force error", (force, "N"), &peak, run.found.reference_uncertainty[0]));
         }
         if let Some(position) = metric("position_error_rms_m") {
-            let own = run.found.reference_uncertainty[1].map(|own| format!(" (reference ± {})", quantity(own, "m")));
-            lines.push(row("position error", &format!("{} rms{}", quantity(position, "m"), own.unwrap_or_default())));
+            lines.push(error_row("position error", (position, "m"), "", run.found.reference_uncertainty[1]));
         }
         if let Some(peak) = metric("touch_down_peak_ratio").filter(|peak| peak.is_finite()) {
             let opened = match metric("lift_off_height_m") {
@@ -413,4 +410,10 @@ fn tables(spec: &RunSpec, run: &EvaluatedRun) -> String {
         counters.add_row([fact.name.to_owned(), cell]);
     }
     format!("\n{metrics}\n\n{counters}")
+}
+
+/// Says an rms error, what it is in relation to, and how well the reference is known.
+pub(super) fn error_row(label: &str, (error, unit): (f64, &str), relation: &str, uncertainty: Option<f64>) -> String {
+    let own = uncertainty.map(|own| format!(" (reference ± {})", quantity(own, unit))).unwrap_or_default();
+    row(label, &format!("{} rms{relation}{own}", quantity(error, unit)))
 }

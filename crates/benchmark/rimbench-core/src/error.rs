@@ -263,6 +263,11 @@ pub fn shortened(text: &str) -> String {
     if cut.contains(char::is_control) { cut.escape_debug().to_string() } else { cut }
 }
 
+/// Says without the system's own number that a file is not there: the number helps nobody.
+pub fn without_system_number(message: &str) -> String {
+    message.replace("No such file or directory (os error 2)", "there is no such file")
+}
+
 /// Writes numbers of more than twenty digits with an exponent: `1e300` and not three hundred zeros.
 pub fn with_short_numbers(text: &str) -> String {
     let numeric = |c: char| c.is_ascii_digit() || c == '.';

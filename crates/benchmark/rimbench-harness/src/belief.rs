@@ -11,7 +11,7 @@ use rimbench_core::cosim::{
     MicroStep, PerSide, RunControl, Sample, Sequence, Setup, Side, StopFlag, Subsystem, Trajectory,
 };
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::interface_model::{IndependentRows, ReducedInterfaceModel};
 use rimbench_core::iterative::IterativeDriver;
 
 /// Gap up to which a contact counts as closed, m: that of one that opens in a micro step is larger by orders.
@@ -231,32 +231,17 @@ impl Contacts {
             }
             let acts = |(row, w): &(usize, f64)| self.gap[*row] + length * w <= CLOSED || w.abs() <= STILL;
             let acting: Vec<(usize, f64)> = end.rows.iter().copied().zip(end.w.iter().copied()).filter(acts).collect();
-            let missing: Vec<f64> = acting.iter().map(|(row, w)| w - self.w[*row]).collect();
             let rows: Vec<usize> = acting.iter().map(|(row, _)| *row).collect();
-            let impulses = solved(&rows, model, missing);
+            let mut missing = vec![0.0; self.w.len()];
+            acting.iter().for_each(|(row, w)| missing[*row] = w - self.w[*row]);
+            let mut independent = IndependentRows::new(rows.len(), model);
+            let (rows, impulses) = independent.solve(model, &rows, |row| missing[row]);
             self.impulse.fill(0.0);
-            for (&row, impulse) in rows.iter().zip(impulses) {
+            for (&row, &impulse) in rows.iter().zip(impulses) {
                 self.impulse[row] = impulse;
                 self.w.iter_mut().enumerate().for_each(|(other, w)| *w += model.entry(other, row) * impulse);
             }
         }
         self.gap.iter_mut().zip(&self.w).for_each(|(gap, w)| *gap += length * w);
     }
-}
-
-/// Solves `H_uu P = b`; a row that follows from those before has no impulse.
-fn solved(rows: &[usize], model: &ReducedInterfaceModel, mut b: Vec<f64>) -> Vec<f64> {
-    let n = rows.len();
-    let mut h: Vec<Vec<f64>> = rows.iter().map(|&i| rows.iter().map(|&j| model.entry(i, j)).collect()).collect();
-    let mut free = vec![true; n];
-    for k in 0..n {
-        free[k] = h[k][k] > 1e-10 * model.entry(rows[k], rows[k]);
-        for i in (0..n).filter(|&i| free[k] && i != k) {
-            let factor = h[i][k] / h[k][k];
-            let pivot = h[k].clone();
-            h[i].iter_mut().zip(pivot).for_each(|(entry, above)| *entry -= factor * above);
-            b[i] -= factor * b[k];
-        }
-    }
-    (0..n).map(|k| if free[k] { b[k] / h[k][k] } else { 0.0 }).collect()
 }

@@ -50,8 +50,7 @@ pub use folder::collect_shards;
 pub use grid::{MOST_PLANNED, MOST_RUNS, logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use open::{
-    Division, ENTRY, Entry, Evidence, Judged, PACK_VERSION, Packs, Problem, ProblemRow, SCORES, judge, meaning,
-    pack_files,
+    Division, ENTRY, Entry, Evidence, Judged, Packs, Problem, ProblemRow, SCORES, judge, meaning, pack_files,
 };
 pub use provenance::{Provenance, RunOrigin};
 pub use ranking::{PROBLEMS, RULES, Ranked, Ranking};

@@ -343,11 +343,15 @@ fn scales(catalogue: &Catalogue, peaks: &Path) -> Result<Scales> {
     Ok(scales)
 }
 
+/// Cases in which any of these rows has an answer.
+fn cases_of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> BTreeSet<String> {
+    rows.into_iter().flat_map(|row| row.values.keys()).map(|[case, ..]| case.clone()).collect()
+}
+
 /// Problems to which all rows with an answer in each case have one.
 fn common(rows: &BTreeMap<String, Row>) -> BTreeSet<[String; 3]> {
-    let of = |row: &Row| row.values.keys().map(|[case, ..]| case.clone()).collect::<BTreeSet<_>>();
-    let cases: BTreeSet<_> = rows.values().flat_map(of).collect();
-    let whole = || rows.values().filter(|row| of(row) == cases);
+    let cases = cases_of(rows.values());
+    let whole = || rows.values().filter(|row| cases_of([*row]) == cases);
     let answered = |problem: &[String; 3]| whole().all(|row| row.values.contains_key(problem));
     whole().flat_map(|row| row.values.keys()).filter(|own| answered(own)).cloned().collect()
 }
@@ -356,9 +360,8 @@ fn common(rows: &BTreeMap<String, Row>) -> BTreeSet<[String; 3]> {
 /// them have one.
 fn ranked(mut rows: BTreeMap<String, Row>) -> Vec<Row> {
     let problems = common(&rows);
-    let cases: BTreeSet<_> = rows.values().flat_map(|row| row.values.keys().map(|[case, ..]| case.clone())).collect();
-    let of = |row: &Row| row.values.keys().map(|[case, ..]| case.clone()).collect::<BTreeSet<_>>();
-    rows.retain(|_, row| of(row) == cases);
+    let cases = cases_of(rows.values());
+    rows.retain(|_, row| cases_of([&*row]) == cases);
     let mut groups = BTreeMap::<_, Vec<Row>>::new();
     for (label, mut row) in rows.into_iter().filter(|_| !problems.is_empty()) {
         row.values.retain(|problem, _| problems.contains(problem));

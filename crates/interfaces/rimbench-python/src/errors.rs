@@ -3,7 +3,7 @@
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rimbench::error::{Error, Failure};
+use rimbench::error::{Error, Failure, without_system_number};
 use std::cell::Cell;
 
 create_exception!(
@@ -82,8 +82,7 @@ fn in_words(py: Python<'_>, error: &PyErr) -> String {
 
 /// The exception for an error, with the exception of a callback that caused it, if one did.
 pub fn exception(py: Python<'_>, error: &Error, raised: Option<PyErr>) -> PyErr {
-    let words = error.to_string().replace("No such file or directory (os error 2)", "there is no such file");
-    let exception = RimbenchError::new_err(words);
+    let exception = RimbenchError::new_err(without_system_number(&error.to_string()));
     if raised.is_some() {
         exception.set_cause(py, raised);
     }

@@ -204,7 +204,8 @@ fn draw_inside(
     }
     let runs = frame.runs(&series.points);
     for run in &runs {
-        let path = straightened(thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() }));
+        let path = thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() });
+        let path = straightened(path, |vertex| (vertex.at, vertex.beyond));
         let points: Vec<Point> = path.iter().map(|vertex| vertex.at).collect();
         let clip_to = |k: usize| if path[k].beyond || path[k + 1].beyond { frame.whole() } else { frame.area };
         for piece in clip::polyline(&points, clip_to) {
@@ -333,21 +334,22 @@ fn thinned(run: Vec<Vertex>) -> Vec<Vertex> {
 }
 
 /// Leaves out points that lie on the line between those that stay, to a twentieth of a pixel: numbers have one decimal.
-fn straightened(run: Vec<Vertex>) -> Vec<Vertex> {
+/// `place` says where each is, and of which piece: a point of another one stays.
+pub(crate) fn straightened<T: Copy>(run: Vec<T>, place: impl Fn(&T) -> (Point, bool)) -> Vec<T> {
     const OFF: f64 = 0.05;
-    let on_line = |from: Vertex, to: Vertex, between: &Vertex| {
-        let (along, off) =
-            ((to.at.0 - from.at.0, to.at.1 - from.at.1), (between.at.0 - from.at.0, between.at.1 - from.at.1));
+    let on_line = |from: T, to: T, between: &T| {
+        let ([(from, piece), (to, _)], (between, own)) = ([from, to].map(|point| place(&point)), place(between));
+        let (along, off) = ((to.0 - from.0, to.1 - from.1), (between.0 - from.0, between.1 - from.1));
         let (length, dot) = (along.0.hypot(along.1), along.0 * off.0 + along.1 * off.1);
         let inside = (0.0..=length * length).contains(&dot);
-        inside && (along.0 * off.1 - along.1 * off.0).abs() <= OFF * length && between.beyond == from.beyond
+        inside && (along.0 * off.1 - along.1 * off.0).abs() <= OFF * length && own == piece
     };
-    let mut kept: Vec<Vertex> = Vec::new();
+    let mut kept: Vec<T> = Vec::new();
     let mut anchor = 0;
     for at in 0..run.len() {
         // The point before stays where this one would make the line leave one that is left out.
         let leaves = |to: usize| run[anchor + 1..to].iter().any(|between| !on_line(run[anchor], run[to], between));
-        if at > anchor + 1 && (run[at].beyond != run[anchor].beyond || leaves(at)) {
+        if at > anchor + 1 && (place(&run[at]).1 != place(&run[anchor]).1 || leaves(at)) {
             anchor = at - 1;
             kept.push(run[anchor]);
         }
@@ -481,12 +483,12 @@ mod tests {
     fn a_straight_piece_has_two_points_and_a_corner_stays() {
         let vertex = |x: f64, y: f64| Vertex { at: (x, y), beyond: false };
         let run: Vec<Vertex> = (0..50).map(|k| vertex(f64::from(k), (f64::from(k) - 20.0).max(0.0))).collect();
-        let kept = straightened(run.clone());
+        let kept = straightened(run.clone(), |vertex| (vertex.at, vertex.beyond));
         assert_eq!(kept, [run[0], run[20], run[49]]);
         // A curve stays within a twentieth of a pixel of what is drawn.
         let run: Vec<Vertex> =
             (0..500).map(|k| vertex(0.1 * f64::from(k), 20.0 * (0.01 * f64::from(k)).sin())).collect();
-        let kept = straightened(run.clone());
+        let kept = straightened(run.clone(), |vertex| (vertex.at, vertex.beyond));
         assert!(kept.len() < 60, "{}", kept.len());
         for pair in kept.windows(2) {
             for point in run.iter().filter(|point| (pair[0].at.0..=pair[1].at.0).contains(&point.at.0)) {

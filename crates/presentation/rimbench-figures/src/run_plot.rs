@@ -6,6 +6,7 @@ use crate::line_style::LineStyle;
 use crate::render;
 use crate::style::Styles;
 use rimbench_cases::cases::without_unit;
+use rimbench_cases::metrics::CLOSES_AT;
 use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec};
 use rimbench_core::cosim::Trajectory;
 use rimbench_core::error::{Error, Result};
@@ -13,9 +14,6 @@ use std::path::Path;
 
 /// Pixels of a PNG per px of the SVG.
 const PIXELS: f64 = 2.0;
-
-/// Gap up to which a contact is drawn as closed, m: that at which it closes where runs are judged.
-const CLOSED: f64 = 1e-5;
 
 /// Checks that a plot is written in a format that there is, by the end of its file's name.
 ///
@@ -68,7 +66,7 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
         for (shift, (id, name, trajectory, style)) in [0.12, -0.12].into_iter().zip(shown) {
             let of_contact = |(index, column): (usize, &&String)| {
                 let y = index as f64 + 1.0 + shift;
-                let closed = |(t, gap): (f64, f64)| (t, if gap <= CLOSED { y } else { f64::NAN });
+                let closed = |(t, gap): (f64, f64)| (t, if gap <= CLOSES_AT { y } else { f64::NAN });
                 pairs(trajectory, column).into_iter().map(closed).chain([(f64::NAN, f64::NAN)]).collect::<Vec<_>>()
             };
             let points = contacts.iter().enumerate().flat_map(of_contact).collect();

@@ -4,7 +4,7 @@ use rimbench_core::cosim::Trajectory;
 
 /// A contact closes when its gap falls to this, m. A plastic step ends within round-off and the curvature of one step
 /// of the surface; ours.
-pub(super) const CLOSES_AT: f64 = 1e-5;
+pub const CLOSES_AT: f64 = 1e-5;
 
 /// A closed contact opens when its gap exceeds this, m: smaller hops, and what the curvature of a surface lifts a
 /// contact in one step of 20 ms, are no opening; ours.

@@ -25,7 +25,7 @@ pub const USABLE: f64 = 0.1;
 
 pub use contact::STAYS_DOWN_M;
 pub use contact_event::ContactEvent;
-pub use contact_phase::{ContactInterval, ContactIntervals, contact_intervals};
+pub use contact_phase::{CLOSES_AT, ContactInterval, ContactIntervals, contact_intervals};
 pub(crate) use event::touch_downs;
 pub use evidence::{Evidence, Floor, Metric, Only};
 pub(crate) use friction_phase::is_state;

@@ -8,7 +8,7 @@ const DEPENDENT: f64 = 1e-10;
 
 /// Solves `H_AA x = b` for rows A of a model that keeps every entry of `H`.
 #[derive(Debug, Clone)]
-pub(crate) struct IndependentRows {
+pub struct IndependentRows {
     factor: Factor,
     kept: Vec<usize>,
     x: Vec<f64>,
@@ -16,14 +16,14 @@ pub(crate) struct IndependentRows {
 
 impl IndependentRows {
     /// Reserves `rows` rows of models like `empty`.
-    pub(crate) fn new(rows: usize, empty: &ReducedInterfaceModel) -> Self {
+    pub fn new(rows: usize, empty: &ReducedInterfaceModel) -> Self {
         let stride = if rows == 0 { 0 } else { empty.a.len() };
         IndependentRows { factor: Factor::new(stride), kept: Vec::with_capacity(rows), x: Vec::with_capacity(rows) }
     }
 
     /// Returns the independent ones of `rows` with their `x`; a row that depends on those before it has no part in the
     /// answer.
-    pub(crate) fn solve(
+    pub fn solve(
         &mut self,
         model: &ReducedInterfaceModel,
         rows: &[usize],

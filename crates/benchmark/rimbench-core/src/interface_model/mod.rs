@@ -46,6 +46,6 @@ pub(crate) use contact_modes::closed_in_space;
 pub(crate) use correlation::Correlation;
 pub use correlation::InterfaceCorrelation;
 pub use elimination::Elimination;
-pub(crate) use independent_rows::IndependentRows;
+pub use independent_rows::IndependentRows;
 pub use linearisation::{Linearisation, MassMatrix, MatrixForm, Rows};
 pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};

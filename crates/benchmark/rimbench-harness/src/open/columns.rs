@@ -111,6 +111,15 @@ fn unit_of_column(column: &str) -> &'static str {
     if unit.is_empty() { "-" } else { unit }
 }
 
+/// Describes a file of a data package, with its checksum if that is to be said.
+pub(super) fn resource(path: &str, sum: Option<String>) -> Value {
+    let mut resource = json!({"name": path.to_lowercase().replace(['/', '_'], "-"), "path": path});
+    if let Some(sum) = sum {
+        resource["hash"] = json!(format!("sha256:{sum}"));
+    }
+    resource
+}
+
 /// Describes the tables of a results folder, with every column, and the other files, with their checksums but for
 /// those that differ from machine to machine.
 ///
@@ -120,11 +129,7 @@ pub(crate) fn describe(folder: &Path, files: &[String], measured: &[&str]) -> Re
     let mut resources = Vec::new();
     for file in files {
         let path = folder.join(file);
-        let name = file.to_lowercase().replace(['/', '_'], "-");
-        let mut resource = json!({"name": name, "path": file});
-        if !measured.contains(&&**file) {
-            resource["hash"] = json!(sha256_of_file(&path).map(|sum| format!("sha256:{sum}")));
-        }
+        let mut resource = resource(file, sha256_of_file(&path).filter(|_| !measured.contains(&&**file)));
         if file.ends_with(".csv") && !file.contains('/') {
             let mut header = String::new();
             let read = std::fs::File::open(&path).and_then(|file| BufReader::new(file).read_line(&mut header));

@@ -6,11 +6,10 @@
 //! ```
 
 use super::judge::{Judged, judge};
-use super::problem::{PACK_VERSION, Problem};
+use super::problem::{LEAST_PHASES, Problem, pack_version};
 use rimbench_cases::metrics::USABLE;
 use rimbench_core::cosim::Trajectory;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::checksums::sha256_of_file;
 use rimbench_results::input::read_text;
@@ -23,9 +22,6 @@ use std::path::{Path, PathBuf};
 
 /// Name of the file that describes an entry.
 pub const ENTRY: &str = "entry.toml";
-
-/// Phases of each macro step that an entry of the closed division has at least. Ours.
-const LEAST_PHASES: usize = 4;
 
 /// What an entry says of itself.
 #[derive(Debug, Clone, Deserialize)]
@@ -179,7 +175,7 @@ impl Entry {
         if class < least {
             return Err(Error::invalid("class", &self.class, format!("{least} or more, by what it uses")));
         }
-        let version = format!("{NUMERICS_VERSION}.{PACK_VERSION}");
+        let version = pack_version();
         if self.pack_version != version {
             return Err(Error::invalid("pack_version", &self.pack_version, version));
         }

@@ -12,4 +12,4 @@ pub(crate) use columns::{DATA_PACKAGE, describe};
 pub use entry::{Division, ENTRY, Entry, Evidence, Packs};
 pub use judge::{Judged, SCORES, judge};
 pub use pack::pack_files;
-pub use problem::{PACK_VERSION, Problem, ProblemRow};
+pub use problem::{Problem, ProblemRow};

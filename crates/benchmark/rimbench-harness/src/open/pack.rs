@@ -1,5 +1,6 @@
 //! The files of a pack: a problem as others can read, rebuild and score it without this program.
 
+use super::columns::resource;
 use super::judge::{Judged, SCORES, judge_rows};
 use super::problem::{Problem, csv_of, zipped};
 use rimbench_cases::cases::problem_text;
@@ -125,9 +126,8 @@ fn data_package(problem: &Problem, files: &[(String, Vec<u8>)]) -> Result<Vec<u8
     let fields: Vec<Value> = std::iter::once(time).chain(of_row).collect();
     let received = problem.rows.iter().map(|row| field(&row.received, "Force received over the step that ends here"));
     let resources = files.iter().map(|(path, bytes)| {
-        let name = path.to_lowercase().replace(['/', '_'], "-");
-        let mut resource =
-            json!({"name": name, "path": path, "bytes": bytes.len(), "hash": format!("sha256:{}", sha256(bytes))});
+        let mut resource = resource(path, Some(sha256(bytes)));
+        resource["bytes"] = json!(bytes.len());
         if path.ends_with(".csv.gz") {
             let received = received.clone().filter(|_| path.starts_with("example"));
             resource["schema"] = json!({"fields": fields.iter().cloned().chain(received).collect::<Vec<_>>()});

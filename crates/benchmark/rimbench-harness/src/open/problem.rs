@@ -14,10 +14,15 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 /// Version of what a pack holds, behind that of the digits.
-pub const PACK_VERSION: &str = "1";
+const PACK_VERSION: &str = "1";
 
-/// Phases that an entry needs at least. Ours.
-const LEAST_PHASES: usize = 4;
+/// Phases of each macro step that an entry of the closed division has at least. Ours.
+pub(super) const LEAST_PHASES: usize = 4;
+
+/// The version of packs that this program writes and reads.
+pub(super) fn pack_version() -> String {
+    format!("{NUMERICS_VERSION}.{PACK_VERSION}")
+}
 
 /// Most bytes of a table that is read.
 const MOST_BYTES: u64 = 1 << 30;
@@ -128,7 +133,7 @@ impl Problem {
         let problem = Problem {
             problem: case.name.to_string(),
             set: spec.parameters.changed(),
-            version: format!("{NUMERICS_VERSION}.{PACK_VERSION}"),
+            version: pack_version(),
             duration_s: spec.duration,
             macro_steps_s,
             phases,
@@ -150,7 +155,7 @@ impl Problem {
         let path = folder.join("score.json");
         let wrong = |error: serde_json::Error| Error::file(&path, format!("is of no problem pack: {error}"));
         let problem: Problem = serde_json::from_slice(&read_bytes(&path, MOST_BYTES)?).map_err(wrong)?;
-        let expected = format!("{NUMERICS_VERSION}.{PACK_VERSION}");
+        let expected = pack_version();
         if problem.version != expected {
             let message =
                 format!("version = \"{}\" is not that of this program; valid: \"{expected}\"", problem.version);

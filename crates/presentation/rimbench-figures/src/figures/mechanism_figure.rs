@@ -4,6 +4,7 @@ use super::valid;
 use super::{FigureOptions, Source};
 use crate::case_picture::{View, poses, within};
 use crate::clip::{Rect, polygon, polyline};
+use crate::data::straightened;
 use crate::drawing::{Anchor, Color, Datum, Drawing, PanelData, Point, SeriesData, Stroke, Text};
 use crate::style::Styles;
 use crate::ticks::{linear, signed};
@@ -181,7 +182,7 @@ impl Column<'_> {
         drawing.area(lane.corners(), Some(Color(0xF6, 0xF7, 0xF9)), None);
         drawing.area(Rect { top: ground, ..lane }.corners(), Some(Color::GRID), None);
         drawing.line(vec![(lane.left, ground), (lane.right, ground)], SOFT);
-        let path = |rows: &Rows, least: f64| straightened(rows.rows.iter().map(|row| at(row, least)).collect());
+        let path = |rows: &Rows, least: f64| straight(rows.rows.iter().map(|row| at(row, least)).collect());
         let (own, true_path) = (path(rows, f64::NEG_INFINITY), path(&self.truth, 0.0));
         if !right {
             let between: Vec<Point> = own.iter().chain(true_path.iter().rev()).copied().collect();
@@ -393,7 +394,7 @@ impl MechanismFigure {
         drawing.area(place.corners(), Some(Color(0xF6, 0xF7, 0xF9)), None);
         drawing.line(vec![(place.left, y(0.0)), (place.right, y(0.0))], SOFT);
         let path = |rows: &Rows| rows.rows.iter().map(|row| (column.x(row[0]), y(row[3]))).collect::<Vec<Point>>();
-        drawing.line(straightened(path(&column.truth)), Stroke::solid(Color::SOFT_INK.mix(Color::WHITE, 0.55), 6.0));
+        drawing.line(straight(path(&column.truth)), Stroke::solid(Color::SOFT_INK.mix(Color::WHITE, 0.55), 6.0));
         let mut series = Vec::new();
         let mut ends: Vec<(f64, Vec<&str>, Color)> = Vec::new();
         // In short, as there is little room.
@@ -414,7 +415,7 @@ impl MechanismFigure {
         for (rows, name) in named {
             let color = if column.is_right(rows) { RIGHT } else { WRONG };
             drawing.group(name, |drawing| {
-                for piece in polyline(&straightened(path(rows)), |_| place) {
+                for piece in polyline(&straight(path(rows)), |_| place) {
                     drawing.line(piece, Stroke::solid(color, 2.0));
                 }
             });
@@ -445,20 +446,7 @@ impl MechanismFigure {
     }
 }
 
-/// Leaves out points within `FLAT` of the straight line between those that stay.
-fn straightened(points: Vec<Point>) -> Vec<Point> {
-    const FLAT: f64 = 0.08;
-    let mut kept: Vec<Point> = points.first().copied().into_iter().collect();
-    let mut from = 0;
-    for to in 2..points.len() {
-        let ((x, y), (u, v)) = (points[from], points[to]);
-        let (along, across) = (u - x, v - y);
-        let off = |(p, q): &Point| ((p - x) * across - (q - y) * along).abs() > FLAT * along.hypot(across);
-        if points[from + 1..to].iter().any(off) {
-            from = to - 1;
-            kept.push(points[from]);
-        }
-    }
-    kept.extend(points.iter().skip(1).last());
-    kept
+/// Leaves out points that nobody sees.
+fn straight(points: Vec<Point>) -> Vec<Point> {
+    straightened(points, |at| (*at, false))
 }
