@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 /// Makes the Markdown table of claims.
 pub fn claims_markdown(claims: &[CheckedClaim]) -> String {
-    let mut text = String::from("| claim | by | quantity | measured | expected | verdict | experiment |\n");
-    text.push_str("|---|---|---|---|---|---|---|\n");
+    let mut text = String::from("| claim | by | measured | expected | verdict | experiment |\n");
+    text.push_str("|---|---|---|---|---|---|\n");
     for claim in claims {
         // The reason is in claims.csv.
         let mut more = if claim.superseded.is_empty() { String::new() } else { " *(superseded)*".to_owned() };
@@ -15,7 +15,7 @@ pub fn claims_markdown(claims: &[CheckedClaim]) -> String {
         }
         let measured = shown(claim, claim.measured.unwrap_or(f64::NAN), 3) + &trust(claim);
         let [by, verdict] = [claim.by.to_string(), claim.verdict.to_string()];
-        let cells = [&(claim.text.clone() + &more), &by, &claim.quantity, &measured, &claim.expected, &verdict];
+        let cells = [&(claim.text.clone() + &more), &by, &measured, &claim.expected, &verdict];
         let cells = cells.map(|cell| cell.replace('|', "\\|")).join(" | ");
         let _ = writeln!(text, "| {cells} | {} |", claim.experiment);
     }

@@ -8,7 +8,6 @@ use crate::figures::valid::{self, is_file_name};
 use crate::style::{Styles, with_variants};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
-use rimbench_results::claims::{bound_of, digits_apart};
 use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY, SUMMARY_KEYS, read_summary};
 use rimbench_results::results_table::{ResultsTable, read_table};
@@ -73,8 +72,6 @@ pub enum Table {
     Grid(Grid),
     /// Columns of the file.
     List(List),
-    /// Claims of the experiment.
-    Claims(Claims),
 }
 
 /// A cell for each line and column, in brackets how many runs completed where not all did.
@@ -112,14 +109,6 @@ pub struct List {
     digits: usize,
     #[serde(default)]
     names: Names,
-}
-
-/// Claims of an experiment, with what was measured.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Claims {
-    #[serde(default)]
-    only: Only,
 }
 
 /// A cell of a file, or what its rows come to.
@@ -310,7 +299,6 @@ impl Table {
         let made = match self {
             Table::Grid(grid) => source(results, &place.folder, &grid.file).and_then(|file| grid.markdown(&file)),
             Table::List(list) => source(results, &place.folder, &list.file).and_then(|file| list.markdown(&file)),
-            Table::Claims(claims) => claims.markdown(results, &place.folder),
         };
         made.map_err(|error| Error::Incompatible(format!("table `{}`: {error}", place.id())))
     }
@@ -440,32 +428,6 @@ impl List {
             made += &format!("| {} |\n", columns().map(cell).collect::<Vec<_>>().join(" | "));
         }
         Ok(made)
-    }
-}
-
-impl Claims {
-    fn markdown(&self, results: &Path, experiment: &str) -> Result<String> {
-        let (claims, rows) = claims_of(results, experiment)?;
-        let [text, measured, expected, verdict] =
-            ["text", "measured", "expected", "verdict"].map(|name| claims.column(name));
-        let (text, measured, expected, verdict) = (text?, measured?, expected?, verdict?);
-        let failed = claims.column("failed").ok();
-        let wanted = rows_of(&claims, &self.only)?;
-        let mut table = String::from("| claim | measured | expected | |\n|---|---|---|---|\n");
-        for row in rows.into_iter().filter(|row| wanted.contains(row)) {
-            let [text, expected] = [text, expected].map(|column| claims.text(row, column).replace('|', "\\|"));
-            let (value, bound) = (claims.number(row, measured), bound_of(&expected));
-            let mut measured = significant(value, bound.map_or(3, |(_, bound)| digits_apart(value, bound, 3)));
-            // What a number does not show.
-            let meets = bound.is_some_and(|(at_least, bound)| if at_least { value >= bound } else { value <= bound });
-            let failed = failed.map_or(0.0, |column| claims.number(row, column));
-            if failed > 0.0 && claims.text(row, verdict) == "not-reproduced" && (meets || value.is_nan()) {
-                measured += &format!(", {failed} failed");
-            }
-            table +=
-                &format!("| {text} | {measured} | {expected} | {} |\n", claims.text(row, verdict).replace('-', " "));
-        }
-        Ok(table)
     }
 }
 

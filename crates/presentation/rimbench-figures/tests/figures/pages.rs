@@ -28,8 +28,6 @@ cell = "force_error_rms_n_median"
 across = { column = "macro_step_s", unit = "ms", values = [5, 10] }
 digits = 3
 
-[table."study/x/claims".claims]
-
 [table."work/solvers".list]
 file = "work.csv"
 columns = [
@@ -72,10 +70,10 @@ fn markers_are_filled_and_what_is_around_them_stays() {
     let page = "It has <!-- value id=study/x/error unit=mm -->?<!-- /value -->, and \
                 <!-- value claim=study/x:floor unit=N -->?<!-- /value --> of \
                 <!-- value id=study/x/claims -->?<!-- /value -->:\
-                <!-- include results/study/x/tables/claims.md --><!-- /include -->.";
+                <!-- include results/study/x/tables/by-step.md --><!-- /include -->.";
     let once = filled(page).unwrap();
     let text: String = once.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, text)| text)).collect();
-    let table = "| claim | measured | expected | |\n|---|---|---|---|\n| t | 43.3 | ≥ 2 | reproduced |";
+    let table = "| scheme | 5 ms | 10 ms |\n|---|---|---|\n| a | 16.6 | 30.0 (1) |\n| b | 8.30 | – |";
     assert_eq!(text, format!("It has 1.2 mm, and 43 N of 1:\n\n{table}\n\n."));
     assert_eq!(filled(&once).unwrap(), once);
     assert!(has_markers(&once) && !has_markers("no <!-- remark -->"));
@@ -240,17 +238,17 @@ fn what_is_wrong_in_a_list_is_named_with_line_key_and_what_is_valid() {
         ("digits = 3", "digits = 9", 5, "by-step: digits = 9 is not valid; valid: a whole number from 1 to 8"),
         ("digits = 3", "digit = 3", 5, "unknown field `digit`"),
         ("\"ms\"", "\"ft\"", 4, "across: unit: unknown unit `ft`"),
-        ("fold = \"sum\"", "fold = \"mean\"", 13, "`sum`, `max`, `count`"),
-        (".claims]", ".claim]", 7, "unknown variant `claim`, expected one of `grid`, `list`, `claims`"),
-        ("below = 0.3", "over = 0.3", 20, "only: worst: unknown field `over`, expected one of `not`, `among`, `below`"),
+        ("fold = \"sum\"", "fold = \"mean\"", 11, "`sum`, `max`, `count`"),
+        (".list]", ".lists]", 7, "unknown variant `lists`, expected `grid` or `list`"),
+        ("below = 0.3", "over = 0.3", 18, "only: worst: unknown field `over`, expected one of `not`, `among`, `below`"),
         (
             "label = \"a\"",
             "label = true",
-            25,
+            23,
             "only: label = true is not valid; valid: a text, a number, or { not = […]",
         ),
-        ("\"work/two\"", "\"two\"", 18, "folder/name"),
-        ("column = \"id\"\n", "", 27, "missing field `column`"),
+        ("\"work/two\"", "\"two\"", 16, "folder/name"),
+        ("column = \"id\"\n", "", 25, "missing field `column`"),
     ] {
         let error = TableList::parse("t.toml".as_ref(), &LIST.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(error.contains(&format!("t.toml: line {line}, ")) && error.contains(said), "{to}: {error}");
