@@ -10,7 +10,6 @@ use crate::error::Failure;
 pub(crate) struct TrialRoom {
     pub(crate) work: SubsystemCounters,
     taken: usize,
-    motion: Vec<f64>,
 }
 
 /// The mechanics as it stands at the communication point, for steps that are tried on copies of it.
@@ -18,6 +17,7 @@ pub(crate) struct TrialSteps<'a> {
     mechanics: &'a dyn Subsystem,
     step: MacroStep,
     own_steps: usize,
+    semi_implicit: bool,
     room: &'a mut TrialRoom,
     settings: TrialSettings,
 }
@@ -25,13 +25,14 @@ pub(crate) struct TrialSteps<'a> {
 impl<'a> TrialSteps<'a> {
     /// Lends a mechanics that has not begun `step`, which it will take in so many steps of its own.
     pub(crate) fn new(
-        mechanics: &'a dyn Subsystem,
+        mechanics: &'a mut dyn Subsystem,
         (step, own_steps): (MacroStep, usize),
         room: &'a mut TrialRoom,
         settings: TrialSettings,
     ) -> Self {
         room.taken = 0;
-        TrialSteps { mechanics, step, own_steps, room, settings }
+        let semi_implicit = mechanics.capabilities().contact_mechanics().is_some();
+        TrialSteps { mechanics, step, own_steps, semi_implicit, room, settings }
     }
 }
 
@@ -48,9 +49,12 @@ impl Trials for TrialSteps<'_> {
         self.room.taken
     }
 
-    fn velocity_under(&mut self, force: &[f64], w: &mut [f64]) -> Result<(), Failure> {
-        let TrialRoom { work, taken, motion } = &mut *self.room;
-        motion.resize(self.mechanics.ports().outputs.len(), 0.0);
+    fn is_semi_implicit(&self) -> bool {
+        self.semi_implicit
+    }
+
+    fn end_under(&mut self, force: &[f64], end: &mut [f64]) -> Result<(), Failure> {
+        let TrialRoom { work, taken } = &mut *self.room;
         let before = self.mechanics.counters();
         let mut copy = self.mechanics.try_clone()?;
         *taken += 1;
@@ -59,7 +63,7 @@ impl Trials for TrialSteps<'_> {
                 let at = MicroStep::new(self.step, index, self.own_steps);
                 copy.step(at.start, force, at.length)?;
             }
-            copy.outputs(force, motion)
+            copy.outputs(force, end)
         };
         let covered = cover();
         work.add(&copy.counters().since(&before));
@@ -68,8 +72,6 @@ impl Trials for TrialSteps<'_> {
                 "a trial step of the mechanics from {} s under {force:?} N failed: {failure}",
                 self.step.start
             ))
-        })?;
-        w.copy_from_slice(&motion[motion.len() - w.len()..]);
-        Ok(())
+        })
     }
 }

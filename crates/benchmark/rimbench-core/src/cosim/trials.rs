@@ -84,12 +84,16 @@ pub trait Trials {
         self.taken() + more <= self.settings().most
     }
 
-    /// Writes the velocities of the interface at the end of the macro step to `w`, m/s, if `force` (N) acts during all
-    /// of it.
+    /// Tells whether the mechanics moves by its own step times the velocity at its end, as that of the benchmark does.
+    /// One from outside may take steps of its own in between, which only its position tells.
+    fn is_semi_implicit(&self) -> bool;
+
+    /// Writes the positions, m, and velocities, m/s, of the interface at the end of the macro step to `end`, positions
+    /// first, if `force` (N) acts during all of it.
     ///
     /// # Errors
     /// That of copying the mechanics, and that of its step, with the force.
-    fn velocity_under(&mut self, force: &[f64], w: &mut [f64]) -> Result<(), Failure>;
+    fn end_under(&mut self, force: &[f64], end: &mut [f64]) -> Result<(), Failure>;
 }
 
 #[cfg(test)]

@@ -8,7 +8,13 @@
 //! ```text
 //! R(λ) = (W(λ) − w_k)/H          w⁺ = w + δ R(λ)          s⁺ = s_s + t w⁺
 //! ```
-//! with t since the last of its own steps began, at `s_s`: the model ends each where the mechanics does.
+//! with t since the last of its own steps began, at `s_s`: the model ends each where the mechanics does, which moves by
+//! its step times its new velocity. One from outside may take several steps in H, of whatever rule. What its end position
+//! `S(λ)` says of them is shared out as well, so that a force that stays leads there:
+//!
+//! ```text
+//! s⁺ = s + δ w⁺ + δ/H (d(λ) + H (H − δ)/2 R(λ))          d(λ) = S(λ) − s_k − H W(λ)
+//! ```
 //!
 //! R is a tangent at the last mean force λ̄ (2 n + 1 trials for n rows), trusted within a range of it. A micro step
 //! whose force leaves the range asks one trial there. If the answer is as foreseen the range doubles; if not, a second
@@ -61,18 +67,18 @@ pub(super) fn entry() -> SchemeEntry {
 struct Tangent {
     /// The force, on top of the mean one, N.
     offset: Vec<f64>,
-    /// R there, m/s².
+    /// R there, m/s², and then d, m.
     rate: Vec<f64>,
-    /// ∂R/∂λ, row by row, 1/kg.
+    /// ∂R/∂λ, 1/kg, and ∂d/∂λ, m/N, row by row.
     slope: Vec<f64>,
 }
 
 impl Tangent {
     fn new(rows: usize) -> Self {
-        Tangent { offset: vec![0.0; rows], rate: vec![0.0; rows], slope: vec![0.0; rows * rows] }
+        Tangent { offset: vec![0.0; rows], rate: vec![0.0; 2 * rows], slope: vec![0.0; 2 * rows * rows] }
     }
 
-    /// R of one row under a force `offset` on top of the mean one.
+    /// R of one row, or d n rows further, under a force `offset` on top of the mean one.
     #[inline]
     fn at(&self, row: usize, offset: &[f64]) -> f64 {
         let slope = &self.slope[row * offset.len()..(row + 1) * offset.len()];
@@ -80,11 +86,13 @@ impl Tangent {
         self.rate[row] + from_here.map(|((slope, offset), own)| slope * (offset - own)).sum::<f64>()
     }
 
-    /// Fills it for a force `mean + offset`, whose end velocity is known, by changes of each force both ways.
+    /// Fills it for a force `mean + offset`, whose end is known, by changes of each force both ways.
     fn take(&mut self, from: &Start<'_>, end: &[f64], room: &mut Room, trials: &mut dyn Trials) -> Result<(), Failure> {
         let (n, length) = (self.offset.len(), trials.length());
-        for (rate, (end, w)) in self.rate.iter_mut().zip(end.iter().zip(from.w)) {
-            *rate = (end - w) / length;
+        let told = !trials.is_semi_implicit();
+        for row in 0..n {
+            self.rate[row] = (end[n + row] - from.w[row]) / length;
+            self.rate[n + row] = if told { end[row] - from.position[row] - length * end[n + row] } else { 0.0 };
         }
         let Room { force, plus, minus, .. } = room;
         for column in 0..n {
@@ -97,13 +105,17 @@ impl Tangent {
                     .zip(from.mean.iter().zip(&self.offset))
                     .for_each(|(force, (mean, offset))| *force = mean + offset);
                 force[column] += sign * change;
-                trials.velocity_under(force, end)?;
+                trials.end_under(force, end)?;
             }
             for row in 0..n {
-                let moved = plus[row] - minus[row];
+                let moved = plus[n + row] - minus[n + row];
+                let beyond = if told { plus[row] - minus[row] - length * moved } else { 0.0 };
                 // What contacts hold moves by round-off of either sign.
-                let held = moved.abs() <= HELD * from.fastest;
-                self.slope[row * n + column] = if held { 0.0 } else { moved / (2.0 * change * length) };
+                let per_force = |moved: f64, over: f64, unit: f64| {
+                    if moved.abs() <= HELD * from.fastest * over { 0.0 } else { moved / (2.0 * change * unit) }
+                };
+                self.slope[row * n + column] = per_force(moved, 1.0, length);
+                self.slope[(n + row) * n + column] = per_force(beyond, length, 1.0);
             }
         }
         Ok(())
@@ -112,6 +124,7 @@ impl Tangent {
 
 /// From where tangents are taken.
 struct Start<'a> {
+    position: &'a [f64],
     w: &'a [f64],
     mean: &'a [f64],
     range: f64,
@@ -129,7 +142,8 @@ struct Room {
 
 #[derive(Debug, Clone)]
 struct Answers {
-    /// Velocity at `t_k`, and of the model, m/s; position of the model, m.
+    /// Position, m, and velocity, m/s, at `t_k`, and of the model.
+    started_at: Vec<f64>,
     start: Vec<f64>,
     w: Vec<f64>,
     position: Vec<f64>,
@@ -137,6 +151,8 @@ struct Answers {
     steps: usize,
     begun_at: Vec<f64>,
     since: f64,
+    /// Whether it moves by such a step times its new velocity.
+    semi_implicit: bool,
     /// The actuator's force at `t_k`, N.
     force: Vec<f64>,
     /// Mean force of the last macro step, and of this one so far, N.
@@ -173,14 +189,16 @@ fn most(of: impl Iterator<Item = f64>) -> f64 {
 
 impl Answers {
     fn new(rows: usize) -> Self {
-        let zeros = || vec![0.0; rows];
+        let (zeros, ends) = (|| vec![0.0; rows], || vec![0.0; 2 * rows]);
         Answers {
+            started_at: zeros(),
             start: zeros(),
             w: zeros(),
             position: zeros(),
             steps: 1,
             begun_at: zeros(),
             since: 0.0,
+            semi_implicit: true,
             force: zeros(),
             mean: zeros(),
             sum: vec![f64::NAN; rows],
@@ -195,7 +213,7 @@ impl Answers {
             fastest: 0.0,
             floor: FLOOR,
             moved: false,
-            room: Room { offset: zeros(), force: zeros(), end: zeros(), plus: zeros(), minus: zeros() },
+            room: Room { offset: zeros(), force: zeros(), end: ends(), plus: ends(), minus: ends() },
             report: TrialReport::default(),
             misses: Vec::new(),
         }
@@ -222,8 +240,15 @@ impl Answers {
         if let Some(second) = self.second.take() {
             self.spare = Some(second);
         }
-        trials.velocity_under(&self.mean, &mut self.room.end)?;
-        let from = Start { w: &self.start, mean: &self.mean, range: self.trusted, fastest: self.fastest };
+        self.semi_implicit = trials.is_semi_implicit();
+        trials.end_under(&self.mean, &mut self.room.end)?;
+        let from = Start {
+            position: &self.started_at,
+            w: &self.start,
+            mean: &self.mean,
+            range: self.trusted,
+            fastest: self.fastest,
+        };
         let end = std::mem::take(&mut self.room.end);
         let taken = self.first.take(&from, &end, &mut self.room, trials);
         self.room.end = end;
@@ -239,11 +264,11 @@ impl Answers {
             return Ok(());
         }
         let mut end = std::mem::take(&mut self.room.end);
-        let tried = trials.velocity_under(own, &mut end);
+        let tried = trials.end_under(own, &mut end);
         let tangent = self.tangent(&self.room.offset);
         let foreseen = |row: usize| self.start[row] + trials.length() * tangent.at(row, &self.room.offset);
-        let miss = most((0..n).map(|row| foreseen(row) - end[row]));
-        let moved = most((0..n).map(|row| end[row] - self.start[row]));
+        let miss = most((0..n).map(|row| foreseen(row) - end[n + row]));
+        let moved = most((0..n).map(|row| end[n + row] - self.start[row]));
         let as_foreseen = miss <= trials.settings().tolerance * moved + self.floor;
         let done = tried.and_then(|()| {
             if as_foreseen {
@@ -272,13 +297,14 @@ impl Answers {
     /// R_0(s u) = R_1(s u)      (H_1 − H_0) u s = r_0 − H_0 o_0 − r_1 + H_1 o_1      by the row that differs most
     /// ```
     fn take_second(&mut self, distance: f64, end: &[f64], trials: &mut dyn Trials) -> Result<(), Failure> {
-        let n = end.len();
+        let n = self.start.len();
         let Some(mut second) = self.second.take().or_else(|| self.spare.take()) else { return Ok(()) };
         second.offset.copy_from_slice(&self.room.offset);
         for (u, offset) in self.direction.iter_mut().zip(&second.offset) {
             *u = offset / distance;
         }
         let from = Start {
+            position: &self.started_at,
             w: &self.start,
             mean: &self.mean,
             range: (trials.settings().range * self.largest).max(1.0),
@@ -332,6 +358,7 @@ impl CouplingScheme for Answers {
         }
         self.moved = false;
         self.steps = sample.mechanics_steps;
+        self.started_at.copy_from_slice(position);
         self.position.copy_from_slice(position);
         self.w.copy_from_slice(w);
         self.start.copy_from_slice(w);
@@ -371,10 +398,18 @@ impl CouplingScheme for Answers {
             self.since = 0.0;
         }
         self.since += at.length;
+        let (length, whole) = (at.length, at.length * at.count as f64);
         for row in 0..n {
-            let w = self.w[row] + at.length * self.tangent(&self.room.offset).at(row, &self.room.offset);
+            let tangent = self.tangent(&self.room.offset);
+            let rate = tangent.at(row, &self.room.offset);
+            let beyond = tangent.at(n + row, &self.room.offset);
+            let w = self.w[row] + length * rate;
             self.w[row] = w;
-            self.position[row] = self.begun_at[row] + self.since * w;
+            self.position[row] = if self.semi_implicit {
+                self.begun_at[row] + self.since * w
+            } else {
+                self.position[row] + length * w + length / whole * beyond + 0.5 * length * (whole - length) * rate
+            };
             (u[row], u[n + row]) = (self.position[row], w);
         }
         self.moved = true;

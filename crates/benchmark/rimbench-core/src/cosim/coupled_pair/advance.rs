@@ -106,7 +106,7 @@ impl CoupledPair<'_> {
         let PairState { own, u, history, work_sent, end, rates, inside, late, trials, learner, .. } = &mut *self.state;
         let covered = (step, self.setup.own_mechanics_steps(step));
         let mut trials =
-            trials.as_mut().map(|room| TrialSteps::new(&*self.sides.mechanics, covered, room, self.setup.trials));
+            trials.as_mut().map(|room| TrialSteps::new(&mut *self.sides.mechanics, covered, room, self.setup.trials));
         let (own, u) = (&mut own.actuator[..ports.0], &mut u.actuator[..ports.1]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         if part.start == 0 {
