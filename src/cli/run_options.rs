@@ -21,9 +21,7 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> RunOptions<SCANS, ONE_SCHEME> {
     /// What was asked for.
     pub(super) fn request(&self) -> Result<RunRequest> {
         let mut request = RunRequest::default();
-        for (key, value) in &self.given {
-            request.put(key, value.clone())?;
-        }
+        request.put_all(&self.given)?;
         request.set = assignments(&self.set)?;
         Ok(request)
     }

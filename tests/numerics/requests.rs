@@ -3,6 +3,7 @@
 use crate::support::*;
 use rimbench::cases::PossibleSteps;
 use rimbench::catalogue::Catalogue;
+use rimbench::runs::Given;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -307,6 +308,15 @@ fn a_longest_step_of_the_mechanics_that_cannot_be_is_refused_with_what_would_be_
     }
     let both = message(&[("mechanics_steps", "2"), ("mechanics_step_s", "1e-3")]);
     assert_eq!(both, "mechanics_steps = 2 and mechanics_step_s = 0.001: give one of the two");
+    for control in ["by=energy-residual,tolerance=1e-3", "by=energy-residual,shortest=1e-4"] {
+        let key = if control.contains("tolerance") { "step_tolerance" } else { "min_macro_step_s" };
+        let mut given = vec![("step_control", Given::from(control)), (key, Given::from("1e-3"))];
+        for _ in 0..2 {
+            let said = RunRequest::default().put_all(&given).unwrap_err().to_string();
+            assert!(said.ends_with(&format!(" and {key}: give one of the two")), "{said}");
+            given.reverse();
+        }
+    }
     let as_one = message(&[("scheme", "monolithic"), ("mechanics_step_s", "1e-3")]);
     assert!(as_one.starts_with("mechanics_step_s = 0.001: scheme `monolithic` has no such choice"), "{as_one}");
     // A mechanics of steps of its own.

@@ -21,7 +21,7 @@ use rimbench::harness::{
     stability_limit, steps_to_try,
 };
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, Fact, FactValue, RunRequest, RunSpec, evaluate};
+use rimbench::runs::{EvaluatedRun, Fact, FactValue, Given, RunRequest, RunSpec, evaluate};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::ffi::CString;
@@ -89,6 +89,7 @@ impl Asked {
         }
         let known = asked.request.case.as_deref().unwrap_or_default();
         let parameters = &asked.catalogue.case(known).map_err(refused)?.parameters;
+        let mut of_run = Vec::new();
         for (key, value) in settings.iter() {
             let key: String = key.extract()?;
             let options = RunRequest::OPTIONS.iter();
@@ -96,7 +97,7 @@ impl Asked {
                 options.filter(|option| !["case", "scheme"].contains(&option.key) && !own.contains(&option.key));
             if let Some(option) = options.clone().find(|option| option.key == key) {
                 let value = text(&key, &value, &format!("a number or a text: {}", option.about))?;
-                asked.request.put(&key, &value).map_err(refused)?;
+                of_run.push((key, Given::from(&value)));
             } else if let Some(parameter) = parameters.iter().find(|parameter| parameter.name == key) {
                 let value = text(&key, &value, &parameter.range.to_string())?;
                 asked.request.set.push((key, value));
@@ -106,6 +107,7 @@ impl Asked {
                 return Err(refused(Error::unknown("parameter or option", &key, names)));
             }
         }
+        asked.request.put_all(&of_run).map_err(refused)?;
         Ok(asked)
     }
 

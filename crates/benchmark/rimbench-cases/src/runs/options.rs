@@ -344,6 +344,23 @@ impl RunRequest {
         }))
     }
 
+    /// Sets options of which each is given once, also as a part of `step_control`.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for one that is given by itself and as a part; those of [`put`](Self::put).
+    pub fn put_all(&mut self, given: &[(impl AsRef<str>, Given)]) -> Result<()> {
+        let is_given = |key: &str| given.iter().any(|(other, _)| other.as_ref() == key);
+        for (key, value) in given {
+            let parts = step_control_parts(key.as_ref(), value)?.unwrap_or_default();
+            let twice = |(_, key): &&(&str, &str)| is_given(key) && parts.iter().any(|(option, _)| option == key);
+            if let Some((part, key)) = PARTS[1..].iter().find(twice) {
+                return Err(Error::Incompatible(format!("step_control.{part} and {key}: give one of the two")));
+            }
+            self.put(key.as_ref(), value.clone())?;
+        }
+        Ok(())
+    }
+
     /// Lists the options that are given, with values of which [`put`](Self::put) makes the same.
     pub fn given(&self) -> Vec<(&'static str, Given)> {
         Self::OPTIONS.iter().filter_map(|option| Some((option.key, (option.given)(self)?))).collect()
@@ -375,15 +392,18 @@ pub(super) fn facts_of(run: &RunSpec) -> impl Iterator<Item = Fact> {
     RunRequest::OPTIONS.iter().flat_map(move |option| settled(option.key).into_iter().chain((option.fact)(run)))
 }
 
+/// Parts of a step control, and the option that each is.
+const PARTS: [(&str, &str); 3] =
+    [("by", "step_control"), ("tolerance", "step_tolerance"), ("shortest", "min_macro_step_s")];
+
 /// The options that a step control in parts stands for.
 fn step_control_parts(key: &str, value: &Given) -> Result<Option<Vec<(&'static str, String)>>> {
     let (Given::Text(text), "step_control") = (value, key) else { return Ok(None) };
     if !text.contains(['=', ':']) {
         return Ok(None);
     }
-    let parts = parts::Parts::of("step_control", text, ["by", "tolerance", "shortest"])?;
-    let of = [("by", "step_control"), ("tolerance", "step_tolerance"), ("shortest", "min_macro_step_s")];
-    Ok(Some(of.into_iter().filter_map(|(part, option)| Some((option, parts.get(part)?.to_owned()))).collect()))
+    let parts = parts::Parts::of("step_control", text, PARTS.map(|(part, _)| part))?;
+    Ok(Some(PARTS.into_iter().filter_map(|(part, option)| Some((option, parts.get(part)?.to_owned()))).collect()))
 }
 
 /// An error about the value of an option, under the name by which it was given: what is read does not know for which

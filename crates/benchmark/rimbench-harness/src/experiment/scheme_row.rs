@@ -107,13 +107,7 @@ impl SchemeRow {
             of_file: None,
             request: RunRequest::default(),
         };
-        let twice = [("tolerance", "step_tolerance"), ("shortest", "min_macro_step_s")];
-        if let Some(toml::Value::Table(parts)) = keys.get("step_control")
-            && let Some((part, key)) =
-                twice.into_iter().find(|(part, key)| parts.contains_key(*part) && keys.contains_key(*key))
-        {
-            return Err(Error::Incompatible(format!("step_control.{part} and {key}: give one of the two")));
-        }
+        let mut of_run = Vec::new();
         let (mut file, mut class, mut answer_within_s) = (None, None, None);
         for (key, value) in keys {
             match key.as_str() {
@@ -147,10 +141,11 @@ impl SchemeRow {
                     if option != "scheme" {
                         row.given.insert(option.to_owned(), value.to_string());
                     }
-                    row.request.put(option, value)?;
+                    of_run.push((key, value));
                 }
             }
         }
+        row.request.put_all(&of_run)?;
         match (file, class) {
             (Some(file), Some(class)) => row.read_class(file, class, answer_within_s, logs)?,
             (None, None) if answer_within_s.is_none() => {}
