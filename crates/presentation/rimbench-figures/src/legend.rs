@@ -1,11 +1,11 @@
 //! The legend shared by all panels: one entry per label, beside the data and never over it.
 
-use super::chart::{Guide, Mode, NO_ANSWER, Panel, Series};
+use super::chart::{Guide, Mode, NO_ANSWER, Plot, Series};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Color, Drawing, Text, Weight};
-use super::line_style::LineStyle;
-use super::{filled_band, font, guides, marker};
+use super::line_style::{LineStyle, Marker};
+use super::{font, guides, marker, rows};
 
 /// Size of the entries, px.
 const SIZE: f64 = 9.8;
@@ -16,7 +16,7 @@ const GAP: f64 = 5.0;
 const BETWEEN: f64 = 15.0;
 
 /// What stands before an entry.
-enum Sample {
+pub enum Sample {
     Series {
         name: String,
         style: LineStyle,
@@ -30,6 +30,8 @@ enum Sample {
     Silent,
     /// A patch of this colour.
     Area(Color),
+    Sign(Marker),
+    Nothing,
 }
 
 /// The entries of a figure.
@@ -40,9 +42,9 @@ pub struct Legend {
 
 impl Legend {
     /// Collects one entry per label, in order of appearance, and one for the triangle of infinite values if needed.
-    pub fn of(panels: &[Panel], infinite: bool) -> Self {
+    pub fn of(panels: &[Plot], infinite: bool) -> Self {
         let mut entries: Vec<(Sample, String)> = Vec::new();
-        for series in panels.iter().flat_map(|panel| &panel.series) {
+        for series in panels.iter().filter(|panel| !panel.has_rows()).flat_map(|panel| &panel.layers) {
             let label = entry(panels, series);
             let known = entries.iter().any(|(_, known)| *known == label);
             if !known && !series.label.is_empty() {
@@ -52,12 +54,7 @@ impl Legend {
                 entries.push((sample, label));
             }
         }
-        for band in panels.iter().flat_map(|panel| &panel.bands) {
-            if !entries.iter().any(|(_, label)| *label == band.label) {
-                entries.push((Sample::Area(filled_band::fill(band.color)), band.label.clone()));
-            }
-        }
-        for guide in panels.iter().flat_map(|panel| &panel.guides) {
+        for guide in panels.iter().flat_map(|panel| &panel.marks) {
             if let Guide::Below { entry, .. } = guide
                 && !entry.is_empty()
                 && !entries.iter().any(|(_, label)| label == entry)
@@ -68,7 +65,7 @@ impl Legend {
         if infinite && !entries.is_empty() {
             entries.push((Sample::Infinite, "infinite".to_owned()));
         }
-        let shares = || panels.iter().flat_map(|panel| &panel.losses).flat_map(|losses| &losses.points).map(|p| p.1);
+        let shares = || panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.lost).map(|p| p.1);
         for (all, label) in [(false, "some runs failed"), (true, "all runs failed")] {
             if shares().any(|loss| loss.failed > 0.0 && (loss.failed >= 1.0) == all) {
                 entries.push((Sample::Lost { all }, label.to_owned()));
@@ -77,6 +74,7 @@ impl Legend {
         if shares().any(|loss| loss.failed == 0.0) {
             entries.push((Sample::Silent, NO_ANSWER.to_owned()));
         }
+        entries.extend(rows::key(panels));
         Legend { entries }
     }
 
@@ -158,12 +156,12 @@ impl Legend {
 }
 
 /// What the legend says of a series: its label, and where it is nowhere drawn that it is not.
-fn entry(panels: &[Panel], series: &Series) -> String {
+fn entry(panels: &[Plot], series: &Series) -> String {
     let name = series.data_name();
-    let of_name = |panel: &&Panel| panel.series.iter().any(|other| other.label == series.label);
+    let of_name = |panel: &&Plot| panel.layers.iter().any(|other| other.label == series.label);
     let is_drawn = panels.iter().filter(of_name).any(|panel| panel.shows(&series.label, name));
-    let is_known = |panel: &Panel| {
-        let own = panel.series.iter().filter(|other| other.label == series.label);
+    let is_known = |panel: &Plot| {
+        let own = panel.layers.iter().filter(|other| other.label == series.label);
         own.flat_map(|other| &other.points).any(|(x, y)| x.is_finite() && y.is_finite())
     };
     match (is_drawn, panels.iter().any(is_known)) {
@@ -177,7 +175,8 @@ fn entry(panels: &[Panel], series: &Series) -> String {
 fn indent(sample: &Sample) -> f64 {
     let sign = match sample {
         Sample::Series { .. } | Sample::Area(_) => SAMPLE,
-        Sample::Infinite | Sample::Lost { .. } | Sample::Silent => 2.0 * MARKER,
+        Sample::Infinite | Sample::Lost { .. } | Sample::Silent | Sample::Sign(_) => 2.0 * MARKER,
+        Sample::Nothing => -GAP,
     };
     sign + GAP
 }
@@ -212,6 +211,8 @@ fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: 
             marker::draw_lost(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK, *all);
         }
         Sample::Silent => marker::draw_silent(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK),
+        Sample::Sign(sign) => marker::draw(drawing, *sign, (left + MARKER, y), MARKER, Color::SOFT_INK),
+        Sample::Nothing => {}
     }
     drawing.text(Text::new(label, (left + indent(sample), y), SIZE).centred());
 }

@@ -7,7 +7,6 @@ mod abscissa;
 mod cost;
 mod default_figures;
 mod dots_figure;
-mod failures_figure;
 mod manoeuvre_figure;
 mod mechanism_figure;
 mod preview;
@@ -19,6 +18,7 @@ mod xy_figure;
 
 pub use preview::preview;
 
+use super::chart::Figure;
 use super::drawing::Drawing;
 use super::pages::fill_text;
 use super::style::Styles;
@@ -126,14 +126,34 @@ impl Source {
     }
 }
 
+/// What a kind of figure is made into.
+enum Picture {
+    /// Plots with their data, which have one layout.
+    Plots(Figure),
+    /// Machines.
+    Drawn(Drawing),
+}
+
+impl From<Figure> for Picture {
+    fn from(figure: Figure) -> Self {
+        Picture::Plots(figure)
+    }
+}
+
+impl From<Drawing> for Picture {
+    fn from(drawing: Drawing) -> Self {
+        Picture::Drawn(drawing)
+    }
+}
+
 /// The options of a kind of figure, read from the keys of its fields.
 trait FigureOptions: DeserializeOwned {
     /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind
     /// without panels.
     type Panel: DeserializeOwned;
 
-    /// Draws the figure from an experiment's folder.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing>;
+    /// Makes the figure from an experiment's folder.
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture>;
 
     /// Fills in what other keys say, and refuses keys that do not go together.
     fn finish(&mut self) -> Result<(), String> {
@@ -171,7 +191,7 @@ macro_rules! kinds {
         }
 
         impl FigureKind {
-            fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+            fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
                 match self {
                     $(FigureKind::$kind(figure) => figure.draw(source, styles),)*
                 }
@@ -209,14 +229,12 @@ kinds! {
     "dots"
     /// A metric of many schemes at a few macro steps, in ranked rows.
     Dots(dots_figure::DotsFigure),
-    "failures"
-    /// The share of the runs that fail, by case, scheme and macro step.
-    Failures(failures_figure::FailuresFigure),
     "xy"
     /// A metric against the macro step, a parameter of the case or the cost.
     Xy(xy_figure::XyFigure),
     "stability-map"
-    /// What became of the runs by scheme and macro step, or the number of cases by scheme and limit.
+    /// What became of the runs by scheme and macro step, the number of cases by scheme and limit, or the share that
+    /// fails by case and macro step.
     StabilityMap(stability_figure::StabilityFigure),
 }
 
@@ -453,7 +471,11 @@ impl FigureEntry {
     fn drawn_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<Drawing> {
         self.check_labels(source)?;
         let said = self.said(results)?;
-        let mut drawing = self.kind.draw(source, styles)?.headed(&said.title, &said.subtitle);
+        let drawing = match self.kind.draw(source, styles)? {
+            Picture::Plots(figure) => figure.draw_if_it_fits()?,
+            Picture::Drawn(drawing) => drawing,
+        };
+        let mut drawing = drawing.headed(&said.title, &said.subtitle);
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
             let sentence = said.caption.split(". ").next().unwrap_or_default();

@@ -3,8 +3,8 @@
 //! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
 
 use crate::{assert_has, root};
-use rimbench_figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
-use rimbench_figures::drawing::{Drawing, Shape};
+use rimbench_figures::chart::{Axis, Figure, Guide, Mode, Plot, Series};
+use rimbench_figures::drawing::{Datum, Drawing, PanelData, SeriesData, Shape};
 use rimbench_figures::line_style::LineStyle;
 use rimbench_figures::render;
 use rimbench_figures::style::Styles;
@@ -149,7 +149,6 @@ metric = "force_error_rms_n"
 only = { set = "all" }
 label = "error (N)"
 range = [1e-6, 1e-1]
-floor = "reference_force_uncertainty_n"
 slope = [1.0, [2.0, 1e-3]]
 
 [[figure]]
@@ -201,7 +200,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     assert_eq!((made.files.len(), made.missing.len()), (4, 0), "{:?}", made.failed);
     for (id, labels) in [
         ("map", &["made up", "smooth model", "some fail", "1", "5"] as &[&str]),
-        ("sweep", &["created", "uncertainty of the reference", "gap tracking, profile, order 1.00"]),
+        ("sweep", &["created", "gap tracking, profile, order 1.00"]),
         ("sweep", &["failed", "some runs failed"]),
         ("work", &["smooth model: some runs failed", "wall time (s)", "steps", "gap tracking, profile"]),
         ("margin", &["fraction stable", "smooth model", "gap tracking, profile"]),
@@ -209,6 +208,9 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
         place.check(id, labels);
     }
     assert_eq!(place.texts("margin").get("margin (m)"), Some(&2));
+    // Of one problem it is known down to where its reference is.
+    place.draw(&only(&["sweep"]).replace("set = \"all\"", "set = \"\""));
+    assert!(place.texts("sweep").contains_key("uncertainty of the reference"), "{:?}", place.texts("sweep"));
     // Without a group the experiment that was not run is named.
     let figures = FigureList::parse(Path::new("my.toml"), &only(&["map", "other"])).unwrap();
     let made = figures.make_all(place.0.path(), None, &Styles::standard()).unwrap();
@@ -247,8 +249,7 @@ fn a_line_that_fails_ends_in_a_cross_and_a_baseline_is_grey_and_named() {
 fn what_fails_and_what_was_not_run_differ_in_a_table_of_failures() {
     let place = MadeUp::new();
     place.edit("runs.csv", |_, row| (!row.contains("gap/profile,0.005,")).then(|| row.to_owned()));
-    let failures = only(&["map"]).split("[[figure.panels]]").next().unwrap().replace("stability-map", "failures");
-    place.draw(&failures);
+    place.draw(&only(&["map"]).replace("\"stability-map\"", "\"stability-map\"\nby_case = true"));
     let texts = place.texts("map");
     assert_eq!(["box", "50", "–", "smooth model"].map(|word| texts.get(word).copied()), [Some(1); 4], "{texts:?}");
 }
@@ -335,7 +336,6 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` does not go with a cost across"),
         ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
         ("x = { cost = \"exchanges + pivots\" }", "panels 1: x: cost: unknown cost `pivots`; valid: wall_s, "),
-        ("floor = \"reference_force\"", "panels 1: floor: unknown column `reference_force`"),
         ("x = { parametre = \"mass\" }", "unknown field `parametre`, expected one of `parameter`"),
     ] {
         for message in [format!("{LEAST_XY}{LEAST_PANEL}{key}\n"), format!("{LEAST_XY}{key}\n{LEAST_PANEL}")]
@@ -504,8 +504,7 @@ pub fn texts_of(svg: &str) -> BTreeMap<String, usize> {
     texts
 }
 
-/// Something like the paper's Fig. 2: forces of which one is lost, a mass that becomes infinite, and a part that is
-/// shown larger.
+/// Something like the paper's Fig. 2: forces of which one is lost, and a mass that becomes infinite.
 fn force_and_mass() -> Figure {
     let sample = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         (0..=500).map(|k| 5e-3 * f64::from(k)).map(|t| (t, f(t))).collect()
@@ -522,17 +521,16 @@ fn force_and_mass() -> Figure {
         .map(|(scheme, locked)| force(scheme, &|t| if (1.693..1.713).contains(&t) { locked } else { 250.0 }))
         .map(|series| series.mode(Mode::Steps));
     let panel = |title: &str, x: Axis, y: Axis, series: &[Series]| {
-        series.iter().cloned().fold(Panel::new(title, x, y), Panel::series)
+        series.iter().cloned().fold(Plot::new(title, x, y), Plot::layer)
     };
     let time = || Axis::linear("time t (s)");
     let newtons = || Axis::linear("actuator force F (N)").range(-2000.0, 2000.0);
     let mass = Axis::log10("effective mass (kg)").range(100.0, 1e4);
-    let inset = Inset { x: (1.65, 1.76), y: (230.0, 340.0), place: [0.16, 0.52, 0.42, 0.36] };
     let zoom = Axis::linear("time t (s), touch-down").range(1.66, 1.78);
     Figure::new(1180.0, 400.0)
         .columns(3)
-        .panel(panel("(a) actuator force", time(), newtons(), &forces).guide(Guide::Horizontal(0.0)))
-        .panel(Panel { inset: Some(inset), ..panel("(b) effective mass at the interface", time(), mass, &masses) })
+        .panel(panel("(a) actuator force", time(), newtons(), &forces).mark(Guide::Horizontal(0.0)))
+        .panel(panel("(b) effective mass at the interface", time(), mass, &masses))
         .panel(panel("(c) force at touch-down", zoom, newtons(), &forces))
 }
 
@@ -661,6 +659,40 @@ fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
     let taken: BTreeSet<_> = taken.collect();
     let differ: Vec<_> = said.symmetric_difference(&taken).collect();
     assert!(differ.is_empty(), "docs/guide/figure-keys.md and what figures take differ in (kind, key) {differ:?}");
+}
+
+/// The values of a drawing, a line for each panel and each series.
+fn plotted(drawing: &Drawing) -> Vec<String> {
+    let series = |series: &SeriesData| {
+        let point = |point: &Datum| match point.range {
+            Some([low, high]) => format!(" {}: {:.5} {low:.5}…{high:.5}{}", point.x, point.y, point.note),
+            None => format!(" {}: {:.5}{}", point.x, point.y, point.note),
+        };
+        format!("{}{}", series.name, series.points.iter().map(point).collect::<String>())
+    };
+    let panel = |panel: &PanelData| {
+        let head = format!("{} | {} | {}", panel.title, panel.x, panel.y);
+        [head].into_iter().chain(panel.series.iter().map(series)).collect::<Vec<_>>()
+    };
+    drawing.data.iter().flat_map(panel).collect()
+}
+
+/// What is shown does not depend on how it is laid out: values of each kind that plots, as they were with another layout.
+#[test]
+fn every_kind_plots_the_values_that_it_did() {
+    let place = MadeUp::new();
+    let dots = LEAST_XY.replace("\"xy\"", "\"dots\"") + POOLED_PANEL;
+    let by_case = only(&["map"]).replace("\"stability-map\"", "\"stability-map\"\nby_case = true");
+    for (list, values) in [
+        (only(&["sweep"]), &[][..]),
+        (only(&["map"]), &[]),
+        (by_case, &[]),
+        (dots, &[]),
+        (only(&["margin"]), &[]),
+    ] {
+        let figures = FigureList::parse(Path::new("my.toml"), &list).unwrap().figures;
+        assert_eq!(plotted(&figures[0].drawn(place.0.path(), &Styles::standard()).unwrap()), values);
+    }
 }
 
 /// Two macro steps of two micro steps each, as `[[beliefs]]` are stored: a contact opens, and one closes.
