@@ -15,9 +15,9 @@
 //! | [`film`] | a case in motion: its stills, shown one after the other |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
-//! | `vector` | the display list as SVG: true dashes, a named group per series; its file |
+//! | `vector` | the display list as SVG: true dashes, a named group per series |
 //! | `paint`, `dash`, `font` | the display list drawn by plotters as smooth pixels; the embedded typeface |
-//! | [`render`] | files: SVG, and PNG for a preview |
+//! | [`render`] | files: SVG, PNG, PDF |
 //!
 //! plotters draws the pixels: every shape becomes one of its elements on a drawing area over its bitmap backend,
 //! letters are its text in a registered font. What is left to us is layout, because plotters' charts have no band for
@@ -66,5 +66,5 @@ mod vector;
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKind, FigureList, Head, MadeFigures, figure_keys, preview};
 pub use pages::{fill_page, has_markers};
-pub use run_plot::{check_plot, plot, write_plot};
+pub use run_plot::plot;
 pub use tables::{Place, Table, TableList};

@@ -3,28 +3,12 @@
 use crate::chart::{Axis, Figure, Mode, Plot, Series};
 use crate::drawing::Drawing;
 use crate::line_style::LineStyle;
-use crate::render;
 use crate::style::Styles;
 use rimbench_cases::cases::without_unit;
 use rimbench_cases::metrics::CLOSES_AT;
 use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec};
 use rimbench_core::cosim::Trajectory;
-use rimbench_core::error::{Error, Result};
-use std::path::Path;
-
-/// Pixels of a PNG per px of the SVG.
-const PIXELS: f64 = 2.0;
-
-/// Checks that a plot is written in a format that there is, by the end of its file's name.
-///
-/// # Errors
-/// [`Error::File`] for another one.
-pub fn check_plot(path: &Path) -> Result<()> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("svg" | "png") => Ok(()),
-        _ => Err(Error::file(path, "is no name of a plot: it must end in .svg or .png")),
-    }
-}
+use rimbench_core::error::Result;
 
 /// Draws position and force of each row of the interface, and contacts where they are recorded, of a run that has its
 /// trace.
@@ -83,19 +67,6 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
     let step = 1e3 * spec.macro_step;
     let about = format!("{} · {name} · H = {step} ms · {}", spec.case.name, run.outcome.name());
     Ok(figure.draw_if_it_fits()?.headed(&about, ""))
-}
-
-/// Writes a plot as its file's name says.
-///
-/// # Errors
-/// Those of [`check_plot`]; [`Error::File`] if it cannot be written.
-pub fn write_plot(drawing: &Drawing, path: &Path) -> Result<()> {
-    check_plot(path)?;
-    if path.extension().is_some_and(|extension| extension == "png") {
-        return render::write_png(drawing, path, PIXELS);
-    }
-    let text = render::svg(drawing);
-    rimbench_results::atomic_file::write_atomically(path, |file| file.write_all(text.as_bytes()))
 }
 
 fn pairs(trajectory: &Trajectory, column: &str) -> Vec<(f64, f64)> {

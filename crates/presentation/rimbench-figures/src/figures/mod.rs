@@ -21,8 +21,8 @@ pub use preview::preview;
 use super::chart::Figure;
 use super::drawing::Drawing;
 use super::pages::fill_text;
+use super::render;
 use super::style::Styles;
-use super::vector;
 use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::checksums::{self, CHECKSUMS};
@@ -348,17 +348,24 @@ impl FigureList {
         (self, failed)
     }
 
-    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there; names the
-    /// others.
+    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there, in one of
+    /// [`render::FORMATS`]; names the others.
     ///
     /// Results that lack a file, a column or a label (older than the figure, say) are a failure, with the reason.
     ///
     /// # Errors
-    /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a part without figures.
-    pub fn make_all(&self, results: &Path, part: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
+    /// [`Error::File`] if there is no such folder of results, and those of [`render::check_format`];
+    /// [`Error::UnknownName`] for a part without figures.
+    pub fn make_all(
+        &self,
+        results: &Path,
+        part: Option<&str>,
+        (styles, format): (&Styles, &str),
+    ) -> Result<MadeFigures> {
         if !results.is_dir() {
             return Err(Error::file(results, "is not a folder of results"));
         }
+        render::check_format(&results.join(format!("*.{format}")))?;
         if let Some(part) = part.filter(|part| self.of_part(Some(part)).is_empty()) {
             let groups: BTreeSet<&str> = self.figures.iter().map(FigureEntry::group).collect();
             return Err(Error::unknown("group of figures", part, groups));
@@ -377,10 +384,10 @@ impl FigureList {
                 Some(same) => Ok(same),
                 None => Source::of(folder.clone()),
             };
-            match of_it.and_then(|of_it| figure.make_from(source.insert(of_it), results, styles)) {
+            match of_it.and_then(|of_it| figure.make_from(source.insert(of_it), results, (styles, format))) {
                 Ok(files) => made.files.push(files),
                 Err(error) => {
-                    let old = folder.join("figures").join(format!("{}.svg", figure.id));
+                    let old = folder.join("figures").join(format!("{}.{format}", figure.id));
                     let stale = if old.exists() { format!("; {} is older", old.display()) } else { String::new() };
                     made.failed.push((figure.id.clone(), format!("{error}{stale}")));
                 }
@@ -445,19 +452,20 @@ impl FigureEntry {
         Ok(Head { title: title?, subtitle: subtitle?, caption: caption?, ..self.head.clone() })
     }
 
-    /// Draws the figure from the results below `results` and writes it beside them.
+    /// Draws the figure from the results below `results` and writes it beside them, as SVG.
     ///
     /// # Errors
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
     pub fn make(&self, results: &Path, styles: &Styles) -> Result<PathBuf> {
-        self.make_from(&Source::of(results.join(&self.experiment))?, results, styles)
+        self.make_from(&Source::of(results.join(&self.experiment))?, results, (styles, "svg"))
     }
 
-    fn make_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<PathBuf> {
+    fn make_from(&self, source: &Source, results: &Path, (styles, format): (&Styles, &str)) -> Result<PathBuf> {
         let drawing = self.drawn_from(source, results, styles)?;
         let figures = source.folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        vector::write(&drawing, &figures, &self.id)
+        let path = figures.join(format!("{}.{format}", self.id));
+        render::write(&drawing, &path).map(|()| path)
     }
 
     /// Draws the figure from the results below `results`.

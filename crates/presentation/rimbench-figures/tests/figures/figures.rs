@@ -36,8 +36,17 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
 #[test]
 fn an_empty_figure_is_an_empty_page() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let file = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
-    assert!(file.is_file());
+    let write = |name: &str| render::write(&Figure::new(200.0, 100.0).draw(), &place.path().join(name));
+    write("empty.svg").expect("a writable folder");
+    assert!(place.path().join("empty.svg").is_file());
+    // A PDF is made in a build that can; what cannot be written is told and leaves nothing.
+    match (write("empty.pdf"), cfg!(feature = "pdf")) {
+        (Ok(()), true) => assert!(read(&place.path().join("empty.pdf")).starts_with(b"%PDF")),
+        (Err(error), false) => assert_has(&error.to_string(), &["empty.pdf", "--features pdf"]),
+        other => panic!("{other:?}"),
+    }
+    assert_has(&write("empty.gif").unwrap_err().to_string(), &["empty.gif", ".svg, .png or .pdf"]);
+    assert_has(&write("missing/empty.svg").unwrap_err().to_string(), &["missing"]);
 }
 
 /// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
@@ -103,7 +112,7 @@ impl MadeUp {
     /// Draws the figures of a list.
     pub fn draw(&self, list: &str) -> MadeFigures {
         let figures = FigureList::parse(Path::new("my.toml"), list).unwrap();
-        figures.make_all(self.0.path(), Some("study"), &Styles::standard()).unwrap()
+        figures.make_all(self.0.path(), Some("study"), (&Styles::standard(), "svg")).unwrap()
     }
 
     /// Checks the picture of one of the made-up figures.
@@ -213,7 +222,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     assert!(place.texts("sweep").contains_key("uncertainty of the reference"), "{:?}", place.texts("sweep"));
     // Without a group the experiment that was not run is named.
     let figures = FigureList::parse(Path::new("my.toml"), &only(&["map", "other"])).unwrap();
-    let made = figures.make_all(place.0.path(), None, &Styles::standard()).unwrap();
+    let made = figures.make_all(place.0.path(), None, (&Styles::standard(), "svg")).unwrap();
     assert_eq!((made.files.len(), made.missing.len()), (1, 1));
     assert_has(&made.missing[0].1, &["experiments/paper/not-run.toml"]);
 }
@@ -263,7 +272,7 @@ fn an_unknown_column_or_parameter_is_named() {
     assert_has(&place.reason(&wrong, "work"), &["runs.csv", "unknown column `exchanges`", "mechanics_micro_steps"]);
     assert_has(&place.reason(&wrong, "margin"), &["mass_kg"]);
     let figures = FigureList::parse(Path::new("my.toml"), &wrong).unwrap();
-    assert!(figures.make_all(&place.path("nowhere"), None, &Styles::standard()).is_err());
+    assert!(figures.make_all(&place.path("nowhere"), None, (&Styles::standard(), "svg")).is_err());
 }
 
 /// A panel may show one case of several; one that is not there is named with those that are.
@@ -423,7 +432,7 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
     std::fs::remove_file(place.path("SHA256SUMS")).unwrap();
     assert_has(&place.reason(MADE_UP_FIGURES, "map"), &["run the experiment again"]);
     let figures = FigureList::parse(Path::new("my.toml"), MADE_UP_FIGURES).unwrap();
-    let message = figures.make_all(place.0.path(), Some("nope"), &Styles::standard()).unwrap_err().to_string();
+    let message = figures.make_all(place.0.path(), Some("nope"), (&Styles::standard(), "svg")).unwrap_err().to_string();
     assert_has(&message, &["unknown group of figures `nope`", "study"]);
 }
 
@@ -431,8 +440,8 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
 fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
     let place = tempfile::tempdir().expect("a temporary folder");
     let written = || {
-        let svg = render::write(drawing, place.path(), name).expect("a writable folder");
-        let png = place.path().join("pixels.png");
+        let [svg, png] = ["pixels.svg", "pixels.png"].map(|name| place.path().join(name));
+        render::write(drawing, &svg).expect("a writable folder");
         render::write_png(drawing, &png, 1.0).expect("a writable folder");
         [svg, png].map(|file| read(&file))
     };
@@ -464,7 +473,7 @@ fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
         }
     }
     if let Ok(folder) = std::env::var("RIMBENCH_FIGURES_DIR") {
-        render::write(drawing, Path::new(&folder), name).expect("a writable folder");
+        render::write(drawing, &Path::new(&folder).join(name).with_extension("svg")).expect("a writable folder");
     }
 }
 
@@ -564,7 +573,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     for odd in ["mine/ü; $(x)", "mine/ ", &format!("mine/{}", "n".repeat(245))] {
         unlisted_results(place.path(), odd, &[("box", steps)], 3);
         let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
-        let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+        let made = list.make_all(place.path(), None, (&Styles::standard(), "svg")).unwrap();
         assert!(failed.is_empty() && made.failed.is_empty() && made.files.len() == 2, "{odd}: {failed:?} {made:?}");
         std::fs::remove_dir_all(place.path().join(odd)).unwrap();
     }
@@ -576,7 +585,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     let (list, failed) = none.completed(place.path(), None);
     let [(name, reason)] = &failed[..] else { panic!("{failed:?}") };
     assert!(name == "mine/broken" && reason.contains("is no table of runs"), "{reason}");
-    let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+    let made = list.make_all(place.path(), None, (&Styles::standard(), "svg")).unwrap();
     assert!(made.failed.is_empty() && made.files.len() == 4, "{made:?}");
     let texts = |name: &str, id: &str| texts_in(&place.path().join(format!("{name}/figures/{id}.svg")));
     let few = texts("mine/few", "mine-few-error");
@@ -607,7 +616,7 @@ fn a_picture_that_leaves_cases_out_says_so_itself() {
     unlisted_results(place.path(), "mine/rows", &cases, 20);
     unlisted_results(place.path(), "mine/all", &cases[..6], 20);
     let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
-    let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+    let made = list.make_all(place.path(), None, (&Styles::standard(), "svg")).unwrap();
     assert!(failed.is_empty() && made.failed.is_empty(), "{failed:?} {made:?}");
     for (name, left_out) in [("lines", true), ("rows", true), ("all", false)] {
         let texts = texts_in(&place.path().join(format!("mine/{name}/figures/mine-{name}-error.svg")));
@@ -665,8 +674,10 @@ fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
 fn plotted(drawing: &Drawing) -> Vec<String> {
     let series = |series: &SeriesData| {
         let point = |point: &Datum| match point.range {
-            Some([low, high]) => format!(" {}: {:.5} {low:.5}…{high:.5}{}", point.x, point.y, point.note),
-            None => format!(" {}: {:.5}{}", point.x, point.y, point.note),
+            Some([low, high]) => {
+                format!(", {} {:.5} {low:.5} to {high:.5} {}", point.x, point.y, point.note).trim_end().to_owned()
+            }
+            None => format!(", {} {:.5} {}", point.x, point.y, point.note).trim_end().to_owned(),
         };
         format!("{}{}", series.name, series.points.iter().map(point).collect::<String>())
     };
@@ -683,17 +694,35 @@ fn every_kind_plots_the_values_that_it_did() {
     let place = MadeUp::new();
     let dots = LEAST_XY.replace("\"xy\"", "\"dots\"") + POOLED_PANEL;
     let by_case = only(&["map"]).replace("\"stability-map\"", "\"stability-map\"\nby_case = true");
-    for (list, values) in [
-        (only(&["sweep"]), &[][..]),
-        (only(&["map"]), &[]),
-        (by_case, &[]),
-        (dots, &[]),
-        (only(&["margin"]), &[]),
-    ] {
+    let mut found = String::new();
+    for list in [only(&["sweep"]), only(&["map"]), by_case, dots, only(&["margin"])] {
         let figures = FigureList::parse(Path::new("my.toml"), &list).unwrap().figures;
-        assert_eq!(plotted(&figures[0].drawn(place.0.path(), &Styles::standard()).unwrap()), values);
+        found += &(plotted(&figures[0].drawn(place.0.path(), &Styles::standard()).unwrap()).join("\n") + "\n");
     }
+    assert_eq!(found, PLOTTED);
 }
+
+/// Title and axes of each panel, then name, abscissae, ordinates, ranges and remarks of each series.
+const PLOTTED: &str = "\
+created | macro step H (ms) | error (N)
+rim-smooth, 0.5 0.00315 0.00180 to 0.00450, 1 0.00630 0.00360 to 0.00900, 5 0.04500 50 % of the runs failed
+rim-nonsmooth-gap/profile, 0.5 0.00035 0.00020 to 0.00050, 1 0.00070 0.00040 to 0.00100, 5 0.00350 0.00200 to 0.00500
+ | macro step H (ms) | share of the runs that complete
+rim-nonsmooth-gap/profile, 0.5 1.00000, 1 1.00000, 5 1.00000
+rim-smooth, 0.5 1.00000, 1 1.00000, 5 0.50000 50 % of the runs failed
+smooth model | macro step H (ms), n = 4 each | share of the runs that complete
+box, 0.5 1.00000 0 % of the runs failed, 1 1.00000 0 % of the runs failed, 5 0.50000 50 % of the runs failed
+gap tracking, profile | macro step H (ms), n = 4 each | share of the runs that complete
+box, 0.5 1.00000 0 % of the runs failed, 1 1.00000 0 % of the runs failed, 5 1.00000 0 % of the runs failed
+ | macro step H (ms) | force_error_rms_n
+rim-nonsmooth-gap/profile, 0.5 0.00035 0.00020 to 0.00050, 1 0.00070 0.00040 to 0.00100, 5 0.00350 0.00200 to 0.00500
+rim-smooth, 0.5 0.00315 0.00180 to 0.00450, 1 0.00630 0.00360 to 0.00900, 5 0.04500 50 % of the runs failed
+(a) | margin (m) | error (N)
+rim-smooth, 0.01 0.04500 50 % of the runs failed, 0.1 0.04500 50 % of the runs failed
+rim-nonsmooth-gap/profile, 0.01 0.00350 0.00200 to 0.00500, 0.1 0.00350 0.00200 to 0.00500
+(b), n = 2 | margin (m) | fraction stable
+rim-smooth, 0.01 0.50000, 0.1 0.50000
+";
 
 /// Two macro steps of two micro steps each, as `[[beliefs]]` are stored: a contact opens, and one closes.
 #[test]
