@@ -1,6 +1,6 @@
 //! The legend shared by all panels: one entry per label, beside the data and never over it.
 
-use super::chart::{Guide, Mode, NO_ANSWER, Plot, Series};
+use super::chart::{Absent, Cell, Guide, Mode, NO_ANSWER, Plot, Series};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Color, Drawing, Text, Weight};
@@ -16,7 +16,7 @@ const GAP: f64 = 5.0;
 const BETWEEN: f64 = 15.0;
 
 /// What stands before an entry.
-pub enum Sample {
+enum Sample {
     Series {
         name: String,
         style: LineStyle,
@@ -74,7 +74,7 @@ impl Legend {
         if shares().any(|loss| loss.failed == 0.0) {
             entries.push((Sample::Silent, NO_ANSWER.to_owned()));
         }
-        entries.extend(rows::key(panels));
+        entries.extend(of_rows(panels));
         Legend { entries }
     }
 
@@ -153,6 +153,31 @@ impl Legend {
         let narrower = (1..=20).map(|k| available * f64::from(k) / 20.0);
         narrower.map(fill).find(|rows| rows.len() <= fewest).unwrap_or_default()
     }
+}
+
+/// What the signs of rows stand for.
+fn of_rows(panels: &[Plot]) -> Vec<(Sample, String)> {
+    let mut entries: Vec<(Sample, String)> = Vec::new();
+    let along = panels.iter().find(|panel| panel.has_rows() && rows::columns(panel).is_none());
+    let names = along.map_or(&[][..], |panel| &panel.axes[0].names);
+    let several = names.iter().zip(rows::SIGNS).filter(|_| names.len() > 1);
+    entries.extend(several.map(|(name, sign)| (Sample::Sign(sign), name.label.clone())));
+    let any = |test: &dyn Fn(&Cell) -> bool| {
+        panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.cells).any(test)
+    };
+    let mut say = |said: bool, sample: Sample, words: String| entries.extend(said.then_some((sample, words)));
+    say(any(&|cell| *cell == Cell::Silent), Sample::Nothing, format!("{}  {NO_ANSWER}", rows::SILENT));
+    for absent in Absent::ALL {
+        let words = format!("{}  {}", absent.sign(), absent.in_words());
+        say(any(&|cell| *cell == Cell::Absent(absent)), Sample::Nothing, words);
+    }
+    say(any(&|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete".into());
+    say(any(&|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), rows::WRONG.into());
+    for (all, words) in [(false, "some fail"), (true, "all fail")] {
+        let is_lost = |cell: &Cell| matches!(cell, Cell::Lost(share) if (*share >= 1.0) == all);
+        say(any(&is_lost), Sample::Lost { all }, words.into());
+    }
+    entries
 }
 
 /// What the legend says of a series: its label, and where it is nowhere drawn that it is not.

@@ -2,11 +2,10 @@
 //! along an axis, or in each column a sign for what became of the runs.
 
 use super::axes::{AXIS, BELOW, GRID, TICK, TICK_SIZE, fitting_ticks, label_width, labels, tick_below, ticks_below};
-use super::chart::{Absent, Cell, Guide, Mode, NO_ANSWER, Name, Plot, Series};
+use super::chart::{Cell, Guide, Mode, Name, Plot, Series};
 use super::clip::Rect;
 use super::data::{self, MARKER};
 use super::drawing::{Anchor, Color, Drawing, Point, SeriesData, Stroke, Text};
-use super::legend::Sample;
 use super::scale::{AxisMap, interval};
 use super::{guides, marker};
 use crate::line_style::Marker;
@@ -21,7 +20,7 @@ const BESIDE: f64 = 12.0;
 /// What stands below it.
 const FAILED: &str = "failed, %";
 /// What stands there for runs that gave no answer.
-const SILENT: &str = "?";
+pub const SILENT: &str = "?";
 /// Between the words there, px.
 const BETWEEN_LOST: f64 = 3.5;
 /// How far signs of one row stand above each other, px.
@@ -37,7 +36,7 @@ const NONE_FAILED: Color = Color(0xD9, 0xE8, 0xDF);
 const ALL_FAILED: Color = Color(0xB0, 0x12, 0x0A);
 
 /// Signs, by their number.
-const SIGNS: [Marker; 9] = [
+pub const SIGNS: [Marker; 9] = [
     Marker::Circle,
     Marker::OpenSquare,
     Marker::Diamond,
@@ -86,31 +85,6 @@ fn lost_column(panel: &Plot) -> f64 {
     let names = &panel.axes[0].names;
     let widest = names.iter().map(|name| label_width(&name.short)).fold(0.0, f64::max);
     (widest + BETWEEN_LOST).clamp(LOST[0], LOST[1]).max(label_width(FAILED) / names.len().max(1) as f64)
-}
-
-/// What the signs stand for.
-pub fn key(panels: &[Plot]) -> Vec<(Sample, String)> {
-    let mut entries: Vec<(Sample, String)> = Vec::new();
-    let along = panels.iter().find(|panel| panel.has_rows() && columns(panel).is_none());
-    let names = along.map_or(&[][..], |panel| &panel.axes[0].names);
-    let several = names.iter().zip(SIGNS).filter(|_| names.len() > 1);
-    entries.extend(several.map(|(name, sign)| (Sample::Sign(sign), name.label.clone())));
-    let any = |test: &dyn Fn(&Cell) -> bool| {
-        panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.cells).any(test)
-    };
-    let mut say = |said: bool, sample: Sample, words: String| entries.extend(said.then_some((sample, words)));
-    say(any(&|cell| *cell == Cell::Silent), Sample::Nothing, format!("{SILENT}  {NO_ANSWER}"));
-    for absent in Absent::ALL {
-        let words = format!("{}  {}", absent.sign(), absent.in_words());
-        say(any(&|cell| *cell == Cell::Absent(absent)), Sample::Nothing, words);
-    }
-    say(any(&|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete".into());
-    say(any(&|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), WRONG.into());
-    for (all, words) in [(false, "some fail"), (true, "all fail")] {
-        let is_lost = |cell: &Cell| matches!(cell, Cell::Lost(share) if (*share >= 1.0) == all);
-        say(any(&is_lost), Sample::Lost { all }, words.into());
-    }
-    entries
 }
 
 /// Draws the rows of a panel into its plotting area, with their labels where it is the `first` of a line, and beside it
@@ -323,7 +297,7 @@ fn without_sign(series: &Series) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chart::{Axis, Figure, Loss};
+    use super::super::chart::{Absent, Axis, Figure, Loss};
     use super::super::drawing::Shape;
     use super::super::style::style_in_list;
     use super::*;
