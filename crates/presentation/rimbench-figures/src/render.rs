@@ -53,7 +53,7 @@ fn pdf(drawing: &Drawing) -> Result<Vec<u8>, String> {
     super::font::FACES.iter().for_each(|face| options.fontdb_mut().load_font_data(face.to_vec()));
     let light = svg(drawing).replace(super::vector::DARK, "");
     let tree = usvg::Tree::from_str(&light, &options).map_err(|error| error.to_string())?;
-    to_pdf(&tree, ConversionOptions::default(), PageOptions::default()).map_err(|error| error.to_string())
+    to_pdf(&tree, ConversionOptions::default(), PageOptions { dpi: 96.0 }).map_err(|error| error.to_string())
 }
 
 #[cfg(not(feature = "pdf"))]
