@@ -18,7 +18,7 @@ pub(super) fn draw_figures(
     catalogue: &Catalogue,
     folder: &Path,
     file: Option<&Path>,
-    group: Option<&str>,
+    (group, format): (Option<&str>, &str),
 ) -> anyhow::Result<ExitCode> {
     let studies = if folder.is_dir() { find_studies(folder)? } else { Vec::new() };
     let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
@@ -35,7 +35,7 @@ pub(super) fn draw_figures(
         None => Project::find().figures()?.completed(results, part),
     };
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
-    let mut made = figures.make_all(results, part, &styles)?;
+    let mut made = figures.make_all(results, part, (&styles, format))?;
     made.failed.extend(failed);
     for file in &made.files {
         print(&file.display().to_string())?;

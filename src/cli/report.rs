@@ -11,7 +11,7 @@ use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums::CHECKSUMS;
 use rimbench::error::Result;
-use rimbench::figures::render::write_png;
+use rimbench::figures::render::{FORMATS, write_png};
 use rimbench::figures::report::{Picture, Report, Study, Written, address, find_studies};
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, FigureList, preview};
@@ -41,6 +41,9 @@ pub struct ReportCommand {
     /// Only the figures of this group of experiments
     #[arg(long, value_name = "NAME", requires = "figures", conflicts_with_all = ["open", "pdf"])]
     group: Option<String>,
+    /// What figures are written as; pdf in a build with `--features pdf`
+    #[arg(long, value_parser = FORMATS, default_value = "svg", requires = "figures", conflicts_with_all = ["open", "pdf"])]
+    format: String,
     /// List of figures (see `rimbench list figure-keys`) [default: that of the project's folder, or the one built in]
     #[arg(long, value_name = "FILE", requires = "figures", conflicts_with_all = ["open", "pdf"])]
     file: Option<PathBuf>,
@@ -50,7 +53,7 @@ impl ReportCommand {
     /// Exit code 1 if a figure could not be drawn.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         if self.figures {
-            return draw_figures(catalogue, &self.folder, self.file.as_deref(), self.group.as_deref());
+            return draw_figures(catalogue, &self.folder, self.file.as_deref(), (self.group.as_deref(), &self.format));
         }
         if self.pdf {
             set_pdf(&self.out.unwrap_or_else(|| PathBuf::from("results/paper/paper.pdf")))?;

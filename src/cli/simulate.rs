@@ -13,7 +13,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::error::Error;
 use rimbench::figures::style::Styles;
-use rimbench::figures::{check_plot, plot, write_plot};
+use rimbench::figures::{plot, render};
 use rimbench::fmi::import::{ProbeQuality, SideNotes};
 use rimbench::harness::{
     Cache, DeadlineLog, believed, monotonic_clock, obtain_reference, processor_clock, what_happens,
@@ -41,7 +41,7 @@ pub struct Simulate {
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Draw motion, force and contacts beside the reference: .svg or .png
+    /// Draw motion, force and contacts beside the reference: .svg, .png, or .pdf in a build with `--features pdf`
     #[arg(long, value_name = "FILE", conflicts_with = "believe_at")]
     plot: Option<PathBuf>,
     /// Trace only what the scheme believes in the macro step from this time on, per micro step, from the true state; of
@@ -102,7 +102,7 @@ impl Simulate {
             check_place_for_trace(path)?;
         }
         if let Some(path) = &self.plot {
-            check_plot(path)?;
+            render::check_format(path)?;
             check_writable_file(path)?;
         }
         let stop = StopFlag::never();
@@ -123,7 +123,7 @@ impl Simulate {
         }
         if let Some(path) = &self.plot {
             let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
-            write_plot(&plot(&spec, &run, &reference, &styles)?, path)?;
+            render::write(&plot(&spec, &run, &reference, &styles)?, path)?;
         }
         if self.format == Format::Json {
             let mut said = json(&spec, &run, &probed);

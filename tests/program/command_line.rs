@@ -528,7 +528,10 @@ fn a_run_is_plotted_beside_its_reference_and_a_belief_is_traced_per_micro_step()
     assert_has(&svg, &["actuator length (m)", "actuator force (N)", "contact closed", "1 right wedge", "reference"]);
     simulate(plotted).arg(place("run.png")).assert().success();
     assert!(std::fs::read(place("run.png")).unwrap().starts_with(b"\x89PNG"));
-    assert_has(&refused(simulate(plotted).arg(place("run.jpg"))), &["run.jpg", "must end in .svg or .png"]);
+    assert_has(&refused(simulate(plotted).arg(place("run.jpg"))), &["run.jpg", "must end in .svg, .png or .pdf"]);
+    if !cfg!(feature = "pdf") {
+        assert_has(&refused(simulate(plotted).arg(place("run.pdf"))), &["run.pdf", "--features pdf"]);
+    }
     let believed = "--scheme rim-nonsmooth --macro-step 5e-3 --believe-at";
     simulate(&format!("{believed} 1.695s --trace")).arg(place("belief.csv")).assert().success();
     let belief = std::fs::read_to_string(place("belief.csv")).unwrap();

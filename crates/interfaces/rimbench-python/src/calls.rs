@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
 use rimbench::cases::Value;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::{Cause, Error, Result};
 use rimbench::fmi::import::{read_case, read_scheme};
 use rimbench::harness::{
@@ -111,8 +111,8 @@ impl Asked {
         Ok(asked)
     }
 
-    /// Runs and evaluates as the command `simulate` does.
-    fn simulate(&self, stop: StopFlag<'_>, cache: &Cache) -> Result<(RunSpec, EvaluatedRun)> {
+    /// Runs and evaluates as the command `simulate` does; also returned is what the run is judged by, at its times.
+    fn simulate(&self, stop: StopFlag<'_>, cache: &Cache) -> Result<(RunSpec, EvaluatedRun, Trajectory)> {
         let spec = self.request.resolve(&self.catalogue)?;
         let prepared = spec.prepare()?;
         let own = self.case.as_ref().map(Py::get).filter(|_| spec.case.judged_by.is_none());
@@ -136,7 +136,8 @@ impl Asked {
             result.report.outcome = Outcome::SubsystemFailed { at_s, cause: Cause::Reported { message } };
         }
         let run = evaluate(&spec, result, &reference)?;
-        if matches!(run.outcome, Outcome::Stopped { .. }) { Err(Error::Stopped) } else { Ok((spec, run)) }
+        let judged_by = reference.judged.resampled(run.trajectory.column(0));
+        if matches!(run.outcome, Outcome::Stopped { .. }) { Err(Error::Stopped) } else { Ok((spec, run, judged_by)) }
     }
 }
 
@@ -162,6 +163,18 @@ fn facts<'py>(py: Python<'py>, facts: &[Fact]) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict)
 }
 
+/// An array for each column.
+fn arrays<'py>(py: Python<'py>, trajectory: &Trajectory) -> PyResult<Bound<'py, PyDict>> {
+    let arrays = PyDict::new(py);
+    for (index, name) in trajectory.columns().iter().enumerate() {
+        let column = PyArray1::from_iter(py, trajectory.column(index));
+        // What was found is not to be changed by who looks at it.
+        column.getattr("flags")?.setattr("writeable", false)?;
+        arrays.set_item(name, column)?;
+    }
+    Ok(arrays)
+}
+
 /// One run, as a dictionary.
 #[pyfunction]
 pub fn simulate<'py>(
@@ -172,15 +185,9 @@ pub fn simulate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let asked = Asked::read(case, Some(scheme), settings, &[])?;
     let cache = Cache::of_user();
-    let ((spec, run), raised) = interruptible(py, asked.of_python, None, |stop, _| asked.simulate(stop, &cache))?;
+    let (found, raised) = interruptible(py, asked.of_python, None, |stop, _| asked.simulate(stop, &cache))?;
+    let (spec, run, judged_by) = found;
     warn_if_not_kept(py, &cache)?;
-    let trace = PyDict::new(py);
-    for (index, name) in run.trajectory.columns().iter().enumerate() {
-        let column = PyArray1::from_iter(py, run.trajectory.column(index));
-        // What was found is not to be changed by who looks at it.
-        column.getattr("flags")?.setattr("writeable", false)?;
-        trace.set_item(name, column)?;
-    }
     let metrics = PyDict::new(py);
     for (metric, value) in run.metrics_of(&spec.case) {
         metrics.set_item(metric.name, value)?;
@@ -192,7 +199,8 @@ pub fn simulate<'py>(
     result.set_item("reason", run.outcome.reason())?;
     result.set_item("ended_at_s", run.found.ended_at_s)?;
     result.set_item("metrics", metrics)?;
-    result.set_item("trace", trace)?;
+    result.set_item("trace", arrays(py, &run.trajectory)?)?;
+    result.set_item("reference", arrays(py, &judged_by)?)?;
     result.set_item("settings", facts(py, &spec.facts())?)?;
     result.set_item("counters", facts(py, &run.found.counters())?)?;
     result.set_item("costs", facts(py, &run.costs.facts())?)?;

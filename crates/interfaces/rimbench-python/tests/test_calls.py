@@ -358,7 +358,10 @@ def test_results_show_and_draw_themselves(tmp_path, monkeypatch):
         result.plot()
     monkeypatch.undo()
     pytest.importorskip("matplotlib").use("Agg")
-    assert [line.get_label() for line in result.plot().lines] == [name for name in result.trace if name.endswith("force_n")]
+    forces = [name for name in result.trace if name.endswith("force_n")]
+    labels = [label for name in forces for label in (name, f"{name}, reference") if label == name or name in result.reference]
+    assert [line.get_label() for line in result.plot().lines] == labels and len(labels) > len(forces)
+    assert len(result.reference["time_s"]) == len(result["time_s"]) and len(result.plot("time_s").lines) == 1
     np.testing.assert_array_equal(result.plot("time_s").lines[0].get_ydata(), result["time_s"])
     assert len(found.plot().lines[0].get_xdata()) == len(found.points)
     assert rows.plot("h", "e").lines[0].get_xdata().tolist() == [1.0]

@@ -2,7 +2,6 @@
 //!
 //! These types only describe; [`Figure::draw`] turns them into a [`Drawing`](super::drawing::Drawing).
 
-use super::drawing::Color;
 use super::line_style::LineStyle;
 
 /// Whether equal distances are equal differences or equal ratios.
@@ -34,24 +33,42 @@ pub struct Axis {
     pub scale: Scale,
     /// The interval shown.
     pub range: Range,
+    /// What its values are called, where these are few: kinds of signs, or columns.
+    pub names: Vec<Name>,
+}
+
+/// A value of an axis with what it is called.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Name {
+    /// The value.
+    pub value: f64,
+    /// In few letters.
+    pub short: String,
+    /// In the legend.
+    pub label: String,
 }
 
 impl Axis {
     /// A linear axis that shows everything.
     pub fn linear(label: impl Into<String>) -> Self {
-        Axis { label: label.into(), scale: Scale::Linear, range: Range::Auto }
+        Axis { label: label.into(), scale: Scale::Linear, range: Range::Auto, names: Vec::new() }
     }
 
     /// A logarithmic axis that shows everything.
     pub fn log10(label: impl Into<String>) -> Self {
-        Axis { label: label.into(), scale: Scale::Log10, range: Range::Auto }
+        Axis { scale: Scale::Log10, ..Axis::linear(label) }
     }
 
     /// An axis for values of either sign over many magnitudes: linear within ± `least`, which becomes a power of ten,
     /// logarithmic beyond.
     pub fn symlog(label: impl Into<String>, least: f64) -> Self {
         let power = least.log10().round().clamp(-300.0, 300.0) as i32;
-        Axis { label: label.into(), scale: Scale::SymLog(power), range: Range::Auto }
+        Axis { scale: Scale::SymLog(power), ..Axis::linear(label) }
+    }
+
+    /// An axis of a few values, each with its name.
+    pub fn named(label: impl Into<String>, names: Vec<Name>) -> Self {
+        Axis { names, ..Axis::linear(label) }
     }
 
     /// Shows an interval only, if there is one.
@@ -75,6 +92,37 @@ pub enum Mode {
     LineMarkers,
     /// Every value is held until the next point; a sign now and then, so that lines on each other can be told apart.
     Steps,
+    /// A row of its own, so that neither lines cross nor colours have to be told apart: the value along the horizontal
+    /// axis, a sign for each name of the abscissa, and on the right what was lost of each.
+    Row,
+    /// A row of its own with a column for each name of the abscissa, and in it what became of the runs.
+    Cells,
+}
+
+/// What became of the runs of a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell {
+    /// None was run.
+    Absent(Absent),
+    /// All completed, and are right.
+    Right,
+    /// All completed, and are wrong.
+    Wrong,
+    /// This share failed.
+    Lost(f64),
+    /// This share failed, as a number.
+    Failed(f64),
+    /// Nothing is known of any, though they were run.
+    Silent,
+    /// So many of the problems belong here.
+    Count(usize),
+}
+
+impl Cell {
+    /// What is lost of runs that there are.
+    pub fn of(loss: Loss) -> Self {
+        if loss.failed == 0.0 && loss.silent > 0.0 { Cell::Silent } else { Cell::Failed(loss.failed) }
+    }
 }
 
 /// Points that belong together.
@@ -97,13 +145,20 @@ pub struct Series {
     pub notes: Vec<String>,
     /// What is written beside each point where there is room, from both ends inwards; none, or as many as points.
     pub tags: Vec<String>,
+    /// Where runs have no value because they did not come to their end: signs in a band above the axis.
+    pub lost: Vec<(f64, Loss)>,
+    /// What became of the runs of each point of a row.
+    pub cells: Vec<Cell>,
+    /// Values of single runs of a row, as faint marks.
+    pub marks: Vec<f64>,
 }
 
 impl Series {
     /// A series drawn as a line.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: LineStyle) -> Self {
         let (name, bars, notes, tags) = Default::default();
-        Series { label: label.into(), points, style, mode: Mode::Line, name, bars, notes, tags }
+        let (lost, cells, marks) = Default::default();
+        Series { label: label.into(), points, style, mode: Mode::Line, name, bars, notes, tags, lost, cells, marks }
     }
 
     /// What it is called in the data behind the picture.
@@ -144,17 +199,6 @@ pub enum Guide {
         /// x₁, either side of x₀.
         to_x: f64,
     },
-}
-
-/// The area between two curves, behind the data.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Band {
-    /// What the legend says; bands of one label share an entry.
-    pub label: String,
-    /// Abscissa, lower and upper edge. NaN breaks the band.
-    pub points: Vec<(f64, [f64; 2])>,
-    /// Its colour.
-    pub color: Color,
 }
 
 /// Shares of the runs at one abscissa that have no value. These two are never one: a run whose end nobody waited for
@@ -222,56 +266,31 @@ impl Loss {
     }
 }
 
-/// Where runs of a series have no value because they did not come to their end: signs in a band above the axis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Losses {
-    /// Name of the series in the data.
-    pub name: String,
-    /// Abscissa, and what is lost there.
-    pub points: Vec<(f64, Loss)>,
-    /// Colour of the series.
-    pub color: Color,
-}
-
-/// A magnified part of a panel, drawn inside it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Inset {
-    /// Interval of x it shows.
-    pub x: (f64, f64),
-    /// Interval of y it shows.
-    pub y: (f64, f64),
-    /// Left, bottom, width, height of its frame as fractions of the panel. Leave room for its labels left and below.
-    pub place: [f64; 4],
-}
-
 /// One pair of axes with what is plotted on them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
+pub struct Plot {
     /// Heading, for example "(a) actuator force". May be empty.
     pub title: String,
-    /// Horizontal axis.
-    pub x: Axis,
-    /// Vertical axis.
-    pub y: Axis,
-    /// Series, the first at the back.
-    pub series: Vec<Series>,
-    /// Where runs were lost.
-    pub losses: Vec<Losses>,
+    /// Horizontal and vertical axis; of rows the second one lies below them, and the first has the names of the signs.
+    pub axes: [Axis; 2],
+    /// Series, the first at the back, or on top of all rows.
+    pub layers: Vec<Series>,
     /// Reference lines and slopes.
-    pub guides: Vec<Guide>,
-    /// Areas behind the data.
-    pub bands: Vec<Band>,
+    pub marks: Vec<Guide>,
     /// Remarks, one line of text each, upwards from the lower left corner.
     pub notes: Vec<String>,
-    /// A magnified part.
-    pub inset: Option<Inset>,
 }
 
-impl Panel {
+impl Plot {
     /// An empty panel.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        let (series, losses, guides, bands, notes) = Default::default();
-        Panel { title: title.into(), x, y, series, losses, guides, bands, notes, inset: None }
+        let (layers, marks, notes) = Default::default();
+        Plot { title: title.into(), axes: [x, y], layers, marks, notes }
+    }
+
+    /// Whether its series are rows.
+    pub fn has_rows(&self) -> bool {
+        self.layers.iter().any(|series| matches!(series.mode, Mode::Row | Mode::Cells))
     }
 
     /// Whether a series leaves any sign in it: a point inside its axes, as far as these are fixed, or runs that were
@@ -282,27 +301,28 @@ impl Panel {
             Range::Auto => true,
         };
         let positive = |axis: &Axis, value: f64| axis.scale != Scale::Log10 || value > 0.0;
+        let [across, upwards] = &self.axes;
         let is_seen = |&(x, y): &(f64, f64)| {
-            let up = y == f64::INFINITY || (y.is_finite() && positive(&self.y, y));
-            x.is_finite() && positive(&self.x, x) && within(&self.x, x) && up
+            let up = y == f64::INFINITY || (y.is_finite() && positive(upwards, y));
+            x.is_finite() && positive(across, x) && within(across, x) && up
         };
-        let points = self.series.iter().filter(|series| series.label == label).flat_map(|series| &series.points);
-        let lost = self.losses.iter().any(|losses| losses.name == name && !losses.points.is_empty());
+        let points = self.layers.iter().filter(|series| series.label == label).flat_map(|series| &series.points);
+        let lost = self.layers.iter().any(|series| series.data_name() == name && !series.lost.is_empty());
         // A line that is cut may still cross its frame: only what is all on one side is out of it.
         let seen: Vec<f64> = points.filter(|point| is_seen(point)).map(|point| point.1).collect();
-        let Range::Fixed(low, high) = self.y.range else { return lost || !seen.is_empty() };
+        let Range::Fixed(low, high) = upwards.range else { return lost || !seen.is_empty() };
         lost || seen.iter().any(|y| *y >= low) && seen.iter().any(|y| *y <= high || y.is_infinite())
     }
 
     /// Adds a series in front of those already there.
-    pub fn series(mut self, series: Series) -> Self {
-        self.series.push(series);
+    pub fn layer(mut self, series: Series) -> Self {
+        self.layers.push(series);
         self
     }
 
     /// Adds a reference line or slope.
-    pub fn guide(mut self, guide: Guide) -> Self {
-        self.guides.push(guide);
+    pub fn mark(mut self, guide: Guide) -> Self {
+        self.marks.push(guide);
         self
     }
 }
@@ -321,20 +341,22 @@ pub enum LegendPlace {
 pub struct Figure {
     /// Width, px.
     pub width: f64,
-    /// Height, px.
+    /// Height, px; rows have what they need.
     pub height: f64,
     /// Panels per row.
     pub columns: usize,
     /// Where the legend stands.
     pub legend: LegendPlace,
     /// Panels, row by row.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<Plot>,
+    /// What the picture itself says below its panels.
+    pub note: String,
 }
 
 impl Figure {
     /// A figure without panels, two per row, with the legend below.
     pub fn new(width: f64, height: f64) -> Self {
-        Figure { width, height, columns: 2, legend: LegendPlace::Below, panels: Vec::new() }
+        Figure { width, height, columns: 2, legend: LegendPlace::Below, panels: Vec::new(), note: String::new() }
     }
 
     /// Sets the panels per row; one stacks them.
@@ -350,7 +372,7 @@ impl Figure {
     }
 
     /// Adds a panel.
-    pub fn panel(mut self, panel: Panel) -> Self {
+    pub fn panel(mut self, panel: Plot) -> Self {
         self.panels.push(panel);
         self
     }

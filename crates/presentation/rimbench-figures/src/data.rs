@@ -1,6 +1,6 @@
 //! Draws the points of a series inside a frame: clipped, broken at NaN, with infinite values in a band above.
 
-use super::chart::{Losses, Mode, Series};
+use super::chart::{Mode, Series};
 use super::clip::{self, Rect};
 use super::drawing::{Anchor, Color, Datum, Drawing, Point, SeriesData, Stroke, Text, Weight};
 use super::line_style::LineStyle;
@@ -72,6 +72,12 @@ impl Frame {
             return Some(Vertex { at: (across, self.beyond()), beyond: true });
         }
         Some(Vertex { at: (across, self.y.position(y)?), beyond: false })
+    }
+
+    /// Where a point of a series stands, if it is in the frame.
+    pub fn place(&self, series: &Series, index: usize) -> Option<Point> {
+        let at = self.vertex(series.points[index])?.at;
+        self.whole().contains(at).then_some(at)
     }
 
     /// Pieces of the series between its breaks.
@@ -176,12 +182,10 @@ pub fn draw_tags(drawing: &mut Drawing, frame: &Frame, all: &[Series]) {
 }
 
 /// Returns the data of one series as they are, each with its place on the page.
-pub fn exact(frame: &Frame, series: &Series) -> SeriesData {
+pub fn exact(series: &Series, place: impl Fn(usize) -> Option<Point>) -> SeriesData {
     let datum = |(index, &(x, y)): (usize, &(f64, f64))| {
         let range = series.bars.iter().find(|(at, _)| *at == x).map(|(_, range)| *range);
-        let place = frame.vertex((x, y)).map(|vertex| vertex.at);
-        let at = place.filter(|&(across, up)| frame.whole().contains((across, up)));
-        Datum { x, y, range, note: series.notes.get(index).cloned().unwrap_or_default(), at }
+        Datum { x, y, range, note: series.notes.get(index).cloned().unwrap_or_default(), at: place(index) }
     };
     SeriesData { name: series.data_name().to_owned(), points: series.points.iter().enumerate().map(datum).collect() }
 }
@@ -256,16 +260,18 @@ pub fn height_of_rows(series: usize) -> f64 {
     BAND.max(LOSS_ROW * series as f64 + 8.0)
 }
 
+/// The series that lost runs, each of which has a row in the band.
+pub fn lossy(all: &[Series]) -> impl Iterator<Item = &Series> {
+    all.iter().filter(|series| !series.lost.is_empty())
+}
+
 /// The height at which a series leaves the frame on its way to the right, or ends: where all of its last runs failed,
 /// at their cross.
-pub fn end(frame: &Frame, series: &Series, losses: &[Losses]) -> Option<f64> {
-    let last = |points: &[(f64, f64)]| points.iter().map(|point| point.0).fold(f64::NAN, f64::max);
-    let is_lost = |losses: &&Losses| {
-        losses.name == series.data_name()
-            && losses.points.iter().any(|(x, loss)| *x >= last(&series.points) && loss.failed >= 1.0)
-    };
-    if let Some(row) = losses.iter().position(|losses| is_lost(&losses)) {
-        return Some(height_of_losses(frame, row, losses.len()));
+pub fn end(frame: &Frame, series: &Series, all: &[Series]) -> Option<f64> {
+    let last = series.points.iter().map(|point| point.0).fold(f64::NAN, f64::max);
+    if series.lost.iter().any(|(x, loss)| *x >= last && loss.failed >= 1.0) {
+        let row = lossy(all).position(|lossy| lossy.data_name() == series.data_name())?;
+        return Some(height_of_losses(frame, row, lossy(all).count()));
     }
     let inside = |vertex: &Vertex| vertex.beyond || frame.area.contains(vertex.at);
     frame.runs(&series.points).into_iter().flatten().rfind(inside).map(|vertex| vertex.at.1)
@@ -278,25 +284,23 @@ fn height_of_losses(frame: &Frame, row: usize, of: usize) -> f64 {
 
 /// Marks in the band where runs were lost, a row for each series: an open triangle for some of them, a cross for all. A
 /// line that ends because all runs of the next point fail goes on to their cross in dots.
-pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses], all: &[Series]) {
-    for (row, lost) in losses.iter().enumerate() {
-        let up = height_of_losses(frame, row, losses.len());
+pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, all: &[Series]) {
+    for (row, series) in lossy(all).enumerate() {
+        let (up, color) = (height_of_losses(frame, row, lossy(all).count()), series.style.color);
         let place = |x: f64| frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
-        let points = all.iter().filter(|series| series.data_name() == lost.name).flat_map(|series| &series.points);
-        let points: Vec<(f64, f64)> = points.copied().collect();
-        for pair in points.windows(2) {
-            let fails = lost.points.iter().any(|(x, loss)| *x == pair[1].0 && loss.failed >= 1.0);
+        for pair in series.points.windows(2) {
+            let fails = series.lost.iter().any(|(x, loss)| *x == pair[1].0 && loss.failed >= 1.0);
             let from = frame.vertex(pair[0]).filter(|vertex| frame.area.contains(vertex.at));
             if let (true, Some(from), Some(to)) = (fails, from, place(pair[1].0)) {
-                drawing.line(vec![from.at, (to, up)], Stroke { color: lost.color, width: 1.0, dash: &[1.0, 2.5] });
+                drawing.line(vec![from.at, (to, up)], Stroke { color, width: 1.0, dash: &[1.0, 2.5] });
             }
         }
-        for &(x, loss) in &lost.points {
+        for &(x, loss) in &series.lost {
             if let Some(across) = place(x) {
                 if loss.failed > 0.0 {
-                    marker::draw_lost(drawing, (across, up), MARKER, lost.color, loss.failed >= 1.0);
+                    marker::draw_lost(drawing, (across, up), MARKER, color, loss.failed >= 1.0);
                 } else {
-                    marker::draw_silent(drawing, (across, up), MARKER, lost.color);
+                    marker::draw_silent(drawing, (across, up), MARKER, color);
                 }
             }
         }
@@ -413,14 +417,13 @@ mod tests {
 
     #[test]
     fn lost_runs_have_a_row_for_each_series_at_the_steps_that_were_run() {
-        let color = style_in_list(0).color;
         let all = Loss { failed: 1.0, silent: 0.0 };
         let points: Vec<(f64, Loss)> = (0..10).map(|k| (f64::from(k), all)).collect();
-        let losses: Vec<Losses> =
-            (0..4).map(|_| Losses { name: String::new(), points: points.clone(), color }).collect();
+        let losses: Vec<Series> =
+            (0..4).map(|_| Series { lost: points.clone(), ..Series::new("", Vec::new(), style_in_list(0)) }).collect();
         let frame = Frame { band: height_of_rows(4), ..frame() };
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw_losses(&mut drawing, &frame, &losses, &[]);
+        draw_losses(&mut drawing, &frame, &losses);
         // A cross is two strokes; its middle is that of the first.
         let strokes = drawing.shapes.iter().filter_map(|shape| match shape {
             Shape::Path { points, .. } => Some((0.5 * (points[0].0 + points[1].0), 0.5 * (points[0].1 + points[1].1))),

@@ -27,15 +27,14 @@ pub const LINE_HEIGHT: f64 = (2728.0 + 680.0) / 2816.0;
 /// How much wider another typeface may be in which a viewer shows the text of an SVG.
 pub const WIDER: f64 = 1.1;
 
+/// Regular and semi-bold, as OpenType.
+pub const FACES: [&[u8]; 2] = [include_bytes!("font/Inter-Regular.otf"), include_bytes!("font/Inter-SemiBold.otf")];
+
 /// Makes the typeface known to plotters; only the first call does anything.
 fn register() {
     static REGISTERED: Once = Once::new();
     REGISTERED.call_once(|| {
-        let faces: [(FontStyle, &'static [u8]); 2] = [
-            (FontStyle::Normal, include_bytes!("font/Inter-Regular.otf")),
-            (FontStyle::Bold, include_bytes!("font/Inter-SemiBold.otf")),
-        ];
-        for (style, bytes) in faces {
+        for (style, bytes) in [FontStyle::Normal, FontStyle::Bold].into_iter().zip(FACES) {
             assert!(register_font(NAME, style, bytes).is_ok(), "the embedded font is an OpenType file");
         }
     });

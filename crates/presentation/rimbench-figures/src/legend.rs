@@ -1,11 +1,11 @@
 //! The legend shared by all panels: one entry per label, beside the data and never over it.
 
-use super::chart::{Guide, Mode, NO_ANSWER, Panel, Series};
+use super::chart::{Absent, Cell, Guide, Mode, NO_ANSWER, Plot, Series};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Color, Drawing, Text, Weight};
-use super::line_style::LineStyle;
-use super::{filled_band, font, guides, marker};
+use super::line_style::{LineStyle, Marker};
+use super::{font, guides, marker, rows};
 
 /// Size of the entries, px.
 const SIZE: f64 = 9.8;
@@ -30,6 +30,8 @@ enum Sample {
     Silent,
     /// A patch of this colour.
     Area(Color),
+    Sign(Marker),
+    Nothing,
 }
 
 /// The entries of a figure.
@@ -40,9 +42,9 @@ pub struct Legend {
 
 impl Legend {
     /// Collects one entry per label, in order of appearance, and one for the triangle of infinite values if needed.
-    pub fn of(panels: &[Panel], infinite: bool) -> Self {
+    pub fn of(panels: &[Plot], infinite: bool) -> Self {
         let mut entries: Vec<(Sample, String)> = Vec::new();
-        for series in panels.iter().flat_map(|panel| &panel.series) {
+        for series in panels.iter().filter(|panel| !panel.has_rows()).flat_map(|panel| &panel.layers) {
             let label = entry(panels, series);
             let known = entries.iter().any(|(_, known)| *known == label);
             if !known && !series.label.is_empty() {
@@ -52,12 +54,7 @@ impl Legend {
                 entries.push((sample, label));
             }
         }
-        for band in panels.iter().flat_map(|panel| &panel.bands) {
-            if !entries.iter().any(|(_, label)| *label == band.label) {
-                entries.push((Sample::Area(filled_band::fill(band.color)), band.label.clone()));
-            }
-        }
-        for guide in panels.iter().flat_map(|panel| &panel.guides) {
+        for guide in panels.iter().flat_map(|panel| &panel.marks) {
             if let Guide::Below { entry, .. } = guide
                 && !entry.is_empty()
                 && !entries.iter().any(|(_, label)| label == entry)
@@ -68,7 +65,7 @@ impl Legend {
         if infinite && !entries.is_empty() {
             entries.push((Sample::Infinite, "infinite".to_owned()));
         }
-        let shares = || panels.iter().flat_map(|panel| &panel.losses).flat_map(|losses| &losses.points).map(|p| p.1);
+        let shares = || panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.lost).map(|p| p.1);
         for (all, label) in [(false, "some runs failed"), (true, "all runs failed")] {
             if shares().any(|loss| loss.failed > 0.0 && (loss.failed >= 1.0) == all) {
                 entries.push((Sample::Lost { all }, label.to_owned()));
@@ -77,6 +74,7 @@ impl Legend {
         if shares().any(|loss| loss.failed == 0.0) {
             entries.push((Sample::Silent, NO_ANSWER.to_owned()));
         }
+        entries.extend(of_rows(panels));
         Legend { entries }
     }
 
@@ -157,13 +155,38 @@ impl Legend {
     }
 }
 
+/// What the signs of rows stand for.
+fn of_rows(panels: &[Plot]) -> Vec<(Sample, String)> {
+    let mut entries: Vec<(Sample, String)> = Vec::new();
+    let along = panels.iter().find(|panel| panel.has_rows() && rows::columns(panel).is_none());
+    let names = along.map_or(&[][..], |panel| &panel.axes[0].names);
+    let several = names.iter().zip(rows::SIGNS).filter(|_| names.len() > 1);
+    entries.extend(several.map(|(name, sign)| (Sample::Sign(sign), name.label.clone())));
+    let any = |test: &dyn Fn(&Cell) -> bool| {
+        panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.cells).any(test)
+    };
+    let mut say = |said: bool, sample: Sample, words: String| entries.extend(said.then_some((sample, words)));
+    say(any(&|cell| *cell == Cell::Silent), Sample::Nothing, format!("{}  {NO_ANSWER}", rows::SILENT));
+    for absent in Absent::ALL {
+        let words = format!("{}  {}", absent.sign(), absent.in_words());
+        say(any(&|cell| *cell == Cell::Absent(absent)), Sample::Nothing, words);
+    }
+    say(any(&|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete".into());
+    say(any(&|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), rows::WRONG.into());
+    for (all, words) in [(false, "some fail"), (true, "all fail")] {
+        let is_lost = |cell: &Cell| matches!(cell, Cell::Lost(share) if (*share >= 1.0) == all);
+        say(any(&is_lost), Sample::Lost { all }, words.into());
+    }
+    entries
+}
+
 /// What the legend says of a series: its label, and where it is nowhere drawn that it is not.
-fn entry(panels: &[Panel], series: &Series) -> String {
+fn entry(panels: &[Plot], series: &Series) -> String {
     let name = series.data_name();
-    let of_name = |panel: &&Panel| panel.series.iter().any(|other| other.label == series.label);
+    let of_name = |panel: &&Plot| panel.layers.iter().any(|other| other.label == series.label);
     let is_drawn = panels.iter().filter(of_name).any(|panel| panel.shows(&series.label, name));
-    let is_known = |panel: &Panel| {
-        let own = panel.series.iter().filter(|other| other.label == series.label);
+    let is_known = |panel: &Plot| {
+        let own = panel.layers.iter().filter(|other| other.label == series.label);
         own.flat_map(|other| &other.points).any(|(x, y)| x.is_finite() && y.is_finite())
     };
     match (is_drawn, panels.iter().any(is_known)) {
@@ -177,7 +200,8 @@ fn entry(panels: &[Panel], series: &Series) -> String {
 fn indent(sample: &Sample) -> f64 {
     let sign = match sample {
         Sample::Series { .. } | Sample::Area(_) => SAMPLE,
-        Sample::Infinite | Sample::Lost { .. } | Sample::Silent => 2.0 * MARKER,
+        Sample::Infinite | Sample::Lost { .. } | Sample::Silent | Sample::Sign(_) => 2.0 * MARKER,
+        Sample::Nothing => -GAP,
     };
     sign + GAP
 }
@@ -212,6 +236,8 @@ fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: 
             marker::draw_lost(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK, *all);
         }
         Sample::Silent => marker::draw_silent(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK),
+        Sample::Sign(sign) => marker::draw(drawing, *sign, (left + MARKER, y), MARKER, Color::SOFT_INK),
+        Sample::Nothing => {}
     }
     drawing.text(Text::new(label, (left + indent(sample), y), SIZE).centred());
 }

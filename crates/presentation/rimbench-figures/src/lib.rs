@@ -7,22 +7,21 @@
 //! | file | concept |
 //! |---|---|
 //! | [`style`] | one colour, dash and marker per scheme, everywhere |
-//! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
-//! | `figure`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
+//! | [`chart`] | what a chart is: plots with layers, axes, marks and notes, in a grid under one legend |
+//! | `figure`, `axes`, `data`, `rows`, `guides`, `legend` | how it is drawn, from the grid of panels to the clipped line or the row |
 //! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
-//! | `rows` | ranked rows, one per scheme: signs along an axis, or what became of the runs by column |
 //! | `run_plot` | one run beside its reference |
 //! | [`case_picture`] | a case as it says that it looks: every picture of one is drawn from that |
 //! | [`film`] | a case in motion: its stills, shown one after the other |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
-//! | `vector` | the display list as SVG: true dashes, a named group per series; its file |
+//! | `vector` | the display list as SVG: true dashes, a named group per series |
 //! | `paint`, `dash`, `font` | the display list drawn by plotters as smooth pixels; the embedded typeface |
-//! | [`render`] | files: SVG, and PNG for a preview |
+//! | [`render`] | files: SVG, PNG, PDF |
 //!
 //! plotters draws the pixels: every shape becomes one of its elements on a drawing area over its bitmap backend,
 //! letters are its text in a registered font. What is left to us is layout, because plotters' charts have no band for
-//! infinite values, no inset, no legend outside the data and no cutting at the frame, and what its backends lack: dash
+//! infinite values, no rows, no legend outside the data and no cutting at the frame, and what its backends lack: dash
 //! patterns, and positions and widths between pixels, which a finer grid makes up for; its SVG has neither dashes nor
 //! groups, so that is written here.
 //!
@@ -50,10 +49,8 @@ mod dash;
 mod data;
 mod figure;
 mod figures;
-mod filled_band;
 mod font;
 mod guides;
-mod inset;
 mod legend;
 mod live_part;
 mod marker;
@@ -69,5 +66,5 @@ mod vector;
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKind, FigureList, Head, MadeFigures, figure_keys, preview};
 pub use pages::{fill_page, has_markers};
-pub use run_plot::{check_plot, plot, write_plot};
+pub use run_plot::plot;
 pub use tables::{Place, Table, TableList};

@@ -1,30 +1,14 @@
 //! One run beside its reference: motion, force, and when contacts are closed.
 
-use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::chart::{Axis, Figure, Mode, Plot, Series};
 use crate::drawing::Drawing;
 use crate::line_style::LineStyle;
-use crate::render;
 use crate::style::Styles;
 use rimbench_cases::cases::without_unit;
 use rimbench_cases::metrics::CLOSES_AT;
 use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec};
 use rimbench_core::cosim::Trajectory;
-use rimbench_core::error::{Error, Result};
-use std::path::Path;
-
-/// Pixels of a PNG per px of the SVG.
-const PIXELS: f64 = 2.0;
-
-/// Checks that a plot is written in a format that there is, by the end of its file's name.
-///
-/// # Errors
-/// [`Error::File`] for another one.
-pub fn check_plot(path: &Path) -> Result<()> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("svg" | "png") => Ok(()),
-        _ => Err(Error::file(path, "is no name of a plot: it must end in .svg or .png")),
-    }
-}
+use rimbench_core::error::Result;
 
 /// Draws position and force of each row of the interface, and contacts where they are recorded, of a run that has its
 /// trace.
@@ -44,17 +28,17 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
         name: id.to_owned(),
         ..Series::new(name, points, style).mode(Mode::Line)
     };
-    let mut panels: Vec<Panel> = Vec::new();
+    let mut panels: Vec<Plot> = Vec::new();
     for column in columns {
         let (words, unit) = without_unit(column);
         let label = format!("{} ({unit})", words.replace('_', " "));
-        let mut panel = Panel::new("", time(), Axis::linear(&label));
+        let mut panel = Plot::new("", time(), Axis::linear(&label));
         // A run that is gone leaves the frame of what is true.
         let peak = reference.trajectory.index_of(column).map_or(0.0, |column| reference.largest[column]);
         for (id, name, trajectory, style) in shown {
             let points = pairs(trajectory, column);
             let points = points.into_iter().take_while(|(_, y)| peak == 0.0 || y.abs() <= 4.0 * peak).collect();
-            panel = panel.series(series((id, name, points, style)));
+            panel = panel.layer(series((id, name, points, style)));
         }
         panels.push(panel);
     }
@@ -62,7 +46,7 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
         run.trajectory.columns().iter().filter(|name| name.starts_with("gap_") && name.ends_with("_m")).collect();
     if !contacts.is_empty() {
         let count = contacts.len() as f64;
-        let mut panel = Panel::new("", time(), Axis::linear("contact closed").range(0.3, count + 0.7));
+        let mut panel = Plot::new("", time(), Axis::linear("contact closed").range(0.3, count + 0.7));
         for (shift, (id, name, trajectory, style)) in [0.12, -0.12].into_iter().zip(shown) {
             let of_contact = |(index, column): (usize, &&String)| {
                 let y = index as f64 + 1.0 + shift;
@@ -70,7 +54,7 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
                 pairs(trajectory, column).into_iter().map(closed).chain([(f64::NAN, f64::NAN)]).collect::<Vec<_>>()
             };
             let points = contacts.iter().enumerate().flat_map(of_contact).collect();
-            panel = panel.series(series((id, name, points, style)));
+            panel = panel.layer(series((id, name, points, style)));
         }
         let words = contacts.iter().enumerate().map(|(index, gap)| {
             format!("{} {}", index + 1, gap.trim_start_matches("gap_").trim_end_matches("_m").replace('_', " "))
@@ -83,19 +67,6 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
     let step = 1e3 * spec.macro_step;
     let about = format!("{} · {name} · H = {step} ms · {}", spec.case.name, run.outcome.name());
     Ok(figure.draw_if_it_fits()?.headed(&about, ""))
-}
-
-/// Writes a plot as its file's name says.
-///
-/// # Errors
-/// Those of [`check_plot`]; [`Error::File`] if it cannot be written.
-pub fn write_plot(drawing: &Drawing, path: &Path) -> Result<()> {
-    check_plot(path)?;
-    if path.extension().is_some_and(|extension| extension == "png") {
-        return render::write_png(drawing, path, PIXELS);
-    }
-    let text = render::svg(drawing);
-    rimbench_results::atomic_file::write_atomically(path, |file| file.write_all(text.as_bytes()))
 }
 
 fn pairs(trajectory: &Trajectory, column: &str) -> Vec<(f64, f64)> {

@@ -1,10 +1,7 @@
-//! Writes the display list as SVG: true dashes, a named group for each series, shapes of one look in one path.
+//! The display list as SVG: true dashes, a named group for each series, shapes of one look in one path.
 
 use super::drawing::{Anchor, Color, Drawing, PanelData, Point, Shape, Stroke, Text, Weight};
-use rimbench_core::error::Result;
-use rimbench_results::atomic_file::write_atomically;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
 
 /// Millimetres per px of the page.
 const MM: f64 = 25.4 / 96.0;
@@ -78,17 +75,6 @@ fn document(drawing: &Drawing, sheet: &str, text: &str) -> String {
         hundredths(height),
         text
     )
-}
-
-/// Writes `<name>.svg` into a folder that exists, whole or not at all, and returns where. The bytes depend on the
-/// drawing only.
-///
-/// # Errors
-/// [`Error::File`](rimbench_core::error::Error::File) if the folder cannot be written to.
-pub fn write(drawing: &Drawing, folder: &Path, name: &str) -> Result<PathBuf> {
-    let path = folder.join(format!("{name}.svg"));
-    write_atomically(&path, |file| file.write_all(svg(drawing).as_bytes()))?;
-    Ok(path)
 }
 
 /// What a picture shows: what it says itself, or its panels by their quantities.
@@ -277,7 +263,6 @@ fn number(text: &mut String, hundredths: i64, first: bool) {
 mod tests {
     use super::super::font;
     use super::*;
-    use rimbench_core::error::Error;
 
     const BLACK: Color = Color(0, 0, 0);
 
@@ -320,13 +305,5 @@ mod tests {
         let across: f64 =
             path.split('l').skip(1).map(|step| step.split([' ', '-']).next().unwrap().parse::<f64>().unwrap()).sum();
         assert!((across - 33.3).abs() < 1e-9, "{across}");
-    }
-
-    #[test]
-    fn a_folder_that_is_not_there_is_an_error_that_names_the_file() {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let missing = place.path().join("missing");
-        let error = write(&Drawing::new(20.0, 10.0), &missing, "force").unwrap_err();
-        assert!(matches!(&error, Error::File { path, .. } if *path == missing.join("force.svg")), "{error}");
     }
 }

@@ -280,6 +280,8 @@ class Result:
     metrics: dict[str, float | None] = field(repr=False)
     #: One array per column, one number per communication point; names end in their units.
     trace: dict[str, NDArray[np.float64]] = field(repr=False)
+    #: What the run is judged by, at the same times: motion and force of the interface, and gaps.
+    reference: dict[str, NDArray[np.float64]] = field(repr=False)
     #: Everything that determines the run, by the names of experiment files.
     settings: dict[str, str | float | int | None] = field(repr=False)
     #: Exact counts of the work.
@@ -305,13 +307,15 @@ class Result:
         return pandas.DataFrame(self.trace)
 
     def plot(self, *columns: str, ax: Any = None) -> Any:
-        """Draws columns over time, by default the forces, and returns the axes of matplotlib."""
+        """Draws columns over time, by default the forces, beside the reference, and returns the axes of matplotlib."""
         known = [name for name in self.trace if name != "time_s"]
         if unknown := [name for name in columns if name not in self.trace]:
             raise RimbenchError(f"the trace has no column `{unknown[0]}`; valid: {', '.join(known)}")
         ax = _axes(ax)
         for name in columns or [name for name in known if name.endswith("force_n")] or known[:1]:
             ax.plot(self.trace["time_s"], self.trace[name], label=name)
+            if name in self.reference and name != "time_s":
+                ax.plot(self.reference["time_s"], self.reference[name], "k--", linewidth=1, label=f"{name}, reference")
         ax.set(xlabel="time_s", title=f"{self.settings.get('case')}, {self.settings.get('scheme')}: {self.outcome}")
         ax.legend()
         return ax

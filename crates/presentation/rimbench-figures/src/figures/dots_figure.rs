@@ -1,13 +1,11 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
 use super::statistics::{
-    Bars, CountedRuns, Only, OverPhases, floor, over_phases, rounded, row, share_of_runs, unit_of,
+    Bars, CountedRuns, Only, OverPhases, floor, floor_guide, over_phases, rounded, row, share_of_runs, unit_of,
 };
 use super::valid;
-use super::{FigureOptions, Source};
-use crate::chart::{Absent, Axis};
-use crate::drawing::Drawing;
-use crate::rows::{Content, Dot, Dots, RowsPanel, RowsPlot, Sign};
+use super::{FigureOptions, Picture, Source};
+use crate::chart::{Absent, Axis, Cell, Figure, Mode, Name, Plot, Series};
 use crate::style::Styles;
 use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
@@ -69,8 +67,11 @@ pub struct DotsPanel {
     without_exact: bool,
 }
 
-/// Rows and macro steps of the panels: most of what a picture can hold.
+/// Macro steps of the panels: most of what a picture can hold.
 const MOST_SIGNS: usize = 9;
+
+/// A median of one row, or why there is none.
+type Dot = Result<OverPhases, Absent>;
 
 impl FigureOptions for DotsFigure {
     type Panel = DotsPanel;
@@ -81,7 +82,7 @@ impl FigureOptions for DotsFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
         let table = source.runs()?;
         let all = Runs::of(table);
         let labels = all.labels(&self.labels);
@@ -110,10 +111,10 @@ impl FigureOptions for DotsFigure {
                     failing.take(step, &rows)?;
                 }
                 let dot = |index: usize| {
-                    let Some(&step) = steps.get(index) else { return nothing(Absent::NotRun) };
+                    let Some(&step) = steps.get(index) else { return Err(Absent::NotRun) };
                     let tally = rows.select(|row| step_of(row) == step).tally();
                     let point = points.iter().find(|point| point.x == step && tally.run() > 0);
-                    point.map_or(nothing(Absent::of(tally.skipped)), of_point)
+                    point.copied().ok_or(Absent::of(tally.skipped))
                 };
                 Ok((0..most).map(dot).collect())
             };
@@ -126,48 +127,49 @@ impl FigureOptions for DotsFigure {
         let sign = |index: usize| match alike {
             true => {
                 let step = rounded(steps[0][index] * factor);
-                Sign { value: step, short: format!("{step}"), label: format!("H = {step} {unit}") }
+                Name { value: step, short: format!("{step}"), label: format!("H = {step} {unit}") }
             }
-            false => Sign {
-                value: index as f64 + 1.0,
-                short: format!("{}", index + 1),
-                label: format!("macro step {} of each case", index + 1),
-            },
+            false => {
+                let number = index + 1;
+                let label = format!("macro step {number} of each case");
+                Name { value: number as f64, short: format!("{number}"), label }
+            }
         };
+        let signs: Vec<Name> = (0..most).map(sign).collect();
         let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
-        let marks = |spec: &DotsPanel, runs: &Runs<'_>| -> Vec<Vec<f64>> {
-            let of_row = |&row: &usize| {
-                let own = runs.of_label(labels[row]);
-                own.completed().rows().iter().map(|&row| runs.value(row, spec.metric)).collect()
-            };
-            if self.runs { order.iter().map(of_row).collect() } else { Vec::new() }
-        };
-        let panel = |(dots, title): (Vec<Vec<Dot>>, String), (spec, runs): (&DotsPanel, &Runs<'_>)| {
-            let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
-            let least =
-                dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
+        let mut figure = Figure::new(self.width, 0.0).columns(self.columns.unwrap_or(self.panels.len()));
+        figure.note = self.note.clone().unwrap_or_default();
+        for ((dots, title), (spec, runs)) in dots.into_iter().zip(titles).zip(self.panels.iter().zip(&parts)) {
+            let values = Axis::log10(&spec.label).within(spec.range);
+            let mut plot = Plot::new(title, Axis::named(&quantity, signs.clone()), values);
+            for &index in &order {
+                let dots = signs.iter().zip(&dots[index]);
+                let median = |dot: &Dot| dot.map_or(f64::NAN, |point| point.median);
+                let range = |dot: &Dot| dot.ok().filter(|point| point.least < point.most);
+                let loss = |dot: &Dot| dot.map(|point| point.lost);
+                let said = |dot: &Dot| loss(dot).map_or_else(|why| why.in_words().to_owned(), |loss| loss.in_words());
+                let points = dots.clone().map(|(sign, dot)| (sign.value, median(dot))).collect();
+                let of_runs = runs.of_label(labels[index]).completed();
+                let marks = of_runs.rows().iter().filter(|_| self.runs).map(|&row| runs.value(row, spec.metric));
+                let bars = dots
+                    .clone()
+                    .filter_map(|(sign, dot)| range(dot).map(|point| (sign.value, [point.least, point.most])));
+                plot = plot.layer(Series {
+                    points,
+                    bars: bars.collect(),
+                    notes: dots.clone().map(|(_, dot)| said(dot)).collect(),
+                    cells: dots.map(|(_, dot)| loss(dot).map_or_else(Cell::Absent, Cell::of)).collect(),
+                    marks: marks.collect(),
+                    ..row(&all, labels[index], styles, Mode::Row)
+                });
+            }
+            let medians = dots.iter().flatten().flatten().map(|point| point.median);
+            let least = medians.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
             let lowest = spec.range.map_or(least, |[low, _]| low);
-            let content = Content::Dots(Dots {
-                axis: Axis::log10(&spec.label).within(spec.range),
-                dots,
-                marks: marks(spec, runs),
-                floor: floor(runs, spec.metric).filter(|floor| *floor > lowest),
-            });
-            RowsPanel { title, content }
-        };
-        let drawing = RowsPlot {
-            width: self.width,
-            columns: self.columns.unwrap_or(self.panels.len()),
-            quantity,
-            signs: (0..most).map(sign).collect(),
-            rows: order.iter().map(|&index| row(&all, labels[index], styles)).collect(),
-            panels: (dots.into_iter().zip(titles))
-                .zip(self.panels.iter().zip(&parts))
-                .map(|(own, of)| panel(own, of))
-                .collect(),
+            plot.marks.extend(floor(runs, spec.metric).filter(|floor| *floor > lowest).map(floor_guide));
+            figure = figure.panel(plot);
         }
-        .draw_if_it_fits()?;
-        Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))
+        Ok(figure.into())
     }
 
     fn finish(&mut self) -> Result<(), String> {
@@ -199,16 +201,6 @@ impl DotsFigure {
     }
 }
 
-/// What stands where nothing was run.
-fn nothing(absent: Absent) -> Dot {
-    Dot { value: f64::NAN, range: None, lost: Err(absent) }
-}
-
-fn of_point(point: &OverPhases) -> Dot {
-    let range = (point.least < point.most).then_some([point.least, point.most]);
-    Dot { value: point.median, range, lost: Ok(point.lost) }
-}
-
 /// Rows by the share of their runs that fail, in per cent, and of as few failures by their mean rank over all panels
 /// and signs: of those that were run there, fewer failures first, and of as few the value nearest to the ideal of its
 /// panel. What gave no answer, or was not run, has no rank there; what has none anywhere is last, and of equals the
@@ -219,9 +211,9 @@ fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
         let signs = panel.first().map_or(0, Vec::len);
         for dots in (0..signs).map(|sign| panel.iter().map(|row| row[sign]).collect::<Vec<Dot>>()) {
             // A failure is worse than every number.
-            let place = |dot: &Dot| match dot.lost {
-                Ok(loss) if loss.failed >= 1.0 => Some([1.0, f64::INFINITY]),
-                Ok(loss) if dot.value.is_finite() => Some([loss.failed, (dot.value - ideal).abs()]),
+            let place = |dot: &Dot| match dot {
+                Ok(point) if point.lost.failed >= 1.0 => Some([1.0, f64::INFINITY]),
+                Ok(point) if point.median.is_finite() => Some([point.lost.failed, (point.median - ideal).abs()]),
                 _ => None,
             };
             let places: Vec<Option<[f64; 2]>> = dots.iter().map(place).collect();
@@ -235,7 +227,7 @@ fn ranked(dots: &[Vec<Vec<Dot>>], ideals: &[f64], rows: usize) -> Vec<usize> {
         ranks => ranks.iter().sum::<f64>() / ranks.len() as f64,
     };
     let failed = |row: usize| {
-        let shares = dots.iter().flat_map(|panel| &panel[row]).filter_map(|dot| dot.lost.ok()).map(|loss| loss.failed);
+        let shares = dots.iter().flat_map(|panel| &panel[row]).flatten().map(|point| point.lost.failed);
         let shares: Vec<f64> = shares.collect();
         (100.0 * shares.iter().sum::<f64>() / shares.len().max(1) as f64).round()
     };
@@ -253,13 +245,13 @@ mod tests {
     use super::*;
     use crate::chart::Loss;
 
+    fn dot(median: f64, failed: f64, silent: f64) -> Dot {
+        Ok(OverPhases { x: 1.0, median, least: median, most: median, lost: Loss { failed, silent } })
+    }
+
     #[test]
     fn the_best_row_comes_first_and_what_failed_last() {
-        let dot = |value: f64| Dot {
-            value,
-            range: None,
-            lost: Ok(Loss { failed: if value.is_nan() { 1.0 } else { 0.0 }, silent: 0.0 }),
-        };
+        let dot = |value: f64| dot(value, if value.is_nan() { 1.0 } else { 0.0 }, 0.0);
         let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
         assert_eq!(ranked(std::slice::from_ref(&panel), &[0.0], 3), [2, 0, 1]);
         assert_eq!(ranked(&[], &[], 2), [0, 1]);
@@ -270,17 +262,16 @@ mod tests {
     /// The best of those that are left says nothing of those that are not.
     #[test]
     fn a_failure_is_worse_than_every_number_and_a_time_out_is_neither() {
-        let dot = |value: f64, failed: f64, silent: f64| Dot { value, range: None, lost: Ok(Loss { failed, silent }) };
         let column = |dots: &[Dot]| vec![dots.iter().map(|dot| vec![*dot]).collect::<Vec<_>>()];
         let some_fail = [dot(1.0, 0.25, 0.0), dot(9.0, 0.0, 0.0), dot(1.0, 0.5, 0.0)];
         assert_eq!(ranked(&column(&some_fail), &[0.0], 3), [1, 0, 2]);
-        let some_last = [nothing(Absent::NotRun), dot(9.0, 1.0, 0.0), dot(f64::NAN, 0.0, 1.0), dot(2.0, 0.0, 0.5)];
+        let some_last = [Err(Absent::NotRun), dot(9.0, 1.0, 0.0), dot(f64::NAN, 0.0, 1.0), dot(2.0, 0.0, 0.5)];
         assert_eq!(ranked(&column(&some_last), &[0.0], 4), [3, 1, 0, 2]);
         // Far ahead at one of two steps, and failing at the other: behind what completes.
         let ahead = [vec![dot(1.0, 0.0, 0.0), dot(1.0, 0.5, 0.0)], vec![dot(2.0, 0.0, 0.0), dot(2.0, 0.0, 0.0)]];
         assert_eq!(ranked(&[ahead.to_vec()], &[0.0], 2), [1, 0]);
         // Not run at one of two steps, and ahead at the other.
-        let two = [vec![dot(1.0, 0.0, 0.0), nothing(Absent::LeftOut)], vec![dot(2.0, 0.0, 0.0), dot(1.0, 0.0, 0.0)]];
+        let two = [vec![dot(1.0, 0.0, 0.0), Err(Absent::LeftOut)], vec![dot(2.0, 0.0, 0.0), dot(1.0, 0.0, 0.0)]];
         assert_eq!(ranked(&[two.to_vec()], &[0.0], 2), [0, 1]);
     }
 }

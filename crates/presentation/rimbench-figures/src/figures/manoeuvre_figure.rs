@@ -2,7 +2,7 @@
 
 use super::trace_figure::{lost_run, trace_path};
 use super::valid;
-use super::{FigureOptions, Source};
+use super::{FigureOptions, Picture, Source};
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -98,7 +98,7 @@ impl FigureOptions for ManoeuvreFigure {
     ///
     /// # Errors
     /// [`Error::File`] for what is not there; [`Error::Incompatible`] if its cells have no room.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
         let folder = &*source.folder;
         let scene = Scene::read(folder)?;
         let runs = Runs::of(source.runs()?);
@@ -150,7 +150,7 @@ impl FigureOptions for ManoeuvreFigure {
         }
         let place = Rect { left: 0.0, top: 0.0, right: cell, bottom: tall };
         self.legend(&mut drawing, &scene.of, View { place, follow: 0.0 }.scale(&scene.of));
-        Ok(drawing)
+        Ok(drawing.into())
     }
 }
 

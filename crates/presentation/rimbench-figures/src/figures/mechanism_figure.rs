@@ -1,7 +1,7 @@
 //! One macro step magnified: what happens to a contact, and what schemes believe of it.
 
 use super::valid;
-use super::{FigureOptions, Source};
+use super::{FigureOptions, Picture, Source};
 use crate::case_picture::{View, poses, within};
 use crate::clip::{Rect, polygon, polyline};
 use crate::data::straightened;
@@ -266,7 +266,7 @@ impl FigureOptions for MechanismFigure {
     ///
     /// # Errors
     /// [`Error::File`] for what is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
         let columns = self.panels.iter().enumerate().map(|(index, panel)| {
             let table = read_table(&source.folder.join(format!("traces/beliefs-{}.csv", panel.case)))?;
             let rows = |scheme: &str| Rows::read(&table, scheme, &panel.contact);
@@ -341,7 +341,7 @@ impl FigureOptions for MechanismFigure {
                 drawing.text(text.centred());
             }
         }
-        Ok(drawing)
+        Ok(drawing.into())
     }
 
     fn finish(&mut self) -> Result<(), String> {

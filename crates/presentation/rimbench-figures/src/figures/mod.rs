@@ -7,7 +7,6 @@ mod abscissa;
 mod cost;
 mod default_figures;
 mod dots_figure;
-mod failures_figure;
 mod manoeuvre_figure;
 mod mechanism_figure;
 mod preview;
@@ -19,10 +18,11 @@ mod xy_figure;
 
 pub use preview::preview;
 
+use super::chart::Figure;
 use super::drawing::Drawing;
 use super::pages::fill_text;
+use super::render;
 use super::style::Styles;
-use super::vector;
 use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::checksums::{self, CHECKSUMS};
@@ -126,14 +126,34 @@ impl Source {
     }
 }
 
+/// What a kind of figure is made into.
+enum Picture {
+    /// Plots with their data, which have one layout.
+    Plots(Figure),
+    /// Machines.
+    Drawn(Drawing),
+}
+
+impl From<Figure> for Picture {
+    fn from(figure: Figure) -> Self {
+        Picture::Plots(figure)
+    }
+}
+
+impl From<Drawing> for Picture {
+    fn from(drawing: Drawing) -> Self {
+        Picture::Drawn(drawing)
+    }
+}
+
 /// The options of a kind of figure, read from the keys of its fields.
 trait FigureOptions: DeserializeOwned {
     /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind
     /// without panels.
     type Panel: DeserializeOwned;
 
-    /// Draws the figure from an experiment's folder.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing>;
+    /// Makes the figure from an experiment's folder.
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture>;
 
     /// Fills in what other keys say, and refuses keys that do not go together.
     fn finish(&mut self) -> Result<(), String> {
@@ -171,7 +191,7 @@ macro_rules! kinds {
         }
 
         impl FigureKind {
-            fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+            fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
                 match self {
                     $(FigureKind::$kind(figure) => figure.draw(source, styles),)*
                 }
@@ -209,14 +229,12 @@ kinds! {
     "dots"
     /// A metric of many schemes at a few macro steps, in ranked rows.
     Dots(dots_figure::DotsFigure),
-    "failures"
-    /// The share of the runs that fail, by case, scheme and macro step.
-    Failures(failures_figure::FailuresFigure),
     "xy"
     /// A metric against the macro step, a parameter of the case or the cost.
     Xy(xy_figure::XyFigure),
     "stability-map"
-    /// What became of the runs by scheme and macro step, or the number of cases by scheme and limit.
+    /// What became of the runs by scheme and macro step, the number of cases by scheme and limit, or the share that
+    /// fails by case and macro step.
     StabilityMap(stability_figure::StabilityFigure),
 }
 
@@ -330,17 +348,24 @@ impl FigureList {
         (self, failed)
     }
 
-    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there; names the
-    /// others.
+    /// Draws the figures of one group of experiments, of one experiment, or of all, whose rows are there, in one of
+    /// [`render::FORMATS`]; names the others.
     ///
     /// Results that lack a file, a column or a label (older than the figure, say) are a failure, with the reason.
     ///
     /// # Errors
-    /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a part without figures.
-    pub fn make_all(&self, results: &Path, part: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
+    /// [`Error::File`] if there is no such folder of results, and those of [`render::check_format`];
+    /// [`Error::UnknownName`] for a part without figures.
+    pub fn make_all(
+        &self,
+        results: &Path,
+        part: Option<&str>,
+        (styles, format): (&Styles, &str),
+    ) -> Result<MadeFigures> {
         if !results.is_dir() {
             return Err(Error::file(results, "is not a folder of results"));
         }
+        render::check_format(&results.join(format!("*.{format}")))?;
         if let Some(part) = part.filter(|part| self.of_part(Some(part)).is_empty()) {
             let groups: BTreeSet<&str> = self.figures.iter().map(FigureEntry::group).collect();
             return Err(Error::unknown("group of figures", part, groups));
@@ -359,10 +384,10 @@ impl FigureList {
                 Some(same) => Ok(same),
                 None => Source::of(folder.clone()),
             };
-            match of_it.and_then(|of_it| figure.make_from(source.insert(of_it), results, styles)) {
+            match of_it.and_then(|of_it| figure.make_from(source.insert(of_it), results, (styles, format))) {
                 Ok(files) => made.files.push(files),
                 Err(error) => {
-                    let old = folder.join("figures").join(format!("{}.svg", figure.id));
+                    let old = folder.join("figures").join(format!("{}.{format}", figure.id));
                     let stale = if old.exists() { format!("; {} is older", old.display()) } else { String::new() };
                     made.failed.push((figure.id.clone(), format!("{error}{stale}")));
                 }
@@ -427,19 +452,20 @@ impl FigureEntry {
         Ok(Head { title: title?, subtitle: subtitle?, caption: caption?, ..self.head.clone() })
     }
 
-    /// Draws the figure from the results below `results` and writes it beside them.
+    /// Draws the figure from the results below `results` and writes it beside them, as SVG.
     ///
     /// # Errors
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
     pub fn make(&self, results: &Path, styles: &Styles) -> Result<PathBuf> {
-        self.make_from(&Source::of(results.join(&self.experiment))?, results, styles)
+        self.make_from(&Source::of(results.join(&self.experiment))?, results, (styles, "svg"))
     }
 
-    fn make_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<PathBuf> {
+    fn make_from(&self, source: &Source, results: &Path, (styles, format): (&Styles, &str)) -> Result<PathBuf> {
         let drawing = self.drawn_from(source, results, styles)?;
         let figures = source.folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        vector::write(&drawing, &figures, &self.id)
+        let path = figures.join(format!("{}.{format}", self.id));
+        render::write(&drawing, &path).map(|()| path)
     }
 
     /// Draws the figure from the results below `results`.
@@ -453,7 +479,11 @@ impl FigureEntry {
     fn drawn_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<Drawing> {
         self.check_labels(source)?;
         let said = self.said(results)?;
-        let mut drawing = self.kind.draw(source, styles)?.headed(&said.title, &said.subtitle);
+        let drawing = match self.kind.draw(source, styles)? {
+            Picture::Plots(figure) => figure.draw_if_it_fits()?,
+            Picture::Drawn(drawing) => drawing,
+        };
+        let mut drawing = drawing.headed(&said.title, &said.subtitle);
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
             let sentence = said.caption.split(". ").next().unwrap_or_default();

@@ -1,12 +1,13 @@
-//! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest
-//! accurate step on top.
+//! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit, the largest
+//! accurate step on top; or, with a row for each case and a panel for each scheme, the share of the runs that fail.
 
-use super::statistics::{Bars, Only, over_phases, rounded, row, unit_of};
+use super::statistics::{Bars, CountedRuns, Only, name, over_phases, rounded, row, unit_of};
 use super::valid;
-use super::{FigureOptions, Source};
-use crate::chart::Absent;
-use crate::drawing::Drawing;
-use crate::rows::{Cell, Column, Content, Grid, RowsPanel, RowsPlot};
+use super::{FigureOptions, Picture, Source};
+use crate::chart::{Absent, Axis, Cell, Figure, Mode, Name, Plot, Series};
+use crate::drawing::Color;
+use crate::line_style::{Dash, LineStyle, Marker};
+use crate::rows::WRONG;
 use crate::style::Styles;
 use rimbench_cases::metrics::USABLE;
 use rimbench_cases::runs::Finding;
@@ -29,7 +30,13 @@ pub struct StabilityFigure {
     /// Scheme rows shown; all there are where none is given.
     #[serde(default)]
     labels: Vec<String>,
-    /// Panels, from the left.
+    /// Panels per row; all panels in one row where it is not given.
+    #[serde(default, deserialize_with = "valid::columns")]
+    columns: Option<usize>,
+    /// Rows are the cases, a panel of shares for each scheme row.
+    #[serde(default)]
+    by_case: bool,
+    /// Panels, from the left; cases have one for all scheme rows.
     #[serde(deserialize_with = "valid::panels")]
     panels: Vec<StabilityPanel>,
 }
@@ -62,7 +69,7 @@ enum Across {
 }
 
 /// A panel before its rows are ranked: columns, and of each label its cells and how far it comes, from 0 to 1.
-type Ranked = (Vec<Column>, String, Vec<(Vec<Cell>, f64)>);
+type Ranked = (Axis, Vec<(Vec<Cell>, f64)>);
 
 impl FigureOptions for StabilityFigure {
     type Panel = StabilityPanel;
@@ -71,7 +78,10 @@ impl FigureOptions for StabilityFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+        if self.by_case {
+            return self.cases(&self.panels[0].only.of(&Runs::of(source.runs()?))?, styles).map(Picture::from);
+        }
         let folder = &*source.folder;
         let results = folder.ancestors().nth(2).unwrap_or(folder);
         let read = |panel: &StabilityPanel| -> Result<Option<RunTable>> {
@@ -86,25 +96,60 @@ impl FigureOptions for StabilityFigure {
         let mut panels = Vec::new();
         let mut reach = vec![0.0; labels.len()];
         for (spec, runs) in self.panels.iter().zip(&all) {
-            let (columns, quantity, rows) = match spec.across {
+            let (across, rows) = match spec.across {
                 Across::MacroStep => self.by_step(&spec.only.one_of(runs)?, &labels)?,
                 Across::Limit => self.by_limit(&spec.only.of(runs)?, &labels)?,
             };
             rows.iter().zip(&mut reach).for_each(|((_, own), reach)| *reach += own);
-            let cells: Vec<Vec<Cell>> = rows.into_iter().map(|(cells, _)| cells).collect();
-            panels.push((spec.title.clone(), Grid { quantity, columns, cells }));
+            let rows: Vec<Series> = rows
+                .into_iter()
+                .zip(&labels)
+                .map(|((cells, _), label)| filled(row(&all[0], label, styles, Mode::Cells), &across, cells))
+                .collect();
+            panels.push((plot(&spec.title, across), rows));
         }
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| reach[b].total_cmp(&reach[a]));
-        let ranked = |(title, grid): (String, Grid)| {
-            let cells = order.iter().map(|&row| grid.cells[row].clone()).collect();
-            RowsPanel { title, content: Content::Grid(Grid { cells, ..grid }) }
-        };
-        let panels: Vec<RowsPanel> = panels.into_iter().map(ranked).collect();
-        let rows = order.iter().map(|&index| row(&all[0], labels[index], styles)).collect();
-        let (columns, quantity, signs) = (panels.len(), String::new(), Vec::new());
-        RowsPlot { width: self.width, columns, quantity, signs, rows, panels }.draw_if_it_fits()
+        let columns = self.columns.unwrap_or(panels.len());
+        let ranked =
+            |(plot, rows): (Plot, Vec<Series>)| order.iter().map(|&row| rows[row].clone()).fold(plot, Plot::layer);
+        let figure = Figure::new(self.width, 0.0).columns(columns);
+        Ok(panels.into_iter().map(ranked).fold(figure, Figure::panel).into())
     }
+
+    fn finish(&mut self) -> Result<(), String> {
+        let wrong = self.by_case && (self.panels.len() > 1 || self.panels[0].of.is_some());
+        if wrong {
+            Err("panels: `by_case` has one for all scheme rows, of the experiment itself".into())
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// A panel of cells.
+fn plot(title: &str, across: Axis) -> Plot {
+    Plot::new(title, across, Axis::linear("share of the runs that complete"))
+}
+
+/// A row with its cells, the value of each and what else is said of it.
+fn filled(row: Series, across: &Axis, cells: Vec<Cell>) -> Series {
+    let said = |(column, cell): (&Name, &Cell)| match *cell {
+        Cell::Absent(absent) => (f64::NAN, absent.in_words().to_owned()),
+        Cell::Right => (1.0, String::new()),
+        Cell::Wrong => (1.0, WRONG.to_owned()),
+        Cell::Lost(share) | Cell::Failed(share) => (1.0 - share, format!("{:.0} % of the runs failed", 100.0 * share)),
+        Cell::Silent => (f64::NAN, "no answer".to_owned()),
+        Cell::Count(count) => (count as f64, format!("{count} with the limit: {}", column.short)),
+    };
+    let (values, notes): (Vec<f64>, Vec<String>) = across.names.iter().zip(&cells).map(said).unzip();
+    let points = across.names.iter().zip(values).map(|(column, value)| (column.value, value)).collect();
+    Series { points, notes, cells, ..row }
+}
+
+/// A column.
+fn column(value: f64, short: String) -> Name {
+    Name { value, short, label: String::new() }
 }
 
 impl StabilityFigure {
@@ -126,6 +171,49 @@ impl StabilityFigure {
         })
     }
 
+    /// The share of the runs that fail; the case with most failures is on top.
+    fn cases<'t>(&self, all: &Runs<'t>, styles: &Styles) -> Result<Figure> {
+        let labels = all.labels(&self.labels);
+        let mut counted = CountedRuns::default();
+        for label in &labels {
+            let tried = all.of_label(label).select(|row| !all.is_skipped(row));
+            tried.by(|row| all.macro_step_ms(row)).iter().try_for_each(|(step, runs)| counted.take(*step, runs))?;
+        }
+        let (steps, (unit, factor)) = (steps_of(all), unit_of(all));
+        let n = counted.in_words().unwrap_or_default();
+        let columns = steps.iter().map(|&step| column(step, rounded(step * factor).to_string())).collect();
+        let across = Axis::named(format!("macro step H ({unit}), {n} each"), columns);
+        let cell = |runs: &Runs<'_>, step: f64| {
+            let tally = runs.select(|row| runs.macro_step_ms(row) == step).tally();
+            match tally.run() {
+                0 => Cell::Absent(Absent::of(tally.skipped)),
+                _ if tally.no_answer == tally.run() => Cell::Silent,
+                _ => Cell::Failed(tally.failed_share()),
+            }
+        };
+        let of_case = |case: &str, label: &str| -> Vec<Cell> {
+            let runs = all.of_problem(Some(case), None).of_label(label);
+            steps.iter().map(|&step| cell(&runs, step)).collect()
+        };
+        let mut cases: Vec<&str> = all.problems().iter().map(|[case, _]| *case).collect();
+        cases.sort_unstable();
+        cases.dedup();
+        let failed = |cell: Cell| if let Cell::Failed(share) = cell { share } else { 0.0 };
+        let total = |case: &str| labels.iter().flat_map(|label| of_case(case, label)).map(failed).sum::<f64>();
+        let mut ranked: Vec<(f64, &str)> = cases.into_iter().map(|case| (total(case), case)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let style = LineStyle { color: Color::WHITE, ..LineStyle::new([0; 3], Dash::Solid, Marker::Circle) };
+        let panel = |label: &&str| {
+            let row = |(_, case): &(f64, &str)| {
+                let row = Series::new(case.replace('-', " "), Vec::new(), style).mode(Mode::Cells);
+                filled(Series { name: (*case).to_owned(), ..row }, &across, of_case(case, label))
+            };
+            ranked.iter().map(row).fold(plot(&name(all, label, styles), across.clone()), Plot::layer)
+        };
+        let figure = Figure::new(self.width, 0.0).columns(self.columns.unwrap_or(labels.len()));
+        Ok(labels.iter().map(panel).fold(figure, Figure::panel))
+    }
+
     fn by_step(&self, runs: &Runs<'_>, labels: &[&str]) -> Result<Ranked> {
         let steps = steps_of(runs);
         let (unit, factor) = unit_of(runs);
@@ -144,8 +232,8 @@ impl StabilityFigure {
             Ok((cells, accurate / count + 0.01 * kept))
         };
         let rows = labels.iter().map(row).collect::<Result<_>>()?;
-        let column = |step: &f64| Column { label: rounded(step * factor).to_string(), value: *step };
-        Ok((steps.iter().map(column).collect(), format!("macro step H ({unit})"), rows))
+        let columns = steps.iter().map(|&step| column(step, rounded(step * factor).to_string()));
+        Ok((Axis::named(format!("macro step H ({unit})"), columns.collect()), rows))
     }
 
     /// Counts the cases by the largest accurate macro step that each allows; the last column are those in which no step
@@ -186,9 +274,8 @@ impl StabilityFigure {
             let mean = limits.iter().map(|limit| limit.1).sum::<f64>() / limits.len().max(1) as f64;
             (values.iter().map(count).collect(), mean)
         };
-        let column = |(index, value)| Column { label: label(value), value: index as f64 };
-        let columns = values.iter().enumerate().map(column).collect();
-        Ok((columns, "largest accurate macro step (ms)".to_owned(), limits.iter().map(row).collect()))
+        let columns = values.iter().enumerate().map(|(index, value)| column(index as f64, label(value))).collect();
+        Ok((Axis::named("largest accurate macro step (ms)", columns), limits.iter().map(row).collect()))
     }
 }
 

@@ -1,9 +1,8 @@
 //! Columns of traces over time, one panel per column or zoom.
 
 use super::valid;
-use super::{FigureOptions, Source};
-use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
-use crate::drawing::Drawing;
+use super::{FigureOptions, Picture, Source};
+use crate::chart::{Axis, Figure, Mode, Plot, Series};
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::runs::Finding;
@@ -45,35 +44,15 @@ pub struct TracePanel {
     /// Heading of the vertical axis.
     #[serde(default)]
     label: String,
-    /// Logarithmic vertical axis.
-    #[serde(default)]
-    log: bool,
     /// Horizontal axis, s.
     #[serde(default, deserialize_with = "valid::interval")]
     time_s: Option<[f64; 2]>,
-    /// Vertical axis; above 0 where it is logarithmic.
+    /// Vertical axis.
     #[serde(default, deserialize_with = "valid::interval")]
     range: Option<[f64; 2]>,
     /// Held between communication points instead of joined by lines.
     #[serde(default)]
     steps: bool,
-    /// A part of the panel magnified inside it.
-    #[serde(default)]
-    inset: Option<TraceInset>,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TraceInset {
-    /// Horizontal axis, s.
-    #[serde(deserialize_with = "valid::interval")]
-    time_s: [f64; 2],
-    /// Vertical axis.
-    #[serde(deserialize_with = "valid::interval")]
-    range: [f64; 2],
-    /// Where it stands.
-    #[serde(deserialize_with = "valid::rectangle")]
-    place: [f64; 4],
 }
 
 impl FigureOptions for TraceFigure {
@@ -83,17 +62,16 @@ impl FigureOptions for TraceFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a trace or column that is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
         let folder = &*source.folder;
         let traces = self.series.iter().map(|label| Ok((label, read_table(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
         for spec in &self.panels {
-            let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
-            let mut panel = Panel::new(
+            let mut panel = Plot::new(
                 &spec.title,
                 Axis::linear("time t (s)").within(spec.time_s),
-                Axis { scale, ..Axis::linear(&spec.label).within(spec.range) },
+                Axis::linear(&spec.label).within(spec.range),
             );
             // Only models that are audited have the columns of an audit.
             let lacks = |(_, trace): &&(&String, ResultsTable)| trace.column(&spec.column).is_err();
@@ -104,40 +82,27 @@ impl FigureOptions for TraceFigure {
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
                 let entry = format!("{}{}", styles.shown_name(label), ending(folder, label)?);
                 let series = Series::new(entry, points, styles.of_label(label)).mode(mode);
-                panel = panel.series(Series { name: label.to_string(), ..series });
+                panel = panel.layer(Series { name: label.to_string(), ..series });
             }
             let cut =
                 traces().filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose());
             panel.notes = cut.collect::<Result<_>>()?;
-            if let Some(inset) = &spec.inset {
-                let ([x0, x1], [y0, y1]) = (inset.time_s, inset.range);
-                panel.inset = Some(Inset { x: (x0, x1), y: (y0, y1), place: inset.place });
-            }
             figure = figure.panel(panel);
         }
-        figure.draw_if_it_fits()
+        Ok(figure.into())
     }
 
     fn finish(&mut self) -> Result<(), String> {
-        for (index, panel) in self.panels.iter_mut().enumerate() {
-            if panel.label.is_empty() {
-                panel.label = panel.column.clone();
-            }
-            if let Some([low, high]) = panel.range.filter(|[low, _]| panel.log && *low <= 0.0) {
-                let at = format!("panels {}: range", index + 1);
-                return Err(format!(
-                    "{at} = [{low:?}, {high:?}] is not valid; valid: [low, high], finite, 0 < low < high"
-                ));
-            }
-        }
+        let without = self.panels.iter_mut().filter(|panel| panel.label.is_empty());
+        without.for_each(|panel| panel.label.clone_from(&panel.column));
         Ok(())
     }
 }
 
 impl TracePanel {
-    /// Says how far a series goes beyond a linear axis.
+    /// Says how far a series goes beyond the axis.
     fn what_is_cut(&self, name: &str, trace: &ResultsTable) -> Result<Option<String>> {
-        let Some([lowest, highest]) = self.range.filter(|_| !self.log) else { return Ok(None) };
+        let Some([lowest, highest]) = self.range else { return Ok(None) };
         let shown = |t: f64| self.time_s.is_none_or(|[from, to]| (from..=to).contains(&t));
         let points = trace.pairs("time_s", &self.column)?;
         let values = points.iter().filter(|(t, y)| shown(*t) && y.is_finite()).map(|(_, y)| *y);

@@ -127,12 +127,6 @@ takes! {
     /// An interval of a logarithmic axis.
     positive_interval: [f64; 2] = "[low, high], finite, 0 < low < high",
         |value| ends(value).filter(|[low, high]| 0.0 < *low && low < high);
-    /// A rectangle in a panel.
-    rectangle: [f64; 4] = "[left, bottom, width, height], shares of the panel, within it", |value| {
-        let place: [f64; 4] = numbers(value)?.try_into().ok()?;
-        let inside = |from: f64, length: f64| from >= 0.0 && length > 0.0 && from + length <= 1.0;
-        Some(place).filter(|&[left, bottom, width, height]| inside(left, width) && inside(bottom, height))
-    };
     /// A slope triangle.
     slope: (f64, [f64; 2]) = "[order, [x, y]], finite, x and y above 0", |value| match &value.as_array()?[..] {
         [order, at] => Some((number(order)?, ends(at).filter(|at| at.iter().all(|at| *at > 0.0))?)),
@@ -160,11 +154,6 @@ pub fn metric<'de, D: Deserializer<'de>>(from: D) -> Result<Finding, D::Error> {
 /// Names what a figure shows as its file does.
 pub fn metric_name(metric: Finding) -> String {
     if metric == Finding::Completed { FRACTION_STABLE } else { metric.name() }.to_owned()
-}
-
-/// Reads the name of a number of a run.
-pub fn finding<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Finding>, D::Error> {
-    Finding::named(&String::deserialize(from)?).map(Some).map_err(D::Error::custom)
 }
 
 /// Reads panels: at least one.

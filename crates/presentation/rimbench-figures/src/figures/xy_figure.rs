@@ -3,13 +3,12 @@
 
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
-    Bars, CountedRuns, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_of_runs, style,
-    unit_of,
+    Bars, CountedRuns, Only, OverPhases, floor, floor_guide, name, over_phases, refuse_several, rounded, share_of_runs,
+    style, unit_of,
 };
 use super::valid::{self, refuse};
-use super::{FigureOptions, Source};
-use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
-use crate::drawing::{Color, Drawing};
+use super::{FigureOptions, Picture, Source};
+use crate::chart::{Axis, Figure, Guide, LegendPlace, Mode, Plot, Series};
 use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
@@ -43,16 +42,6 @@ pub struct XyFigure {
     /// Panels, from the left.
     #[serde(deserialize_with = "valid::panels")]
     panels: Vec<XyPanel>,
-}
-
-/// The area that some scheme rows cover, from the least to the largest value.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BandSpec {
-    /// Scheme rows; those lost at a point are left out there.
-    labels: Vec<String>,
-    /// What the legend says.
-    label: String,
 }
 
 /// Several scheme rows that differ in the option across, as one line.
@@ -118,18 +107,12 @@ pub struct XyPanel {
     /// Macro step of the runs shown over a parameter, s.
     #[serde(default, deserialize_with = "valid::positive")]
     macro_step_s: Option<f64>,
-    /// An area from the least to the largest of some scheme rows.
-    #[serde(default)]
-    band: Option<BandSpec>,
     /// Vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second.
     #[serde(default, deserialize_with = "valid::positive_interval")]
     symlog: Option<[f64; 2]>,
     /// Show the share of the runs that complete with at most this much of the metric instead, on a linear axis.
     #[serde(default, deserialize_with = "valid::positive")]
     within: Option<f64>,
-    /// Column with the uncertainty of the reference; the region below it is shaded.
-    #[serde(default, deserialize_with = "valid::finding")]
-    floor: Option<Finding>,
     /// Slope triangle: order and first corner (H in ms, value).
     #[serde(default, deserialize_with = "valid::slope")]
     slope: Option<(f64, [f64; 2])>,
@@ -167,9 +150,8 @@ impl FigureOptions for XyFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
-        let table = source.runs()?;
-        let all = Runs::of(table);
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+        let all = Runs::of(source.runs()?);
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
@@ -184,18 +166,14 @@ impl FigureOptions for XyFigure {
             let from_zero = matches!(&abscissa, Abscissa::Parameter(values) if values.contains(&0.0));
             let across = if from_zero { Axis::linear } else { Axis::log10 };
             let x_axis = across(spec.x.heading(unit)).within(spec.x.range);
-            let mut panel = Panel::new(&spec.title, x_axis, spec.y_axis());
+            let mut panel = Plot::new(&spec.title, x_axis, spec.y_axis());
             if spec.symlog.is_some() {
-                panel = panel.guide(Guide::Horizontal(0.0));
+                panel = panel.mark(Guide::Horizontal(0.0));
             }
             if let Some(Border { at, label }) = &spec.border {
-                panel = panel.guide(Guide::Vertical(*at, label.clone()));
+                panel = panel.mark(Guide::Vertical(*at, label.clone()));
             }
             let counted = &mut CountedRuns::default();
-            if let Some(band) = &spec.band {
-                let curves = band.labels.iter().map(|label| Ok(scaled(spec.points(&runs, label, counted)?, factor)));
-                panel.bands.push(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
-            }
             let curves = match &abscissa {
                 Abscissa::MacroStep => spec.over_steps(&runs, &all, self.panels.len() == 1, styles, counted)?,
                 Abscissa::Parameter(values) => spec.over_parameter(&runs, values, styles, counted)?,
@@ -207,27 +185,18 @@ impl FigureOptions for XyFigure {
                 let style = style(&all, curve.name, styles);
                 let is_baseline = spec.baselines.iter().any(|label| *label == curve.name);
                 let style = if is_baseline { Styles::baseline(style) } else { style };
-                panel = with_range(panel, Curve { points: scaled(curve.points, factor), ..curve }, style);
+                panel = panel.layer(with_range(Curve { points: scaled(curve.points, factor), ..curve }, style));
             }
-            let floor = match spec.floor {
-                Some(floor) => {
-                    table.check(floor)?;
-                    runs.rows().first().map(|&row| runs.value(row, floor))
-                }
-                None if spec.within.is_some() || !spec.x.is_macro_step() => None,
-                None => floor(&runs, spec.metric),
-            };
-            // Down there a distance from the reference says nothing.
-            if let Some(y) = floor.filter(|floor| spec.symlog.is_none() && *floor > spec.lowest(&panel)) {
-                let [label, entry] = ["uncertainty of the reference", "below the reference's uncertainty"];
-                panel = panel.guide(Guide::Below { y, label: label.into(), entry: entry.into() });
-            }
+            let has_floor = spec.within.is_none() && spec.x.is_macro_step() && spec.symlog.is_none();
+            let floor = floor(&runs, spec.metric).filter(|floor| has_floor && *floor > spec.lowest(&panel));
+            panel.marks.extend(floor.map(floor_guide));
             if let Some((order, [x, y])) = spec.slope {
-                panel = panel.guide(Guide::Slope { order, from: (factor * x, y), to_x: 2.0 * factor * x });
+                panel = panel.mark(Guide::Slope { order, from: (factor * x, y), to_x: 2.0 * factor * x });
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw_if_it_fits()?.noted(self.note.as_deref().unwrap_or_default()))
+        figure.note = self.note.clone().unwrap_or_default();
+        Ok(figure.into())
     }
 
     fn finish(&mut self) -> Result<(), String> {
@@ -245,11 +214,7 @@ impl FigureOptions for XyFigure {
                 return Err("panels: x: a parameter or a cost is across, not both".to_owned());
             }
             if !panel.x.is_macro_step() {
-                let of_steps = [
-                    ("band", panel.band.is_some()),
-                    ("slope", panel.slope.is_some()),
-                    ("orders_over_ms", panel.orders_over_ms.is_some()),
-                ];
+                let of_steps = [("slope", panel.slope.is_some()), ("orders_over_ms", panel.orders_over_ms.is_some())];
                 refuse(&of_steps, "needs the macro step across")?;
             }
             if panel.x.cost.is_some() {
@@ -426,9 +391,9 @@ impl XyPanel {
     }
 
     /// About where the vertical axis begins.
-    fn lowest(&self, panel: &Panel) -> f64 {
-        let points = panel.series.iter().flat_map(|series| &series.points).map(|point| point.1);
-        let bars = panel.series.iter().flat_map(|series| &series.bars).map(|(_, [least, _])| *least);
+    fn lowest(&self, panel: &Plot) -> f64 {
+        let points = panel.layers.iter().flat_map(|series| &series.points).map(|point| point.1);
+        let bars = panel.layers.iter().flat_map(|series| &series.bars).map(|(_, [least, _])| *least);
         let least = points.chain(bars).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
         self.range.map_or(least, |[low, _]| low)
     }
@@ -467,41 +432,20 @@ fn scaled(points: Vec<OverPhases>, factor: f64) -> Vec<OverPhases> {
     points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect()
 }
 
-impl BandSpec {
-    /// Fills the area between the least and the largest of the curves at each macro step that one of them has; one that
-    /// is lost there is left out, and where all are the band breaks. Its colour is that of the first row.
-    fn filled(&self, curves: &[Vec<OverPhases>], styles: &Styles) -> Band {
-        // Macro steps are above zero: their bits are in order.
-        let mut edges: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
-        for point in curves.iter().flatten() {
-            let edge = edges.entry(point.x.to_bits()).or_insert([f64::NAN; 2]);
-            *edge = [edge[0].min(point.median), edge[1].max(point.median)];
-        }
-        let points = edges.into_iter().map(|(x, edge)| (f64::from_bits(x), edge)).collect();
-        let color = self.labels.first().map_or(Color::SOFT_INK, |label| styles.of_label(label).color);
-        Band { label: self.label.clone(), points, color }
-    }
-}
-
-/// Adds a curve as a line with markers, a thin bar from the least to the largest value at each, and marks where runs
-/// were lost.
-fn with_range(mut panel: Panel, curve: Curve<'_>, style: LineStyle) -> Panel {
-    let (points, name) = (&curve.points, curve.name.to_owned());
+/// A curve as a line with markers, a thin bar from the least to the largest value at each, and where runs were lost.
+fn with_range(curve: Curve<'_>, style: LineStyle) -> Series {
+    let points = &curve.points;
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
-    let lost = points.iter().filter(|point| point.lost.is_any()).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
-    if !lost.is_empty() {
-        panel.losses.push(Losses { name: name.clone(), points: lost, color: style.color });
-    }
-    let medians = points.iter().map(|point| (point.x, point.median)).collect();
-    let (bars, notes, tags) = (bars.collect(), curve.notes, curve.tags);
-    panel.series(Series {
+    let lost = points.iter().filter(|point| point.lost.is_any()).map(|point| (point.x, point.lost));
+    Series {
         mode: Mode::LineMarkers,
-        name,
-        bars,
-        notes,
-        tags,
-        ..Series::new(curve.entry, medians, style)
-    })
+        name: curve.name.to_owned(),
+        bars: bars.collect(),
+        lost: lost.collect(),
+        notes: curve.notes,
+        tags: curve.tags,
+        ..Series::new(curve.entry, points.iter().map(|point| (point.x, point.median)).collect(), style)
+    }
 }
 
 #[cfg(test)]
@@ -525,15 +469,6 @@ mod tests {
 
     fn panel(more: &str) -> XyPanel {
         toml::from_str(&format!("title = \"\"\nmetric = \"velocity_error_rms_m_s\"\nlabel = \"\"\n{more}")).unwrap()
-    }
-
-    #[test]
-    fn a_band_is_as_wide_as_its_curves_and_breaks_where_all_are_lost() {
-        let spec = BandSpec { labels: vec!["rim-smooth".to_owned()], label: "margins".to_owned() };
-        let band = spec.filled(&[points(&[1.0, f64::NAN, 2.0]), points(&[3.0, f64::NAN])], &Styles::standard());
-        let [first, second, third] = band.points.try_into().unwrap();
-        assert_eq!((first, third), ((0.5, [1.0, 3.0]), (2.0, [2.0, 2.0])));
-        assert!(second.0 == 1.0 && second.1.iter().all(|edge| edge.is_nan()));
     }
 
     #[test]

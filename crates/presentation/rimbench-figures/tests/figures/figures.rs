@@ -3,8 +3,8 @@
 //! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
 
 use crate::{assert_has, root};
-use rimbench_figures::chart::{Axis, Figure, Guide, Inset, Mode, Panel, Series};
-use rimbench_figures::drawing::{Drawing, Shape};
+use rimbench_figures::chart::{Axis, Figure, Guide, Mode, Plot, Series};
+use rimbench_figures::drawing::{Datum, Drawing, PanelData, SeriesData, Shape};
 use rimbench_figures::line_style::LineStyle;
 use rimbench_figures::render;
 use rimbench_figures::style::Styles;
@@ -36,8 +36,17 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
 #[test]
 fn an_empty_figure_is_an_empty_page() {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let file = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
-    assert!(file.is_file());
+    let write = |name: &str| render::write(&Figure::new(200.0, 100.0).draw(), &place.path().join(name));
+    write("empty.svg").expect("a writable folder");
+    assert!(place.path().join("empty.svg").is_file());
+    // A PDF is made in a build that can; what cannot be written is told and leaves nothing.
+    match (write("empty.pdf"), cfg!(feature = "pdf")) {
+        (Ok(()), true) => assert!(read(&place.path().join("empty.pdf")).starts_with(b"%PDF")),
+        (Err(error), false) => assert_has(&error.to_string(), &["empty.pdf", "--features pdf"]),
+        other => panic!("{other:?}"),
+    }
+    assert_has(&write("empty.gif").unwrap_err().to_string(), &["empty.gif", ".svg, .png or .pdf"]);
+    assert_has(&write("missing/empty.svg").unwrap_err().to_string(), &["missing"]);
 }
 
 /// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
@@ -103,7 +112,7 @@ impl MadeUp {
     /// Draws the figures of a list.
     pub fn draw(&self, list: &str) -> MadeFigures {
         let figures = FigureList::parse(Path::new("my.toml"), list).unwrap();
-        figures.make_all(self.0.path(), Some("study"), &Styles::standard()).unwrap()
+        figures.make_all(self.0.path(), Some("study"), (&Styles::standard(), "svg")).unwrap()
     }
 
     /// Checks the picture of one of the made-up figures.
@@ -149,7 +158,6 @@ metric = "force_error_rms_n"
 only = { set = "all" }
 label = "error (N)"
 range = [1e-6, 1e-1]
-floor = "reference_force_uncertainty_n"
 slope = [1.0, [2.0, 1e-3]]
 
 [[figure]]
@@ -201,7 +209,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     assert_eq!((made.files.len(), made.missing.len()), (4, 0), "{:?}", made.failed);
     for (id, labels) in [
         ("map", &["made up", "smooth model", "some fail", "1", "5"] as &[&str]),
-        ("sweep", &["created", "uncertainty of the reference", "gap tracking, profile, order 1.00"]),
+        ("sweep", &["created", "gap tracking, profile, order 1.00"]),
         ("sweep", &["failed", "some runs failed"]),
         ("work", &["smooth model: some runs failed", "wall time (s)", "steps", "gap tracking, profile"]),
         ("margin", &["fraction stable", "smooth model", "gap tracking, profile"]),
@@ -209,9 +217,12 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
         place.check(id, labels);
     }
     assert_eq!(place.texts("margin").get("margin (m)"), Some(&2));
+    // Of one problem it is known down to where its reference is.
+    place.draw(&only(&["sweep"]).replace("set = \"all\"", "set = \"\""));
+    assert!(place.texts("sweep").contains_key("uncertainty of the reference"), "{:?}", place.texts("sweep"));
     // Without a group the experiment that was not run is named.
     let figures = FigureList::parse(Path::new("my.toml"), &only(&["map", "other"])).unwrap();
-    let made = figures.make_all(place.0.path(), None, &Styles::standard()).unwrap();
+    let made = figures.make_all(place.0.path(), None, (&Styles::standard(), "svg")).unwrap();
     assert_eq!((made.files.len(), made.missing.len()), (1, 1));
     assert_has(&made.missing[0].1, &["experiments/paper/not-run.toml"]);
 }
@@ -247,8 +258,7 @@ fn a_line_that_fails_ends_in_a_cross_and_a_baseline_is_grey_and_named() {
 fn what_fails_and_what_was_not_run_differ_in_a_table_of_failures() {
     let place = MadeUp::new();
     place.edit("runs.csv", |_, row| (!row.contains("gap/profile,0.005,")).then(|| row.to_owned()));
-    let failures = only(&["map"]).split("[[figure.panels]]").next().unwrap().replace("stability-map", "failures");
-    place.draw(&failures);
+    place.draw(&only(&["map"]).replace("\"stability-map\"", "\"stability-map\"\nby_case = true"));
     let texts = place.texts("map");
     assert_eq!(["box", "50", "–", "smooth model"].map(|word| texts.get(word).copied()), [Some(1); 4], "{texts:?}");
 }
@@ -262,7 +272,7 @@ fn an_unknown_column_or_parameter_is_named() {
     assert_has(&place.reason(&wrong, "work"), &["runs.csv", "unknown column `exchanges`", "mechanics_micro_steps"]);
     assert_has(&place.reason(&wrong, "margin"), &["mass_kg"]);
     let figures = FigureList::parse(Path::new("my.toml"), &wrong).unwrap();
-    assert!(figures.make_all(&place.path("nowhere"), None, &Styles::standard()).is_err());
+    assert!(figures.make_all(&place.path("nowhere"), None, (&Styles::standard(), "svg")).is_err());
 }
 
 /// A panel may show one case of several; one that is not there is named with those that are.
@@ -335,7 +345,6 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` does not go with a cost across"),
         ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
         ("x = { cost = \"exchanges + pivots\" }", "panels 1: x: cost: unknown cost `pivots`; valid: wall_s, "),
-        ("floor = \"reference_force\"", "panels 1: floor: unknown column `reference_force`"),
         ("x = { parametre = \"mass\" }", "unknown field `parametre`, expected one of `parameter`"),
     ] {
         for message in [format!("{LEAST_XY}{LEAST_PANEL}{key}\n"), format!("{LEAST_XY}{key}\n{LEAST_PANEL}")]
@@ -423,7 +432,7 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
     std::fs::remove_file(place.path("SHA256SUMS")).unwrap();
     assert_has(&place.reason(MADE_UP_FIGURES, "map"), &["run the experiment again"]);
     let figures = FigureList::parse(Path::new("my.toml"), MADE_UP_FIGURES).unwrap();
-    let message = figures.make_all(place.0.path(), Some("nope"), &Styles::standard()).unwrap_err().to_string();
+    let message = figures.make_all(place.0.path(), Some("nope"), (&Styles::standard(), "svg")).unwrap_err().to_string();
     assert_has(&message, &["unknown group of figures `nope`", "study"]);
 }
 
@@ -431,8 +440,8 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
 fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
     let place = tempfile::tempdir().expect("a temporary folder");
     let written = || {
-        let svg = render::write(drawing, place.path(), name).expect("a writable folder");
-        let png = place.path().join("pixels.png");
+        let [svg, png] = ["pixels.svg", "pixels.png"].map(|name| place.path().join(name));
+        render::write(drawing, &svg).expect("a writable folder");
         render::write_png(drawing, &png, 1.0).expect("a writable folder");
         [svg, png].map(|file| read(&file))
     };
@@ -464,7 +473,7 @@ fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
         }
     }
     if let Ok(folder) = std::env::var("RIMBENCH_FIGURES_DIR") {
-        render::write(drawing, Path::new(&folder), name).expect("a writable folder");
+        render::write(drawing, &Path::new(&folder).join(name).with_extension("svg")).expect("a writable folder");
     }
 }
 
@@ -504,8 +513,7 @@ pub fn texts_of(svg: &str) -> BTreeMap<String, usize> {
     texts
 }
 
-/// Something like the paper's Fig. 2: forces of which one is lost, a mass that becomes infinite, and a part that is
-/// shown larger.
+/// Something like the paper's Fig. 2: forces of which one is lost, and a mass that becomes infinite.
 fn force_and_mass() -> Figure {
     let sample = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         (0..=500).map(|k| 5e-3 * f64::from(k)).map(|t| (t, f(t))).collect()
@@ -522,17 +530,16 @@ fn force_and_mass() -> Figure {
         .map(|(scheme, locked)| force(scheme, &|t| if (1.693..1.713).contains(&t) { locked } else { 250.0 }))
         .map(|series| series.mode(Mode::Steps));
     let panel = |title: &str, x: Axis, y: Axis, series: &[Series]| {
-        series.iter().cloned().fold(Panel::new(title, x, y), Panel::series)
+        series.iter().cloned().fold(Plot::new(title, x, y), Plot::layer)
     };
     let time = || Axis::linear("time t (s)");
     let newtons = || Axis::linear("actuator force F (N)").range(-2000.0, 2000.0);
     let mass = Axis::log10("effective mass (kg)").range(100.0, 1e4);
-    let inset = Inset { x: (1.65, 1.76), y: (230.0, 340.0), place: [0.16, 0.52, 0.42, 0.36] };
     let zoom = Axis::linear("time t (s), touch-down").range(1.66, 1.78);
     Figure::new(1180.0, 400.0)
         .columns(3)
-        .panel(panel("(a) actuator force", time(), newtons(), &forces).guide(Guide::Horizontal(0.0)))
-        .panel(Panel { inset: Some(inset), ..panel("(b) effective mass at the interface", time(), mass, &masses) })
+        .panel(panel("(a) actuator force", time(), newtons(), &forces).mark(Guide::Horizontal(0.0)))
+        .panel(panel("(b) effective mass at the interface", time(), mass, &masses))
         .panel(panel("(c) force at touch-down", zoom, newtons(), &forces))
 }
 
@@ -566,7 +573,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     for odd in ["mine/ü; $(x)", "mine/ ", &format!("mine/{}", "n".repeat(245))] {
         unlisted_results(place.path(), odd, &[("box", steps)], 3);
         let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
-        let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+        let made = list.make_all(place.path(), None, (&Styles::standard(), "svg")).unwrap();
         assert!(failed.is_empty() && made.failed.is_empty() && made.files.len() == 2, "{odd}: {failed:?} {made:?}");
         std::fs::remove_dir_all(place.path().join(odd)).unwrap();
     }
@@ -578,7 +585,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     let (list, failed) = none.completed(place.path(), None);
     let [(name, reason)] = &failed[..] else { panic!("{failed:?}") };
     assert!(name == "mine/broken" && reason.contains("is no table of runs"), "{reason}");
-    let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+    let made = list.make_all(place.path(), None, (&Styles::standard(), "svg")).unwrap();
     assert!(made.failed.is_empty() && made.files.len() == 4, "{made:?}");
     let texts = |name: &str, id: &str| texts_in(&place.path().join(format!("{name}/figures/{id}.svg")));
     let few = texts("mine/few", "mine-few-error");
@@ -609,7 +616,7 @@ fn a_picture_that_leaves_cases_out_says_so_itself() {
     unlisted_results(place.path(), "mine/rows", &cases, 20);
     unlisted_results(place.path(), "mine/all", &cases[..6], 20);
     let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
-    let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+    let made = list.make_all(place.path(), None, (&Styles::standard(), "svg")).unwrap();
     assert!(failed.is_empty() && made.failed.is_empty(), "{failed:?} {made:?}");
     for (name, left_out) in [("lines", true), ("rows", true), ("all", false)] {
         let texts = texts_in(&place.path().join(format!("mine/{name}/figures/mine-{name}-error.svg")));
@@ -662,6 +669,60 @@ fn the_page_of_keys_has_those_that_figures_take_and_no_others() {
     let differ: Vec<_> = said.symmetric_difference(&taken).collect();
     assert!(differ.is_empty(), "docs/guide/figure-keys.md and what figures take differ in (kind, key) {differ:?}");
 }
+
+/// The values of a drawing, a line for each panel and each series.
+fn plotted(drawing: &Drawing) -> Vec<String> {
+    let series = |series: &SeriesData| {
+        let point = |point: &Datum| match point.range {
+            Some([low, high]) => {
+                format!(", {} {:.5} {low:.5} to {high:.5} {}", point.x, point.y, point.note).trim_end().to_owned()
+            }
+            None => format!(", {} {:.5} {}", point.x, point.y, point.note).trim_end().to_owned(),
+        };
+        format!("{}{}", series.name, series.points.iter().map(point).collect::<String>())
+    };
+    let panel = |panel: &PanelData| {
+        let head = format!("{} | {} | {}", panel.title, panel.x, panel.y);
+        [head].into_iter().chain(panel.series.iter().map(series)).collect::<Vec<_>>()
+    };
+    drawing.data.iter().flat_map(panel).collect()
+}
+
+/// What is shown does not depend on how it is laid out: values of each kind that plots, as they were with another layout.
+#[test]
+fn every_kind_plots_the_values_that_it_did() {
+    let place = MadeUp::new();
+    let dots = LEAST_XY.replace("\"xy\"", "\"dots\"") + POOLED_PANEL;
+    let by_case = only(&["map"]).replace("\"stability-map\"", "\"stability-map\"\nby_case = true");
+    let mut found = String::new();
+    for list in [only(&["sweep"]), only(&["map"]), by_case, dots, only(&["margin"])] {
+        let figures = FigureList::parse(Path::new("my.toml"), &list).unwrap().figures;
+        found += &(plotted(&figures[0].drawn(place.0.path(), &Styles::standard()).unwrap()).join("\n") + "\n");
+    }
+    assert_eq!(found, PLOTTED);
+}
+
+/// Title and axes of each panel, then name, abscissae, ordinates, ranges and remarks of each series.
+const PLOTTED: &str = "\
+created | macro step H (ms) | error (N)
+rim-smooth, 0.5 0.00315 0.00180 to 0.00450, 1 0.00630 0.00360 to 0.00900, 5 0.04500 50 % of the runs failed
+rim-nonsmooth-gap/profile, 0.5 0.00035 0.00020 to 0.00050, 1 0.00070 0.00040 to 0.00100, 5 0.00350 0.00200 to 0.00500
+ | macro step H (ms) | share of the runs that complete
+rim-nonsmooth-gap/profile, 0.5 1.00000, 1 1.00000, 5 1.00000
+rim-smooth, 0.5 1.00000, 1 1.00000, 5 0.50000 50 % of the runs failed
+smooth model | macro step H (ms), n = 4 each | share of the runs that complete
+box, 0.5 1.00000 0 % of the runs failed, 1 1.00000 0 % of the runs failed, 5 0.50000 50 % of the runs failed
+gap tracking, profile | macro step H (ms), n = 4 each | share of the runs that complete
+box, 0.5 1.00000 0 % of the runs failed, 1 1.00000 0 % of the runs failed, 5 1.00000 0 % of the runs failed
+ | macro step H (ms) | force_error_rms_n
+rim-nonsmooth-gap/profile, 0.5 0.00035 0.00020 to 0.00050, 1 0.00070 0.00040 to 0.00100, 5 0.00350 0.00200 to 0.00500
+rim-smooth, 0.5 0.00315 0.00180 to 0.00450, 1 0.00630 0.00360 to 0.00900, 5 0.04500 50 % of the runs failed
+(a) | margin (m) | error (N)
+rim-smooth, 0.01 0.04500 50 % of the runs failed, 0.1 0.04500 50 % of the runs failed
+rim-nonsmooth-gap/profile, 0.01 0.00350 0.00200 to 0.00500, 0.1 0.00350 0.00200 to 0.00500
+(b), n = 2 | margin (m) | fraction stable
+rim-smooth, 0.01 0.50000, 0.1 0.50000
+";
 
 /// Two macro steps of two micro steps each, as `[[beliefs]]` are stored: a contact opens, and one closes.
 #[test]
