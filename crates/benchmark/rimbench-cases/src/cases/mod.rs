@@ -65,7 +65,7 @@ pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_o
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use problem::problem_text;
-pub use recorder::{AUDIT_COLUMNS, Recorder, coordinate_column};
+pub use recorder::{AUDIT_COLUMNS, LAMBDA_COLUMN, Recorder, coordinate_column};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use slider_crank::{Crank, SliderCrank};
 pub use values::{Range, Setting, Value, unit_of, without_unit};
