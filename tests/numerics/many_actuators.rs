@@ -152,6 +152,23 @@ fn a_lift_table_rests_until_it_is_lowered_and_then_both_stops_carry_what_the_cyl
     }
 }
 
+/// Holding forces and eigenvalues by another program: cylinders in the air, and with the tip on the ground.
+#[test]
+fn an_excavators_arm_rests_until_it_is_lowered_and_its_cylinders_feel_each_other_more_on_the_ground() {
+    let options = [&ALL_STEPS[..], &[("macro_step_s", "1e-3"), ("partition", "each")]].concat();
+    let found = completed(&spec_with("excavator-arm", "rim-nonsmooth-gap", &options, &[])).trajectory;
+    let of = |row: &[f64], name| row[found.index_of(name).unwrap()];
+    let at = |t: f64| found.rows().find(|row| row[0] > t - 1e-9).unwrap();
+    for t in [0.0, 0.1] {
+        for (name, force) in [("boom_force_n", 10230.2), ("stick_force_n", -1908.9), ("bucket_force_n", 560.9)] {
+            approx::assert_abs_diff_eq!(of(at(t), name), force, epsilon = 0.1);
+        }
+    }
+    approx::assert_abs_diff_eq!(of(at(0.0), "interface_lambda"), 2.065, epsilon = 1e-3);
+    assert!(of(at(0.7), "gap_tip_m").abs() < 1e-9 && of(at(0.7), "contact_force_tip_n") > 1e3);
+    assert!(of(at(0.7), "interface_lambda") > 2.4 && of(at(1.5), "interface_lambda") < 2.1);
+}
+
 #[test]
 fn a_split_is_refused_where_there_is_nothing_to_split() {
     let mut request = RunRequest::of("gripper", "rim-nonsmooth-gap");
