@@ -59,6 +59,8 @@ fn several_fmus_have_the_digits_of_the_bonds_of_the_case_they_are_made_of() {
         &["--partition", "each", "--every", "1/2", "--bond-micro-steps", "5e-5,1e-4"],
     );
     assert_same(&file, &["--partition", "1+2"], &["--partition", "1+2"]);
+    // Schemes that have no bonds move both as one.
+    rimbench().args(["simulate", "--scheme", "monolithic", "--case", &file]).assert().success();
 }
 
 #[test]

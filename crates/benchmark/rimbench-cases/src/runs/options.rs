@@ -333,8 +333,9 @@ impl RunRequest {
         }
         let usual = match (&self.partition, &case.bonds) {
             (Some(partition), _) => StarPlan { partition: partition.clone(), ..StarPlan::default() },
-            (None, Some(bonds)) => bonds.clone(),
-            (None, None) => return refused("there is one bond: give partition, such as `each`".to_owned()),
+            // What moves both sides as one, or repeats their steps, has no bonds.
+            (None, Some(bonds)) if scheme.real_time() => bonds.clone(),
+            (None, _) => return refused("there is one bond: give partition, such as `each`".to_owned()),
         };
         Ok(Some(StarPlan {
             order: self.order.clone().unwrap_or(usual.order),
