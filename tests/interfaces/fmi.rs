@@ -12,7 +12,7 @@ use std::path::Path;
 use tempfile::TempDir;
 use zip::ZipArchive;
 
-fn trace(folder: &Path, case: &str, arguments: &[&str]) -> BTreeMap<String, Vec<String>> {
+pub fn trace(folder: &Path, case: &str, arguments: &[&str]) -> BTreeMap<String, Vec<String>> {
     let file = folder.join("trace.csv");
     let mut command = rimbench();
     command.args(["simulate", "--case", case]).args(arguments).arg("--trace").arg(&file).assert().success();

@@ -15,3 +15,4 @@ mod fmi;
 mod guest_fmu;
 mod outside;
 mod python_schemes;
+mod several_actuators;

@@ -24,11 +24,16 @@ def command(program, *arguments):
         ("bouncing-ball", "zero-order-hold", 1e-3, {"restitution": 0.8, "duration_s": 0.5}),
         ("bouncing-ball", "rim-nonsmooth-gap", 1.3e-3, {"force_return": "profile", "phase": 0.3, "mechanics_step_s": 4e-4}),
         ("linear-oscillator", "nepce", 1e-3, {"gain": 0.1, "variant": "1", "mechanics_steps": 3}),
+        ("gripper", "rim-nonsmooth-gap", 2e-3, {"duration_s": 0.9, "partition": "each", "order": "2;1", "every": "1,2", "known": "law"}),
+        ("gripper", "rim-nonsmooth-gap", 2e-3, {"duration_s": 0.9, "partition": "1|2", "share": 0.5, "bond_micro_steps": "5e-5,1e-4"}),
+        ("gripper", "rim-nonsmooth-gap", 2e-3, {"duration_s": 0.9, "partition": "each", "every": 4, "bond_schemes": "rim-smooth,zero-order-hold"}),
     ],
 )
 def test_digits_are_those_of_the_command_line_to_the_bit(program, tmp_path, case, scheme, macro_step_s, settings):
     options = {"duration_s": "--duration", "force_return": "--force-return", "phase": "--phase", "gain": "--gain"}
     options |= {"mechanics_steps": "--mechanics-steps", "mechanics_step_s": "--mechanics-step"}
+    bonds = ["partition", "order", "every", "known", "share", "bond_schemes", "bond_micro_steps"]
+    options |= {key: "--" + key.replace("_", "-") for key in bonds}
     typed = ["--case", case, "--scheme", scheme, "--macro-step", repr(macro_step_s)]
     for key, value in settings.items():
         typed += [options[key], str(value)] if key in options else ["--set", f"{key}={value}"]

@@ -5,7 +5,7 @@ use super::drawing::DrawCase;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
-use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Side, Subsystem};
+use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Side, StarPlan, Subsystem};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, names};
 use rimbench_core::solver_entry::SolverEntry;
@@ -295,6 +295,8 @@ pub struct Case {
     pub waits: bool,
     /// Which steps each side can take.
     pub steps: PerSide<PossibleSteps>,
+    /// The bonds that its runs have unless an option says otherwise; none: one.
+    pub bonds: Option<StarPlan>,
     /// Builds both sides.
     pub build: BuildCase,
     /// What it looks like.
@@ -348,6 +350,7 @@ impl Case {
             from_outside: false,
             waits: false,
             steps: PerSide::default(),
+            bonds: None,
             build: Arc::new(build),
             drawing: Arc::new(|_| None),
         }

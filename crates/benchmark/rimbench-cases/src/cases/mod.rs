@@ -16,6 +16,7 @@ mod discs;
 mod drawing;
 mod elastic_bar;
 mod event_driven;
+mod excavator_arm;
 mod falling_chain;
 mod gripper;
 mod half_car;
@@ -65,7 +66,7 @@ pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_o
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use problem::problem_text;
-pub use recorder::{AUDIT_COLUMNS, Recorder, coordinate_column};
+pub use recorder::{AUDIT_COLUMNS, LAMBDA_COLUMN, Recorder, coordinate_column};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use slider_crank::{Crank, SliderCrank};
 pub use values::{Range, Setting, Value, unit_of, without_unit};
@@ -106,6 +107,7 @@ pub fn standard_cases() -> Vec<Case> {
         half_car::entry().scaled(0.54, 1.6, 5100.0).shown_at(3.0),
         gripper::entry().scaled(0.64, 0.061, 2900.0).shown_at(1.0),
         lift_table::entry().scaled(0.84, 0.12, 22e3).shown_at(0.6),
+        excavator_arm::entry().scaled(1.2, 0.07, 17e3).shown_at(1.5),
         discs::row().scaled(1.6, 0.12, 10e3).shown_at(2.5),
         discs::pile().scaled(1.5, 0.11, 10e3).shown_at(4.0),
         discs::packed_box().scaled(1.5, 0.064, 3100.0).shown_at(6.0),

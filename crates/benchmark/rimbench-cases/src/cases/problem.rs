@@ -32,6 +32,7 @@ fn texts(case: &str) -> Vec<&'static str> {
         "elastic-bar" => springs(include_str!("elastic_bar.md")),
         "half-car" => vec![include_str!("half_car.md"), CONTACTS, include_str!("../models/strut.md")],
         "gripper" => vec![include_str!("gripper.md"), CONTACTS, CYLINDER],
+        "excavator-arm" => vec![include_str!("excavator_arm.md"), CONTACTS, CYLINDER, EQUILIBRIUM],
         "disc-row" => vec![LOADER, include_str!("disc_row.md"), CONTACTS, CYLINDER],
         "disc-pile" => vec![LOADER, include_str!("disc_pile.md"), CONTACTS, CYLINDER],
         "hydraulic-crane" => {

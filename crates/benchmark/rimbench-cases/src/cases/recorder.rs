@@ -9,6 +9,9 @@ use rimbench_core::name::Name;
 /// before.
 pub const AUDIT_COLUMNS: [&str; 2] = ["created_j", "heaviness"];
 
+/// The column of a run of several bonds, behind those of its case.
+pub const LAMBDA_COLUMN: &str = "interface_lambda";
+
 /// How the name of a column begins that is a coordinate of the mechanics; its index follows.
 const COORDINATE: &str = "coordinate_";
 
@@ -174,6 +177,9 @@ impl Recorder {
         }
         if let Some(audit) = point.audit {
             row[self.columns.len()..].iter_mut().zip(audit).for_each(|(value, audited)| *value = audited);
+        }
+        if let (Some(lambda), [value, ..]) = (point.interface_lambda, &mut row[self.columns.len()..]) {
+            *value = lambda;
         }
         for derived in &mut self.derived {
             for (argument, &column) in derived.arguments.iter_mut().zip(&derived.from) {

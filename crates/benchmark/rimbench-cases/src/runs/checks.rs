@@ -67,7 +67,7 @@ impl RunSettings {
         if self.scheme.incompatibility(system.sides.lend()).is_some() {
             return Ok(());
         }
-        if let (Some(plan), None) = (&self.star, cannot_divide(system.sides.lend())) {
+        if let Some(plan) = self.star.as_ref().filter(|plan| cannot_divide(plan, system.sides.lend()).is_none()) {
             let rows = system.sides.actuator.ports().outputs.len();
             plan.check(rows, (self.force_return, self.phase))?;
             if !self.bond_schemes.is_empty() && self.bond_schemes.len() != plan.bonds(rows)? {

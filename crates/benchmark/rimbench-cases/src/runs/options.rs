@@ -4,6 +4,7 @@
 use super::fact::{Fact, FactValue};
 use super::given::Given;
 use super::spec::RunSpec;
+use crate::cases::Case;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, Every, Exchange, ForceBridge, ForceReturn, Known, LateRule, MassLearning,
     MechanicsIntegrator, MechanicsSteps, MicroSteps, Order, Partition, Sequence, Share, Split, StarPlan, StepControl,
@@ -237,8 +238,8 @@ run_options! {
     /// given
     partition: Partition, "ROWS", Loop(Exchange),
         some |run| text(&run.own_plan()?.partition);
-    /// Order of the bonds in a macro step: together (if not given), or stages as 3;1,2, with the hub (the mechanics, last
-    /// if not given) anywhere as a stage
+    /// Order of the bonds in a macro step: together (if not given), each in turn, or stages as 3;1,2, with the hub (the
+    /// mechanics, last if not given) anywhere as a stage
     order: Order, "STAGES", Loop(Exchange),
         some |run| text(run.unusual(|plan| &plan.order)?);
     /// Macro steps in the step of each bond, as 1,4, or of all, as 4; 1/8 to be told of the others 8 times within one
@@ -311,7 +312,7 @@ impl RunRequest {
     /// # Errors
     /// [`Error::Incompatible`] for what is of several bonds where there is one, and for a plan where the scheme's name
     /// spells one.
-    pub(super) fn star(&self, scheme: &SchemeEntry) -> Result<Option<StarPlan>> {
+    pub(super) fn star(&self, scheme: &SchemeEntry, case: &Case) -> Result<Option<StarPlan>> {
         const OF_BONDS: [&str; 8] =
             ["partition", "order", "every", "known", "tells", "share", "bond_schemes", "bond_micro_steps"];
         let given = self.given();
@@ -330,17 +331,20 @@ impl RunRequest {
                 )),
             };
         }
-        let Some(partition) = &self.partition else {
-            return refused("there is one bond: give partition, such as `each`".to_owned());
+        let usual = match (&self.partition, &case.bonds) {
+            (Some(partition), _) => StarPlan { partition: partition.clone(), ..StarPlan::default() },
+            // What moves both sides as one, or repeats their steps, has no bonds.
+            (None, Some(bonds)) if scheme.real_time() => bonds.clone(),
+            (None, _) => return refused("there is one bond: give partition, such as `each`".to_owned()),
         };
         Ok(Some(StarPlan {
-            partition: partition.clone(),
-            order: self.order.clone().unwrap_or_default(),
-            every: self.every.clone().unwrap_or_default(),
-            known: self.known.unwrap_or_default(),
-            tells: self.tells.unwrap_or_default(),
-            share: self.share.unwrap_or_default(),
-            micro_steps: self.bond_micro_steps.clone().unwrap_or_default(),
+            order: self.order.clone().unwrap_or(usual.order),
+            every: self.every.clone().unwrap_or(usual.every),
+            known: self.known.unwrap_or(usual.known),
+            tells: self.tells.unwrap_or(usual.tells),
+            share: self.share.unwrap_or(usual.share),
+            micro_steps: self.bond_micro_steps.clone().unwrap_or(usual.micro_steps),
+            partition: usual.partition,
         }))
     }
 

@@ -81,7 +81,7 @@ impl RunRequest {
             },
         };
         self.fill(&mut parts);
-        let star = self.star(scheme)?;
+        let star = self.star(scheme, case)?;
         let bond_schemes = self.bond_schemes.as_deref().map_or_else(
             || Ok(Vec::new()),
             |names| names.split(',').map(|name| catalogue.scheme(name.trim()).cloned()).collect::<Result<_>>(),

@@ -4,7 +4,7 @@ use super::evaluation::{BLOCK, EvaluatedRun, Judge};
 use super::reference::Reference;
 use super::run_result::RunResult;
 use super::spec::RunSpec;
-use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
+use crate::cases::{AUDIT_COLUMNS, CoupledSystem, LAMBDA_COLUMN, Recorder};
 use rimbench_core::cosim::{
     Bounds, CommunicationPoint, ForceBridge, ForceReturn, Known, Outcome, Report, RunControl, Setup, Sides, Star,
     StarPlan, StepControl, StepRule, StopFlag, Timer, Trajectory, cannot_divide, check_coupling, counts_interface_work,
@@ -171,6 +171,12 @@ fn recorded_columns(spec: &RunSpec) -> Vec<String> {
     if spec.audit {
         columns.extend(AUDIT_COLUMNS.map(str::to_owned));
     }
+    // Several bonds are not audited, and one is a pair.
+    if spec.star.as_ref().is_some_and(StarPlan::divides)
+        && spec.bond_schemes.iter().chain([&spec.scheme]).any(|scheme| scheme.has_model())
+    {
+        columns.push(LAMBDA_COLUMN.to_owned());
+    }
     columns
 }
 
@@ -294,7 +300,7 @@ fn without_bonds(spec: &RunSpec, mut sides: Sides<'_>) -> Option<String> {
     let needs = law.into_iter().chain([Requirement::ForceDisplacement]);
     let needs: Vec<Requirement> = needs.collect();
     let unmet = unmet.or_else(|| needs.iter().find_map(|need| need.unmet(sides.lend())));
-    unmet.or_else(|| cannot_divide(sides))
+    unmet.or_else(|| cannot_divide(plan, sides))
 }
 
 /// Why a step control cannot work with these subsystems, if it cannot.

@@ -18,6 +18,9 @@ pub struct CommunicationPoint<'a> {
     /// Energy that the scheme's interface model has created so far, J, and how much heavier the model was in the
     /// macro step that ends here (see [`ModelEnergy`](super::ModelEnergy)).
     pub audit: Option<[f64; 2]>,
+    /// Largest eigenvalue of the correlations of the interface rows, the larger of the free mechanics' and of that with
+    /// the contacts closed that carried impulse in the macro step that ends here; none of one bond.
+    pub interface_lambda: Option<f64>,
     /// The mechanics' own step in the macro step that starts here, s.
     pub mechanics_step: f64,
     /// What the coupling has lost (> 0) or created (< 0) so far, J; none where it is not counted.

@@ -169,6 +169,7 @@ impl CoupledPair<'_> {
             effective_mass,
             audit: self.state.audit.as_ref().and_then(|audit| audit.so_far()),
             mechanics_step,
+            interface_lambda: None,
             interface_residual,
             inside: self.state.inside.as_mut(),
             sides: self.sides.lend(),

@@ -18,6 +18,8 @@ pub(crate) struct Correlation {
     vector: Vec<f64>,
     image: Vec<f64>,
     pub(crate) found: InterfaceCorrelation,
+    /// λ of the mobility that was looked at last.
+    pub(crate) lambda: f64,
 }
 
 impl Correlation {
@@ -26,7 +28,13 @@ impl Correlation {
 
     pub(crate) fn new(n: usize) -> Self {
         let room = || vec![0.0; n];
-        Correlation { entries: vec![0.0; n * n], vector: room(), image: room(), found: <_>::default() }
+        Correlation {
+            entries: vec![0.0; n * n],
+            vector: room(),
+            image: room(),
+            found: <_>::default(),
+            lambda: f64::NAN,
+        }
     }
 
     /// `Σ_j |C_ij|` over row `i` itself and those that `is_other` names; 1 of a row that does not move.
@@ -53,7 +61,8 @@ impl Correlation {
     pub(crate) fn look_at(&mut self, h: impl Fn(usize, usize) -> f64) {
         self.set(h);
         let n = self.vector.len();
-        let Correlation { entries, vector, image, found } = self;
+        let Correlation { entries, vector, image, found, lambda } = self;
+        *lambda = 0.0;
         if vector[0] == 0.0 {
             // Not the vector of a symmetric arrangement, which may have no part in the largest.
             vector.iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 / (1.0 + i as f64));
@@ -65,8 +74,9 @@ impl Correlation {
                 *y = row.iter().zip(&*vector).map(|(c, x)| c * x).sum();
             }
             let rayleigh = vector.iter().zip(&*image).map(|(x, y)| x * y).sum::<f64>();
-            found.lambda = found.lambda.max(rayleigh);
+            *lambda = lambda.max(rayleigh);
             vector.copy_from_slice(image);
         }
+        found.lambda = found.lambda.max(*lambda);
     }
 }

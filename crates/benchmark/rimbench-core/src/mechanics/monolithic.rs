@@ -90,6 +90,7 @@ pub fn monolithic_with_events(
                 received,
                 effective_mass: None,
                 mechanics_step: h,
+                interface_lambda: None,
                 interface_residual: None,
                 inside: None,
                 sides: sides.lend(),

@@ -6,7 +6,7 @@ use super::coupling::Coupling;
 use super::model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 use super::requirement::Requirement;
 use crate::cosim::{
-    CouplingScheme, ExchangeData, ForceReturn, LineForces, Partition, Sequence, Side, Sides, cannot_divide,
+    CouplingScheme, ExchangeData, ForceReturn, LineForces, Partition, Sequence, Side, Sides, StarPlan, cannot_divide,
     check_coupling,
 };
 use crate::error::{Error, Result};
@@ -327,6 +327,6 @@ impl SchemeEntry {
     /// Says why this scheme cannot couple these subsystems, if it cannot.
     pub fn incompatibility(&self, mut sides: Sides<'_>) -> Option<String> {
         let unmet = self.needs.iter().find_map(|need| need.unmet(sides.lend()));
-        unmet.or_else(|| self.partition.as_ref().and_then(|_| cannot_divide(sides)))
+        unmet.or_else(|| self.partition.as_ref().and_then(|_| cannot_divide(&StarPlan::default(), sides)))
     }
 }

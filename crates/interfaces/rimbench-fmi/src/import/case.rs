@@ -1,6 +1,7 @@
 //! The case that a case file and its FMUs make.
 
 use super::case_file::{CaseFile, ProcessKind, ScaleTable, columns, parameters};
+use super::group::Actuators;
 use super::member::{FmuMember, Process};
 use super::probing::SideNotes;
 use super::python::PythonMember;
@@ -11,7 +12,7 @@ use rimbench_cases::cases::{
     Beginning, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, NoBeginning, Parameters,
     PossibleSteps, Remedy, Scale, Tried, WHAT_REMAINS, apart_in_words, beginning, doubts_of, first_outputs,
 };
-use rimbench_core::cosim::{PerSide, Ports, Quantity, Side, check_coupling, division};
+use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, check_coupling, division};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 use rimbench_results::checksums::hex;
@@ -134,6 +135,58 @@ impl Member {
     }
 }
 
+/// The mechanics, and one actuator or several with their rows.
+struct Members {
+    mechanics: Member,
+    actuators: Vec<(Vec<usize>, Member)>,
+    ports: PerSide<Ports>,
+}
+
+impl Members {
+    /// Those of a side.
+    fn of(&self, side: Side) -> impl Iterator<Item = &Member> {
+        let (mechanics, actuators) = match side {
+            Side::Mechanics => (Some(&self.mechanics), &[][..]),
+            Side::Actuator => (None, &self.actuators[..]),
+        };
+        mechanics.into_iter().chain(actuators.iter().map(|(_, member)| member))
+    }
+
+    /// The one of a side that something is said of: it is named, it has the row, or it is the only one.
+    fn meant(&self, side: Side, said: &str, row: Option<usize>) -> &Member {
+        let named = self.of(side).find(|member| said.starts_with(&member.file().display().to_string()));
+        let of_row = self.actuators.iter().find(|(rows, _)| row.is_some_and(|row| rows.contains(&row)));
+        let of_row = of_row.map(|(_, member)| member);
+        match side {
+            Side::Mechanics => &self.mechanics,
+            Side::Actuator => named.or(of_row).unwrap_or(&self.actuators[0].1),
+        }
+    }
+
+    /// The steps of one length for which a side is made, where there are such.
+    fn steps(&self, file: &CaseFile) -> PerSide<PossibleSteps> {
+        // One with a step of its own is held against that when it is opened.
+        let shares = |at: &usize| file.actuators[*at].micro_step_s.is_none();
+        let actuators = (0..self.actuators.len()).filter(shares).map(|at| self.actuators[at].1.steps());
+        let joint = actuators.reduce(|a, b| PossibleSteps {
+            equal: a.equal || b.equal,
+            multiple_of: match (a.multiple_of, b.multiple_of) {
+                (Some(a), Some(b)) => Some(a.max(b)),
+                (a, b) => a.or(b),
+            },
+        });
+        PerSide { mechanics: self.mechanics.steps(), actuator: joint.unwrap_or_default() }
+    }
+
+    fn sides(&self, parameters: &Parameters, started: &Started) -> Result<Sides> {
+        let mechanics = self.mechanics.side(parameters, started)?;
+        let actuators =
+            self.actuators.iter().map(|(rows, member)| Ok((rows.clone(), member.side(parameters, started)?)));
+        let actuators: Vec<_> = actuators.collect::<Result<_>>()?;
+        Ok(Sides { mechanics, actuator: Actuators::new(actuators.into_iter(), &self.ports.actuator) })
+    }
+}
+
 /// Reads a case file with its sides, and tries both once by a few steps.
 ///
 /// # Errors
@@ -145,7 +198,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let file = CaseFile::parse(&text).map_err(wrong)?;
     let rows = columns(&file.interface);
     let mut members = open_members(path, &file, &rows, programs.python.as_deref())?;
-    check_coupling(members.as_ref().map(Member::ports)).map_err(|error| {
+    check_coupling(members.ports.as_ref()).map_err(|error| {
         wrong(format!(
             "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
         ))
@@ -153,7 +206,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let trace_columns = trace_columns(&rows, &members).map_err(wrong)?;
     let mut hash = Sha256::new();
     hash.update(&text);
-    Side::BOTH.into_iter().for_each(|side| hash.update(members[side].digest()));
+    Side::BOTH.into_iter().flat_map(|side| members.of(side)).for_each(|member| hash.update(member.digest()));
     let digest = hex(&hash.finalize()[..8]);
     let process = match (file.process, programs.worker) {
         (ProcessKind::Own, Some(worker)) => Process::Own {
@@ -169,7 +222,8 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         force_scale: file.scale.map(|scale| scale.force_n),
         rows: called(&file, &rows),
     };
-    let steps = members.as_ref().map(Member::steps);
+    let steps = members.steps(&file);
+    check_own_steps(&file, &members).map_err(wrong)?;
     let defaults = steps_of_case(&file, &steps).map_err(wrong)?;
     note_odd_steps(&members, &defaults);
     let parameters = parameters(&file, digest);
@@ -179,15 +233,15 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let usual = Parameters::defaults(file.name.clone().into(), &parameters).lasting(file.duration_s);
     let doubts = try_out(&members, &usual, &started, [macro_step_s, tried])?;
     if let Some((side, failure)) = doubts.failed {
-        let path = members[side].file();
-        return Err(Error::file(
-            path,
-            format!("fails in its first steps: {}", without_file(&failure.to_string(), path)),
-        ));
+        let said = failure.to_string();
+        let path = members.meant(side, &said, None).file();
+        return Err(Error::file(path, format!("fails in its first steps: {}", without_file(&said, path))));
     }
     for side in Side::BOTH {
         if let Some(fault) = &doubts.faults[side] {
-            return Err(Error::file(members[side].file(), in_words(fault, &file, side, &members[side])));
+            let row = fault.remedy.as_ref().map(|remedy| remedy.row);
+            let member = members.meant(side, &fault.words, row);
+            return Err(Error::file(member.file(), in_words(fault, &file, side, member)));
         }
     }
     for note in doubts.notes {
@@ -195,13 +249,11 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     }
     let PerSide { mechanics, actuator } = doubts.state;
     members.mechanics.doubt(mechanics, doubts.model);
-    members.actuator.doubt(actuator, None);
+    members.actuators.iter_mut().for_each(|(_, member)| member.doubt(actuator.clone(), None));
     let members = Arc::new(members);
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
         let (mut sides, at) = begun(&members, parameters, &started)?;
-        for side in Side::BOTH {
-            members[side].give_model(&mut sides[side], macro_step_s).map_err(Error::Incompatible)?;
-        }
+        members.mechanics.give_model(&mut sides.mechanics, macro_step_s).map_err(Error::Incompatible)?;
         Ok(CoupledSystem::new(sides.mechanics, sides.actuator).begun(at))
     };
     let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
@@ -213,6 +265,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
         trace_columns,
         interface_columns: interface_columns.collect(),
         steps,
+        bonds: file.bonds(),
         scale,
         waits: true,
         ..Case::with_parameters(file.name.clone(), about, defaults, parameters, build)
@@ -239,16 +292,15 @@ fn check_is_case_file(path: &Path) -> Result<()> {
 }
 
 /// Where a file is that the case file names, which must be there.
-fn named(path: &Path, file: &Path, side: Side) -> Result<PathBuf> {
+fn named(path: &Path, file: &Path, side: &str) -> Result<PathBuf> {
     let found = beside(path, file);
     if found.exists() {
         return Ok(found);
     }
-    let side = side_name(side);
     let folder = found.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = std::path::absolute(folder).unwrap_or_default();
     let message = format!(
-        "cannot be read: it is not in {}, where [{side}] of {} names it{}",
+        "cannot be read: it is not in {}, where {side} of {} names it{}",
         folder.display(),
         path.display(),
         path_hint(file)
@@ -293,24 +345,24 @@ fn called(file: &CaseFile, rows: &[[String; 3]]) -> Vec<[String; 3]> {
 }
 
 /// Opens what the file names as its two sides.
-fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Option<&Path>) -> Result<PerSide<Member>> {
+fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Option<&Path>) -> Result<Members> {
     let wrong = |message: String| Error::file(path, message);
-    let open = |side: Side| {
+    let open = |file: &CaseFile, side: Side, called: &str, rows: &[[String; 3]]| {
         let table = file.side(side);
         let opened = match (&table.fmu, &table.python, &table.class) {
-            (Some(fmu), None, None) => named(path, fmu, side)
+            (Some(fmu), None, None) => named(path, fmu, called)
                 .and_then(|fmu| FmuMember::open((path, file), &fmu, side, rows))
                 .map(|fmu| Member::Fmu(Box::new(fmu))),
             (None, Some(script), Some(class)) => {
                 let usual = Parameters::defaults(file.name.clone().into(), &parameters(file, String::new()));
                 let (python, usual) = (python.unwrap_or(Path::new("python3")), usual.lasting(file.duration_s));
-                named(path, script, side)
+                named(path, script, called)
                     .and_then(|script| PythonMember::open(file, (&script, class), side, rows, python, &usual))
                     .map(|python| Member::Python(Box::new(python)))
             }
             _ => {
                 let valid = "fmu = \"….fmu\", or python = \"….py\" and class = \"…\"";
-                return Err(wrong(format!("[{}] is no side; valid: {valid}", side_name(side))));
+                return Err(wrong(format!("{called} is no side; valid: {valid}")));
             }
         };
         opened.map_err(|error| match error {
@@ -318,16 +370,48 @@ fn open_members(path: &Path, file: &CaseFile, rows: &[[String; 3]], python: Opti
             other => wrong(other.to_string()),
         })
     };
-    Ok(PerSide { mechanics: open(Side::Mechanics)?, actuator: open(Side::Actuator)? })
+    let mechanics = open(file, Side::Mechanics, "[mechanics]", rows)?;
+    let actuators = (0..file.actuators.len()).map(|at| {
+        let own = file.rows_of(at);
+        let names: Vec<[String; 3]> = own.iter().map(|row| rows[*row].clone()).collect();
+        Ok((own, open(&file.part(at), Side::Actuator, &file.named(at), &names)?))
+    });
+    let actuators: Vec<(Vec<usize>, Member)> = actuators.collect::<Result<_>>()?;
+    let list = |which: usize, quantity| rows.iter().map(move |row| Port::new(row[which].clone(), quantity));
+    let actuator = Ports {
+        inputs: list(0, Quantity::Position).chain(list(1, Quantity::Velocity)).collect(),
+        outputs: list(2, Quantity::Force).collect(),
+        direct_feedthrough: actuators.iter().any(|(_, member)| member.ports().direct_feedthrough),
+    };
+    let ports = PerSide { mechanics: mechanics.ports().clone(), actuator };
+    Ok(Members { mechanics, actuators, ports })
+}
+
+/// Refuses steps of actuators that these do not take.
+fn check_own_steps(file: &CaseFile, members: &Members) -> Result<(), String> {
+    for (at, (_, member)) in members.actuators.iter().enumerate() {
+        let steps = member.steps();
+        let Some((unit, step)) = steps.multiple_of.zip(file.actuators[at].micro_step_s.or(file.micro_step_s)) else {
+            continue;
+        };
+        if file.actuators.len() > 1 && !steps.allows(step) {
+            let key = format!("micro_step_s of {}", file.named(at));
+            return Err(
+                Error::invalid(key, step, format!("a multiple of {unit:e} s: its FMU takes no others")).to_string()
+            );
+        }
+    }
+    Ok(())
 }
 
 /// Names the columns of the trace: time, the rows of the interface, forces at the mechanics, what the sides let
 /// observe.
-fn trace_columns(rows: &[[String; 3]], members: &PerSide<Member>) -> Result<Vec<Name>, String> {
+fn trace_columns(rows: &[[String; 3]], members: &Members) -> Result<Vec<Name>, String> {
     let mut trace: Vec<Name> = vec!["time_s".into()];
     trace.extend(rows.iter().flatten().cloned().map(Name::from));
     trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
-    Side::BOTH.into_iter().for_each(|side| trace.extend(members[side].observables().iter().cloned()));
+    let all = Side::BOTH.into_iter().flat_map(|side| members.of(side));
+    trace.extend(all.flat_map(|member| member.observables().iter().cloned()));
     if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
         let name = name.to_string();
         return Err(format!(
@@ -372,17 +456,15 @@ fn steps_of_case(file: &CaseFile, steps: &PerSide<PossibleSteps>) -> Result<Case
 /// Both are in initialisation mode first. The mechanics leaves it with the force that was found, and the actuator with
 /// where the mechanics is by then. Where both no longer agree after that, because one comes to what it begins with as
 /// its initialisation ends, the force is found by instances that begin, each with another force.
-fn begun(members: &PerSide<Member>, parameters: &Parameters, started: &Started) -> Result<(Sides, Beginning)> {
-    let made = || -> Result<Sides> {
-        let mechanics = members.mechanics.side(parameters, started)?;
-        Ok(Sides { mechanics, actuator: members.actuator.side(parameters, started)? })
-    };
+fn begun(members: &Members, parameters: &Parameters, started: &Started) -> Result<(Sides, Beginning)> {
+    let made = || members.sides(parameters, started);
     let failed = |(side, failure): (Side, Failure)| {
-        let file = members[side].file();
-        Error::Incompatible(format!("{}: {}", file.display(), without_file(&failure.to_string(), file)))
+        let said = failure.to_string();
+        let file = members.meant(side, &said, None).file();
+        Error::Incompatible(format!("{}: {}", file.display(), without_file(&said, file)))
     };
     let mut sides = made()?;
-    let (forces, motions) = (members.actuator.ports().outputs.len(), members.mechanics.ports().outputs.len());
+    let [forces, motions] = [Side::Actuator, Side::Mechanics].map(|side| members.ports[side].outputs.len());
     let scale = started.force_scale;
     let found =
         beginning(forces, motions, scale, |force, motion, told| sides.tell(force, motion, told).map_err(failed));
@@ -426,7 +508,10 @@ fn apart(none: NoBeginning<Error>, started: &Started) -> Error {
 }
 
 /// Both sides of a case that are made.
-type Sides = PerSide<ImportedSide>;
+struct Sides {
+    mechanics: ImportedSide,
+    actuator: Actuators,
+}
 
 /// What both tell each other before a run.
 trait Begin {
@@ -452,21 +537,17 @@ impl Begin for Sides {
 
 /// Tries both sides by steps of `h` (s); in one process a second time beside them, for sides that share what they are
 /// made of.
-fn try_out(
-    members: &PerSide<Member>,
-    parameters: &Parameters,
-    started: &Started,
-    [macro_step, h]: [f64; 2],
-) -> Result<Doubts> {
+fn try_out(members: &Members, parameters: &Parameters, started: &Started, [macro_step, h]: [f64; 2]) -> Result<Doubts> {
     let boxed = || -> Result<(CoupledSystem, Option<String>)> {
         let (mut sides, at) = begun(members, parameters, started)?;
         let given = members.mechanics.give_model(&mut sides.mechanics, macro_step);
         Ok((CoupledSystem::new(sides.mechanics, sides.actuator).begun(at), given.err()))
     };
     let (mut system, refused) = boxed()?;
-    let any_step = members.as_ref().map(|member| !member.steps().equal && member.steps().multiple_of.is_none());
-    let probed = members.as_ref().map(|member| matches!(member, Member::Fmu(fmu) if fmu.offers.probed));
-    let declared = members.actuator.declares_feedthrough();
+    let any_step = PerSide::from_fn(|side| members.of(side).all(|member| !member.steps().are_fixed()));
+    let is_probed = |member: &Member| matches!(member, Member::Fmu(fmu) if fmu.offers.probed);
+    let probed = PerSide::from_fn(|side| members.of(side).any(is_probed));
+    let declared = members.of(Side::Actuator).any(Member::declares_feedthrough);
     let mut doubts = doubts_of(system.sides.lend(), Tried { h, any_step, probed, declared });
     if let Some(words) = refused {
         doubts.model = Some(format!("{words}; {WHAT_REMAINS}"));
@@ -482,7 +563,7 @@ fn try_out(
         };
         if let Some(side) = Side::BOTH.into_iter().find(|side| differ(*side)) {
             return Err(Error::file(
-                members[side].file(),
+                members.meant(side, "", None).file(),
                 "does not put out the same a second time in this process: instances share what they are made of, or leave something to \
                  chance; valid: process = \"own\"",
             ));
@@ -492,8 +573,8 @@ fn try_out(
 }
 
 /// Notes steps of a case that are no multiples of what an FMU says is its own.
-fn note_odd_steps(members: &PerSide<Member>, times: &CaseDefaults) {
-    for member in [&members.mechanics, &members.actuator] {
+fn note_odd_steps(members: &Members, times: &CaseDefaults) {
+    for member in Side::BOTH.into_iter().flat_map(|side| members.of(side)) {
         let Some(own) = member.own_step() else { continue };
         let steps = PossibleSteps { equal: false, multiple_of: Some(own) };
         let odd = [

@@ -1,18 +1,20 @@
-//! A case file that names two FMUs.
+//! A case file that names FMUs.
 
-use crate::export::side_name;
 use rimbench_cases::cases::{Parameter, Range};
 use rimbench_cases::runs::is_taken;
-use rimbench_core::cosim::Side;
+use rimbench_core::cosim::{Every, ForceReturn, MicroSteps, Partition, Side, StarPlan};
 use rimbench_core::error::Error;
 use rimbench_core::name::check_new_name;
 use rimbench_results::text_place::said_at;
 use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 
 /// A case file as it is written.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CaseFile {
     pub(super) name: String,
@@ -35,7 +37,9 @@ pub(super) struct CaseFile {
     #[serde(default = "minute")]
     pub(super) answer_within_s: f64,
     pub(super) mechanics: SideTable,
-    pub(super) actuator: SideTable,
+    /// One, or several with rows of their own.
+    #[serde(rename = "actuator", deserialize_with = "one_or_several")]
+    pub(super) actuators: Vec<SideTable>,
     pub(super) interface: Vec<Row>,
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, ParameterTable>,
@@ -64,7 +68,8 @@ impl CaseFile {
             return Err("has no [[interface]]: at least one row couples the two sides".to_owned());
         }
         file.check_names_and_factors()?;
-        let of_python = Side::BOTH.into_iter().any(|side| file.side(side).python.is_some());
+        file.check_rows()?;
+        let of_python = file.tables().any(|(_, table)| table.python.is_some());
         let unused = |table: &&ParameterTable| table.mechanics.is_none() && table.actuator.is_none();
         match file.parameters.iter().find(|(_, table)| !of_python && unused(table)) {
             Some((name, _)) => {
@@ -83,14 +88,15 @@ impl CaseFile {
             self.micro_step_s.map(|step| time("micro_step_s", step)),
             self.reference_step_s.map(|step| time("reference_step_s", step)),
         ];
-        let probes = Side::BOTH.into_iter().filter_map(|side| {
-            Some(time(&format!("probe_step_s of [{}]", side_name(side)), self.side(side).probe_step_s?))
+        let own = self.tables().flat_map(|(name, table)| {
+            let steps = [("probe_step_s", table.probe_step_s), ("micro_step_s", table.micro_step_s)];
+            steps.into_iter().filter_map(move |(key, step)| Some(time(&format!("{key} of {name}"), step?)))
         });
         let magnitude = |(key, value)| (format!("{key} of scale"), value, "a finite number above 0");
         let scale = self.scale.iter().flat_map(|of| {
             [("position_m", of.position_m), ("velocity_m_s", of.velocity_m_s), ("force_n", of.force_n)].map(magnitude)
         });
-        let positive = times.into_iter().flatten().chain(probes).chain(scale);
+        let positive = times.into_iter().flatten().chain(own).chain(scale);
         let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
         positive
             .map(|(key, value, valid)| (key, value, 0.0, valid.to_owned()))
@@ -100,15 +106,16 @@ impl CaseFile {
 
     /// Refuses paths that are empty, and factors that make nothing of a variable.
     fn check_names_and_factors(&self) -> Result<(), String> {
-        for side in Side::BOTH {
-            let SideTable { fmu, python, needs, .. } = self.side(side);
+        for (name, SideTable { fmu, python, needs, .. }) in self.tables() {
             let named = [("fmu", fmu.iter()), ("python", python.iter())];
             let named = named.into_iter().flat_map(|(key, paths)| paths.map(move |path| (key, path)));
             let mut named = named.chain(needs.iter().map(|path| ("needs", path)));
             if let Some((key, path)) = named.find(|(_, path)| path.as_os_str().is_empty()) {
-                let key = format!("{key} of [{}]", side_name(side));
+                let key = format!("{key} of {name}");
                 return Err(Error::invalid(key, path.display(), "the path of a file").to_string());
             }
+        }
+        for side in Side::BOTH {
             let ends = self.interface.iter().flat_map(|row| (0..3).filter_map(move |which| row.end(side, which)));
             for (variable, factor) in ends {
                 if let Some(factor) = factor.filter(|factor| !factor.is_finite() || *factor == 0.0) {
@@ -125,8 +132,171 @@ impl CaseFile {
         self.micro_step_s.unwrap_or(self.macro_step_s)
     }
 
+    /// The table of a side; of several actuators the first, which is all that a [`part`](Self::part) has.
     pub(super) fn side(&self, side: Side) -> &SideTable {
-        if side == Side::Mechanics { &self.mechanics } else { &self.actuator }
+        if side == Side::Mechanics { &self.mechanics } else { &self.actuators[0] }
+    }
+
+    /// All tables of sides, as they are called.
+    fn tables(&self) -> impl Iterator<Item = (String, &SideTable)> {
+        let mechanics = ("[mechanics]".to_owned(), &self.mechanics);
+        std::iter::once(mechanics).chain(self.actuators.iter().enumerate().map(|(at, table)| (self.named(at), table)))
+    }
+
+    /// What an actuator is called.
+    pub(super) fn named(&self, at: usize) -> String {
+        if self.actuators.len() == 1 { "[actuator]".to_owned() } else { format!("[[actuator]] {}", at + 1) }
+    }
+
+    /// The rows of an actuator, from 0.
+    pub(super) fn rows_of(&self, at: usize) -> Vec<usize> {
+        let given = self.actuators[at].rows.as_ref().filter(|_| self.actuators.len() > 1);
+        given.map_or_else(|| (0..self.interface.len()).collect(), |rows| rows.iter().map(|row| row - 1).collect())
+    }
+
+    /// The file as if it had this actuator and its rows alone.
+    pub(super) fn part(&self, at: usize) -> Self {
+        let (own, table) = (self.rows_of(at), self.actuators[at].clone());
+        let of_actuator = |(name, table): (&String, &ParameterTable)| {
+            let actuator = table.actuator.as_ref().and_then(|names| names.of(at)).map(Names::All);
+            (name.clone(), ParameterTable { actuator, ..table.clone() })
+        };
+        CaseFile {
+            interface: own.iter().map(|row| self.interface[*row].clone()).collect(),
+            micro_step_s: table.micro_step_s.or(self.micro_step_s),
+            parameters: self.parameters.iter().map(of_actuator).collect(),
+            actuators: vec![table],
+            ..self.clone()
+        }
+    }
+
+    /// Checks that each row has one actuator, and each actuator a step that goes with the others'.
+    fn check_rows(&self) -> Result<(), String> {
+        let (count, n) = (self.actuators.len(), self.interface.len());
+        let mut of_row: Vec<Option<usize>> = vec![None; n];
+        for (at, SideTable { rows, every, micro_step_s, .. }) in self.actuators.iter().enumerate() {
+            let name = self.named(at);
+            if count == 1 {
+                let given =
+                    [("rows", rows.is_some()), ("every", every.is_some()), ("micro_step_s", micro_step_s.is_some())];
+                return given.iter().find(|(_, given)| *given).map_or(Ok(()), |(key, _)| {
+                    Err(format!(
+                        "{key} of [actuator] is not valid; valid: none, for it has all rows (several are [[actuator]])"
+                    ))
+                });
+            }
+            let valid = format!("numbers from 1 to {n}, ascending, of which no other actuator has one, as rows = [1]");
+            let Some(rows) = rows.as_ref().filter(|rows| !rows.is_empty()) else {
+                return Err(format!("{name} has no rows; valid: {valid}"));
+            };
+            if !rows.iter().all(|row| (1..=n).contains(row)) || !rows.is_sorted_by(|a, b| a < b) {
+                return Err(Error::invalid(format!("rows of {name}"), format!("{rows:?}"), valid).to_string());
+            }
+            for &row in rows {
+                if let Some(other) = of_row[row - 1].replace(at) {
+                    return Err(format!(
+                        "row {row} of [[interface]] is in rows of {} and of {name}; valid: {valid}",
+                        self.named(other)
+                    ));
+                }
+            }
+            if let Some(step) = micro_step_s.filter(|step| *step > self.macro_step_s) {
+                let valid = format!("at most macro_step_s, {} s", self.macro_step_s);
+                return Err(Error::invalid(format!("micro_step_s of {name}"), step, valid).to_string());
+            }
+            let rate = every.as_ref().map_or(Ok(()), |rate| rate.to_string().parse::<Every>().map(drop));
+            rate.map_err(|error| format!("{name}: {error}"))?;
+        }
+        if let Some(row) = of_row.iter().position(Option::is_none) {
+            return Err(format!("row {} of [[interface]] is in rows of no [[actuator]]; valid: of one", row + 1));
+        }
+        self.bonds()
+            .map_or(Ok(()), |plan| plan.check(n, (ForceReturn::Mean, 1.0)))
+            .map_err(|error| error.to_string())?;
+        self.parameters.iter().try_for_each(|(name, table)| match &table.actuator {
+            Some(Names::Each(names)) if names.len() != count => Err(format!(
+                "[parameters.{name}] actuator = {names:?} is not valid; valid: a variable that all {count} have, or a list of {count}, \"\" for none"
+            )),
+            _ => Ok(()),
+        })
+    }
+
+    /// The bonds that runs of the case have unless they say otherwise, where its actuators have steps of their own.
+    pub(super) fn bonds(&self) -> Option<StarPlan> {
+        let own = |table: &SideTable| table.every.is_some() || table.micro_step_s.is_some();
+        if !self.actuators.iter().any(own) {
+            return None;
+        }
+        let each = |of: &dyn Fn(&SideTable) -> Option<String>| -> String {
+            self.actuators.iter().filter_map(of).collect::<Vec<_>>().join(",")
+        };
+        let every = each(&|table| Some(table.every.as_ref().map_or_else(|| "1".to_owned(), Rate::to_string)));
+        let usual = self.micro_step_s();
+        let steps = each(&|table| Some(table.micro_step_s.unwrap_or(usual).to_string()));
+        let has_steps = self.actuators.iter().any(|table| table.micro_step_s.is_some());
+        Some(StarPlan {
+            partition: Partition::Of((0..self.actuators.len()).map(|at| self.rows_of(at)).collect()),
+            every: every.parse().ok()?,
+            micro_steps: if has_steps { steps.parse().ok()? } else { MicroSteps::default() },
+            ..StarPlan::default()
+        })
+    }
+}
+
+/// Reads a table, or tables.
+fn one_or_several<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SideTable>, D::Error> {
+    struct Tables;
+    impl<'de> Visitor<'de> for Tables {
+        type Value = Vec<SideTable>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("[actuator], or [[actuator]] several times")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+            SideTable::deserialize(MapAccessDeserializer::new(map)).map(|table| vec![table])
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Self::Value, A::Error> {
+            let tables = Vec::deserialize(SeqAccessDeserializer::new(seq))?;
+            if tables.is_empty() { Err(de::Error::custom("no actuator; valid: at least one")) } else { Ok(tables) }
+        }
+    }
+    from.deserialize_any(Tables)
+}
+
+/// Macro steps of the hub in the step of a bond, as a number or as text.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged, expecting = "valid: a whole number from 1 on, or \"1/n\"")]
+pub(super) enum Rate {
+    Count(u32),
+    Text(String),
+}
+
+impl fmt::Display for Rate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Rate::Count(count) => count.fmt(f),
+            Rate::Text(text) => text.fmt(f),
+        }
+    }
+}
+
+/// A variable of all actuators, or one of each.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged, expecting = "valid: the name of a variable, or a list with one for each actuator, \"\" for none")]
+pub(super) enum Names {
+    All(String),
+    Each(Vec<String>),
+}
+
+impl Names {
+    /// That of an actuator.
+    pub(super) fn of(&self, at: usize) -> Option<String> {
+        match self {
+            Names::All(name) => Some(name.clone()),
+            Names::Each(names) => names.get(at).filter(|name| !name.is_empty()).cloned(),
+        }
     }
 }
 
@@ -152,7 +322,7 @@ pub(super) enum ProcessKind {
     Same,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SideTable {
     /// The file of an FMU, relative to this one.
@@ -179,9 +349,15 @@ pub(super) struct SideTable {
     pub(super) direct_feedthrough: Option<bool>,
     /// The longest step by which an FMU without derivatives is probed, s; a mechanics' own step if not given.
     pub(super) probe_step_s: Option<f64>,
+    /// Of one of several actuators: its rows of the interface, from 1.
+    pub(super) rows: Option<Vec<usize>>,
+    /// Likewise: macro steps in its step.
+    pub(super) every: Option<Rate>,
+    /// Likewise: its longest step, s.
+    pub(super) micro_step_s: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Row {
     pub(super) columns: Option<[String; 3]>,
@@ -189,7 +365,7 @@ pub(super) struct Row {
     pub(super) actuator: Ends,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Ends {
     /// None: the side knows velocity and force alone.
@@ -199,7 +375,7 @@ pub(super) struct Ends {
 }
 
 /// A variable, and what its value is multiplied by besides its unit.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(
     untagged,
     deny_unknown_fields,
@@ -217,7 +393,7 @@ pub(super) enum End {
     },
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ParameterTable {
     pub(super) default: f64,
@@ -228,7 +404,7 @@ pub(super) struct ParameterTable {
     /// The variable of that side that takes it.
     pub(super) mechanics: Option<String>,
     /// The variable of that side that takes it.
-    pub(super) actuator: Option<String>,
+    pub(super) actuator: Option<Names>,
 }
 
 /// The parameter that says what a case is made from.

@@ -39,6 +39,9 @@ pub fn master_script(path: &Path, run: &RunSpec, words: &str, error: f64) -> Res
     }
     let text = read_text(path)?;
     let file = CaseFile::parse(&text).map_err(|message| Error::file(path, message))?;
+    if file.actuators.len() > 1 {
+        return refused("the case has several actuators");
+    }
     let rows = columns(&file.interface);
     let side = |side: Side| -> Result<Plan> {
         let Some(fmu) = &file.side(side).fmu else {

@@ -399,8 +399,11 @@ fn starts(file: &CaseFile, finder: &Finder<'_>, side: Side) -> Result<(Vec<Start
     let (mut starts, mut taken) = (Vec::new(), Vec::<Taken>::new());
     start.iter().try_for_each(|(name, value)| finder.start(side, name, value, &mut starts))?;
     for (parameter, table) in &file.parameters {
-        let to = if side == Side::Mechanics { &table.mechanics } else { &table.actuator };
-        let Some(to) = to else { continue };
+        let to = match side {
+            Side::Mechanics => table.mechanics.clone(),
+            Side::Actuator => table.actuator.as_ref().and_then(|names| names.of(0)),
+        };
+        let Some(to) = &to else { continue };
         let found = finder.settable(to)?;
         let (variable, element) = (found.variable, found.element);
         if element.is_none() && !variable.dimensions.is_empty() {

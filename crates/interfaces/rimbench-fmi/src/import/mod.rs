@@ -12,6 +12,7 @@ mod case;
 mod case_file;
 mod description;
 mod finder;
+mod group;
 mod host;
 mod library;
 mod master;

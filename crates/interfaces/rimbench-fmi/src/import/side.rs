@@ -423,6 +423,13 @@ impl Subsystem for ImportedSide {
     }
 
     fn try_clone(&self) -> Result<Box<dyn Subsystem>, Failure> {
+        Ok(Box::new(self.copy()?))
+    }
+}
+
+impl ImportedSide {
+    /// Copies it with its state.
+    pub(super) fn copy(&self) -> Result<ImportedSide, Failure> {
         if let Some(why) = &self.offers.without_copies {
             return Err(Cause::NotOffered { what: why.clone().into() }.into());
         }
@@ -430,7 +437,7 @@ impl Subsystem for ImportedSide {
         let mut host = self.host.lock().unwrap_or_else(PoisonError::into_inner);
         let asked = self.offers.copies && host.ask(Ask::Copy, self.id, &[], &mut number).is_ok();
         let id = number.first().filter(|_| asked).ok_or(Cause::NotCopied)?;
-        Ok(Box::new(ImportedSide {
+        Ok(ImportedSide {
             host: Arc::clone(&self.host),
             id: *id as u32,
             ports: self.ports.clone(),
@@ -453,7 +460,7 @@ impl Subsystem for ImportedSide {
             largest_mobility: self.largest_mobility,
             failed: self.failed.clone(),
             counters: self.counters,
-        }))
+        })
     }
 }
 

@@ -53,6 +53,9 @@ pub struct TracePanel {
     /// Held between communication points instead of joined by lines.
     #[serde(default)]
     steps: bool,
+    /// Its distance from the reference instead, on a logarithmic axis.
+    #[serde(default)]
+    error: bool,
 }
 
 impl FigureOptions for TraceFigure {
@@ -71,21 +74,26 @@ impl FigureOptions for TraceFigure {
             let mut panel = Plot::new(
                 &spec.title,
                 Axis::linear("time t (s)").within(spec.time_s),
-                Axis::linear(&spec.label).within(spec.range),
+                if spec.error { Axis::log10(&spec.label) } else { Axis::linear(&spec.label) }.within(spec.range),
             );
             // Only models that are audited have the columns of an audit.
             let lacks = |(_, trace): &&(&String, ResultsTable)| trace.column(&spec.column).is_err();
             let nobody_has = traces.iter().all(|series| lacks(&series));
             let traces = || traces.iter().filter(|series| nobody_has || !lacks(series));
-            for (label, trace) in traces() {
+            let known = match spec.error {
+                true => Some(read_table(&trace_path(folder, REFERENCE)?)?.pairs("time_s", &spec.column)?),
+                false => None,
+            };
+            for (label, trace) in traces().filter(|(label, _)| !(spec.error && *label == REFERENCE)) {
                 let points = trace.pairs("time_s", &spec.column)?;
+                let points = known.as_ref().map_or_else(|| points.clone(), |known| apart(&points, known));
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
                 let entry = format!("{}{}", styles.shown_name(label), ending(folder, label)?);
                 let series = Series::new(entry, points, styles.of_label(label)).mode(mode);
                 panel = panel.layer(Series { name: label.to_string(), ..series });
             }
-            let cut =
-                traces().filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose());
+            let cut = traces().filter(|_| !spec.error);
+            let cut = cut.filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose());
             panel.notes = cut.collect::<Result<_>>()?;
             figure = figure.panel(panel);
         }
@@ -97,6 +105,19 @@ impl FigureOptions for TraceFigure {
         without.for_each(|panel| panel.label.clone_from(&panel.column));
         Ok(())
     }
+}
+
+/// The series of the reference.
+const REFERENCE: &str = "reference";
+
+/// How far a series is from another, at times that both have, where they differ.
+fn apart(points: &[(f64, f64)], known: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let off = |&(t, y): &(f64, f64)| {
+        let at = known.partition_point(|(time, _)| *time < t - 1e-9);
+        let (_, other) = known.get(at).filter(|(time, _)| *time < t + 1e-9)?;
+        Some((t, (y - other).abs())).filter(|(_, off)| *off > 0.0)
+    };
+    points.iter().filter_map(off).collect()
 }
 
 impl TracePanel {
@@ -121,7 +142,7 @@ pub(super) fn lost_run(runs: &Runs<'_>, label: &str) -> Option<usize> {
 fn ending(folder: &Path, label: &str) -> Result<String> {
     let table = RunTable::read_from(folder)?;
     let runs = Runs::of(&table);
-    let Some(row) = lost_run(&runs, label).filter(|_| label != "reference") else { return Ok(String::new()) };
+    let Some(row) = lost_run(&runs, label).filter(|_| label != REFERENCE) else { return Ok(String::new()) };
     // Where the state left its bounds, which a run may outlive.
     let ends = [Finding::OutcomeAt, Finding::EndedAt].map(|end| runs.value(row, end));
     let when = ends.into_iter().find(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
@@ -139,7 +160,7 @@ pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     let several = |count: usize, what: &str| {
         Error::file(&path, format!("has {count} {what}; a figure of traces needs an experiment with one"))
     };
-    if label == "reference" {
+    if label == REFERENCE {
         return match runs.problems().len() {
             0 | 1 => Ok(traces.join("reference.csv")),
             count => Err(several(count, "references")),

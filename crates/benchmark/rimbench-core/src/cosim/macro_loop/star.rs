@@ -16,9 +16,9 @@ mod stand_in;
 
 pub use self::plan::{Every, Known, MicroSteps, Order, Partition, Share, Split, StarPlan, Tells};
 
-use self::plan::{Layout, Schedule};
+use self::plan::{Layout, Schedule, numbers};
 use self::share::SharedModel;
-use self::stand_in::{BondSide, Law, NOT_APART, StandIn, actuator_of};
+use self::stand_in::{BondSide, Law, NOT_APART, Room, StandIn, actuator_of};
 use super::log::{End, Log};
 use super::{View, macro_steps};
 use crate::cosim::communication_grid::{CommunicationGrid, MacroStep, MicroStep, division};
@@ -68,6 +68,7 @@ struct Bond {
     now: Vec<f64>,
     /// Of one actuator.
     rates: OutputRates,
+    room: Room,
 }
 
 /// A mechanics and its bonds, ready to run.
@@ -128,7 +129,9 @@ impl Star {
             let mut others: Vec<Option<StandIn>> = vec![Some(StandIn::new(0)); n];
             rows.iter().for_each(|&row| others[row] = None);
             let mut clock = 0.0;
-            let side = &mut BondSide { whole: &mut *sides.actuator, others: &mut others, now: &mut clock };
+            let mut own = Room::new(n);
+            let side =
+                &mut BondSide { whole: &mut *sides.actuator, others: &mut others, now: &mut clock, room: &mut own };
             let mut pair = PerSide { mechanics: &mut *sides.mechanics as &mut dyn Subsystem, actuator: side };
             let (scheme, exchange) = couple(index, pair.lend())?;
             let mut state = PairState::new(&setup, pair, exchange);
@@ -153,6 +156,7 @@ impl Star {
                 mean: room(),
                 now: room(),
                 rates: OutputRates::zeros(1, 2),
+                room: own,
             });
         }
         for index in 0..bonds.len() {
@@ -241,7 +245,7 @@ impl Bond {
         stop: StopFlag<'a>,
         act: impl FnOnce(CoupledPair<'_>) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        let side = &mut BondSide { whole, others: &mut self.others, now: &mut self.clock };
+        let side = &mut BondSide { whole, others: &mut self.others, now: &mut self.clock, room: &mut self.room };
         act(CoupledPair {
             setup: &self.setup,
             sides: PerSide { mechanics: hub, actuator: side },
@@ -262,9 +266,8 @@ impl Bond {
             self.now.copy_from_slice(self.state.history.at(at));
             return Ok(());
         }
-        let (u, n) = (&self.state.u.actuator, self.now.len());
         for &row in &self.rows {
-            actuator_of(whole, row)?.outputs(&[u[row], u[n + row]], &mut self.now[row..=row])?;
+            self.room.ask(whole, row, &self.state.u.actuator, &mut self.now)?;
         }
         if part == 0 {
             self.mean.copy_from_slice(&self.now);
@@ -276,7 +279,7 @@ impl Bond {
     fn law(&mut self, row: usize, time: f64, whole: &mut (dyn Subsystem + '_)) -> Result<Option<Law>, Failure> {
         let (u, n) = (&self.state.u.actuator, self.now.len());
         let (at, rates) = ([u[row], u[n + row]], &mut self.rates);
-        let known = actuator_of(whole, row)?.capabilities().output_rates(time, &at, rates)?;
+        let known = actuator_of(whole, row)?.0.capabilities().output_rates(time, &at, rates)?;
         let pair = |values: &[f64]| [values[0], values[1]];
         let law = || Law {
             rate: rates.rate[0],
@@ -384,8 +387,12 @@ impl RunningStar<'_> {
         }
         for &index in &schedule.stages[stage] {
             let (bond, n) = (&mut bonds[index], state.u.len());
-            if let (true, Some(mobility)) = (bond.from == now, bond.scheme.loaded_mobility()) {
-                state.loaded.look_at(|i, j| mobility[i * n + j]);
+            if bond.from != now {
+                continue;
+            }
+            match bond.scheme.loaded_mobility() {
+                Some(mobility) => state.loaded.look_at(|i, j| mobility[i * n + j]),
+                None => state.loaded.lambda = f64::NAN,
             }
         }
         Ok(())
@@ -572,6 +579,7 @@ impl RunningStar<'_> {
             audit: None,
             mechanics_step: self.setup.mechanics_step(step),
             interface_residual,
+            interface_lambda: state.model.as_ref().map(|_| state.correlation.lambda.max(state.loaded.lambda)),
             inside: state.inside.as_mut(),
             sides: self.sides.lend(),
         });
@@ -624,12 +632,23 @@ impl RunningStar<'_> {
     }
 }
 
-/// Says why the actuators of these sides cannot be divided among bonds, if they cannot.
-pub fn cannot_divide(sides: Sides<'_>) -> Option<String> {
+/// Says why the actuators of these sides cannot be divided among bonds by a plan, if they cannot.
+pub fn cannot_divide(plan: &StarPlan, sides: Sides<'_>) -> Option<String> {
     let rows = sides.actuator.ports().outputs.len();
     if rows < 2 {
         return Some("the interface has one row, so that there is nothing to split: use rim-nonsmooth-gap".to_owned());
     }
-    let all = (0..rows).all(|row| sides.actuator.capabilities().actuator_of_row(row).is_some());
-    (!all).then(|| NOT_APART.to_owned())
+    let bonds = plan.partition.rows(rows).unwrap_or_default();
+    (0..rows).find_map(|row| {
+        let Ok((_, of)) = actuator_of(sides.actuator, row) else { return Some(NOT_APART.to_owned()) };
+        let divided = bonds.iter().any(|bond| bond.contains(&row) && !of.iter().all(|row| bond.contains(row)));
+        let named = || numbers(of.iter().copied(), ", ");
+        let whole =
+            divided.then(|| format!("partition = {} divides an actuator, that of rows {}", plan.partition, named()));
+        let law = || {
+            let what = format!("known = law takes actuators of one row each, and one has rows {}", named());
+            (of.len() > 1 && plan.known == Known::Law).then_some(what)
+        };
+        whole.or_else(law)
+    })
 }

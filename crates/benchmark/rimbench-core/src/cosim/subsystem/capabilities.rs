@@ -62,9 +62,9 @@ pub trait Capabilities {
         None
     }
 
-    /// Lends the actuator of one row, with inputs (position, velocity) and its force as output; none where there is no
-    /// such subsystem for itself.
-    fn actuator_of_row(&mut self, _row: usize) -> Option<&mut dyn Subsystem> {
+    /// Lends the actuator that has a row, with inputs (positions, velocities) and its forces as outputs, and all rows that
+    /// it has, ascending; none where there is no such subsystem for itself.
+    fn actuator_of_row(&mut self, _row: usize) -> Option<(&mut dyn Subsystem, &[usize])> {
         None
     }
 

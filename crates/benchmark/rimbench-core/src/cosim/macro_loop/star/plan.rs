@@ -140,8 +140,8 @@ impl FromStr for Partition {
     }
 }
 
-/// The order of bonds and hub in a macro step: stages one after the other, with bonds that step at once; none: all at
-/// once, and then the hub.
+/// The order of bonds and hub in a macro step: stages one after the other, with bonds that step at once, or `each`, a
+/// stage for each bond; none: all at once, and then the hub.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Order(Vec<Vec<Member>>);
 
@@ -149,6 +149,8 @@ pub struct Order(Vec<Vec<Member>>);
 enum Member {
     Hub,
     Bond(usize),
+    /// All bonds, one after the other.
+    Each,
 }
 
 impl fmt::Display for Order {
@@ -156,6 +158,7 @@ impl fmt::Display for Order {
         let member = |member: &Member| match member {
             Member::Hub => "hub".to_owned(),
             Member::Bond(bond) => (bond + 1).to_string(),
+            Member::Each => "each".to_owned(),
         };
         let stages = self.0.iter().map(|stage| stage.iter().map(member).collect::<Vec<_>>().join(","));
         let stages: Vec<String> = stages.collect();
@@ -172,13 +175,15 @@ impl FromStr for Order {
         }
         let member = |text: &str| match text.trim() {
             "hub" => Some(Member::Hub),
+            "each" => Some(Member::Each),
             text => counted(text).map(Member::Bond),
         };
         let stages: Option<Vec<Vec<Member>>> =
             text.split(';').map(|stage| stage.split(',').map(member).collect()).collect();
-        let hub_alone = |stage: &Vec<Member>| stage.len() == 1 || !stage.contains(&Member::Hub);
-        let expected = "`together`, or stages of bonds counted from 1 with the hub anywhere as a stage, as `3;1,2;hub`";
-        let found = stages.filter(|stages| stages.iter().all(hub_alone)).map(Order);
+        let is_stage = |stage: &Vec<Member>| stage.len() == 1 || stage.iter().all(|of| matches!(of, Member::Bond(_)));
+        let expected =
+            "`together`, `each`, or stages of bonds counted from 1 with the hub anywhere as a stage, as `3;1,2;hub`";
+        let found = stages.filter(|stages| stages.iter().all(is_stage)).map(Order);
         found.ok_or_else(|| Error::invalid("order", text, expected))
     }
 }
@@ -195,13 +200,19 @@ impl Order {
         if self.0.is_empty() {
             return Ok(Schedule { stages: vec![(0..bonds).collect()], hub_at: 1 });
         }
-        let hubs: Vec<usize> = (0..self.0.len()).filter(|&at| self.0[at] == [Member::Hub]).collect();
-        let bond = |member: &Member| match member {
-            Member::Bond(bond) => Some(*bond),
-            Member::Hub => None,
-        };
-        let stages: Vec<Vec<usize>> = self.0.iter().map(|stage| stage.iter().filter_map(bond).collect()).collect();
-        let stages: Vec<Vec<usize>> = stages.into_iter().filter(|stage| !stage.is_empty()).collect();
+        let (mut stages, mut hubs) = (Vec::new(), Vec::new());
+        for stage in &self.0 {
+            match stage[..] {
+                [Member::Hub] => hubs.push(stages.len()),
+                [Member::Each] => stages.extend((0..bonds).map(|bond| vec![bond])),
+                _ => stages.push(
+                    stage
+                        .iter()
+                        .filter_map(|of| if let Member::Bond(bond) = of { Some(*bond) } else { None })
+                        .collect(),
+                ),
+            }
+        }
         let mut found: Vec<usize> = stages.iter().flatten().copied().collect();
         found.sort_unstable();
         if !found.into_iter().eq(0..bonds) || hubs.len() > 1 {
@@ -325,7 +336,7 @@ fn counted(text: &str) -> Option<usize> {
     text.trim().parse::<usize>().ok()?.checked_sub(1)
 }
 
-fn numbers(from_0: impl Iterator<Item = usize>, between: &str) -> String {
+pub(super) fn numbers(from_0: impl Iterator<Item = usize>, between: &str) -> String {
     from_0.map(|number| (number + 1).to_string()).collect::<Vec<_>>().join(between)
 }
 
@@ -417,6 +428,11 @@ impl StarPlan {
     /// Tells whether a bond steps after the hub, with what the hub then sends.
     pub fn follows_hub(&self) -> bool {
         self.order.0.iter().position(|stage| *stage == [Member::Hub]).is_some_and(|at| at + 1 < self.order.0.len())
+    }
+
+    /// Tells whether there is more than one bond.
+    pub fn divides(&self) -> bool {
+        !matches!(&self.partition, Partition::Of(bonds) if bonds.len() == 1)
     }
 
     /// Counts the bonds on `n` rows.

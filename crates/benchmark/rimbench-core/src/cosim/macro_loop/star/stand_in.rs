@@ -85,14 +85,58 @@ pub(super) struct BondSide<'a> {
     /// Of each row: none where the actuator is its own.
     pub(super) others: &'a mut [Option<StandIn>],
     pub(super) now: &'a mut f64,
+    pub(super) room: &'a mut Room,
 }
 
-/// Lends the actuator of one row.
+/// Lends the actuator of one row, with all rows that it has.
 pub(super) fn actuator_of<'a>(
     whole: &'a mut (dyn Subsystem + '_),
     row: usize,
-) -> Result<&'a mut dyn Subsystem, Failure> {
+) -> Result<(&'a mut dyn Subsystem, &'a [usize]), Failure> {
     whole.capabilities().actuator_of_row(row).ok_or_else(|| Cause::NotOffered { what: NOT_APART.into() }.into())
+}
+
+/// Room for what one actuator takes and puts out.
+#[derive(Debug, Clone)]
+pub(super) struct Room {
+    u: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl Room {
+    /// For actuators of up to `n` rows.
+    pub(super) fn new(n: usize) -> Self {
+        Room { u: Vec::with_capacity(2 * n), y: Vec::with_capacity(n) }
+    }
+
+    /// What an actuator of these rows takes of the motion of all.
+    pub(super) fn take(&mut self, rows: &[usize], u: &[f64]) -> &[f64] {
+        let n = u.len() / 2;
+        self.u.clear();
+        self.u.extend(rows.iter().map(|row| u[*row]).chain(rows.iter().map(|row| u[n + row])));
+        &self.u
+    }
+
+    /// Asks the actuator that has `row` for its forces; one of several rows is asked at its first.
+    pub(super) fn ask(
+        &mut self,
+        whole: &mut (dyn Subsystem + '_),
+        row: usize,
+        u: &[f64],
+        y: &mut [f64],
+    ) -> Result<(), Failure> {
+        let (actuator, rows) = actuator_of(whole, row)?;
+        if let [row] = rows[..] {
+            return actuator.outputs(&[u[row], u[u.len() / 2 + row]], &mut y[row..=row]);
+        }
+        if rows[0] == row {
+            self.take(rows, u);
+            self.y.resize(rows.len(), 0.0);
+            actuator.outputs(&self.u, &mut self.y)?;
+            rows.iter().zip(&self.y).for_each(|(row, own)| y[*row] = *own);
+        }
+        Ok(())
+    }
 }
 
 impl Subsystem for BondSide<'_> {
@@ -105,10 +149,9 @@ impl Subsystem for BondSide<'_> {
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         let n = self.others.len();
         for (i, other) in self.others.iter_mut().enumerate() {
-            let own = [u[i], u[n + i]];
             match other {
-                None => actuator_of(self.whole, i)?.outputs(&own, &mut y[i..=i])?,
-                Some(other) => y[i] = other.output(*self.now, own),
+                None => self.room.ask(self.whole, i, u, y)?,
+                Some(other) => y[i] = other.output(*self.now, [u[i], u[n + i]]),
             }
         }
         Ok(())
@@ -118,7 +161,11 @@ impl Subsystem for BondSide<'_> {
         let n = self.others.len();
         for (i, other) in self.others.iter_mut().enumerate() {
             match other {
-                None => actuator_of(self.whole, i)?.step(t, &[u[i], u[n + i]], h)?,
+                None => match actuator_of(self.whole, i)? {
+                    (actuator, [row]) => actuator.step(t, &[u[*row], u[n + row]], h)?,
+                    (actuator, rows) if rows[0] == i => actuator.step(t, self.room.take(rows, u), h)?,
+                    _ => {}
+                },
                 Some(other) => other.step(h),
             }
         }
