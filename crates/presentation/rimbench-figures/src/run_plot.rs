@@ -14,7 +14,7 @@ use rimbench_core::error::Result;
 /// trace.
 ///
 /// # Errors
-/// [`Error::Incompatible`] where there is no room for so many rows.
+/// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) where there is no room for so many rows.
 pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &Styles) -> Result<Drawing> {
     let name = styles.shown_name(&spec.scheme.name);
     let shown = [
