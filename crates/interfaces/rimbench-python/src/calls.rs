@@ -305,6 +305,7 @@ pub fn advise(
             catalogue,
             fixed: request,
             error,
+            budget: None,
             information: Information { model, feedback, repetition },
             prices,
             macro_steps: &macro_steps,
