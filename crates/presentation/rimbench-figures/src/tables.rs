@@ -476,8 +476,10 @@ impl Bought {
             lines.extend((!lines.contains(&of(row))).then(|| of(row)));
             across.extend((!across.contains(&budget(row))).then(|| budget(row)));
         }
+        // How the force is returned, behind a hyphen, would fill the table.
         let form = |row: usize| {
             let form = file.text(row, label).strip_prefix(file.text(row, way)).unwrap_or_default();
+            let form = form.split_once('-').map_or(form, |(form, _)| form);
             format!("{} {}{form}", named(&self.names, file.text(row, way)), 1e3 * file.number(row, macro_step))
         };
         let percent = |row: usize| significant(100.0 * file.number(row, error), 2);

@@ -113,13 +113,10 @@ impl Search<'_> {
 
     /// The best cell of each way within a budget, the best way first.
     fn choose(&self, budget: [f64; 2]) -> Vec<&Choice> {
-        let form = |(place, choice): (usize, &Choice)| Form {
-            way: &choice.way,
-            place,
-            spent: choice.spent_per_s,
-            error: choice.worst_error.unwrap_or(f64::INFINITY),
-        };
-        let forms: Vec<Form<'_>> = self.met.iter().enumerate().map(form).collect();
+        let mut forms = Vec::with_capacity(self.met.len());
+        for (place, Choice { way, spent_per_s, worst_error, .. }) in self.met.iter().enumerate() {
+            forms.push(Form { way, place, spent: *spent_per_s, error: worst_error.unwrap_or(f64::INFINITY) });
+        }
         best_within(&forms, budget).into_iter().map(|form| &self.met[form.place]).collect()
     }
 }

@@ -20,8 +20,8 @@ pub struct Across {
     /// A column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance.
     #[serde(default)]
     pub cost: Option<Cost>,
-    /// Budgets, of communication points and mechanics steps per second: the latter are across, and of each way of coupling
-    /// (labels up to their last `/`) the ratio of its least error to that of the best of the panel is shown, in the median
+    /// Budgets, of communication points and mechanics steps per second: the latter are across, and of the way of each label
+    /// (what it says up to its last `/`) the ratio of its least error to that of the best of the panel is shown, in the median
     /// over cases and sets, bars are its quartiles.
     #[serde(default)]
     pub budgets: Option<Vec<[f64; 2]>>,
