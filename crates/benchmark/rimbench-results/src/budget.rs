@@ -119,7 +119,8 @@ pub fn budget_csv(table: &RunTable, budgets: &Budgets, pooled: &PooledSets) -> R
     let [inside, sampled, of_peak] = [inside?, sampled?, of_peak?];
     [inside, sampled, of_peak].into_iter().try_for_each(|finding| table.check(finding))?;
     let all = Runs::of(table);
-    let error = |row| all.value(row, inside) * all.value(row, of_peak) / all.value(row, sampled);
+    let error = |row| all.value(row, inside);
+    let of_peak = |form: &Form<'_>| form.error * all.value(form.place, of_peak) / all.value(form.place, sampled);
     let mut text = "case,set,exchanges_per_s,mechanics_steps_per_s,without,rank,way,label,macro_step_s,error_of_peak,ratio,ratio_q1,ratio_q3,first,settings\n"
         .to_owned();
     let short = |value: f64| format!("{:?}", format!("{value:.5e}").parse().unwrap_or(value));
@@ -135,7 +136,7 @@ pub fn budget_csv(table: &RunTable, budgets: &Budgets, pooled: &PooledSets) -> R
                     let best = best_within(forms, *budget);
                     for (rank, form) in best.iter().enumerate() {
                         let run = all.run(form.place);
-                        let [error, ratio] = [form.error, form.error / best[0].error].map(short);
+                        let [error, ratio] = [of_peak(form), form.error / best[0].error].map(short);
                         let rest =
                             format!("{},{:?},{error},{ratio},,,{},1", run.label, run.macro_step_s, u8::from(rank == 0));
                         line(*problem, rank + 1, form.way, rest);

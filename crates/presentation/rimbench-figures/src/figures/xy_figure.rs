@@ -421,7 +421,8 @@ impl XyPanel {
     ) -> Result<Vec<Curve<'t>>> {
         runs.table().check(self.metric)?;
         let way = |row: usize| way_of(runs.label(row));
-        let shown = runs.select(|row| self.labels.is_empty() || self.labels.iter().any(|label| way_of(label) == way(row)));
+        let shown =
+            runs.select(|row| self.labels.is_empty() || self.labels.iter().any(|label| way_of(label) == way(row)));
         let forms = forms_of(&shown, |row| runs.value(row, self.metric));
         let mut ways: Vec<&str> = Vec::new();
         for label in shown.labels(&[]).into_iter().map(way_of) {
