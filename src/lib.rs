@@ -16,7 +16,7 @@
 //! | `rimbench-fmi` | [`fmi`] | sides of cases as FMUs for others, FMUs of others as sides of cases |
 //! | `rimbench-figures` | [`figures`] | figures and the report, from result files; never simulates |
 //! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
-//! | `rimbench-results` | [`atomic_file`], [`results_table`], [`checksums`], [`claims`], [`kept`], [`trace`] | files written whole or not at all, read back by column name, checked |
+//! | `rimbench-results` | [`atomic_file`], [`results_table`], [`budget`], [`checksums`], [`claims`], [`kept`], [`trace`] | files written whole or not at all, read back by column name, checked |
 //! | `rimbench-cases` | [`runs`], [`catalogue`], [`cases`], [`metrics`], [`models`] | one run, what is simulated, what is measured |
 //! | `rimbench-statistics` | [`statistics`] | the table of runs: selection, pools, medians, intervals, orders |
 //! | `rimbench-core` | [`schemes`], [`iterative`], [`mechanics`], [`cosim`], [`interface_model`], [`name`], [`error`] | the simulation itself |
@@ -58,7 +58,9 @@ pub use rimbench_dev as perf;
 pub use rimbench_figures as figures;
 pub use rimbench_fmi as fmi;
 pub use rimbench_harness as harness;
-pub use rimbench_results::{atomic_file, checksums, claims, input, kept, results_table, run_table, selection, trace};
+pub use rimbench_results::{
+    atomic_file, budget, checksums, claims, input, kept, results_table, run_table, selection, trace,
+};
 pub use rimbench_statistics as statistics;
 
 /// What this program was built from.

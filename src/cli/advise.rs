@@ -13,11 +13,12 @@ use super::{
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
+use rimbench::cosim::MechanicsSteps;
 use rimbench::error::Error;
 use rimbench::fmi::import::{SideNotes, master_script};
 use rimbench::harness::{
-    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, prices_of, share_of_peak,
-    steps_to_try,
+    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, checked_budget, prices_of,
+    share_of_peak, steps_to_try, steps_within,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -29,8 +30,12 @@ pub struct Advise {
     #[command(flatten)]
     run: RunOptions<true, false>,
     /// Rms force error allowed at every phase, of the peak force of the reference: 1% or 0.01
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
-    error: String,
+    #[arg(long, value_name = "E", allow_hyphen_values = true, required_unless_present = "exchanges")]
+    error: Option<String>,
+    /// Instead of an error: so many exchanges per second of simulated time, with --mechanics-steps so many steps of the
+    /// mechanics per second; what errs least?
+    #[arg(long, value_name = "X", allow_hyphen_values = true, conflicts_with_all = ["error", "from", "to", "per_decade", "costs"])]
+    exchanges: Option<f64>,
     /// Costs of an exchange, a mechanics step, a micro step and a model solve [default: 9,13,1,1.5; sides from outside
     /// as measured]
     #[arg(long, value_name = "E,M,U,L", value_delimiter = ',')]
@@ -88,7 +93,27 @@ impl Advise {
             files += &file_option("--scheme-file", file.as_ref());
         }
         let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed.case, &mut fixed.scheme)?;
-        let macro_steps = steps_to_try(catalogue, &fixed, [self.from, self.to], self.per_decade)?;
+        let duration = |name: &str| catalogue.case(name).map(|case| case.defaults.duration_s);
+        let budget = match self.exchanges {
+            None => None,
+            Some(exchanges) => {
+                let steps = match (fixed.mechanics_steps.take(), fixed.mechanics_step_s) {
+                    (Some(MechanicsSteps::Count(count)), None) => f64::from(count.get()),
+                    (found, step) => {
+                        let found = found.map(|steps| steps.to_string()).or(step.map(|step| format!("of {step} s")));
+                        let valid = "with --exchanges a number of steps per second, as --mechanics-steps 1000";
+                        return Err(Error::invalid("mechanics-steps", found.unwrap_or_default(), valid).into());
+                    }
+                };
+                let usual = duration(fixed.case.as_deref().unwrap_or_default())?;
+                let duration = fixed.duration_s.unwrap_or(usual);
+                Some((checked_budget([exchanges, steps], duration)?, duration))
+            }
+        };
+        let macro_steps = match budget {
+            None => steps_to_try(catalogue, &fixed, [self.from, self.to], self.per_decade)?,
+            Some((budget, duration)) => steps_within(budget, duration),
+        };
         let prices = match self.costs.as_deref() {
             None => prices_of(catalogue, &fixed)?,
             Some(&[e, m, u, l]) => [e, m, u, l],
@@ -103,7 +128,8 @@ impl Advise {
         let question = Question {
             catalogue,
             fixed: &fixed,
-            error: share_of_peak(&self.error)?,
+            error: self.error.as_deref().map_or(Ok(f64::INFINITY), share_of_peak)?,
+            budget: budget.map(|(budget, _)| budget),
             information,
             prices,
             macro_steps: &macro_steps,
@@ -153,10 +179,13 @@ fn text(
 ) -> anyhow::Result<String> {
     let set: String = question.fixed.set.iter().map(|(key, value)| format!(" · {key} = {value}")).collect();
     let case = question.fixed.case.as_deref().unwrap_or_default();
-    let about = format!("{case}{set} · rms force error at most {} of the peak", percent(question.error));
+    let about = match question.budget {
+        None => format!("{case}{set} · rms force error at most {} of the peak", percent(question.error)),
+        Some([exchanges, steps]) => format!("{case}{set} · {exchanges} exchanges, {steps} mechanics steps per second"),
+    };
     let step = |choice: &Choice| with_digits(choice.macro_step_s, "s", 4);
     let error = |choice: &Choice| percent(choice.worst_error.unwrap_or(f64::NAN));
-    let verdict = |choice: &Choice| (format!("{} at {}", choice.scheme, step(choice)), Mood::Good);
+    let verdict = |choice: &Choice| (format!("{} at {}", choice.way, step(choice)), Mood::Good);
     let (verdict, mood) = advice.advised.as_ref().map_or(("none".to_owned(), Mood::Bad), verdict);
     let mut lines = vec![headline(&about, &verdict, mood)];
     if let Some(choice) = &advice.advised {
@@ -164,8 +193,11 @@ fn text(
             if advice.phases == 1 { "phase 1".to_owned() } else { format!("the worst of {} phases", advice.phases) };
         lines.push(row(
             "advised",
-            &format!("{} at {}: error {} at {worst}", choice.scheme, step(choice), error(choice)),
+            &format!("{} at {}: error {} at {worst}{}", choice.way, step(choice), error(choice), spent(choice)),
         ));
+        if let Some(doubled) = &advice.doubled {
+            lines.push(row("limited by", &limit(choice, doubled)));
+        }
         let run = choice.request.resolve(question.catalogue)?;
         lines.push(row("as a master", &as_a_master(&run)));
         let (time, count) = (choice.time_per_macro_step_s, run.communication_points().macro_steps());
@@ -174,9 +206,12 @@ fn text(
         lines.push(row("computing time", &format!("{time} per macro step, {total} in all ({of} time)")));
     }
     if let Some((choice, advised)) = advice.runner_up.as_ref().zip(advice.advised.as_ref()) {
-        let Choice { scheme, form, .. } = choice;
-        let more = percent(choice.cost / advised.cost - 1.0);
-        let said = format!("{scheme}, {form}, at {}: error {}, {more} more work", step(choice), error(choice));
+        let Choice { way, form, .. } = choice;
+        let more = match question.budget {
+            None => format!(", {} more work", percent(choice.cost / advised.cost - 1.0)),
+            Some(_) => spent(choice),
+        };
+        let said = format!("{way}, {form}, at {}: error {}{more}", step(choice), error(choice));
         lines.push(row("runner-up", &said));
     }
     if let Some((advised, finer)) = advice.advised.as_ref().zip(advice.finer.as_ref()) {
@@ -200,6 +235,32 @@ fn text(
     Ok(lines.join("\n"))
 }
 
+/// What a choice spends.
+fn spent(choice: &Choice) -> String {
+    let [exchanges, steps] = choice.spent_per_s.map(f64::ceil);
+    format!(", for {exchanges} exchanges and {steps} mechanics steps per second")
+}
+
+/// What limits the best of a budget: what twice the one or the other would come to.
+fn limit(best: &Choice, doubled: &[Choice; 2]) -> String {
+    let error = |choice: &Choice| choice.worst_error.unwrap_or(f64::NAN);
+    let [exchanges, steps] = doubled.each_ref().map(|choice| error(choice) < 0.95 * error(best));
+    let what = match (exchanges, steps) {
+        (true, true) if error(&doubled[0]) < error(&doubled[1]) => "exchanges, then mechanics steps",
+        (true, true) => "mechanics steps, then exchanges",
+        (true, false) => "exchanges",
+        (false, true) => "mechanics steps",
+        (false, false) => "neither",
+    };
+    let said = ["exchanges", "mechanics steps"].into_iter().zip(doubled).map(|(name, choice)| {
+        let Choice { form, macro_step_s, .. } = choice;
+        let of = format!("{} with twice the {name}", percent(error(choice)));
+        let is_other = error(choice) < error(best);
+        if is_other { format!("{of} ({form}, H = {})", with_digits(*macro_step_s, "s", 4)) } else { of }
+    });
+    format!("{what}: {}", said.collect::<Vec<_>>().join(", "))
+}
+
 fn facts(
     question: &Question<'_>,
     advice: &Advice,
@@ -213,6 +274,7 @@ fn facts(
     facts["case"] = json!(question.fixed.case);
     facts["metric"] = json!(METRIC);
     facts["error"] = json!(question.error);
+    question.budget.iter().for_each(|budget| facts["budget_per_s"] = json!(budget));
     master.into_iter().for_each(|said| facts["master"] = said.into());
     facts["macro_steps_s"] = json!(question.macro_steps);
     facts["costs"] = json!(question.prices);

@@ -93,6 +93,7 @@ impl List {
                         Some(Only::Split) => "a mechanics has several bonds",
                         Some(Only::Trials) => "steps of the mechanics are tried",
                         Some(Only::Audit) => "the model is audited",
+                        Some(Only::Divided) => "the error is divided",
                         Some(Only::Believed) => "a model that is believed is audited",
                         Some(Only::Late) => "samples may be late",
                         Some(Only::Column) => "the case records it",

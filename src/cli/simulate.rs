@@ -95,6 +95,7 @@ impl Simulate {
             return Ok(ExitCode::SUCCESS);
         }
         let spec = if self.audit { spec.audited()? } else { spec };
+        let spec = spec.with(|own| own.divide_error = true)?;
         let mut prepared = spec.prepare()?;
         let contacts = prepared.contact_names();
         // A trace that cannot be written is found before anything is computed.
@@ -233,10 +234,11 @@ impl Said<'_> {
         let metric = |name: &str| run.found.metric(name);
         if let Some(force) = metric("force_error_rms_n") {
             let peak = match metric("force_error_rms_of_peak") {
-                Some(share) => format!(", {} of the peak", percent(share)),
+                Some(share) => format!(", {} of the peak{}", percent(share), self.parts()),
                 None => self.reference.without_peak(&spec.case).map_or_else(String::new, |why| format!(", {why}")),
             };
             lines.push(error_row("force error", (force, "N"), &peak, run.found.reference_uncertainty[0]));
+            lines.extend(run.undivided.as_ref().map(|why| row("its parts", &format!("not told apart: {why}"))));
         }
         if let Some(position) = metric("position_error_rms_m") {
             lines.push(error_row("position error", (position, "m"), "", run.found.reference_uncertainty[1]));
@@ -324,6 +326,27 @@ impl Said<'_> {
         }
         lines.push(paragraph(&format!("run {} · {next}", spec.id()), 2));
         lines.join("\n")
+    }
+
+    /// What of the force error is the coupling's, and what the mechanics' own step's; nothing where that is not known.
+    fn parts(&self) -> String {
+        let Said { spec, run, .. } = self;
+        let [Some(coupling), Some(mechanics), Some(share), Some(peak)] =
+            ["coupling_distance_rms_n", "mechanics_distance_rms_n", "coupling_share", "force_error_rms_of_peak"]
+                .map(|name| run.found.metric(name))
+        else {
+            return String::new();
+        };
+        let steps = spec.mechanics_steps.within(spec.macro_step, spec.micro_step);
+        let step = quantity(spec.macro_step / steps as f64, "s");
+        let whole = (100.0 * share).round();
+        if (0.0..=100.0).contains(&whole) {
+            let own = 100.0 - whole;
+            return format!(", {} % of it coupling, {own} % the mechanics' own step of {step}", whole.abs());
+        }
+        let error = run.found.metric("force_error_rms_n").unwrap_or(f64::NAN);
+        let [coupling, mechanics] = [coupling, mechanics].map(|part| percent(part * peak / error));
+        format!(": coupling ({coupling}) and the mechanics' own step of {step} ({mechanics}) cancel in part")
     }
 
     /// How late samples and forces are.

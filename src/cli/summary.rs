@@ -3,7 +3,8 @@
 use super::number::{percent, quantity, with_digits};
 use super::screen::{Table, paragraph};
 use rimbench::error::Result;
-use rimbench::harness::{Comparison, ComparisonRow, Experiment, MEDIANS};
+use rimbench::harness::Experiment;
+use rimbench::kept::{PooledSets, SUMMARY_METRICS, SummaryRow, summarise};
 use rimbench::run_table::RunTable;
 use rimbench::selection::Runs;
 use std::path::Path;
@@ -11,30 +12,43 @@ use std::path::Path;
 /// Rows shown; all of them are in the file.
 const MOST_ROWS: usize = 60;
 
+/// Metrics whose medians are shown, with their headings and units; an error without a unit is a share of the peak.
+const MEDIANS: [(&str, &str, &str); 3] = [
+    ("force_error_rms_of_peak", "force", "-"),
+    ("position_error_rms_m", "position", "m"),
+    ("interface_residual_j", "energy", "J"),
+];
+
 /// Makes the table from the result files of a folder.
 ///
 /// # Errors
 /// [`Error::File`](rimbench::error::Error::File) for a file or column that is not there.
 pub(super) fn summary(folder: &Path) -> Result<String> {
     let table = RunTable::read_from(folder)?;
-    let Comparison { rows } = Comparison::of(&table)?;
+    let rows = summarise(&table, &PooledSets::new());
+    let places = MEDIANS.map(|(name, ..)| SUMMARY_METRICS.iter().position(|own| *own == name));
     let mut header = vec!["scheme row", "H", "done"];
     header.extend(MEDIANS.map(|(_, heading, _)| heading));
     let mut text = paragraph("Medians of completed runs: rms errors of force and position, energy residual", 0);
-    for of_case in rows[..rows.len().min(MOST_ROWS)].chunk_by(|a, b| a.problem == b.problem) {
+    for of_case in rows[..rows.len().min(MOST_ROWS)].chunk_by(|a, b| a.keys[..2] == b.keys[..2]) {
         let mut shown = Table::new(&header);
-        for ComparisonRow { label, macro_step_s, runs, completed, failures, medians, .. } in of_case {
-            let failures: String = failures.iter().map(|(name, count)| format!(", {count} {name}")).collect();
-            let step = with_digits(*macro_step_s, "s", 6);
-            let mut row = vec![label.clone(), step, format!("{completed}/{runs}{failures}")];
-            row.extend(medians.iter().zip(MEDIANS).map(|(median, (.., unit))| match median {
-                None => "–".to_owned(),
-                Some(value) if unit == "-" => percent(*value),
-                Some(value) => quantity(*value, unit),
+        for SummaryRow { keys, runs, completed, failed, no_answer, quartiles, .. } in of_case {
+            let [_, _, label, step, _] = keys;
+            let ends = [(failed, "failed"), (no_answer, "without an answer")];
+            let ends = ends.into_iter().filter(|(count, _)| **count > 0);
+            let ends: String = ends.map(|(count, name)| format!(", {count} {name}")).collect();
+            let step = with_digits(step.parse().unwrap_or(f64::NAN), "s", 6);
+            let mut row = vec![label.clone(), step, format!("{completed}/{runs}{ends}")];
+            row.extend(places.iter().zip(MEDIANS).map(|(place, (.., unit))| {
+                match place.map_or(f64::NAN, |place| quartiles[place][1]) {
+                    median if median.is_nan() => "–".to_owned(),
+                    median if unit == "-" => percent(median),
+                    median => quantity(median, unit),
+                }
             }));
             shown.add_row(row);
         }
-        let [case, set] = &of_case[0].problem;
+        let [case, set, ..] = &of_case[0].keys;
         text += &format!("\n\n{}\n{shown}", format!("{case} {set}").trim_end());
     }
     if rows.len() > MOST_ROWS {

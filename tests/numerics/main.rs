@@ -46,6 +46,7 @@ mod output_rates;
 mod outside;
 mod own_step;
 mod parametric_step;
+mod parts_of_an_error;
 mod plain_implementation;
 mod polynomial_inputs;
 mod predicted_growth;

@@ -186,3 +186,39 @@ fn trials_of_the_mechanics_are_paid_for_and_advised_where_exchanges_are_dear_and
     let refusal = call("advise --case wedge-box --error 3% --scheme rim-answers --no-feedback");
     assert_has(&refused(&mut { refusal }), &["within its macro step (--no-feedback)"]);
 }
+
+/// More of the one or the other is never worse, nothing spends more than it may, and what is said is what the run has.
+#[test]
+fn within_a_budget_the_least_error_is_advised_and_what_is_no_budget_is_refused() {
+    let case = "advise --case wedge-box --duration 0.3 --phases 2 --no-model --format json";
+    let within = |exchanges: u32, steps: u32| {
+        json(&mut call(&format!("{case} --exchanges {exchanges} --mechanics-steps {steps}")))
+    };
+    let error = |choice: &Value| choice["worst_error"].as_f64().unwrap();
+    let small = within(200, 400);
+    let (best, other) = (&small["advised"], &small["runner_up"]);
+    assert!(error(best) <= error(other) && best["scheme"] != other["scheme"], "{small:#}");
+    let spent = |of: usize| best["spent_per_s"][of].as_f64().unwrap();
+    assert!(spent(0) <= 1.03 * 200.0 && spent(1) <= 1.05 * 400.0, "{best:#}");
+    let facts = called_again(best, None);
+    let metric = |name: &str| facts[name].as_f64().unwrap();
+    let inside = metric("force_error_inside_rms_n") * metric(METRIC) / metric("force_error_rms_n");
+    assert!((inside / error(best) - 1.0).abs() < 1e-12, "{inside} {best:#}");
+    for (of, larger) in [within(400, 400), within(200, 800)].iter().enumerate() {
+        let more = error(&small["doubled"][of]);
+        assert!(error(&larger["advised"]) <= more * (1.0 + 1e-12) && more <= error(best), "{larger:#}");
+    }
+    for (options, reason) in [
+        ("--exchanges 0 --mechanics-steps 1000", "exchanges = 0 is not valid"),
+        ("--exchanges nan --mechanics-steps 1000", "exchanges = NaN is not valid"),
+        ("--exchanges -5 --mechanics-steps 1000", "exchanges = -5 is not valid"),
+        ("--exchanges 200 --mechanics-steps 100", "at least the exchanges, 200"),
+        ("--exchanges 200", "as --mechanics-steps 1000"),
+        ("--exchanges 200 --mechanics-steps all", "mechanics-steps = all is not valid"),
+        ("--exchanges 200 --mechanics-step 1ms", "mechanics-steps = of 0.001 s is not valid"),
+        ("--exchanges 200 --mechanics-steps 1000 --error 1%", "cannot be used with"),
+        ("", "--error"),
+    ] {
+        assert_has(&refused(&mut call(&format!("{case} {options}"))), &[reason]);
+    }
+}

@@ -222,8 +222,11 @@ fn an_interrupt_stops_cleanly_and_says_how_to_go_on() {
 
 /// A row of a run: the writer and its place tell it from others of the same run; of a limit it was ended by it.
 fn written((run, growth, limit): (u8, bool, Option<u8>), writer: usize, place: usize) -> RunRow {
-    let mut row =
-        RunRow { wall_limit_s: limit.map(f64::from), asked: Asked { growth }, ..RunRow::blank(&format!("{run:016x}")) };
+    let mut row = RunRow {
+        wall_limit_s: limit.map(f64::from),
+        asked: Asked { growth, ..Asked::default() },
+        ..RunRow::blank(&format!("{run:016x}"))
+    };
     row.found.reason = format!("{writer},{place}");
     row
 }

@@ -396,6 +396,10 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
             claim_with("metric", "at_equal = \"exchange\"\nmetric"),
             "`at_equal = \"exchange\"`: unknown counter `exchange`",
         ),
+        (claim_with("metric", "at_equal = [200, -1]\nmetric"), "exchanges and mechanics steps per second"),
+        (claim_with("metric", "at_equal = [200, 1000]\nmetric"), "needs relative_to"),
+        (claim_with("metric", "without = \"x\"\nmetric"), "needs budgets in at_equal"),
+        (format!("budgets.per_s = [[200, 0]]\n{EXPERIMENT}"), "budgets.per_s = [200.0, 0.0] is not valid"),
         (EXPERIMENT.replace("<= 0", ">= nan"), "is no comparison"),
         (EXPERIMENT.replace("<= 0", "<= inf"), "the number finite"),
     ] {

@@ -6,6 +6,7 @@ use super::folder::{Folder, pooled_sets, sum_of_plan};
 use super::results::{plan_cells, plan_header};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::budget::check_budget;
 use rimbench_results::checksums::{self, CHECKSUMS};
 use rimbench_results::kept::{Digest, check_summary};
 use rimbench_results::run_table::{Run, RunTable};
@@ -67,6 +68,9 @@ pub(super) fn checked_runs(
         digest.check_rows(folder)?;
         digest.check_plan(folder, planned.len(), &sum_of_plan(experiment, catalogue, &planned, quick)?)?;
         check_summary(folder, &runs, &pooled_sets(&planned))?;
+        if let Some(budgets) = experiment.budgets() {
+            check_budget(folder, &runs, budgets, &pooled_sets(&planned))?;
+        }
         if folder.join("records").is_dir() {
             Folder::check(folder, experiment, &planned)?;
         }

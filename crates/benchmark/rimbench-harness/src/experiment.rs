@@ -8,7 +8,7 @@ mod planned_run;
 mod scheme_row;
 
 pub use claim::Claim;
-pub(crate) use claim::{Statistic, Witnesses};
+pub(crate) use claim::{AtEqual, Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
 pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;
@@ -23,6 +23,7 @@ use rimbench_cases::metrics::ContactEvent;
 use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::budget::Budgets;
 pub use rimbench_results::claims::{Claimant, Verdict};
 use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
@@ -90,6 +91,11 @@ pub struct Experiment {
     /// Whether there is an account of what interface models create, where they can be audited.
     #[serde(default)]
     audit: bool,
+    /// Whether force errors are divided into that of the coupling and that of the mechanics' own step.
+    #[serde(default)]
+    divide_error: bool,
+    /// Budgets of which it is told what they buy.
+    budgets: Option<Budgets>,
     /// What `--quick` replaces.
     quick: Option<Quick>,
     /// Whether numbers of such runs were known, from a trial or from earlier runs, when bounds of its claims were set.
@@ -272,6 +278,10 @@ impl Experiment {
         {
             return Err(Error::file(path, Error::invalid(key, format!("{text:?}"), "what it is, in words")));
         }
+        if let Some(pair) = experiment.budgets.iter().find_map(Budgets::wrong) {
+            let valid = "exchanges and mechanics steps per second, numbers above 0";
+            return Err(Error::file(path, Error::invalid("budgets.per_s", format!("{pair:?}"), valid)));
+        }
         experiment.path = path.to_owned();
         let name = experiment.name();
         if name.trim_matches('.').is_empty() || name.contains(char::is_control) {
@@ -323,6 +333,11 @@ impl Experiment {
     /// Says where its results go: `<results>/<group>/<name>`, the group being the folder that the file lies in.
     pub fn results_folder(&self, results: &Path) -> PathBuf {
         results.join(self.group()).join(self.name())
+    }
+
+    /// The budgets of which it is told what they buy.
+    pub(crate) fn budgets(&self) -> Option<&Budgets> {
+        self.budgets.as_ref()
     }
 
     /// Says what the experiment claims.

@@ -20,6 +20,7 @@ use rimbench_cases::runs::{EvaluatedRun, Reference};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::{check_writable_folder, write_atomically};
+use rimbench_results::budget::keep_budget;
 use rimbench_results::checksums::sha256_of_file;
 use rimbench_results::kept::{PooledSets, keep};
 use std::collections::{HashMap, HashSet};
@@ -214,6 +215,9 @@ impl<'a> Folder<'a> {
         let every = self.experiment.trace_every_s;
         let of_references = results::write_references(self.path, references, &names, &rejected, every)?;
         keep(self.path, &pooled_sets(plan), &sum_of_plan(self.experiment, job.catalogue, plan, job.quick)?)?;
+        if let Some(budgets) = self.experiment.budgets() {
+            keep_budget(self.path, budgets, &pooled_sets(plan))?;
+        }
         let traced = plan.iter().filter(|run| self.experiment.trace_of(&run.label).is_some());
         let beliefs = self.experiment.beliefs(job.catalogue)?;
         let beliefs =

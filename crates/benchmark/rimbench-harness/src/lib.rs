@@ -11,7 +11,6 @@ mod cache;
 mod checked_results;
 mod claims;
 mod clock;
-mod comparison;
 mod deadline_log;
 mod execution;
 mod experiment;
@@ -31,8 +30,8 @@ mod stability;
 mod store;
 
 pub use advice::{
-    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, prices_of, share_of_peak,
-    steps_to_try,
+    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, checked_budget, prices_of,
+    share_of_peak, steps_to_try, steps_within,
 };
 pub use belief::{TrueState, believed, what_happens};
 pub use build_info::BuildInfo;
@@ -42,7 +41,6 @@ pub use claims::{
     write_claims,
 };
 pub use clock::{monotonic_clock, processor_clock};
-pub use comparison::{Comparison, ComparisonRow, MEDIANS};
 pub use deadline_log::DeadlineLog;
 pub use execution::{prepare_folder, run_job, run_job_until};
 pub use experiment::{Claim, Claimant, Experiment, PlannedRun, Verdict};

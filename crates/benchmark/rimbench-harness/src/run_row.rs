@@ -36,28 +36,36 @@ pub struct RunRow {
 pub struct Asked {
     /// The growth that its linearised coupling predicts.
     pub growth: bool,
+    /// Its error divided into that of the coupling and that of the mechanics' own step.
+    pub division: bool,
 }
 
 impl Asked {
     /// What is asked of a run.
     pub(crate) fn of(spec: &RunSpec) -> Self {
-        Asked { growth: spec.predict_growth }
+        Asked { growth: spec.predict_growth, division: spec.divide_error }
     }
 
     /// Whether it is all that is `wanted`.
     fn covers(self, wanted: Self) -> bool {
-        self.growth || !wanted.growth
+        (self.growth || !wanted.growth) && (self.division || !wanted.division)
     }
 }
 
 impl Cell for Asked {
     fn value(&self) -> Option<FactValue> {
-        self.growth.then(|| FactValue::Text("growth".to_owned()))
+        let asked = [("growth", self.growth), ("division", self.division)];
+        let words: Vec<&str> = asked.into_iter().filter_map(|(word, asked)| asked.then_some(word)).collect();
+        (!words.is_empty()).then(|| FactValue::Text(words.join(" ")))
     }
 
     fn read(&mut self, text: &str) -> bool {
-        self.growth = text == "growth";
-        self.growth || text.is_empty()
+        *self = Asked::default();
+        text.split_whitespace().all(|word| {
+            self.growth |= word == "growth";
+            self.division |= word == "division";
+            ["growth", "division"].contains(&word)
+        })
     }
 }
 

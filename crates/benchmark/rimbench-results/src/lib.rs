@@ -1,6 +1,7 @@
 //! Result files: written whole or not at all, read back by column name, checked to be as they were written.
 
 pub mod atomic_file;
+pub mod budget;
 pub mod checksums;
 pub mod claims;
 pub mod input;

@@ -315,6 +315,7 @@ pub fn advise(
             catalogue,
             fixed: request,
             error,
+            budget: None,
             information: Information { model, feedback, repetition },
             prices,
             macro_steps: &macro_steps,

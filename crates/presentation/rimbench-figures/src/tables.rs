@@ -8,6 +8,7 @@ use crate::figures::valid::{self, is_file_name};
 use crate::style::{Styles, with_variants};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::budget::BUDGET;
 use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY, SUMMARY_KEYS, read_summary};
 use rimbench_results::results_table::{ResultsTable, read_table};
@@ -72,6 +73,8 @@ pub enum Table {
     Grid(Grid),
     /// Columns of the file.
     List(List),
+    /// What budgets buy.
+    Budgets(Bought),
 }
 
 /// A cell for each line and column, in brackets how many runs completed where not all did.
@@ -107,6 +110,17 @@ pub struct List {
     columns: Vec<Column>,
     #[serde(default = "two", deserialize_with = "valid::digits")]
     digits: usize,
+    #[serde(default)]
+    names: Names,
+}
+
+/// What each budget buys, from `budget.csv`: of each case the best form and the best of another way; of drawn settings by
+/// how much each way is worse than the best.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bought {
+    #[serde(default)]
+    only: Only,
     #[serde(default)]
     names: Names,
 }
@@ -299,6 +313,7 @@ impl Table {
         let made = match self {
             Table::Grid(grid) => source(results, &place.folder, &grid.file).and_then(|file| grid.markdown(&file)),
             Table::List(list) => source(results, &place.folder, &list.file).and_then(|file| list.markdown(&file)),
+            Table::Budgets(bought) => source(results, &place.folder, BUDGET).and_then(|file| bought.markdown(&file)),
         };
         made.map_err(|error| Error::Incompatible(format!("table `{}`: {error}", place.id())))
     }
@@ -426,6 +441,55 @@ impl List {
                 named(&self.names, &shown(file, place, own.fold, rows, own.unit, self.digits))
             };
             made += &format!("| {} |\n", columns().map(cell).collect::<Vec<_>>().join(" | "));
+        }
+        Ok(made)
+    }
+}
+
+impl Bought {
+    fn markdown(&self, file: &ResultsTable) -> Result<String> {
+        let column = |name: &str| file.column(name);
+        let [case, way, label, points, steps] =
+            ["case", "way", "label", "exchanges_per_s", "mechanics_steps_per_s"].map(column);
+        let [macro_step, error, ratio] = ["macro_step_s", "error_of_peak", "ratio"].map(column);
+        let (case, way, label, points, steps, macro_step, error, ratio) =
+            (case?, way?, label?, points?, steps?, macro_step?, error?, ratio?);
+        let rows = rows_of(file, &self.only)?;
+        // Of drawn settings there is no form to name.
+        let drawn = rows.iter().all(|&row| file.text(row, label).is_empty());
+        let of = |row: usize| file.text(row, if drawn { way } else { case });
+        let budget = |row: usize| format!("{}, {}", file.text(row, points), file.text(row, steps));
+        let (mut lines, mut across): (Vec<&str>, Vec<String>) = (Vec::new(), Vec::new());
+        for &row in &rows {
+            lines.extend((!lines.contains(&of(row))).then(|| of(row)));
+            across.extend((!across.contains(&budget(row))).then(|| budget(row)));
+        }
+        // How the force is returned, behind a hyphen, would fill the table.
+        let form = |row: usize| {
+            let form = file.text(row, label).strip_prefix(file.text(row, way)).unwrap_or_default();
+            let form = form.split_once('-').map_or(form, |(form, _)| form);
+            format!("{} {}{form}", named(&self.names, file.text(row, way)), 1e3 * file.number(row, macro_step))
+        };
+        let percent = |row: usize| significant(100.0 * file.number(row, error), 2);
+        let mut made =
+            format!("| exchanges, steps per s | {} |\n|---|{}\n", across.join(" | "), "---|".repeat(across.len()));
+        for line in lines {
+            made += &format!("| {} |", named(&self.names, line));
+            for column in &across {
+                // The best stand first.
+                let own: Vec<usize> =
+                    rows.iter().copied().filter(|&row| of(row) == line && budget(row) == *column).collect();
+                made += &match own[..] {
+                    [] => " – |".to_owned(),
+                    [row, ..] if drawn => format!(" {} |", significant(file.number(row, ratio), 3)),
+                    [best] => format!(" {} {} |", form(best), percent(best)),
+                    [best, next, ..] => {
+                        let next = format!("{} {}", named(&self.names, file.text(next, way)), percent(next));
+                        format!(" {} {}, {next} |", form(best), percent(best))
+                    }
+                };
+            }
+            made.push('\n');
         }
         Ok(made)
     }

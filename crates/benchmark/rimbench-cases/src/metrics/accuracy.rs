@@ -35,6 +35,20 @@ metrics! {
     "Rms force error from 1 s on as a fraction of the reference's largest force magnitude"
     => |evidence| worst(evidence, |row, sums| Some(sums.settled.rms()? / row.reference_force_peak?));
 
+    COUPLING_DISTANCE: "coupling_distance_rms_n" in "N" of Divided,
+    "Root mean square over communication points of the actuator's own force minus that of the run's centre, the own-step \
+     model asked anew at every own step of the mechanics; of the row with the largest error"
+    => |evidence| divided(evidence)?.parts[0].rms();
+
+    MECHANICS_DISTANCE: "mechanics_distance_rms_n" in "N" of Divided,
+    "The same of the force of the run's centre minus the reference's: what the mechanics' own step is wrong by"
+    => |evidence| divided(evidence)?.parts[1].rms();
+
+    COUPLING_SHARE: "coupling_share" in "-" (signed) of Divided,
+    "Share of the squared force error that is the coupling's, by projection; the rest is the mechanics' own step's. Outside 0 to 1 the \
+     two cancel in part"
+    => |evidence| divided(evidence)?.coupling_share();
+
     FORCE_PEAK: "force_peak_n" in "N",
     "Largest magnitude of the actuator's own force"
     => |evidence| worst(evidence, |_, sums| sums.force_peak);
@@ -75,6 +89,13 @@ metrics! {
     POSITION_ERROR_END: "position_error_end_m" in "m" (signed) above super::Floor::Position,
     "Interface position minus the reference's at the last communication point reached"
     => |evidence| worst(evidence, |_, sums| sums.position.last());
+}
+
+/// The row with the largest force error, if all of it is divided.
+fn divided<'a>(evidence: &'a Evidence<'_>) -> Option<&'a OfInterface> {
+    let rms = |row: &OfInterface| row.force.rms().unwrap_or(0.0);
+    let worst = evidence.sums.interface.iter().max_by(|a, b| rms(a).total_cmp(&rms(b)));
+    worst.filter(|row| row.coupling_share().is_some())
 }
 
 /// The value of largest magnitude over the rows of the interface, with its sign; NaN wins.

@@ -73,7 +73,9 @@ pub enum Only {
     Late,
     /// With an account of what the model created.
     Audit,
-    /// With such an account of a model that is believed to be another than that of the mechanics.
+    /// Whose error is divided into that of the coupling and that of the mechanics' own step.
+    Divided,
+    /// With an account of what the model created, of a model that is believed to be another than that of the mechanics.
     Believed,
     /// Of cases that record the column of which it is the largest value.
     Column,

@@ -115,12 +115,31 @@ pub(super) struct OfInterface {
     /// Inside macro steps: force at the start of a micro step, position in its middle.
     pub(super) inside: [Errors; 2],
     pub(super) impulse: Option<ImpulseError>,
+    /// The two parts of the force error, run minus centre and centre minus reference, and the sum of the products of the
+    /// first and the whole.
+    pub(super) parts: [Errors; 2],
+    with_coupling: f64,
+}
+
+impl OfInterface {
+    /// Computes the coupling's share of the square of the force error, by projection; none where not all of it is
+    /// divided.
+    ///
+    /// ```text
+    /// ⟨e, a⟩ / |e|²          e the error, a the coupling's part: with ⟨e, b⟩ / |e|² they sum to 1
+    /// ```
+    pub(super) fn coupling_share(&self) -> Option<f64> {
+        (self.parts[0].count == self.force.count && self.force.squares > 0.0)
+            .then(|| self.with_coupling / self.force.squares)
+    }
 }
 
 /// Sums over the rows of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Sums {
     pub(super) columns: Columns,
+    /// Forces of the run's centre, row by row of the interface, where there is one.
+    pub(crate) centre: Vec<Vec<f64>>,
     pub(super) end: Option<f64>,
     /// The longest macro step, and what counts as chatter at least, s.
     pub(super) chatter: f64,
@@ -198,6 +217,14 @@ impl Sums {
                 sums.force.add(own - exact);
                 if time >= SETTLED_S {
                     sums.settled.add(own - exact);
+                }
+            }
+            if let Some(centre) = self.centre.get(index) {
+                let begun = sums.parts[0].count;
+                for ((own, exact), centre) in pairs(row.force).zip(centre.iter().skip(begun)) {
+                    sums.parts[0].add(own - centre);
+                    sums.parts[1].add(centre - exact);
+                    sums.with_coupling += (own - exact) * (own - centre);
                 }
             }
             pairs(row.velocity).for_each(|(own, exact)| sums.velocity.add(own - exact));

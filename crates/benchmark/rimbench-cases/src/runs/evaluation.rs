@@ -21,6 +21,8 @@ pub struct EvaluatedRun {
     pub found: Findings,
     /// What it cost on this machine.
     pub costs: Costs,
+    /// Why its error is not divided, where that was asked.
+    pub undivided: Option<String>,
     /// The jump that created most, of those that did, in an audited run.
     pub largest_jump: Option<Jump>,
     /// The trajectory; of a run that was judged as it went on without a trace its last rows.
@@ -34,6 +36,7 @@ impl EvaluatedRun {
             found: Findings::nothing(&outcome),
             outcome,
             costs: Costs::default(),
+            undivided: None,
             largest_jump: None,
             trajectory: Trajectory::with_capacity(Vec::new(), 0),
         }
@@ -119,6 +122,11 @@ impl<'a> Judge<'a> {
             _ => None,
         };
         Ok(Judge { spec, reference, exact, names: names.to_vec(), sums: Sums::new(columns) })
+    }
+
+    /// Divides the force error of the run by the forces of its centre, row by row of the interface.
+    pub(super) fn divide_by(&mut self, centre: Vec<Vec<f64>>) {
+        self.sums.centre = centre;
     }
 
     /// Looks at `rows` of a run, with the interface residual of each from the first on, J, if it is counted.
@@ -231,6 +239,7 @@ fn evaluated(
             ..Findings::nothing(&outcome)
         },
         costs: Costs::of(ended_at_s, result.wall.as_secs_f64(), latency),
+        undivided: None,
         largest_jump: result.report.audit.model.and_then(|model| model.largest),
         outcome,
         trajectory: result.trajectory,

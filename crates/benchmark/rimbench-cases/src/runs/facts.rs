@@ -26,6 +26,7 @@ impl RunSpec {
             Only::Split => self.star.is_some() || self.split.is_some(),
             Only::Trials => self.scheme.needs.contains(&Requirement::Trials),
             Only::Audit => self.audit,
+            Only::Divided => self.divide_error,
             Only::Believed => self.audit && self.belief.is_some(),
             Only::Late => self.delivery.is_some(),
             Only::Column => self.case.trace_columns.iter().any(|own| own == column),

@@ -7,6 +7,7 @@
 //! To add an option: a line in the list of [`RunRequest`], and a field where its value goes, in
 //! [`Exchange`](rimbench_core::cosim::Exchange) or [`ModelOptions`](rimbench_core::schemes::ModelOptions).
 
+mod centre;
 mod checks;
 mod evaluation;
 mod fact;

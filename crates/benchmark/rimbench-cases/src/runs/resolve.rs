@@ -106,6 +106,7 @@ impl RunRequest {
             duration,
             audit: false,
             predict_growth: false,
+            divide_error: false,
             wall_limit: self.wall_limit_s.map(wall_limit).transpose()?,
         };
         if self.mechanics_step_s.is_none() {

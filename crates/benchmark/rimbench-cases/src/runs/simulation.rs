@@ -67,6 +67,11 @@ impl RunSpec {
 }
 
 impl PreparedRun<'_> {
+    /// Returns both sides.
+    pub(super) fn system(&self) -> &CoupledSystem {
+        &self.system
+    }
+
     /// Names the contacts of the interface model, as in "right wedge"; none where they have no names.
     pub fn contact_names(&mut self) -> Vec<String> {
         let contacts = self.system.sides.mechanics.capabilities().contact_mechanics();
@@ -99,12 +104,14 @@ impl PreparedRun<'_> {
     ) -> Result<EvaluatedRun> {
         let (spec, bounds) = (self.spec, reference.bounds_of(&self.spec.case, &self.system));
         let mut judge = Judge::new(spec, reference, &recorded_columns(spec))?;
+        let centre = spec.divide_error.then(|| spec.forces_of_centre(reference, clock, stop));
+        let undivided = centre.and_then(|centre| centre.map(|centre| judge.divide_by(centre)).err());
         let control = RunControl { stop, inside: inside.then_some(2 * BLOCK), ..RunControl::default() };
         let result = run(self, bounds, clock, control, Some((&mut judge, is_wanted)))?;
         match result.report.outcome {
             // No result, so nothing to be held against anything; of a long run that would take a while.
             Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),
-            _ => judge.finish(result),
+            _ => Ok(EvaluatedRun { undivided, ..judge.finish(result)? }),
         }
     }
 }
@@ -182,7 +189,7 @@ fn recorded_columns(spec: &RunSpec) -> Vec<String> {
 
 /// Runs; a judge is shown all rows as they are complete, and those that it has seen are forgotten unless they are
 /// wanted.
-fn run(
+pub(super) fn run(
     prepared: PreparedRun<'_>,
     bounds: Bounds,
     clock: Option<Clock>,

@@ -81,6 +81,9 @@ pub struct RunSettings {
     /// Whether the growth of its linearised coupling is [predicted](super::predicted_growth). No part of what the run
     /// is.
     pub predict_growth: bool,
+    /// Whether its error is divided into that of the coupling and that of the mechanics' own step. No part of what the
+    /// run is.
+    pub divide_error: bool,
     /// Wall time after which the run ends with outcome `timeout`. No part of what the run is.
     pub wall_limit: Option<Duration>,
 }

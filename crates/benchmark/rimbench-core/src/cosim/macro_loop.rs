@@ -48,18 +48,19 @@ pub fn cosimulate(
         late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));
     }
     let pair = CoupledPair { setup, sides: sides.lend(), scheme, state, stop: control.stop };
-    cover(|pair, interval| pair.advance(interval), pair, control.timer, observe)
+    cover(MacroInterval::whole, |pair, interval| pair.advance(interval), pair, control.timer, observe)
 }
 
-/// Runs a pair with every macro step covered by `advance`.
+/// Runs a pair with every macro step covered by `advance`, after the exchange for what is `first` of it.
 pub(crate) fn cover(
+    first: impl Fn(MacroInterval) -> MacroStep,
     advance: impl Fn(&mut CoupledPair<'_>, MacroInterval) -> Result<(), Failure>,
     mut pair: CoupledPair<'_>,
     timer: Option<Timer>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
     let mut log = Log::new(timer, pair.setup);
-    let ended = macro_steps(&mut pair, |pair| View::Pair(pair.lend()), advance, &mut log, observe);
+    let ended = macro_steps(&mut pair, |pair| View::Pair(pair.lend()), (first, advance), &mut log, observe);
     let work = pair.work();
     log.report(&mut pair, work, ended)
 }
@@ -120,13 +121,14 @@ impl View<'_> {
     }
 }
 
-/// Runs the algorithm: exchange, then let all cover the macro step in the way that `advance` says.
+/// Runs the algorithm: exchange for what is `first` of a macro step, then let all cover it in the way that `advance`
+/// says.
 ///
 /// `run` is the run, or what stands for it where steps are taken again; `lend` gives it as the exchange knows it.
 pub(crate) fn macro_steps<P>(
     run: &mut P,
     lend: impl Fn(&mut P) -> View<'_>,
-    advance: impl Fn(&mut P, MacroInterval) -> Result<(), Failure>,
+    (first, advance): (impl Fn(MacroInterval) -> MacroStep, impl Fn(&mut P, MacroInterval) -> Result<(), Failure>),
     log: &mut Log,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
@@ -143,8 +145,9 @@ pub(crate) fn macro_steps<P>(
         }
         log.stopwatch.begin();
         let mut before = lend(run);
-        before.exchange(next.step)?;
-        log.note(&mut before, next.step, effective_mass, observe);
+        let step = first(next);
+        before.exchange(step)?;
+        log.note(&mut before, step, effective_mass, observe);
         advance(run, next)?;
         log.stopwatch.end();
         let mut after = lend(run);

@@ -1,6 +1,6 @@
 //! Which macro step comes next: the communication grid's, or as long as the error allows that a run finds of itself.
 
-use super::communication_grid::{CommunicationGrid, MacroStep};
+use super::communication_grid::{CommunicationGrid, MacroStep, MicroStep};
 use super::interface_work::InterfaceWork;
 use super::model_defect::ModelDefect;
 use super::step_rule::{StepControl, StepRule};
@@ -36,6 +36,20 @@ pub(crate) struct MacroInterval {
 }
 
 impl MacroInterval {
+    /// Returns the macro step itself, as what the exchange at its start is for.
+    #[inline]
+    pub(crate) fn whole(self) -> MacroStep {
+        self.step
+    }
+
+    /// Returns one of so many equal parts of it, from 0.
+    pub(crate) fn part(self, index: usize, count: usize) -> Self {
+        let [at, next] = [index, index + 1].map(|index| MicroStep::new(self.step, index, count));
+        // What is done at the start of a run is not done again.
+        let step = MacroStep { index: self.step.index * count + index, start: at.start, length: at.length };
+        MacroInterval { step, end: if index + 1 < count { next.start } else { self.end } }
+    }
+
     /// Returns the step that would follow: where its last communication point is shown.
     pub(crate) fn after(&self) -> MacroStep {
         MacroStep { index: self.step.index + 1, start: self.end, length: self.step.length }

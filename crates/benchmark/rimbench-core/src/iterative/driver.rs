@@ -17,6 +17,9 @@ pub enum IterativeDriver {
     Iterated(Iteration),
     /// Both sides together at the micro step, with no macro step between them.
     Monolithic,
+    /// The loop, with an exchange at every own step of the mechanics, of which there are so many in a macro step; seen
+    /// at the communication points of whole macro steps.
+    AtOwnSteps(MechanicsSteps),
 }
 
 impl IterativeDriver {
@@ -25,6 +28,9 @@ impl IterativeDriver {
         let mut setup = setup.clone();
         if let IterativeDriver::Monolithic = self {
             setup.mechanics_steps = MechanicsSteps::AsActuator;
+        }
+        if let IterativeDriver::AtOwnSteps(_) = self {
+            setup.mechanics_steps = MechanicsSteps::ONE;
         }
         setup
     }
@@ -40,7 +46,23 @@ impl IterativeDriver {
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
         if self == IterativeDriver::Monolithic {
-            return cover(|pair, interval| pair.advance_together(interval), given, timer, observe);
+            let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
+            return cover(MacroInterval::whole, advance, given, timer, observe);
+        }
+        if let IterativeDriver::AtOwnSteps(steps) = self {
+            let micro_step = given.setup.micro_step;
+            let count = |interval: MacroInterval| steps.within(interval.step.length, micro_step);
+            let advance = |pair: &mut CoupledPair<'_>, interval: MacroInterval| {
+                let count = count(interval);
+                (0..count).try_for_each(|index| {
+                    let part = interval.part(index, count);
+                    if index > 0 {
+                        pair.exchange(part.step)?;
+                    }
+                    pair.advance(part)
+                })
+            };
+            return cover(|interval| interval.part(0, count(interval)).step, advance, given, timer, observe);
         }
         let mut log = Log::new(timer, given.setup);
         let mut pair = match CopiedPair::of(&given) {
@@ -51,7 +73,8 @@ impl IterativeDriver {
             }
         };
         let advance = |pair: &mut CopiedPair<'_>, interval| self.cover(pair, interval);
-        let ended = macro_steps(&mut pair, |pair| View::Pair(pair.lend()), advance, &mut log, observe);
+        let ended =
+            macro_steps(&mut pair, |pair| View::Pair(pair.lend()), (MacroInterval::whole, advance), &mut log, observe);
         let work = pair.work();
         log.report(&mut pair.lend(), work, ended)
     }
@@ -59,7 +82,7 @@ impl IterativeDriver {
     /// Lets both sides cover a macro step after its exchange.
     fn cover(self, pair: &mut CopiedPair<'_>, interval: MacroInterval) -> Result<(), Failure> {
         match self {
-            IterativeDriver::NonIterative => pair.lend().advance(interval),
+            IterativeDriver::NonIterative | IterativeDriver::AtOwnSteps(_) => pair.lend().advance(interval),
             IterativeDriver::Iterated(iteration) => {
                 pair.iterate(iteration, interval)?;
                 pair.state.counters.macro_steps += 1;

@@ -50,7 +50,7 @@ impl InformationClass {
             | Requirement::ActuatorFirst => InformationClass::Samples,
         };
         let of_driver = match scheme.driver {
-            IterativeDriver::NonIterative => InformationClass::Samples,
+            IterativeDriver::NonIterative | IterativeDriver::AtOwnSteps(_) => InformationClass::Samples,
             IterativeDriver::Iterated(_) => InformationClass::Repetition,
             IterativeDriver::Monolithic => InformationClass::Whole,
         };

@@ -2,11 +2,12 @@
 
 use super::Question;
 use rimbench_cases::runs::{RunRequest, RunSpec};
-use rimbench_core::cosim::{ForceReturn, MechanicsSteps, Sequence, Side};
+use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::iterative::IterativeDriver;
-use rimbench_core::schemes::{Requirement, SchemeEntry};
-use std::collections::HashSet;
+use rimbench_core::schemes::{ContactsAct, Requirement, SchemeEntry};
+use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
 
 /// What may be known, and done, where the advice is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +59,42 @@ fn requests(scheme: &SchemeEntry, fixed: &RunRequest) -> Vec<RunRequest> {
         ..fixed.clone()
     };
     forms.iter().map(request).collect()
+}
+
+/// Steps of the mechanics in a macro step with which a budget is spent, or a half to an eighth of it by what tries or
+/// splits steps, at these macro steps (s).
+fn counts_within([_, steps]: [f64; 2], macro_steps: &[f64]) -> BTreeSet<u32> {
+    let most = |macro_step: &f64| (steps * macro_step * (1.0 + 1e-9)).max(1.0) as u32;
+    macro_steps
+        .iter()
+        .flat_map(|step| [2, 1].map(|times| times * most(step)))
+        .flat_map(|most| [1, 2, 4, 8].map(|part| (most / part).max(1)))
+        .collect()
+}
+
+/// The requests by which a scheme competes within a budget: with so many steps of the mechanics, in each sequence with
+/// each force return; contacts that act over these steps, and steps that are split at impacts, where it has them.
+fn requests_within(scheme: &SchemeEntry, fixed: &RunRequest, counts: &BTreeSet<u32>) -> Vec<RunRequest> {
+    let fixed = &RunRequest { scheme: Some(scheme.name.to_string()), ..fixed.clone() };
+    let whole = |&count: &u32| RunRequest { mechanics_steps: MechanicsSteps::count(count), ..fixed.clone() };
+    let all = counts.iter().map(whole).flat_map(|fixed| requests(scheme, &fixed));
+    let mut all: Vec<RunRequest> = all.collect();
+    if scheme.acts_over_mechanics_step {
+        let split = RunRequest {
+            mechanics_integrator: Some(fixed.mechanics_integrator.unwrap_or(MechanicsIntegrator::EventSplit)),
+            actuator_integrator: Some(fixed.actuator_integrator.unwrap_or(ActuatorIntegrator::Midpoint)),
+            ..fixed.clone()
+        };
+        let own = RunRequest { contacts_act: Some(ContactsAct::MechanicsStep), ..fixed.clone() };
+        let returns = [ForceReturn::Mean, ForceReturn::Profile, ForceReturn::Pieces].map(Some);
+        let more = [own, split].into_iter().flat_map(|of| {
+            returns.map(|force_return| RunRequest { force_return: of.force_return.or(force_return), ..of.clone() })
+        });
+        all.extend(more.flat_map(|of| {
+            counts.iter().map(move |&count| RunRequest { mechanics_steps: MechanicsSteps::count(count), ..of.clone() })
+        }));
+    }
+    all
 }
 
 /// Says a coupling as the calls of a master in a macro step, so that it can be followed without this program.
@@ -126,6 +163,7 @@ pub(super) fn least_work(run: &RunSpec, macro_step: f64) -> [f64; 4] {
 /// falls, if all do.
 pub(super) fn all(question: &Question<'_>) -> Result<Vec<(RunRequest, RunSpec)>> {
     let Question { catalogue, fixed, macro_steps, .. } = question;
+    let counts = question.budget.map(|budget| counts_within(budget, macro_steps));
     let schemes = match &fixed.scheme {
         Some(name) => vec![catalogue.scheme(name)?],
         None => catalogue.schemes().iter().collect(),
@@ -133,7 +171,11 @@ pub(super) fn all(question: &Question<'_>) -> Result<Vec<(RunRequest, RunSpec)>>
     // A longest step of the mechanics is one step where the macro step is short, and one form as good as another.
     let at = if fixed.mechanics_step_s.is_some() { macro_steps.last() } else { macro_steps.first() };
     let (mut forms, mut seen, mut first_fault) = (Vec::new(), HashSet::new(), None);
-    for request in schemes.into_iter().flat_map(|scheme| requests(scheme, fixed)) {
+    let requests = |scheme: &Arc<SchemeEntry>| match &counts {
+        None => requests(scheme, fixed),
+        Some(counts) => requests_within(scheme, fixed, counts),
+    };
+    for request in schemes.into_iter().flat_map(requests) {
         let request = RunRequest { macro_step_s: at.copied(), ..request };
         match request.resolve(catalogue) {
             Ok(run) => match question.information.refuses(&run) {

@@ -3,14 +3,18 @@
 //!
 //! Nothing is assumed of how errors grow with H: a cell is left out only where it is expected to cost more than what
 //! has been found, the cheapest of two schemes.
+//!
+//! Or, of a [budget](Question::budget): which cell of those within it errs least?
 
 mod forms;
 mod prices;
 mod question;
+mod within;
 
 pub use forms::{Information, as_a_master};
 pub use prices::{USUAL_PRICES, prices_of};
 pub use question::{share_of_peak, steps_to_try};
+pub use within::{checked_budget, steps_within};
 
 use super::cache::Cache;
 use super::clock::{monotonic_clock, processor_clock};
@@ -33,6 +37,10 @@ use std::time::Duration;
 /// The metric by which a run is judged.
 pub const METRIC: &str = "force_error_rms_of_peak";
 
+/// The error at communication points and the one inside macro steps too, N: a budget is judged by the second.
+const SAMPLED: &str = "force_error_rms_n";
+const INSIDE: &str = "force_error_inside_rms_n";
+
 /// What is asked.
 #[derive(Clone, Copy)]
 pub struct Question<'a> {
@@ -42,6 +50,8 @@ pub struct Question<'a> {
     pub fixed: &'a RunRequest,
     /// Rms force error allowed at every phase, over the reference's peak.
     pub error: f64,
+    /// Instead of an error: communication points and mechanics steps that may be had, each per second of simulated time.
+    pub budget: Option<[f64; 2]>,
     /// What may be known.
     pub information: Information,
     /// Prices of an exchange, a step of the mechanics, a micro step of the actuator, and a contact problem of an
@@ -71,6 +81,10 @@ pub struct Advice {
     pub runner_up: Option<Choice>,
     /// The cheapest of the cells tried that has at most half the error of the advised one: what more accuracy costs.
     pub finer: Option<Choice>,
+    /// Of a budget, what the advised scheme comes to with twice the communication points, and with twice the mechanics
+    /// steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doubled: Option<[Choice; 2]>,
     /// Runs made.
     pub runs_made: usize,
     /// Cells of which nothing is known, having taken too long.
@@ -91,6 +105,8 @@ pub struct Choice {
     pub request: RunRequest,
     /// The scheme by name.
     pub scheme: String,
+    /// The scheme in words, with what its forms are of besides: contacts over the mechanics' step, or steps that are split.
+    pub way: String,
     /// The form in words.
     pub form: String,
     /// H, s.
@@ -103,6 +119,8 @@ pub struct Choice {
     pub work: [f64; 4],
     /// Their cost.
     pub cost: f64,
+    /// Communication points and steps of the mechanics, each per second of simulated time, the most of any phase.
+    pub spent_per_s: [f64; 2],
     /// Mean time per macro step on this machine, s.
     pub time_per_macro_step_s: f64,
     /// `processor`, or `wall` where a side is from outside.
@@ -154,7 +172,8 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
         Some(uncertainty) if uncertainty < question.error => {
             let seen = vec![[1.0, 1.0, 1.0, 0.0]; forms.len()];
             let (best, met, nearest) = (Vec::new(), Vec::new(), None);
-            return Search { question, reference, phases, forms, seen, best, met, nearest, advice }.run();
+            let search = Search { question, reference, phases, forms, seen, best, met, nearest, advice };
+            return if question.budget.is_some() { search.run_within() } else { search.run() };
         }
         Some(uncertainty) => format!("the reference itself is uncertain by {uncertainty:.1e} of its peak"),
     };
@@ -241,6 +260,7 @@ impl Search<'_> {
     /// Runs a cell at one phase after another until it misses the error.
     fn judge(&self, (place, step): (usize, usize)) -> Result<Choice> {
         let ((request, first), macro_step_s) = (&self.forms[place], self.question.macro_steps[step]);
+        let budget = self.question.budget;
         // Waiting for another program takes no processor time of this one.
         let (clock, time_is_of): (fn() -> Duration, _) = if first.case.waits || first.scheme.waits {
             (monotonic_clock, "wall")
@@ -248,9 +268,10 @@ impl Search<'_> {
             (processor_clock, "processor")
         };
         let (request, scheme) = (request.at_macro_step(macro_step_s), first.scheme.name.to_string());
+        let way = within::way_of(first);
         let form = format!("{}, {}, mechanics steps: {}", first.sequence, first.force_return, first.mechanics_steps);
         let (mut cell, mut time, mut points) =
-            (Choice { request, place, scheme, form, macro_step_s, time_is_of, ..Choice::default() }, 0.0, 1.0);
+            (Choice { request, place, scheme, way, form, macro_step_s, time_is_of, ..Choice::default() }, 0.0, 1.0);
         for &phase in &self.phases {
             let spec = match self.spec(&RunRequest { phase: Some(phase), ..cell.request.clone() }, cell.runs == 0) {
                 Ok(spec) => spec,
@@ -262,7 +283,7 @@ impl Search<'_> {
                 (first.duration / macro_step_s).max(1.0)
             };
             let begun = clock();
-            let run = evaluated(&spec, &self.reference, false, false, self.question.stop)?;
+            let run = evaluated(&spec, &self.reference, budget.is_some(), false, self.question.stop)?;
             time += (clock() - begun).as_secs_f64();
             if matches!(run.outcome, Outcome::Stopped { .. }) {
                 return Err(Error::Stopped);
@@ -271,7 +292,14 @@ impl Search<'_> {
             (cell.runs, cell.last) = (cell.runs + 1, Some(run.outcome.kind()));
             // What a run had come to before it failed is no error of the form.
             let has_completed = run.outcome.class() == OutcomeClass::Completed;
-            let error = run.found.metric(METRIC).filter(|error| error.is_finite() && has_completed);
+            let of_peak = run.found.metric(METRIC);
+            let error = match (budget, [SAMPLED, INSIDE].map(|metric| run.found.metric(metric))) {
+                (None, _) => of_peak,
+                (Some(_), [sampled, inside]) => {
+                    of_peak.zip(sampled).zip(inside).map(|((share, sampled), inside)| inside * share / sampled)
+                }
+            };
+            let error = error.filter(|error| error.is_finite() && has_completed);
             cell.fault = match error {
                 _ if !run.outcome.kind().was_run() => {
                     cell.skipped = true;
@@ -292,6 +320,9 @@ impl Search<'_> {
             let solves = scheme.solves + scheme.parametric;
             let work = [cosim.exchanges, sides.mechanics.micro_steps, sides.actuator.micro_steps, solves];
             cell.work.iter_mut().zip(work).for_each(|(most, count)| *most = most.max(count as f64));
+            let spent =
+                [cosim.macro_steps, sides.mechanics.micro_steps].map(|count| count as f64 / run.found.ended_at_s);
+            cell.spent_per_s.iter_mut().zip(spent).for_each(|(most, own)| *most = most.max(own));
             cell.model_exact |= run.found.model_exact;
             if cell.fault.is_some() {
                 return Ok(cell);
@@ -353,7 +384,7 @@ impl Search<'_> {
         let (steps, mut notes) = (self.question.macro_steps, Vec::new());
         let [from, to] = [steps[0], steps[steps.len() - 1]];
         if let Some(best) = self.best.first() {
-            if best.macro_step_s == to {
+            if best.macro_step_s == to && self.question.budget.is_none() {
                 notes.push(format!("{} is the largest macro step that was tried: --to asks for larger ones.", ms(to)));
             }
             if best.points < FEW_POINTS {
@@ -371,7 +402,10 @@ impl Search<'_> {
             }
         } else {
             let [from, to] = [from, to].map(ms);
-            notes.push(format!("None: no form meets the error at every phase between H = {from} and {to}."));
+            notes.push(match self.question.budget {
+                None => format!("None: no form meets the error at every phase between H = {from} and {to}."),
+                Some(_) => "None: no form within the budget completes at every phase.".to_owned(),
+            });
             notes.push(match &self.nearest {
                 Some((_, reason)) => format!("The nearest: {reason}."),
                 None => "No form could be run.".to_owned(),
@@ -384,7 +418,8 @@ impl Search<'_> {
                     .to_owned(),
             );
         }
-        if !self.advice.skipped.is_empty() {
+        // Of a budget forms are tried that not every scheme has.
+        if !self.advice.skipped.is_empty() && (self.question.budget.is_none() || self.best.is_empty()) {
             let mut reasons: Vec<_> = self.advice.skipped.iter().collect();
             reasons.sort_by_key(|(_, cells)| std::cmp::Reverse(**cells));
             let all = self.forms.len() * steps.len();

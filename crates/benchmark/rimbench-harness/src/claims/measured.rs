@@ -1,10 +1,11 @@
 //! What was measured of a claim.
 
 use super::witnesses::OfFailed;
-use crate::experiment::{Claim, Statistic};
+use crate::experiment::{AtEqual, Claim, Statistic};
 use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
+use rimbench_results::budget::{best_within, forms_of, ratio_within};
 use rimbench_results::claims::CheckedClaim;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::{ALL, Runs};
@@ -23,6 +24,9 @@ pub(super) fn check(
 ) -> Result<CheckedClaim> {
     let runs = Runs::of(table);
     let problem = runs.of_problem(claim.case.as_deref(), claim.set.as_deref());
+    if let Some(budgets) = claim.budgets() {
+        return at_budgets(claim, budgets, experiment, &problem, draw_of);
+    }
     let about = problem.select(|row| claim.is_about(runs.macro_step(row)));
     let labels = [Some(&claim.scheme), claim.relative_to.as_ref()];
     let rows: Vec<usize> =
@@ -98,6 +102,66 @@ pub(super) fn check(
     })
 }
 
+/// Holds a claim about the best forms within budgets against runs: a ratio for each case, set and budget, or with
+/// `within` the share of them that are no larger.
+fn at_budgets(
+    claim: &Claim,
+    budgets: &[[f64; 2]],
+    experiment: &str,
+    runs: &Runs<'_>,
+    draw_of: &dyn Fn([&str; 2]) -> String,
+) -> Result<CheckedClaim> {
+    runs.table().check(claim.metric)?;
+    let is_wanted = |row: usize| claim.without.as_ref().is_none_or(|word| !runs.label(row).contains(word.as_str()));
+    let runs = runs.select(is_wanted);
+    let other = claim.relative_to.as_deref().unwrap_or(ALL);
+    let (mut groups, mut lost, mut rows) = (BTreeMap::<String, Vec<f64>>::new(), 0, BTreeSet::new());
+    for (problem, forms) in forms_of(&runs, |row| runs.value(row, claim.metric)) {
+        for budget in budgets {
+            let Some(ratio) = ratio_within(&forms, *budget, [&claim.scheme, other]) else {
+                lost += 1;
+                continue;
+            };
+            let value = claim.within.map_or(ratio, |most| f64::from(ratio <= most * (1.0 + 1e-9)));
+            groups.entry(draw_of(problem)).or_default().push(value);
+            let best = best_within(&forms, *budget);
+            rows.extend(
+                best.iter().filter(|form| form.way == claim.scheme || form.way == other).map(|form| form.place),
+            );
+        }
+    }
+    let values = || groups.values().flatten().copied();
+    let interval = match claim.within {
+        Some(_) => share_interval(
+            &groups.values().map(|own| [own.iter().filter(|own| **own == 1.0).count(), own.len()]).collect::<Vec<_>>(),
+        ),
+        None => Pool::grouped(groups.values().cloned()).interval(),
+    };
+    let interval = interval.filter(|_| groups.len() > 1);
+    let measured = claim.statistic.of(values().map(|value| (0.0, value)));
+    let lost = if lost > 0 { format!(" ({lost} left out: nothing completes there)") } else { String::new() };
+    Ok(CheckedClaim {
+        experiment: experiment.to_owned(),
+        id: claim.id.clone(),
+        by: claim.by,
+        text: claim.text.clone(),
+        quantity: format!("{}, {} ratios{lost}", claim.quantity(), values().count()),
+        measured,
+        low: interval.map(|[low, _]| low),
+        high: interval.map(|[_, high]| high),
+        without_exact: None,
+        expected: claim.expect.to_string(),
+        verdict: claim.verdict(measured, false),
+        finding: claim.finding,
+        superseded: claim.superseded.clone(),
+        variant_of: claim.variant_of.clone(),
+        numbers_known: claim.numbers_known,
+        runs: runs.rows().len(),
+        failed: runs.tally().failed,
+        run_ids: rows.into_iter().map(|row| runs.run(row).id.to_string()).collect(),
+    })
+}
+
 /// What the runs of a table have to say of a claim, by row.
 struct Values<'a> {
     claim: &'a Claim,
@@ -117,7 +181,7 @@ struct Values<'a> {
 impl<'a> Values<'a> {
     fn of(claim: &'a Claim, runs: &'a Runs<'a>) -> Result<Self> {
         let table = runs.table();
-        let (metric, cost) = (claim.metric, claim.at_equal);
+        let (metric, cost) = (claim.metric, claim.at_equal.as_ref().and_then(AtEqual::counter));
         [Some(metric).filter(|metric| !Finding::ENDS.contains(metric)), cost]
             .into_iter()
             .flatten()
@@ -254,7 +318,8 @@ impl Claim {
             _ => (format!("{:?} of", self.statistic).to_lowercase(), "relative to"),
         };
         let relative = self.relative_to.as_ref().map(|other| format!(" {than} {other}")).unwrap_or_default();
-        let equal = self.at_equal.map(|counter| format!(" at equal {}", counter.name())).unwrap_or_default();
+        let equal = self.at_equal.as_ref().map(|equal| format!(" at equal {equal}")).unwrap_or_default();
+        let without = self.without.as_ref().map(|word| format!(", without {word}")).unwrap_or_default();
         let step = self.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
         let problem = [("case", &self.case), ("set", &self.set)].map(|(key, value)| match value.as_deref() {
             None => String::new(),
@@ -267,7 +332,7 @@ impl Claim {
         let within = self.within.map(|within| format!(" ≤ {within}, completed,")).unwrap_or_default();
         let [scheme, problem, whom] = [&*self.scheme, &problem.concat(), self.witnesses_in_words()];
         let apart = self.apart.map(|apart| format!(", {} % apart", 100.0 * apart)).unwrap_or_default();
-        format!("{statistic} {metric}{above}{within} of {scheme}{relative}{apart}{equal}{step}{problem}{whom}")
+        format!("{statistic} {metric}{above}{within} of {scheme}{relative}{apart}{equal}{without}{step}{problem}{whom}")
     }
 
     /// Why a run can be left out.
@@ -406,6 +471,31 @@ mod tests {
             "median of velocity_error_rms_m_s of x relative to y at equal exchanges, all cases \
              (3 of 9 of x failed, which is worse than every number)"
         );
+    }
+
+    /// Within budgets it is the best forms of two ways that are compared, each case once.
+    #[test]
+    fn within_budgets_the_best_forms_of_two_ways_are_compared_case_by_case() {
+        let header = "run_id,label,case,set,macro_step_s,outcome,ended_at_s,macro_steps,mechanics_micro_steps,\
+                      velocity_error_rms_m_s,outcome_at_s";
+        let mut rows = String::new();
+        for (case, factor) in [("a", 0.5), ("b", 2.0), ("c", 3.0)] {
+            for (label, steps, error) in
+                [("x/1", 100, 4.0 * factor), ("x/4", 400, factor), ("y/1", 100, 1.0), ("z/1", 100, 0.1)]
+            {
+                rows += &format!("r,{label},{case},,0.01,completed,1,100,{steps},{error},\n");
+            }
+        }
+        let of = |keys: &str| {
+            let keys = format!("{keys}\ncase = \"all\"\nmetric = \"velocity_error_rms_m_s\"");
+            check_in(&table(header, &rows), &keys)
+        };
+        let ratio = of("relative_to = \"y\"\nat_equal = [100, 400]");
+        assert_eq!((ratio.measured, ratio.runs), (Some(2.0), 12));
+        assert_eq!(of("relative_to = \"y\"\nat_equal = [[100, 100]]").measured, Some(8.0));
+        let share = "relative_to = \"all\"\nwithout = \"z\"\nwithin = 1.0\nstatistic = \"mean\"\nat_equal = [100, 400]";
+        assert_eq!(of(share).measured, Some(1.0 / 3.0));
+        assert_eq!(of(&share.replace("without = \"z\"\n", "")).measured, Some(0.0));
     }
 
     /// Energy created is not less than energy lost.

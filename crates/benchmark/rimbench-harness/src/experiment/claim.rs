@@ -1,7 +1,10 @@
 //! What a claim says.
 
 use rimbench_cases::runs::Finding;
+use rimbench_core::error::Error;
+use rimbench_results::budget::way_of;
 use rimbench_results::claims::{Claimant, Verdict};
+use rimbench_results::selection::ALL;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::fmt;
@@ -29,9 +32,11 @@ pub struct Claim {
     /// Label of another scheme row. Measured is then the factor between the two in each case, set and macro step, of
     /// which the statistic is taken; or the ratio of their shares, where runs are counted.
     pub(crate) relative_to: Option<String>,
-    /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
-    #[serde(default, deserialize_with = "counter")]
-    pub(crate) at_equal: Option<Finding>,
+    /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case. Or budgets: it is
+    /// then that of the best forms of two ways of coupling within each.
+    pub(crate) at_equal: Option<AtEqual>,
+    /// Within a budget: labels with this word in them are left out.
+    pub(crate) without: Option<String>,
     /// The macro step it is about; all of them if absent.
     pub(crate) macro_step_s: Option<f64>,
     /// A metric by name, of which what may be below 0 is compared by its magnitude; or how runs end.
@@ -63,6 +68,40 @@ pub struct Claim {
     /// Whether numbers of such runs were known when its bound was set, from a trial or from earlier runs.
     #[serde(default)]
     pub(crate) numbers_known: bool,
+}
+
+/// At what two rows are compared, if not at equal macro steps.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "toml::Value")]
+pub(crate) enum AtEqual {
+    /// A count of work.
+    Counter(Finding),
+    /// Communication points and mechanics steps, each per second.
+    Budgets(Vec<[f64; 2]>),
+}
+
+impl TryFrom<toml::Value> for AtEqual {
+    type Error = Error;
+
+    fn try_from(value: toml::Value) -> Result<Self, Error> {
+        let toml::Value::Array(mut pairs) = value else {
+            let name = value.as_str().map_or_else(|| format!("{value:?}"), str::to_owned);
+            return Finding::among("counter", &name, Finding::counters()).map(AtEqual::Counter);
+        };
+        if pairs.iter().all(|value| !value.is_array()) {
+            pairs = vec![toml::Value::Array(pairs)];
+        }
+        let found = toml::Value::Array(pairs);
+        let is_budget = |pair: &[f64; 2]| pair.iter().all(|count| count.is_finite() && *count > 0.0);
+        let budgets: Option<Vec<[f64; 2]>> = found.clone().try_into().ok();
+        budgets.filter(|budgets| !budgets.is_empty() && budgets.iter().all(is_budget)).map(AtEqual::Budgets).ok_or_else(
+            || {
+                let valid =
+                    "a counter, or exchanges and mechanics steps per second, as [200, 1000], or a list of such pairs";
+                Error::invalid("at_equal", format!("{found:?}"), valid)
+            },
+        )
+    }
 }
 
 /// Which runs a claim on a metric asks, where it says so itself.
@@ -143,13 +182,41 @@ fn subject<'de, D: Deserializer<'de>>(from: D) -> Result<Finding, D::Error> {
     Finding::among("metric of a claim", &String::deserialize(from)?, all).map_err(D::Error::custom)
 }
 
-/// Reads a counter.
-fn counter<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Finding>, D::Error> {
-    let found = Finding::among("counter", &String::deserialize(from)?, Finding::counters());
-    found.map(Some).map_err(D::Error::custom)
+impl AtEqual {
+    /// The counter, if it is one.
+    pub(crate) fn counter(&self) -> Option<Finding> {
+        if let AtEqual::Counter(counter) = self { Some(*counter) } else { None }
+    }
+}
+
+impl fmt::Display for AtEqual {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            AtEqual::Counter(counter) => f.write_str(counter.name()),
+            AtEqual::Budgets(budgets) => {
+                let words = budgets
+                    .iter()
+                    .map(|[points, steps]| format!("{points} exchanges and {steps} mechanics steps per s"));
+                f.write_str(&words.collect::<Vec<_>>().join("; "))
+            }
+        }
+    }
 }
 
 impl Claim {
+    /// The budgets within which the best forms of two ways are compared, if that is what is done.
+    pub(crate) fn budgets(&self) -> Option<&[[f64; 2]]> {
+        if let Some(AtEqual::Budgets(budgets)) = &self.at_equal { Some(budgets) } else { None }
+    }
+
+    /// Whether a label is that of a row it names: within budgets it names ways, or all.
+    pub(crate) fn names(&self, named: &str, label: &str) -> bool {
+        match self.budgets() {
+            None => label == named,
+            Some(_) => named == ALL || way_of(label) == named,
+        }
+    }
+
     /// Whether values that may be below 0 count by their magnitude: wherever they are held against others.
     pub(crate) fn is_by_magnitude(&self) -> bool {
         let compares = matches!(self.statistic, Statistic::Order | Statistic::ShareBetter);

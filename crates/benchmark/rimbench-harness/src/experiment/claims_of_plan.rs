@@ -31,7 +31,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         claim.check_witnesses()?;
         claim.check_variant(claims)?;
         for label in std::iter::once(&claim.scheme).chain(&claim.relative_to) {
-            let of_label = || planned.iter().filter(|run| run.label == *label);
+            let of_label = || planned.iter().filter(|run| claim.names(label, &run.label));
             if of_label().next().is_none() {
                 let mut valid: Vec<&str> = planned.iter().map(|run| run.label.as_str()).collect();
                 valid.dedup();
@@ -74,14 +74,17 @@ const LONGEST_ID: usize = 100;
 impl Claim {
     /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
     fn check_equal_cost(&self) -> Result<()> {
-        let Some(counter) = self.at_equal else { return Ok(()) };
+        if let (Some(without), None) = (&self.without, self.budgets()) {
+            let message = format!("claim `{}`: without = \"{without}\" needs budgets in at_equal", self.id);
+            return Err(Error::Incompatible(message));
+        }
+        let Some(equal) = &self.at_equal else { return Ok(()) };
         if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {
             return Ok(());
         }
         Err(Error::Incompatible(format!(
-            "claim `{}`: at_equal = \"{}\" needs relative_to, no macro_step_s, and a statistic other than order",
-            self.id,
-            counter.name()
+            "claim `{}`: at_equal = \"{equal}\" needs relative_to, no macro_step_s, and a statistic other than order",
+            self.id
         )))
     }
 
@@ -147,13 +150,13 @@ impl Claim {
         let Some(within) = self.within else { return Ok(()) };
         let is_count = self.metric.metric().is_some()
             && self.above.is_none()
-            && self.at_equal.is_none()
+            && self.at_equal.as_ref().is_none_or(|equal| equal.counter().is_none())
             && self.statistic == Statistic::Mean;
         if is_count && within.is_finite() && within >= 0.0 {
             return Ok(());
         }
         Err(Error::Incompatible(format!(
-            "claim `{}`: within = {within:?} needs a number from 0, statistic = \"mean\" and a metric, and no above or at_equal",
+            "claim `{}`: within = {within:?} needs a number from 0, statistic = \"mean\" and a metric, and no above or counter in at_equal",
             self.id
         )))
     }
@@ -220,7 +223,8 @@ impl Claim {
     /// are cases, and settings that were drawn.
     fn check_unit<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
         let Some(metric) = self.metric.metric().filter(|metric| metric.unit != "-") else { return Ok(()) };
-        let compares = self.is_about_ratios() || self.statistic == Statistic::ShareBetter;
+        let within_budgets = self.budgets().is_some();
+        let compares = self.is_about_ratios() || self.statistic == Statistic::ShareBetter || within_budgets;
         let machine = |run: &PlannedRun| {
             (run.spec.case.name.clone(), run.pooled_set.as_ref().map(|_| run.spec.parameters.given()))
         };
@@ -260,7 +264,9 @@ impl Claim {
     fn check_shares(&self, planned: &[PlannedRun]) -> Result<()> {
         let is_of_shares =
             !matches!(self.statistic, Statistic::Order | Statistic::ShareBetter) && !self.is_about_ratios();
-        let Some(other) = self.relative_to.as_ref().filter(|_| is_of_shares) else { return Ok(()) };
+        let Some(other) = self.relative_to.as_ref().filter(|_| is_of_shares && self.budgets().is_none()) else {
+            return Ok(());
+        };
         let [own, others] = [&self.scheme, other].map(|label| {
             let key = |run: &PlannedRun| {
                 let spec = &run.spec;

@@ -304,8 +304,11 @@ impl Experiment {
                             let spec = request.resolve_for(catalogue, case, parameters);
                             let mut spec = spec.map_err(|error| row.place(&self.by_key(row, error), &case.name))?;
                             let audit = self.audit && spec.not_auditable().is_none();
-                            if audit || predict_growth {
-                                spec = spec.with(|own| (own.audit, own.predict_growth) = (audit, predict_growth))?;
+                            if audit || predict_growth || self.divide_error {
+                                spec = spec.with(|own| {
+                                    (own.audit, own.predict_growth) = (audit, predict_growth);
+                                    own.divide_error = self.divide_error;
+                                })?;
                             }
                             let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
                             let rejected_draws = *rejected_draws;

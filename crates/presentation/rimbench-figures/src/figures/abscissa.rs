@@ -20,6 +20,11 @@ pub struct Across {
     /// A column of cost.csv, or counters of runs.csv joined by `+`: one point per macro step and tolerance.
     #[serde(default)]
     pub cost: Option<Cost>,
+    /// Budgets, of communication points and mechanics steps per second: the latter are across, and of the way of each label
+    /// (what it says up to its last `/`) the ratio of its least error to that of the best of the panel is shown, in the median
+    /// over cases and sets, bars are its quartiles.
+    #[serde(default)]
+    pub budgets: Option<Vec<[f64; 2]>>,
     /// Heading of the horizontal axis.
     #[serde(default)]
     label: Option<String>,
@@ -33,6 +38,7 @@ pub(super) enum Abscissa {
     MacroStep,
     Parameter(Vec<f64>),
     Cost(Vec<f64>),
+    Budgets(Vec<[f64; 2]>),
 }
 
 /// Column of `runs.csv` that says how contacts were detected. With it as the parameter the margin is across: the last
@@ -53,6 +59,9 @@ impl Across {
     /// # Errors
     /// [`Error::File`] for a parameter, column or row of cost that is not there.
     pub(super) fn read(&self, folder: &Path, runs: &Runs<'_>) -> Result<Abscissa> {
+        if let Some(budgets) = &self.budgets {
+            return Ok(Abscissa::Budgets(budgets.clone()));
+        }
         match (&self.parameter, &self.cost) {
             (Some(name), _) => parameter_values(name, runs, folder).map(Abscissa::Parameter),
             (None, Some(cost)) => cost.of_runs(folder, runs.table()).map(Abscissa::Cost),
@@ -62,7 +71,7 @@ impl Across {
 
     /// Whether the macro step is across.
     pub(super) fn is_macro_step(&self) -> bool {
-        self.parameter.is_none() && self.cost.is_none()
+        self.parameter.is_none() && self.cost.is_none() && self.budgets.is_none()
     }
 
     /// The heading of the axis; `unit` is that of the macro step.

@@ -14,8 +14,9 @@ use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::selection::Runs;
-use rimbench_statistics::order_of_medians;
+use rimbench_results::budget::{forms_of, ratio_within, way_of};
+use rimbench_results::selection::{ALL, Runs};
+use rimbench_statistics::{Pool, order_of_medians};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::convert::identity;
@@ -177,6 +178,7 @@ impl FigureOptions for XyFigure {
             let curves = match &abscissa {
                 Abscissa::MacroStep => spec.over_steps(&runs, &all, self.panels.len() == 1, styles, counted)?,
                 Abscissa::Parameter(values) => spec.over_parameter(&runs, values, styles, counted)?,
+                Abscissa::Budgets(budgets) => spec.over_budgets(&runs, budgets, &all, styles)?,
                 Abscissa::Cost(work) => spec.over_cost(&runs, &all, work, styles)?,
             };
             panel.title = counted.behind(&spec.title);
@@ -210,8 +212,10 @@ impl FigureOptions for XyFigure {
                 return Err(Error::unknown("label", label, shown().map(String::as_str)).to_string());
             }
             let has_parameter = panel.x.parameter.is_some();
-            if has_parameter && panel.x.cost.is_some() {
-                return Err("panels: x: a parameter or a cost is across, not both".to_owned());
+            if [has_parameter, panel.x.cost.is_some(), panel.x.budgets.is_some()].into_iter().filter(|own| *own).count()
+                > 1
+            {
+                return Err("panels: x: a parameter, a cost or budgets are across, not several".to_owned());
             }
             if !panel.x.is_macro_step() {
                 let of_steps = [("slope", panel.slope.is_some()), ("orders_over_ms", panel.orders_over_ms.is_some())];
@@ -372,6 +376,35 @@ impl XyPanel {
         runs.labels(&self.labels).into_iter().map(curve).collect()
     }
 
+    /// Lines over the mechanics steps of budgets: how far the best form of a way is from that of the best way.
+    fn over_budgets<'t>(
+        &self,
+        runs: &Runs<'t>,
+        budgets: &[[f64; 2]],
+        all: &Runs<'_>,
+        styles: &Styles,
+    ) -> Result<Vec<Curve<'t>>> {
+        runs.table().check(self.metric)?;
+        let way = |row: usize| way_of(runs.label(row));
+        let shown =
+            runs.select(|row| self.labels.is_empty() || self.labels.iter().any(|label| way_of(label) == way(row)));
+        let forms = forms_of(&shown, |row| runs.value(row, self.metric));
+        let mut ways: Vec<&str> = Vec::new();
+        for label in shown.labels(&[]).into_iter().map(way_of) {
+            ways.extend((!ways.contains(&label)).then_some(label));
+        }
+        let curve = |way: &'t str| {
+            let point = |budget: &[f64; 2]| {
+                let pool = Pool::of(forms.values().filter_map(|of| ratio_within(of, *budget, [way, ALL])));
+                let [least, median, most] = pool.quartiles();
+                OverPhases { x: budget[1], median, least, most, lost: Loss::default() }
+            };
+            let points = budgets.iter().map(point).filter(|point| point.median.is_finite()).collect();
+            Curve::new(way, self.named(all, way, styles), points)
+        };
+        Ok(ways.into_iter().map(curve).collect())
+    }
+
     /// The medians of one label over the macro steps, or shares of its runs.
     fn points<'t>(&self, runs: &Runs<'t>, label: &str, counted: &mut CountedRuns<'t>) -> Result<Vec<OverPhases>> {
         self.medians(&runs.of_label(label), |row| runs.macro_step_ms(row), counted)
@@ -451,7 +484,6 @@ fn with_range(curve: Curve<'_>, style: LineStyle) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::Loss;
     use rimbench_results::run_table::RunTable;
     use std::path::Path;
 

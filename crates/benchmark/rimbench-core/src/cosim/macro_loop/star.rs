@@ -205,7 +205,8 @@ impl Star {
         let mut log = Log::new(control.timer, setup);
         let mut running = RunningStar { setup, sides: sides.lend(), star: &mut self, stop: control.stop };
         let advance = |running: &mut RunningStar<'_>, interval| running.advance(interval);
-        let ended = macro_steps(&mut running, |running| View::Star(running.lend()), advance, &mut log, observe);
+        let steps = (MacroInterval::whole, advance);
+        let ended = macro_steps(&mut running, |running| View::Star(running.lend()), steps, &mut log, observe);
         running.report(log, ended)
     }
 }
