@@ -99,10 +99,13 @@ impl Advise {
             Some(exchanges) => {
                 let steps = match (fixed.mechanics_steps.take(), fixed.mechanics_step_s) {
                     (Some(MechanicsSteps::Count(count)), None) => f64::from(count.get()),
-                    (found, step) => {
-                        let found = found.map(|steps| steps.to_string()).or(step.map(|step| format!("of {step} s")));
+                    (Some(found), None) => {
                         let valid = "with --exchanges a number of steps per second, as --mechanics-steps 1000";
-                        return Err(Error::invalid("mechanics-steps", found.unwrap_or_default(), valid).into());
+                        return Err(Error::invalid("mechanics-steps", found, valid).into());
+                    }
+                    _ => {
+                        let valid = "--exchanges needs --mechanics-steps, steps per second as in --mechanics-steps 1000, and no --mechanics-step";
+                        return Err(Error::Incompatible(valid.to_owned()).into());
                     }
                 };
                 let usual = duration(fixed.case.as_deref().unwrap_or_default())?;

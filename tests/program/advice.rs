@@ -213,9 +213,9 @@ fn within_a_budget_the_least_error_is_advised_and_what_is_no_budget_is_refused()
         ("--exchanges nan --mechanics-steps 1000", "exchanges = NaN is not valid"),
         ("--exchanges -5 --mechanics-steps 1000", "exchanges = -5 is not valid"),
         ("--exchanges 200 --mechanics-steps 100", "at least the exchanges, 200"),
-        ("--exchanges 200", "as --mechanics-steps 1000"),
+        ("--exchanges 200", "needs --mechanics-steps"),
         ("--exchanges 200 --mechanics-steps all", "mechanics-steps = all is not valid"),
-        ("--exchanges 200 --mechanics-step 1ms", "mechanics-steps = of 0.001 s is not valid"),
+        ("--exchanges 200 --mechanics-step 1ms", "and no --mechanics-step"),
         ("--exchanges 200 --mechanics-steps 1000 --error 1%", "cannot be used with"),
         ("", "--error"),
     ] {

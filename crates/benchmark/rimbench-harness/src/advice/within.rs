@@ -27,10 +27,14 @@ pub fn checked_budget([exchanges, steps]: [f64; 2], duration_s: f64) -> Result<[
     Ok([exchanges, steps])
 }
 
-/// Macro steps (s) that are tried within a budget: one that spends all exchanges, longer ones, and one that would spend
-/// twice as many, ascending.
+/// The longest macro step that is tried, s, if it is no more than a tenth of the run: beyond it nothing was best.
+const LONGEST: f64 = 0.02;
+
+/// Macro steps (s) that are tried within a budget: one that spends all exchanges, longer ones by factors of two, so that
+/// a larger budget has them too, and one that would spend twice as many, ascending.
 pub fn steps_within([exchanges, _]: [f64; 2], duration_s: f64) -> Vec<f64> {
-    [0.5, 1.0, 2.0, 4.0].map(|times| times / exchanges).into_iter().filter(|step| *step <= duration_s).collect()
+    let longest = LONGEST.min(0.1 * duration_s).max(2.0 / exchanges).min(duration_s) * (1.0 + 1e-9);
+    std::iter::successors(Some(0.5 / exchanges), |step| Some(2.0 * step)).take_while(|step| *step <= longest).collect()
 }
 
 /// What a run is a form of: its scheme, and whether its contacts act over the mechanics' step or its steps are split.

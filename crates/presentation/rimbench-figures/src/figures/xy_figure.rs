@@ -8,7 +8,7 @@ use super::statistics::{
 };
 use super::valid::{self, refuse};
 use super::{FigureOptions, Picture, Source};
-use crate::chart::{Axis, Figure, Guide, LegendPlace, Mode, Plot, Series};
+use crate::chart::{Axis, Figure, Guide, LegendPlace, Loss, Mode, Plot, Series};
 use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
