@@ -317,6 +317,9 @@ fn a_longest_step_of_the_mechanics_that_cannot_be_is_refused_with_what_would_be_
             given.reverse();
         }
     }
+    let bonds = [("case", "gripper"), ("scheme", "rim-nonsmooth-gap"), ("partition", "each")];
+    let told = message(&[&bonds[..], &[("known", "nothing"), ("tells", "mean")]].concat());
+    assert_eq!(told, "tells = mean: with known = nothing no bond is told of another");
     let as_one = message(&[("scheme", "monolithic"), ("mechanics_step_s", "1e-3")]);
     assert!(as_one.starts_with("mechanics_step_s = 0.001: scheme `monolithic` has no such choice"), "{as_one}");
     // A mechanics of steps of its own.

@@ -337,10 +337,16 @@ impl RunRequest {
             (None, Some(bonds)) if scheme.real_time() => bonds.clone(),
             (None, _) => return refused("there is one bond: give partition, such as `each`".to_owned()),
         };
+        let known = self.known.unwrap_or(usual.known);
+        if let (Known::Nothing, Some(tells)) = (known, self.tells) {
+            return Err(Error::Incompatible(format!(
+                "tells = {tells}: with known = nothing no bond is told of another"
+            )));
+        }
         Ok(Some(StarPlan {
             order: self.order.clone().unwrap_or(usual.order),
             every: self.every.clone().unwrap_or(usual.every),
-            known: self.known.unwrap_or(usual.known),
+            known,
             tells: self.tells.unwrap_or(usual.tells),
             share: self.share.unwrap_or(usual.share),
             micro_steps: self.bond_micro_steps.clone().unwrap_or(usual.micro_steps),
