@@ -95,6 +95,7 @@ impl Simulate {
             return Ok(ExitCode::SUCCESS);
         }
         let spec = if self.audit { spec.audited()? } else { spec };
+        let undivided = spec.clone();
         let spec = spec.with(|own| own.divide_error = true)?;
         let mut prepared = spec.prepare()?;
         let contacts = prepared.contact_names();
@@ -117,7 +118,13 @@ impl Simulate {
         let clock = if waits(&spec) { monotonic_clock } else { processor_clock };
         let traced = self.trace.is_some() || self.plot.is_some();
         let run = prepared.evaluate(&reference, true, traced, Some(clock), stop)?;
-        let (probed, warned) = (notes.probed(), notes.warnings());
+        let (probed, mut warned) = (notes.probed(), notes.warnings());
+        if !warned.is_empty() {
+            // Those of what its error is divided by are not of the run.
+            notes.clear();
+            undivided.prepare()?.evaluate(&reference, true, false, Some(clock), stop)?;
+            warned = notes.warnings();
+        }
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;

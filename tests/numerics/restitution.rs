@@ -7,8 +7,9 @@ const OWN_STEP: [&str; 2] = ["slider-crank", "elastic-bar"];
 /// The wedge box once more, on other ground and in another manoeuvre.
 const SAME_MACHINE: [&str; 2] = ["wedge-box-two-ledges", "wedge-box-reversal"];
 /// A jaw that just touches at the end of a step, or is 4 µm short of that and touches a step later: with the one phase
-/// of five at which that happens the error is 3.99 instead of 2.25 % of the peak.
-const GRAZES: [(&str, &str); 1] = [("gripper", "rim-nonsmooth")];
+/// of five at which that happens the error is 3.99 instead of 2.25 % of the peak. The bucket of the excavator's arm: at
+/// one phase of three 42 instead of 21 N, of a peak of 17 kN; at the others 129 and 159 instead of 124 and 173 N.
+const GRAZES: [(&str, &str); 2] = [("gripper", "rim-nonsmooth"), ("excavator-arm", "rim-nonsmooth")];
 /// A sleeve that friction holds by a twentieth: a millionth of a metre decides when it lets go. The references with and
 /// without are 0.8 % of the peak apart (rms), and the one without is uncertain by 1.5 %. With gaps 17 instead of 10 %.
 const SENSITIVE: &str = "woodpecker";

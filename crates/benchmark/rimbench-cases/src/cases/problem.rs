@@ -91,7 +91,7 @@ mod tests {
             assert!(!page.contains(['{', '}']), "{page}");
             written += 1;
         }
-        assert_eq!(written, 16);
+        assert_eq!(written, 17);
     }
 
     #[test]

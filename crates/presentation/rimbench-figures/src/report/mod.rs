@@ -33,7 +33,7 @@ use std::path::Path;
 pub const DATE_LINE: &str = "<p class=\"made\">";
 
 /// No page is larger.
-pub const MOST_BYTES: usize = 2_500_000;
+pub const MOST_BYTES: usize = 3_000_000;
 
 /// A box before its stop; as data it needs no request.
 const ICON: &str = "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath fill='%230072b2' d='M1 5h8v8H1z'/%3E\
@@ -48,7 +48,7 @@ const PREVIEW: &str = "<meta property=\"og:type\" content=\"website\"><meta prop
                        <meta name=\"twitter:card\" content=\"summary_large_image\">";
 
 /// What is said of figures that are packed.
-const PACKED: &str = "Figures of the studies are packed, so that the page is no larger than 2.5 MB, and need scripts: without, they stand in the \
+const PACKED: &str = "Figures of the studies are packed, so that the page is no larger than 3 MB, and need scripts: without, they stand in the \
                       folders of the studies, and a page of one group or one study has them.";
 
 /// What a page is made from.

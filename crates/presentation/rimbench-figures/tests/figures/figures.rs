@@ -341,7 +341,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
         assert!(message.contains("experiment = "), "{message}");
     }
     for (key, wanted) in [
-        ("x = { cost = \"exchanges\", parameter = \"mass\" }", "not both"),
+        ("x = { cost = \"exchanges\", parameter = \"mass\" }", "not several"),
         ("x = { cost = \"exchanges\" }\nwithin = 0.1", "`within` does not go with a cost across"),
         ("macro_step_s = 0.1", "`macro_step_s` needs a parameter across"),
         ("x = { cost = \"exchanges + pivots\" }", "panels 1: x: cost: unknown cost `pivots`; valid: wall_s, "),

@@ -239,7 +239,7 @@ fn what_is_wrong_in_a_list_is_named_with_line_key_and_what_is_valid() {
         ("digits = 3", "digit = 3", 5, "unknown field `digit`"),
         ("\"ms\"", "\"ft\"", 4, "across: unit: unknown unit `ft`"),
         ("fold = \"sum\"", "fold = \"mean\"", 11, "`sum`, `max`, `count`"),
-        (".list]", ".lists]", 7, "unknown variant `lists`, expected `grid` or `list`"),
+        (".list]", ".lists]", 7, "unknown variant `lists`, expected one of `grid`, `list`, `budgets`"),
         ("below = 0.3", "over = 0.3", 18, "only: worst: unknown field `over`, expected one of `not`, `among`, `below`"),
         (
             "label = \"a\"",
