@@ -46,7 +46,9 @@ def test_digits_are_those_of_the_command_line_to_the_bit(program, tmp_path, case
     # JSON knows no infinity.
     finite = {name: value if value is None or np.isfinite(value) else None for name, value in result.metrics.items()}
     # Metrics of friction are keys only where contacts have friction, here and there.
-    assert {metric["name"]: said[metric["name"]] for metric in rimbench.metrics() if metric["name"] in said} == finite
+    # The two parts of the error take a run of their own, which only the command line makes unasked.
+    parts = {"coupling_distance_rms_n", "mechanics_distance_rms_n", "coupling_share"}
+    assert {name: said[name] for name in {metric["name"] for metric in rimbench.metrics()} & said.keys() - parts} == finite
     assert {name: said[name] for name in result.counters} == result.counters
     with open(tmp_path / "trace.csv", newline="") as file:
         header, *rows = csv.reader(file)
