@@ -26,12 +26,13 @@
 //! the systems with more (the largest heap takes half an hour), but not out of what `--csv` prints; `--joints` compares
 //! eliminations only.
 
-use rimbench::cases::{Chain, ParameterSet};
+use rimbench::cases::Chain;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, RunControl, Sample, Side, Subsystem};
 use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
 use rimbench::mechanics::{MechanicalModel, Sparsity};
 use rimbench::models::LineMasses;
+use rimbench::parameter::ParameterSet;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{Pool, order_of_convergence};
 use std::hint::black_box;

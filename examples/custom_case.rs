@@ -1,10 +1,11 @@
 //! The whole command line of rimbench with a case of one's own:
 //! `cargo run --release --example custom_case -- simulate --case light-on-heavy --scheme nepce`
 
-use rimbench::cases::{Assembly, Case, CaseDefaults, CoupledSystem, InterfaceColumns, parameters};
+use rimbench::cases::{Assembly, Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use rimbench::error::Result;
 use rimbench::models::{CouplingElement, LineMass, MassRole, MassSide, OscillatorIntegrator};
 use rimbench::name::names;
+use rimbench::parameter::parameters;
 use std::process::ExitCode;
 
 parameters! {

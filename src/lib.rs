@@ -17,7 +17,8 @@
 //! | `rimbench-figures` | [`figures`] | figures and the report, from result files; never simulates |
 //! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
 //! | `rimbench-results` | [`atomic_file`], [`results_table`], [`budget`], [`checksums`], [`claims`], [`kept`], [`trace`] | files written whole or not at all, read back by column name, checked |
-//! | `rimbench-cases` | [`runs`], [`catalogue`], [`cases`], [`metrics`], [`models`] | one run, what is simulated, what is measured |
+//! | `rimbench-runs` | [`runs`], [`catalogue`], [`metrics`] | one run, and what is measured of it |
+//! | `rimbench-cases` | [`cases`], [`models`], [`parameter`] | what is simulated |
 //! | `rimbench-statistics` | [`statistics`] | the table of runs: selection, pools, medians, intervals, orders |
 //! | `rimbench-core` | [`schemes`], [`iterative`], [`mechanics`], [`cosim`], [`interface_model`], [`name`], [`error`] | the simulation itself |
 //! | `rimbench-contact` | [`affine_step`], [`contact_law`], [`friction`], [`complementarity`], [`linear_algebra`] | contact problems and their solvers |
@@ -49,7 +50,7 @@ macro_rules! eprintln {
 mod cli;
 pub mod shipped;
 
-pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
+pub use rimbench_cases::{cases, models, parameter};
 pub use rimbench_core::{
     affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, known_problems,
     linear_algebra, mechanics, name, numerics_version, schemes, solver_entry,
@@ -61,6 +62,8 @@ pub use rimbench_harness as harness;
 pub use rimbench_results::{
     atomic_file, budget, checksums, claims, input, kept, results_table, run_table, selection, trace,
 };
+pub use rimbench_runs as runs;
+pub use rimbench_runs::{catalogue, metrics};
 pub use rimbench_statistics as statistics;
 
 /// What this program was built from.

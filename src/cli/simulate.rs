@@ -8,7 +8,6 @@ use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use super::{Format, answered, print, print_json, probe_lines, program, warn_of_cache, with_files};
 use clap::Args;
 use rimbench::atomic_file::check_writable_file;
-use rimbench::cases::{Value as ParameterValue, without_unit};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Creation, Jump, Outcome, OutcomeClass, StopFlag};
 use rimbench::error::Error;
@@ -20,6 +19,7 @@ use rimbench::harness::{
 };
 use rimbench::input::read_text;
 use rimbench::metrics::{METRICS, STAYS_DOWN_M};
+use rimbench::parameter::{Value as ParameterValue, without_unit};
 use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;

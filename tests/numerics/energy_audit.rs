@@ -1,8 +1,8 @@
 //! The energy audit: buckets booked one by one must close, and what the solvers create must vanish with their step.
 
 use crate::support::*;
-use rimbench::cases::ParameterSet;
 use rimbench::models::Oil;
+use rimbench::parameter::ParameterSet;
 
 /// Moves the wedge box's cylinder as `s(t) = s₀ + 0.01 (1 − cos 12 t)` through `n` steps of 0.4 s together, valve ramp
 /// and all.

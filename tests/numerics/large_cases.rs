@@ -1,8 +1,9 @@
 //! Cases with contacts by the dozen and the thousand, against forces, impulses and energies in closed form.
 
 use crate::support::*;
-use rimbench::cases::{Chain, ParameterSet, wall_forces};
+use rimbench::cases::{Chain, wall_forces};
 use rimbench::models::LineMasses;
+use rimbench::parameter::ParameterSet;
 
 fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
     let names = mechanics.capabilities().observables().to_vec();

@@ -2,10 +2,11 @@
 //! limits of memory.
 
 use crate::support::*;
-use rimbench::cases::{CoupledSystem, DerivedColumn, InterfaceColumns, Parameter, Shape};
+use rimbench::cases::{CoupledSystem, DerivedColumn, InterfaceColumns, Shape};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::name::check_new_name;
+use rimbench::parameter::Parameter;
 use rimbench::solver_entry::SolverEntry;
 use std::collections::BTreeSet;
 

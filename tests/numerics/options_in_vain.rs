@@ -2,9 +2,9 @@
 //! reference.
 
 use crate::support::{Changed, catalogue, schemes};
-use rimbench::cases::{Parameter, Range, Value};
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
+use rimbench::parameter::{Parameter, Range, Value};
 use rimbench::runs::{RunRequest, RunSpec, evaluate, simulate};
 use std::cell::OnceCell;
 use std::collections::BTreeMap;

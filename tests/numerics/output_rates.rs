@@ -1,8 +1,8 @@
 //! What actuators say of the rates of their forces, against differences of the forces.
 
 use crate::support::*;
-use rimbench::cases::ParameterSet;
 use rimbench::models::{Carriage, Cylinder, HydropneumaticStrut, Oil, Spool, SpringActuator, Strut};
+use rimbench::parameter::ParameterSet;
 
 /// Holds the rates at inputs `u` (m, m/s) against steps of `h` (s) from inputs that are moved by `by`; `error` is
 /// relative.

@@ -1,9 +1,10 @@
 //! Sides of cases from outside the library.
 
 use crate::support::*;
-use rimbench::cases::{BuildSide, Parameters};
+use rimbench::cases::BuildSide;
 use rimbench::catalogue::Catalogue;
 use rimbench::models::{LineMass, MassRole, MassSide, OscillatorIntegrator};
+use rimbench::parameter::Parameters;
 use rimbench_core::cosim::subsystem_methods;
 use std::sync::Arc;
 

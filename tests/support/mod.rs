@@ -1,12 +1,13 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code, unused_imports, unused_macros)]
 
-use rimbench::cases::{CoupledSystem, ParameterSet, Parameters, Value};
+use rimbench::cases::CoupledSystem;
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::{ActiveSet, Solver};
 use rimbench::error::Result;
 use rimbench::harness::monotonic_clock;
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
+use rimbench::parameter::{ParameterSet, Parameters, Value};
 use rimbench::solver_entry::SolverEntry;
 use std::io::Write;
 use std::path::PathBuf;

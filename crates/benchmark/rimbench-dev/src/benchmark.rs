@@ -1,12 +1,12 @@
 //! A benchmark, and what it counts.
 
 use super::history::COUNTERS;
-use rimbench_cases::runs::{RunSpec, simulate};
 use rimbench_core::complementarity::SolverCounters;
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 use rimbench_harness::monotonic_clock;
+use rimbench_runs::{RunSpec, simulate};
 
 /// What one repetition of a benchmark did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

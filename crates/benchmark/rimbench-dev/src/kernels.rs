@@ -2,7 +2,6 @@
 
 use super::benchmark::{Repetition, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
 use rimbench_core::complementarity::SolverCounters;
 use rimbench_core::cosim::PerSide;
@@ -11,6 +10,7 @@ use rimbench_core::friction::{FrictionProblem, FrictionSolver};
 use rimbench_core::interface_model::{Elimination, ReducedInterfaceModel};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench_core::solver_entry::SolverEntry;
+use rimbench_runs::catalogue::Catalogue;
 use std::hint::black_box;
 use std::sync::Arc;
 

@@ -3,12 +3,12 @@
 use super::benchmark::{Benchmark, Repetition, Work, forces, whole_run};
 use super::kernels;
 use rimbench_cases::cases::Recorder;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunRequest;
 use rimbench_core::cosim::{MechanicsSteps, StopFlag, Trajectory};
 use rimbench_core::error::Result;
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 use rimbench_core::solver_entry::SolverEntry;
+use rimbench_runs::RunRequest;
+use rimbench_runs::catalogue::Catalogue;
 
 /// Every benchmark, in the order of the rows. Answers of runs are means of the interface force, N; of the reference its
 /// peak.

@@ -4,8 +4,6 @@
 //! the actuator cover the macro step alone ([`believed`]). Rows of both have the columns of a run, one per micro step.
 
 use rimbench_cases::cases::Recorder;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, CouplingScheme, ForceReturn, MacroStep, MechanicsIntegrator,
     MicroStep, PerSide, RunControl, Sample, Sequence, Setup, Side, StopFlag, Subsystem, Trajectory,
@@ -13,6 +11,8 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{IndependentRows, ReducedInterfaceModel};
 use rimbench_core::iterative::IterativeDriver;
+use rimbench_runs::RunSpec;
+use rimbench_runs::catalogue::Catalogue;
 
 /// Gap up to which a contact counts as closed, m: that of one that opens in a micro step is larger by orders.
 const CLOSED: f64 = 1e-9;

@@ -26,9 +26,10 @@ pub struct BuildInfo {
 impl BuildInfo {
     /// Tells one program from another by all that digits depend on: the sources, what they use, and what compiled them.
     pub(crate) fn program(&self) -> String {
-        let sources = rimbench_core::SOURCES.join(" ");
+        let [core, contact] = rimbench_core::SOURCES;
+        let sources = [core, contact, rimbench_cases::SOURCES, rimbench_runs::SOURCES].join(" ");
         let BuildInfo { lock_file, version, rustc, target, target_cpu, settings, .. } = self;
-        let all = [&*sources, rimbench_cases::SOURCES, lock_file, version, rustc, target, target_cpu, settings];
+        let all = [&*sources, lock_file, version, rustc, target, target_cpu, settings];
         sha256(all.join("\n"))
     }
 }

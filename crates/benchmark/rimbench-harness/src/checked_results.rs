@@ -4,12 +4,12 @@
 use super::experiment::{Experiment, PlannedRun};
 use super::folder::{Folder, pooled_sets, sum_of_plan};
 use super::results::{plan_cells, plan_header};
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::budget::check_budget;
 use rimbench_results::checksums::{self, CHECKSUMS};
 use rimbench_results::kept::{Digest, check_summary};
 use rimbench_results::run_table::{Run, RunTable};
+use rimbench_runs::catalogue::Catalogue;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 

@@ -1,8 +1,9 @@
 //! The axes of an experiment's grid as its file gives them: macro steps, phases, values of parameters.
 
-use rimbench_cases::cases::{Case, Parameters};
-use rimbench_cases::runs::Given;
+use rimbench_cases::cases::Case;
+use rimbench_cases::parameter::Parameters;
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::Given;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;

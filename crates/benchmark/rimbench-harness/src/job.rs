@@ -4,8 +4,8 @@ use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::experiment::Experiment;
 use super::store::Damaged;
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::{OutcomeClass, StopFlag};
+use rimbench_runs::catalogue::Catalogue;
 use std::path::Path;
 
 /// What to run, and where to.

@@ -1,6 +1,6 @@
 //! From an experiment file to runs to result files, claims, limits and advice. Threads and clock live here only.
 //!
-//! [`Experiment`] is the file, [`Experiment::plan`] makes it a list of [`RunSpec`](rimbench_cases::runs::RunSpec)s,
+//! [`Experiment`] is the file, [`Experiment::plan`] makes it a list of [`RunSpec`](rimbench_runs::RunSpec)s,
 //! [`run_job`] runs what is missing in parallel, against cached references and into a [`Store`] that survives being
 //! killed, and exports the result files; [`check_claims`] holds what the file claims against what came out.
 

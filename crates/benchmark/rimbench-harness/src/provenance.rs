@@ -1,8 +1,8 @@
 //! Where a result comes from: source revision, dependencies, compiler, machine.
 
 use super::build_info::BuildInfo;
-use rimbench_cases::runs::Columns;
 use rimbench_results::checksums::sha256;
+use rimbench_runs::Columns;
 use std::sync::Arc;
 
 /// Where a result comes from. Machine-dependent, therefore kept apart from the results.

@@ -21,7 +21,6 @@
 use super::experiment::{Experiment, Verdict, check_claim_id};
 use super::files::make_folder;
 use super::open::{Division, ENTRY, Entry};
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::atomic_file::write_atomically;
@@ -30,6 +29,7 @@ use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_results::results_table::read_table;
 use rimbench_results::text_place::said_at;
+use rimbench_runs::catalogue::Catalogue;
 use rimbench_statistics::bootstrap_interval;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

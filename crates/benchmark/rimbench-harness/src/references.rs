@@ -2,9 +2,9 @@
 
 use super::cache::Cache;
 use rayon::prelude::*;
-use rimbench_cases::runs::{Reference, RunSpec, Solution};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::{Reference, RunSpec, Solution};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::Thread;
 use std::time::{Duration, Instant};
@@ -93,10 +93,11 @@ impl Drop for Ended<'_> {
 pub(super) fn content_key(spec: &RunSpec) -> String {
     let (case, duration) = (&spec.case, spec.duration);
     let mut key = format!(
-        "reference of {}\nsources {} {}\nduration_s = {duration:?}\n",
+        "reference of {}\nsources {} {} {}\nduration_s = {duration:?}\n",
         case.name,
         rimbench_core::SOURCES.join(" "),
-        rimbench_cases::SOURCES
+        rimbench_cases::SOURCES,
+        rimbench_runs::SOURCES
     );
     key += &format!("columns = {:?}\nsteps = {:?}\n", case.recorded_columns(), case.defaults);
     // Of what is built in the sources are.
@@ -140,8 +141,8 @@ impl References {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_cases::catalogue::Catalogue;
-    use rimbench_cases::runs::RunRequest;
+    use rimbench_runs::RunRequest;
+    use rimbench_runs::catalogue::Catalogue;
 
     #[test]
     fn a_case_that_is_named_again_behind_another_has_one_reference() {

@@ -20,15 +20,15 @@ use super::files::make_folder;
 use super::open::{DATA_PACKAGE, describe};
 use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::Only;
-use rimbench_cases::runs::{Costs, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of, only_of};
 use rimbench_core::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::kept::{DIGEST, SUMMARY};
 use rimbench_results::trace;
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::metrics::Only;
+use rimbench_runs::{Costs, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of, only_of};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 

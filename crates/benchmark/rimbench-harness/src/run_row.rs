@@ -7,8 +7,8 @@
 //! ```
 
 use super::provenance::RunOrigin;
-use rimbench_cases::runs::{Cell, Columns, Costs, EvaluatedRun, Fact, FactValue, Findings, RunSpec, facts_of};
 use rimbench_core::cosim::{Outcome, OutcomeKind};
+use rimbench_runs::{Cell, Columns, Costs, EvaluatedRun, Fact, FactValue, Findings, RunSpec, facts_of};
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -2,9 +2,9 @@
 
 use super::clock::monotonic_clock;
 use nalgebra::DMatrix;
-use rimbench_cases::runs::{RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::{RunSpec, simulate};
 
 /// Longest memory of past communication points that is tried (a second-order hold needs 2).
 const LONGEST_MEMORY: usize = 4;

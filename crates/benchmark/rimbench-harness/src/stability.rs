@@ -7,10 +7,10 @@ use super::grid::{logarithmic_grid, phase_ensemble};
 use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{NEUTRAL, RunRequest, RunSpec, predicted_growth, simulate};
 use rimbench_core::cosim::{MechanicsSteps, Outcome, OutcomeClass, StopFlag};
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::{NEUTRAL, RunRequest, RunSpec, predicted_growth, simulate};
 use std::fmt;
 
 /// Why a macro step counts as unstable.
@@ -290,7 +290,7 @@ pub fn spectral_stability_limit(search: LimitSearch<'_>) -> Result<StabilityLimi
 /// Predicts the limit without a run, by the growth of the linearised coupling, and tells how that coupling
 /// [oscillates]; none where the growth is not known (see [`predicted_growth`]).
 ///
-/// [oscillates]: rimbench_cases::runs::LinearCoupling::oscillation
+/// [oscillates]: rimbench_runs::LinearCoupling::oscillation
 ///
 /// # Errors
 /// Bad input.

@@ -19,9 +19,9 @@
 
 use super::run_row::{Asked, RunRow, line_of};
 use rayon::prelude::*;
-use rimbench_cases::runs::names_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
+use rimbench_runs::names_of;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 use std::fs::{File, OpenOptions};

@@ -1,9 +1,9 @@
 //! The table of runs, `runs.csv`: a typed row for each run, read by the list of columns by which it is written.
 
 use crate::input::check_regular;
-use rimbench_cases::runs::{Finding, Findings, names_of};
 use rimbench_core::cosim::{Outcome, OutcomeKind};
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::{Finding, Findings, names_of};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -5,8 +5,8 @@
 //! ```
 
 use crate::run_table::{Run, RunTable};
-use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
+use rimbench_runs::Finding;
 use rimbench_statistics::{Pool, by_abscissa};
 use std::collections::{BTreeMap, BTreeSet};
 

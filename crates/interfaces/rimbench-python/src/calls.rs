@@ -10,7 +10,6 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeWarning, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
-use rimbench::cases::Value;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::{Cause, Error, Result};
@@ -21,6 +20,7 @@ use rimbench::harness::{
     stability_limit, steps_to_try,
 };
 use rimbench::metrics::METRICS;
+use rimbench::parameter::Value;
 use rimbench::runs::{EvaluatedRun, Fact, FactValue, Given, RunRequest, RunSpec, evaluate};
 use serde_json::json;
 use std::collections::BTreeMap;

@@ -8,13 +8,14 @@ use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::cases::{
-    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Parameter, Parameters, Range,
-    Remedy, Tried, Value, doubts_of, first_outputs,
+    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Remedy, Tried, doubts_of,
+    first_outputs,
 };
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::{Programs, SideNotes, read_case, serve};
 use rimbench::name::Name;
+use rimbench::parameter::{Parameter, Parameters, Range, Value};
 use rimbench::runs::{Reference, RunRequest, RunSpec};
 use std::ffi::CString;
 use std::path::PathBuf;

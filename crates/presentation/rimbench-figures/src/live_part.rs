@@ -8,10 +8,11 @@
 use crate::drawing::Color;
 use crate::seven_bits::seven_bits;
 use crate::style::{Styles, on_dark_paper};
-use rimbench_cases::cases::{Case, Value as Number};
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::{STAYS_DOWN_M, USABLE};
+use rimbench_cases::cases::Case;
+use rimbench_cases::parameter::Value as Number;
 use rimbench_core::schemes::standard_schemes;
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::metrics::{STAYS_DOWN_M, USABLE};
 use serde_json::{Map, Value, json};
 
 /// Controls and empty drawings.

@@ -4,11 +4,11 @@ use crate::chart::{Axis, Figure, Mode, Plot, Series};
 use crate::drawing::Drawing;
 use crate::line_style::LineStyle;
 use crate::style::Styles;
-use rimbench_cases::cases::without_unit;
-use rimbench_cases::metrics::CLOSES_AT;
-use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec};
+use rimbench_cases::parameter::without_unit;
 use rimbench_core::cosim::Trajectory;
 use rimbench_core::error::Result;
+use rimbench_runs::metrics::CLOSES_AT;
+use rimbench_runs::{EvaluatedRun, Reference, RunSpec};
 
 /// Draws position and force of each row of the interface, and contacts where they are recorded, of a run that has its
 /// trace.

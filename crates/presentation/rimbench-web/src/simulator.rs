@@ -2,11 +2,11 @@
 
 use crate::gallery;
 use rimbench_cases::cases::Case;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::{METRICS, USABLE};
-use rimbench_cases::runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate, simulate};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::metrics::{METRICS, USABLE};
+use rimbench_runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate, simulate};
 use std::fmt::Write;
 use std::sync::Arc;
 

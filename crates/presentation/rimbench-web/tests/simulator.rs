@@ -1,10 +1,10 @@
 //! The simulator of the page: the program's digits, in words and numbers.
 
 use rimbench_cases::cases::{coordinate_column, offered_steps_ms};
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::USABLE;
-use rimbench_cases::runs::{Reference, RunRequest, evaluate, simulate, simulate_inside};
 use rimbench_core::cosim::{Bounds, StopFlag};
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::metrics::USABLE;
+use rimbench_runs::{Reference, RunRequest, evaluate, simulate, simulate_inside};
 use rimbench_web::{Answer, Simulator};
 
 const RUN: &str = "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nmechanics_step_s 1e-3\nphase 0.5\nset.box_mass_kg 180\n";

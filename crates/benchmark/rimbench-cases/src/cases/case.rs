@@ -1,12 +1,11 @@
 //! What a catalogue holds about each case.
 
-use super::declaration::ParameterSet;
 use super::drawing::DrawCase;
-use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
-use crate::metrics::is_state;
+use crate::parameter::{Parameter, ParameterSet, Parameters};
 use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Side, StarPlan, Subsystem};
 use rimbench_core::error::{Error, Result};
+use rimbench_core::mechanics::is_contact_state;
 use rimbench_core::name::{Name, names};
 use rimbench_core::solver_entry::SolverEntry;
 use std::fmt;
@@ -86,10 +85,10 @@ pub struct CaseDefaults {
 
 /// Plausibility bound of macro steps, far beyond any use, so that a slip of the exponent is an error and not an endless
 /// run.
-pub(crate) const MOST_STEPS: f64 = 1e7;
+pub const MOST_STEPS: f64 = 1e7;
 
 /// The same of what is within them: micro steps, and steps of the mechanics.
-pub(crate) const MOST_SMALL_STEPS: f64 = 1e9;
+pub const MOST_SMALL_STEPS: f64 = 1e9;
 
 /// The same of the coarsest of the three references.
 const MOST_REFERENCE_STEPS: f64 = 1e8;
@@ -209,7 +208,7 @@ impl PossibleSteps {
 }
 
 /// Of these many multiples of what a side takes one is looked for that would do.
-pub(crate) const MOST_MULTIPLES: u32 = 10_000;
+pub const MOST_MULTIPLES: u32 = 10_000;
 
 /// What a case is built with in addition to its parameters.
 #[derive(Debug, Clone, Copy)]
@@ -412,7 +411,7 @@ impl Case {
 
     /// Tells whether runs record what contacts with friction do.
     pub fn records_friction(&self) -> bool {
-        self.trace_columns.iter().chain(&self.drawing_columns).any(|column| is_state(column))
+        self.trace_columns.iter().chain(&self.drawing_columns).any(|column| is_contact_state(column))
     }
 
     /// Returns all columns that a run records: those of the trace, then those of drawings.

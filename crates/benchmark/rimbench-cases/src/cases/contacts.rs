@@ -1,9 +1,9 @@
 //! The contact law as parameters, and the two sides made with it; shared by the contact cases.
 
 use super::case::{Assembly, ChooseReference, CoupledSystem};
-use super::declaration::{ParameterSet, parameters};
 use super::memory;
 use super::reference_method::ReferenceMethod;
+use crate::parameter::{ParameterSet, parameters};
 use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};

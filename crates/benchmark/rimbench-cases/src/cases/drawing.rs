@@ -6,8 +6,7 @@
 //! ```
 //! Lengths in m, angles in rad. From a drawing come the pictures of the page that simulates.
 
-use super::declaration::ParameterSet;
-use super::parameters::Parameters;
+use crate::parameter::{ParameterSet, Parameters};
 use std::sync::Arc;
 
 /// Says what a case looks like with these parameters; none where nothing can be drawn.

@@ -1,7 +1,6 @@
 //! Refuses what would not fit into memory, before any of it is taken.
 
-use super::parameters::Parameters;
-use super::values::{Range, Setting};
+use crate::parameter::{Parameters, Range, Setting};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::MEMORY_LIMIT as LIMIT;
 use rimbench_core::mechanics::ModelSize;

@@ -11,7 +11,6 @@ mod case;
 mod contacts;
 mod cradle;
 mod cranes;
-mod declaration;
 mod discs;
 mod drawing;
 mod elastic_bar;
@@ -30,7 +29,6 @@ mod mass_between_stops;
 mod memory;
 mod opening;
 mod outside;
-mod parameters;
 mod problem;
 mod random_body;
 mod recorder;
@@ -41,7 +39,6 @@ mod stops;
 mod towed_block;
 mod tripod;
 mod two_masses;
-mod values;
 mod wedge_box_space;
 mod wedge_boxes;
 mod woodpecker;
@@ -49,13 +46,9 @@ mod woodpecker;
 pub use beginning::{Beginning, NoBeginning, apart_in_words, beginning};
 pub use case::{
     Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns,
-    PossibleSteps, Purpose, RowFunction, Scale, StateVariable,
+    MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS, PossibleSteps, Purpose, RowFunction, Scale, StateVariable,
 };
-pub(crate) use case::{MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS};
 pub use contacts::Contacts;
-#[doc(hidden)]
-pub use declaration::SharedSet;
-pub use declaration::{ParameterSet, choices, named, parameters};
 pub use discs::wall_forces;
 pub use drawing::{Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, Solid, camera, offered_steps_ms};
 pub use falling_chain::Chain;
@@ -64,12 +57,10 @@ pub use half_car::{Car, HalfCar};
 pub use jumps::JumpWatch;
 pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
 pub use outside::BuildSide;
-pub use parameters::{Parameter, Parameters};
 pub use problem::problem_text;
 pub use recorder::{AUDIT_COLUMNS, LAMBDA_COLUMN, Recorder, coordinate_column};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use slider_crank::{Crank, SliderCrank};
-pub use values::{Range, Setting, Value, unit_of, without_unit};
 pub use wedge_boxes::wedge_box_geometry;
 
 /// What most cases are written with.
@@ -77,15 +68,14 @@ mod prelude {
     pub(super) use super::carriage;
     pub(super) use super::case::{Assembly, Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, times};
     pub(super) use super::contacts::{Contacts, reference};
-    pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
     pub(super) use super::drawing::{
         Channel, Drawing, Fill, Form, Frame, LIMITED_BY_ITS_STEP, Shape, Solid, body_in_space, disc, drawn, frame,
         ground, machine_in_space, points, prism, rectangle, upward, wall, wheel, within,
     };
     pub(super) use super::hydraulics::{self, Ramp};
-    pub(super) use super::parameters::Parameters;
     pub(super) use super::reference_method::{ExactSolution, ReferenceMethod};
     pub(super) use crate::models::*;
+    pub(super) use crate::parameter::{ParameterSet, Parameters, choices, named, parameters};
     pub(super) use rimbench_core::error::{Error, Result};
     pub(super) use rimbench_core::name::{Name, words};
     pub(super) use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! A case one side of which comes from elsewhere: a script, a separate program, or another model.
 
 use super::case::{Case, CoupledSystem};
-use super::parameters::Parameters;
 use super::recorder::sources;
 use super::reference_method::ReferenceMethod;
+use crate::parameter::Parameters;
 use rimbench_core::cosim::{Ports, Side, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::name::Name;

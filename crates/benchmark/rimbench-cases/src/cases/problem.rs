@@ -2,8 +2,7 @@
 //! numbers in them. A text lies beside the code that it is about and is its documentation as well.
 
 use super::case::Case;
-use super::parameters::Parameters;
-use super::values::Value;
+use crate::parameter::{Parameters, Value};
 use rimbench_core::error::{Error, Result};
 
 const CONTACTS: &str = include_str!("contacts.md");

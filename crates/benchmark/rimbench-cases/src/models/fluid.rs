@@ -1,6 +1,6 @@
 //! A slightly compressible fluid behind a pump, and the energy it carries.
 
-use crate::cases::parameters;
+use crate::parameter::parameters;
 use wide::f64x2;
 
 parameters! {
@@ -122,7 +122,7 @@ fn closed_form(half: f64x2, discriminant: f64x2) -> f64x2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::ParameterSet;
+    use crate::parameter::ParameterSet;
 
     #[test]
     fn the_closed_form_of_the_enthalpy_is_the_integral_of_one_over_the_density() {

@@ -6,7 +6,7 @@ use self::lines::Lines;
 use super::fluid::{Oil, TwoChambers};
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use super::spring_actuator::force_ports;
-use crate::cases::parameters;
+use crate::parameter::parameters;
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Ports, SecondOrder, Subsystem, SubsystemCounters,
     TransmissionLines, subsystem_methods,
@@ -421,7 +421,7 @@ impl Capabilities for HydraulicCylinder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::ParameterSet;
+    use crate::parameter::ParameterSet;
 
     fn cylinder(spool: f64) -> HydraulicCylinder {
         let spool = Spool::new(vec![(0.0, spool)]);

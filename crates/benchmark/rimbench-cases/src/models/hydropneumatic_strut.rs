@@ -1,7 +1,7 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use super::spring_actuator::force_ports;
-use crate::cases::parameters;
+use crate::parameter::parameters;
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Ports, SecondOrder, Subsystem, SubsystemCounters,
     subsystem_methods,
@@ -139,7 +139,7 @@ impl Capabilities for HydropneumaticStrut {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::ParameterSet;
+    use crate::parameter::ParameterSet;
 
     #[test]
     fn a_slow_compression_stores_the_work_done_and_stiffens_as_the_gas_law_says() {

@@ -109,8 +109,8 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::ParameterSet;
     use crate::models::{Carriage, SpringActuator};
+    use crate::parameter::ParameterSet;
     use std::ptr;
 
     #[test]

@@ -1,7 +1,7 @@
 //! A spring that pushes an interface from a carriage, which a moving base holds: the simplest actuator with a state.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use crate::cases::parameters;
+use crate::parameter::parameters;
 use rimbench_core::cosim::{
     Capabilities, InputPolynomials, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
     SubsystemCounters, subsystem_methods,

@@ -22,7 +22,7 @@ pub(super) use implicit_step::ImplicitPart;
 pub(super) use midpoint_step::{ActiveProblem, MidpointStep};
 pub(super) use observables::CONTACT_OBSERVABLES;
 pub(super) use step_contacts::friction_observables;
-pub use step_contacts::{CONTACT_STATE, Friction};
+pub use step_contacts::{Friction, is_contact_state};
 
 use self::energy::EnergyBalance;
 use self::rebounding::Rebounding;

@@ -12,7 +12,7 @@ mod monolithic;
 mod non_smooth_mechanics;
 mod stiff_forces;
 
-pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction};
+pub use contact_stepper::{ContactLaw, Friction, is_contact_state};
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelNames, ModelSize, Sparsity};
 pub use memory::{MANY_JOINTS, bytes_needed, solver_memory};

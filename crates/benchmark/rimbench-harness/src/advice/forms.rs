@@ -1,11 +1,11 @@
 //! Who competes: every scheme of the catalogue in every form that it has, and what a scheme must be told.
 
 use super::Question;
-use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::iterative::IterativeDriver;
 use rimbench_core::schemes::{ContactsAct, Requirement, SchemeEntry};
+use rimbench_runs::{RunRequest, RunSpec};
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 

@@ -2,9 +2,9 @@
 
 use super::{Catalogue, Error, Result, RunRequest};
 use crate::clock::monotonic_clock;
-use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::error::Failure;
+use rimbench_runs::RunSpec;
 use rimbench_statistics::Pool;
 
 /// Usual [prices](super::Question::prices) in micro steps: instructions of the wedge box by Valgrind's count

@@ -2,9 +2,9 @@
 
 use crate::grid::logarithmic_grid;
 use crate::stability::{longest_macro_step, possible_steps, shortest_macro_step};
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunRequest;
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::RunRequest;
+use rimbench_runs::catalogue::Catalogue;
 
 /// Spreads macro steps (s) evenly in logarithms, of as few digits as keep them apart; the ends are those of a scan
 /// unless they are given. Sides that take multiples of a step are offered multiples of it.

@@ -2,11 +2,11 @@
 
 use super::{Advice, Choice, Result, Search};
 use rayon::prelude::*;
-use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::MechanicsSteps;
 use rimbench_core::error::Error;
 use rimbench_core::schemes::{ContactsAct, Requirement};
 use rimbench_results::budget::{Form, best_within};
+use rimbench_runs::RunSpec;
 use std::collections::BTreeSet;
 
 /// Checks communication points and mechanics steps, each per second, that are asked for together.

@@ -2,11 +2,11 @@
 
 use super::witnesses::OfFailed;
 use crate::experiment::{Claim, Experiment, Statistic, Witnesses, plan_sha256};
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_results::selection::ALL;
+use rimbench_runs::catalogue::Catalogue;
 use rimbench_statistics::{PairedRatios, PairedRun, Pool};
 use std::path::{Path, PathBuf};
 

@@ -2,13 +2,13 @@
 
 use super::witnesses::OfFailed;
 use crate::experiment::{AtEqual, Claim, Statistic};
-use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::Result;
 use rimbench_results::budget::{best_within, forms_of, ratio_within};
 use rimbench_results::claims::CheckedClaim;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::{ALL, Runs};
+use rimbench_runs::Finding;
 use rimbench_statistics::{
     Costed, PairedRatios, PairedRun, Pool, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
     share_interval, share_told_by_threshold,

@@ -14,11 +14,11 @@ pub use rimbench_results::claims::{CheckedClaim, write_claims};
 
 use super::checked_results::{Trust, checked_runs};
 use super::experiment::Experiment;
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::Result;
 use rimbench_results::checksums::CHECKSUMS;
 use rimbench_results::kept::DIGEST;
 use rimbench_results::run_table::RunTable;
+use rimbench_runs::catalogue::Catalogue;
 use std::path::Path;
 
 /// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of

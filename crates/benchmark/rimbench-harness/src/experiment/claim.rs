@@ -1,10 +1,10 @@
 //! What a claim says.
 
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::Error;
 use rimbench_results::budget::way_of;
 use rimbench_results::claims::{Claimant, Verdict};
 use rimbench_results::selection::ALL;
+use rimbench_runs::Finding;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::fmt;

@@ -1,6 +1,6 @@
 //! A run of a plan.
 
-use rimbench_cases::runs::RunSpec;
+use rimbench_runs::RunSpec;
 use std::sync::Arc;
 
 /// One run of the plan, with what its row in data says about it.

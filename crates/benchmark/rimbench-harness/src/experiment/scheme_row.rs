@@ -2,12 +2,12 @@
 
 use crate::deadline_log::DeadlineLog;
 use crate::grid::{MacroSteps, scalar, scalar_text};
-use rimbench_cases::catalogue::SchemeFile;
-use rimbench_cases::runs::{Given, RunRequest};
 use rimbench_core::cosim::{Channel, CommunicationGrid};
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
+use rimbench_runs::catalogue::SchemeFile;
+use rimbench_runs::{Given, RunRequest};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;

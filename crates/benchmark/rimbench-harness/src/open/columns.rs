@@ -1,11 +1,11 @@
 //! What the columns of result tables mean: a results folder as a data package (<https://datapackage.org>).
 
-use rimbench_cases::cases::unit_of;
-use rimbench_cases::metrics::METRICS;
-use rimbench_cases::runs::RunRequest;
+use rimbench_cases::parameter::unit_of;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::sha256_of_file;
+use rimbench_runs::RunRequest;
+use rimbench_runs::metrics::METRICS;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -152,8 +152,8 @@ pub(crate) fn describe(folder: &Path, files: &[String], measured: &[&str]) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_cases::runs::{Costs, Findings, names_of};
     use rimbench_core::cosim::Outcome;
+    use rimbench_runs::{Costs, Findings, names_of};
 
     #[test]
     fn every_column_of_every_table_has_a_meaning() {

@@ -7,7 +7,6 @@
 
 use super::judge::{Judged, judge};
 use super::problem::{LEAST_PHASES, Problem, pack_version};
-use rimbench_cases::metrics::USABLE;
 use rimbench_core::cosim::Trajectory;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::InformationClass;
@@ -15,6 +14,7 @@ use rimbench_results::checksums::sha256_of_file;
 use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY, SUMMARY_METRICS, SummaryRow, read_rows, summary_text};
 use rimbench_results::text_place::said_at;
+use rimbench_runs::metrics::USABLE;
 use rimbench_statistics::Pool;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};

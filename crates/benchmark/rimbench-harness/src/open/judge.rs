@@ -2,10 +2,10 @@
 //! samples, by the same sums.
 
 use super::problem::{Problem, ProblemRow, read_trajectory};
-use rimbench_cases::metrics::{Columns, Evidence, InterfaceRow, METRICS, Sums};
-use rimbench_cases::runs::with_impulses;
 use rimbench_core::cosim::{Outcome, Report, Trajectory};
 use rimbench_core::error::{Error, Result};
+use rimbench_runs::metrics::{Columns, Evidence, InterfaceRow, METRICS, Sums};
+use rimbench_runs::with_impulses;
 use std::path::Path;
 
 /// Metrics that samples suffice for.

@@ -4,10 +4,10 @@ use super::columns::resource;
 use super::judge::{Judged, SCORES, judge_rows};
 use super::problem::{Problem, csv_of, zipped};
 use rimbench_cases::cases::problem_text;
-use rimbench_cases::runs::{RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::sha256;
+use rimbench_runs::{RunSpec, simulate};
 use serde_json::{Value, json};
 
 /// Files that are the same in every pack.
@@ -143,5 +143,5 @@ fn data_package(problem: &Problem, files: &[(String, Vec<u8>)]) -> Result<Vec<u8
 }
 
 fn field(name: &str, about: &str) -> Value {
-    json!({"name": name, "type": "number", "unit": rimbench_cases::cases::unit_of(name), "description": about})
+    json!({"name": name, "type": "number", "unit": rimbench_cases::parameter::unit_of(name), "description": about})
 }

@@ -1,10 +1,10 @@
 //! Settings drawn at random.
 
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::Reference;
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::Result;
 use rimbench_harness::{Experiment, PlannedRun};
+use rimbench_runs::Reference;
+use rimbench_runs::catalogue::Catalogue;
 use std::path::Path;
 
 fn parsed(case: &str) -> Result<Experiment> {

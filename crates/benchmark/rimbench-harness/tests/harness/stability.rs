@@ -1,11 +1,11 @@
 //! Stability limits, references within a limit of time, grids, and what is told of results.
 
 use rimbench_cases::cases::Case;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunRequest;
 use rimbench_core::cosim::{Channel, CommunicationGrid, StopFlag};
 use rimbench_core::error::Error;
 use rimbench_harness::*;
+use rimbench_runs::RunRequest;
+use rimbench_runs::catalogue::Catalogue;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

@@ -1,8 +1,8 @@
 //! Rows of runs: read once, selected, grouped and pooled.
 
-use rimbench_cases::runs::Finding;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::{ALL, Runs};
+use rimbench_runs::Finding;
 use std::path::Path;
 
 fn table(text: &str) -> RunTable {

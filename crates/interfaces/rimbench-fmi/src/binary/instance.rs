@@ -4,10 +4,11 @@ use super::history::{History, Taken};
 use crate::export::{
     Contents, Kind, PartType, PartVariable, RESOURCE, Variable, Variables, build_side, side_name, text,
 };
-use rimbench_cases::cases::{Case, Parameters, Value};
-use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::cases::Case;
+use rimbench_cases::parameter::{Parameters, Value};
 use rimbench_core::cosim::{MacroStep, MicroStep, OutputRates, Side, Subsystem, WorkMeter, division};
 use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_runs::catalogue::Catalogue;
 use std::mem::MaybeUninit;
 use std::path::Path;
 use std::sync::Arc;

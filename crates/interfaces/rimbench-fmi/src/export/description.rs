@@ -4,8 +4,8 @@ use super::units::{BASE, exponents};
 use super::variables::{Kind, Variable, Variables, is_choice};
 use super::{Contents, Fmi, text};
 use crate::model_parts::PartType;
-use rimbench_cases::cases::Parameters;
-use rimbench_cases::runs::RunSpec;
+use rimbench_cases::parameter::Parameters;
+use rimbench_runs::RunSpec;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 

@@ -14,12 +14,13 @@ pub use reference_files::{README, ReferenceFiles, reference_files};
 pub use system_structure::system_structure;
 pub use variables::{Kind, Variable, Variables};
 
-use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
-use rimbench_cases::runs::RunSpec;
+use rimbench_cases::cases::{Case, CoupledSystem};
+use rimbench_cases::parameter::{Parameters, Value};
 use rimbench_core::cosim::{PerSide, Side, Subsystem};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::solver_entry::SolverEntry;
 use rimbench_results::checksums::hex;
+use rimbench_runs::RunSpec;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;

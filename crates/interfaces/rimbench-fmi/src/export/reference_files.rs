@@ -2,10 +2,10 @@
 //! a run of the case as inputs and outputs of the FMU, its steps, and a text.
 
 use rimbench_cases::cases::{Case, CoupledSystem};
-use rimbench_cases::runs::{RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, Side, StopFlag, Trajectory};
 use rimbench_core::error::Result;
 use rimbench_core::name::Name;
+use rimbench_runs::{RunSpec, simulate};
 use std::sync::Arc;
 
 /// Name of the text, which is the same for all FMUs, so that several may lie in one folder.

@@ -2,9 +2,9 @@
 //! that read one.
 
 use super::{build_side, side_name};
-use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::Side;
 use rimbench_core::error::Result;
+use rimbench_runs::RunSpec;
 use std::fmt::Write;
 
 /// Writes `SystemStructure.ssd` of the case of a run: its sides as `resources/<side>.fmu`, each output connected to the

@@ -2,7 +2,8 @@
 
 use super::{Fmi, build_side};
 use crate::model_parts::{ModelSize, PartVariable};
-use rimbench_cases::cases::{self, Case, Parameters, Value};
+use rimbench_cases::cases::Case;
+use rimbench_cases::parameter::{self, Parameters, Value};
 use rimbench_core::cosim::{OutputRates, Side, Subsystem, WorkMeter};
 use rimbench_core::error::Result;
 
@@ -175,7 +176,7 @@ pub(crate) fn is_choice(value: &Value) -> bool {
 
 /// Unit that a name in data ends in; empty where it says none.
 fn unit_of(name: &str) -> &'static str {
-    said(cases::unit_of(name))
+    said(parameter::unit_of(name))
 }
 
 /// A unit as FMI has it: nothing for a pure number.

@@ -9,9 +9,10 @@ use super::side::ImportedSide;
 use crate::export::side_name;
 use crate::last_words::tell_once;
 use rimbench_cases::cases::{
-    Beginning, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, NoBeginning, Parameters,
-    PossibleSteps, Remedy, Scale, Tried, WHAT_REMAINS, apart_in_words, beginning, doubts_of, first_outputs,
+    Beginning, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, NoBeginning, PossibleSteps, Remedy,
+    Scale, Tried, WHAT_REMAINS, apart_in_words, beginning, doubts_of, first_outputs,
 };
+use rimbench_cases::parameter::Parameters;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, check_coupling, division};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;

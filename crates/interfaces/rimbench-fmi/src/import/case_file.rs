@@ -1,11 +1,11 @@
 //! A case file that names FMUs.
 
-use rimbench_cases::cases::{Parameter, Range};
-use rimbench_cases::runs::is_taken;
+use rimbench_cases::parameter::{Parameter, Range};
 use rimbench_core::cosim::{Every, ForceReturn, MicroSteps, Partition, Side, StarPlan};
 use rimbench_core::error::Error;
 use rimbench_core::name::check_new_name;
 use rimbench_results::text_place::said_at;
+use rimbench_runs::is_taken;
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};

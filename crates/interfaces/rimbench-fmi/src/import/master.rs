@@ -3,10 +3,10 @@
 use super::case_file::{CaseFile, columns};
 use super::host::{Plan, Scaled, Start, Type, Values};
 use super::member::FmuMember;
-use rimbench_cases::runs::RunSpec;
 use rimbench_core::cosim::{ForceReturn, MechanicsSteps, PerSide, Sequence, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::input::read_text;
+use rimbench_runs::RunSpec;
 use std::path::Path;
 
 /// Schemes that a script has, by the degree of their polynomial.

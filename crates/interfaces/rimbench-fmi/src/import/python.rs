@@ -7,7 +7,7 @@ use super::process::Remote;
 use super::side::{ImportedSide, Offers, Shape};
 use crate::export::side_name;
 use crate::model_parts::ModelSize;
-use rimbench_cases::cases::{Parameters, Value};
+use rimbench_cases::parameter::{Parameters, Value};
 use rimbench_core::cosim::{Port, Ports, Quantity, Side};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;

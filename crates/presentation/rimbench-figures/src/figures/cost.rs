@@ -1,9 +1,9 @@
 //! The cost of runs: a column of `cost.csv` joined to the runs by their ids, or exact counters.
 
-use rimbench_cases::runs::{Costs, Finding, names_of};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
 use rimbench_results::run_table::{Run, RunTable};
+use rimbench_runs::{Costs, Finding, names_of};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::Path;

@@ -3,10 +3,10 @@
 use super::FigureEntry;
 use super::valid::LONGEST_NAME;
 use crate::figure::MOST_LINES;
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::Runs;
+use rimbench_runs::Finding;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -7,9 +7,9 @@ use super::valid;
 use super::{FigureOptions, Picture, Source};
 use crate::chart::{Absent, Axis, Cell, Figure, Mode, Name, Plot, Series};
 use crate::style::Styles;
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::selection::Runs;
+use rimbench_runs::Finding;
 use serde::Deserialize;
 use std::cmp::Ordering;
 

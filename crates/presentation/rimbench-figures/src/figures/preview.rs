@@ -6,11 +6,11 @@ use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Text};
 use crate::style::Styles;
 use rimbench_cases::cases::Drawing as CaseDrawing;
-use rimbench_cases::metrics::STAYS_DOWN_M;
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
 use rimbench_results::run_table::RunTable;
+use rimbench_runs::Finding;
+use rimbench_runs::metrics::STAYS_DOWN_M;
 use std::path::Path;
 
 /// By how much the preview enlarges what a run does otherwise than the reference.

@@ -9,12 +9,12 @@ use crate::drawing::Color;
 use crate::line_style::{Dash, LineStyle, Marker};
 use crate::rows::WRONG;
 use crate::style::Styles;
-use rimbench_cases::metrics::USABLE;
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::Result;
 use rimbench_results::checksums;
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::Runs;
+use rimbench_runs::Finding;
+use rimbench_runs::metrics::USABLE;
 use serde::Deserialize;
 
 /// What says whether a stable run is right, and up to where. Results that lack it are not judged.

@@ -3,10 +3,10 @@
 use crate::chart::{Guide, Loss, Mode, Series};
 use crate::line_style::LineStyle;
 use crate::style::Styles;
-use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::selection::{ALL, Runs};
+use rimbench_runs::Finding;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 

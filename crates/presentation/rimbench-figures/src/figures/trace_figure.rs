@@ -5,11 +5,11 @@ use super::{FigureOptions, Picture, Source};
 use crate::chart::{Axis, Figure, Mode, Plot, Series};
 use crate::style::Styles;
 use crate::ticks::signed;
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::Runs;
+use rimbench_runs::Finding;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

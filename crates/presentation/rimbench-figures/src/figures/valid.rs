@@ -1,7 +1,7 @@
 //! What keys of `figures.toml` take beyond their type, and where in a figure a fault is.
 
-use rimbench_cases::runs::Finding;
 use rimbench_core::error::{Error, shortened};
+use rimbench_runs::Finding;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer};
 use serde_path_to_error::{Path, Segment};

@@ -1,10 +1,10 @@
 //! What of a study the simulator of the page can show: the address of its state.
 
 use rimbench_cases::cases::offered_steps_ms;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::RunRequest;
 use rimbench_results::run_table::{Run, RunTable};
 use rimbench_results::selection::Runs;
+use rimbench_runs::RunRequest;
+use rimbench_runs::catalogue::Catalogue;
 
 /// Finds the address at which the page's simulator shows runs of the first two of these labels that it can show, at the
 /// middle of their macro steps; all labels if none are given. What it shows there are these runs to the bit: their

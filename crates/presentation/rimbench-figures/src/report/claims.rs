@@ -6,7 +6,7 @@ use crate::claims_table;
 use crate::number::{TIED, counted, with_digits};
 use crate::style::labels_in_words;
 use crate::vector::escaped;
-use rimbench_cases::cases::without_unit;
+use rimbench_cases::parameter::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_results::claims::{CheckedClaim, Claimant, Verdict, digits_of};
 use std::fmt::Write;

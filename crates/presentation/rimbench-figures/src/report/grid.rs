@@ -2,10 +2,10 @@
 
 use super::store::Study;
 use crate::vector::escaped;
-use rimbench_cases::metrics::USABLE;
-use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeClass;
 use rimbench_results::run_table::RunTable;
+use rimbench_runs::Finding;
+use rimbench_runs::metrics::USABLE;
 use rimbench_statistics::Pool;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;

@@ -9,11 +9,11 @@ use crate::seven_bits::seven_bits;
 use crate::style::labels_in_words;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use rimbench_cases::runs::Finding;
 use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
 use rimbench_results::run_table::{Run, RunTable};
+use rimbench_runs::Finding;
 use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 

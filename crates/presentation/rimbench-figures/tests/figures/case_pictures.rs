@@ -2,14 +2,14 @@
 
 use crate::{files, page_of, root};
 use rimbench_cases::cases::Case;
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{Reference, RunRequest, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag, Trajectory};
 use rimbench_figures::case_picture::{Motion, picture};
 use rimbench_figures::film::{Take, film};
 use rimbench_figures::render::svg;
 use rimbench_figures::scheme_picture::timeline;
 use rimbench_figures::style::Styles;
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::{Reference, RunRequest, simulate};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 

@@ -1,10 +1,10 @@
 //! Numbers and tables of pages, filled from files.
 
 use crate::root;
-use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::Result;
 use rimbench_figures::{TableList, fill_page, has_markers};
 use rimbench_results::kept::{PooledSets, keep};
+use rimbench_runs::catalogue::Catalogue;
 use std::path::Path;
 
 fn results() -> tempfile::TempDir {

@@ -9,7 +9,7 @@
 mod coulomb;
 
 pub(in crate::mechanics) use coulomb::friction_observables;
-pub use coulomb::{CONTACT_STATE, Friction};
+pub use coulomb::{Friction, is_contact_state};
 
 use super::{ContactLaw, Rebounding};
 use crate::error::Failure;

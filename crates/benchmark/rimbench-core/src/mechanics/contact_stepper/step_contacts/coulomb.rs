@@ -225,7 +225,12 @@ impl CoulombStep {
 }
 
 /// Begins the names of observables that are the state of a contact with friction, by [`ContactState::as_number`].
-pub const CONTACT_STATE: &str = "contact_state_";
+const CONTACT_STATE: &str = "contact_state_";
+
+/// Tells whether an observable of this name is the state of a contact with friction.
+pub fn is_contact_state(name: &str) -> bool {
+    name.starts_with(CONTACT_STATE)
+}
 
 /// Names the additional observables of contacts with friction: of `left` the friction force `friction_force_left_n` and
 /// the state `contact_state_left`, and how many contacts stick.

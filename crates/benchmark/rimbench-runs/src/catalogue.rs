@@ -1,7 +1,7 @@
 //! What a program can run, by name: cases, schemes, solvers.
 
-use crate::cases::{Case, standard_cases};
-use crate::runs::is_taken;
+use crate::is_taken;
+use rimbench_cases::cases::{Case, standard_cases};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name, find_by_name};
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
@@ -265,8 +265,9 @@ impl Catalogue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::{CaseDefaults, Parameter, Range};
-    use crate::runs::RunRequest;
+    use crate::RunRequest;
+    use rimbench_cases::cases::CaseDefaults;
+    use rimbench_cases::parameter::{Parameter, Range};
 
     /// Ids of what is built in know nothing of code that was added.
     #[test]

@@ -28,7 +28,6 @@ pub use contact_event::ContactEvent;
 pub use contact_phase::{CLOSES_AT, ContactInterval, ContactIntervals, contact_intervals};
 pub(crate) use event::touch_downs;
 pub use evidence::{Evidence, Floor, Metric, Only};
-pub(crate) use friction_phase::is_state;
 pub use friction_phase::{FrictionPhase, FrictionPhases, friction_phases};
 pub(crate) use impulse::impulse_column;
 pub use sums::{Columns, InterfaceRow, Sums};

@@ -6,12 +6,6 @@
 
 use rimbench_core::cosim::Trajectory;
 use rimbench_core::friction::ContactState;
-use rimbench_core::mechanics::CONTACT_STATE;
-
-/// Whether a column holds the state of a contact with friction.
-pub(crate) fn is_state(column: &str) -> bool {
-    column.starts_with(CONTACT_STATE)
-}
 
 /// A time during which a contact does not change its state.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,9 @@
 
 use super::options::{Parts, RunRequest};
 use super::spec::{RunSettings, RunSpec};
-use crate::cases::{Case, MOST_MULTIPLES, Parameters};
 use crate::catalogue::Catalogue;
+use rimbench_cases::cases::{Case, MOST_MULTIPLES};
+use rimbench_cases::parameter::Parameters;
 use rimbench_core::cosim::{Channel, Delivery, Exchange, ForceReturn, LateRule, MechanicsSteps, StepRule, division};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;

@@ -5,10 +5,11 @@ use super::predicted_growth::predicted_growth;
 use super::reference::{GAP, Reference};
 use super::run_result::RunResult;
 use super::spec::RunSpec;
-use crate::cases::{Case, ExactSolution, InterfaceColumns, ReferenceMethod};
-use crate::metrics::{Columns, Evidence, InterfaceRow, METRICS, Metric, Only, Sums, is_state};
+use crate::metrics::{Columns, Evidence, InterfaceRow, METRICS, Metric, Only, Sums};
+use rimbench_cases::cases::{Case, ExactSolution, InterfaceColumns, ReferenceMethod};
 use rimbench_core::cosim::{Jump, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::mechanics::is_contact_state;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -108,7 +109,7 @@ impl<'a> Judge<'a> {
             least_gaps,
             // A reference from outside may not say who sticks.
             states: all
-                .filter(|&state| is_state(&names[state]) && reference.friction_of(&names[state]).is_some())
+                .filter(|&state| is_contact_state(&names[state]) && reference.friction_of(&names[state]).is_some())
                 .collect(),
             touch_downs: reference.touch_downs.clone(),
             first_order: match spec.mechanics_integrator.second_order() {

@@ -1,7 +1,6 @@
 //! Parameters of a case declared once, as the fields of a struct.
 
-use super::parameters::{Parameter, Parameters};
-use super::values::{Range, Setting};
+use super::{Parameter, Parameters, Range, Setting};
 
 /// A struct whose fields are parameters of a case, or sets of them; made by [`parameters!`](crate::parameters).
 pub trait ParameterSet: Copy + Send + Sync + 'static {
@@ -129,20 +128,20 @@ macro_rules! choices {
         $crate::choices! { for $kind { $($variant = $name,)+ } }
     };
     (for $kind:ident { $($variant:ident = $name:literal,)+ }) => {
-        impl $crate::cases::Setting for $kind {
+        impl $crate::parameter::Setting for $kind {
             type Valid = &'static [Self];
 
-            fn value(self) -> $crate::cases::Value {
-                $crate::cases::Value::Choice(match self { $($kind::$variant => $name,)+ }.into())
+            fn value(self) -> $crate::parameter::Value {
+                $crate::parameter::Value::Choice(match self { $($kind::$variant => $name,)+ }.into())
             }
 
-            fn of(value: &$crate::cases::Value) -> Option<Self> {
-                [$($kind::$variant),+].into_iter().find(|kind| $crate::cases::Setting::value(*kind) == *value)
+            fn of(value: &$crate::parameter::Value) -> Option<Self> {
+                [$($kind::$variant),+].into_iter().find(|kind| $crate::parameter::Setting::value(*kind) == *value)
             }
 
-            fn range(valid: &'static [Self]) -> $crate::cases::Range {
-                let name = |kind: &Self| $crate::cases::Setting::value(*kind).to_string().into();
-                $crate::cases::Range::OneOf(valid.iter().map(name).collect())
+            fn range(valid: &'static [Self]) -> $crate::parameter::Range {
+                let name = |kind: &Self| $crate::parameter::Setting::value(*kind).to_string().into();
+                $crate::parameter::Range::OneOf(valid.iter().map(name).collect())
             }
         }
     };
@@ -151,7 +150,8 @@ macro_rules! choices {
 /// Declares the parameters of a case as the fields of a struct. The unit of a number is the end of its name.
 ///
 /// ```
-/// use rimbench_cases::cases::{Contacts, ParameterSet};
+/// use rimbench_cases::cases::Contacts;
+/// use rimbench_cases::parameter::ParameterSet;
 ///
 /// rimbench_cases::choices! {
 ///     /// What holds it.
@@ -174,8 +174,8 @@ macro_rules! choices {
 /// let names: Vec<_> = Beam::declared().into_iter().map(|parameter| parameter.name).collect();
 /// assert_eq!(names, ["support", "modes", "length_m", "density_kg_m3", "tilt_rad", "stabilisation", "restitution"]);
 /// ```
-/// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole
-/// (`carriage: Carriage;`), or as a function makes it of the whole [`SharedSet`](crate::cases::SharedSet).
+/// The valid values of an `f64` are a [`Range`](crate::parameter::Range) without its path. A set is taken whole
+/// (`carriage: Carriage;`), or as a function makes it of the whole [`SharedSet`](crate::parameter::SharedSet).
 #[macro_export]
 macro_rules! parameters {
     (
@@ -201,9 +201,9 @@ macro_rules! parameters {
         }
 
         #[allow(clippy::approx_constant, reason = "a default has the digits of its source")]
-        impl $crate::cases::ParameterSet for $set {
+        impl $crate::parameter::ParameterSet for $set {
             #[allow(clippy::vec_init_then_push, reason = "one push per field")]
-            fn declared() -> Vec<$crate::cases::Parameter> {
+            fn declared() -> Vec<$crate::parameter::Parameter> {
                 let mut list = Vec::new();
                 $($crate::parameter_field!(declare list $source $field $kind
                     $(number [$default] [$valid] [$about] [$(.$more($($argument),*))*])?
@@ -213,7 +213,7 @@ macro_rules! parameters {
                 list
             }
 
-            fn read(parameters: &$crate::cases::Parameters) -> Self {
+            fn read(parameters: &$crate::parameter::Parameters) -> Self {
                 $set {
                     $($field: $crate::parameter_field!(read parameters $field $kind $([$default])? $($(<$choice>)+)?),)*
                 }
@@ -229,8 +229,8 @@ macro_rules! parameter_field {
     (declare $list:ident $source:literal $field:ident $kind:ident
         number [$default:expr] [$valid:expr] [$about:literal] [$($more:tt)*]) => {{
         #[allow(unused_imports)]
-        use $crate::cases::Range::*;
-        let parameter = $crate::cases::Parameter::of::<$kind>(stringify!($field), $default, $valid, $about, $source);
+        use $crate::parameter::Range::*;
+        let parameter = $crate::parameter::Parameter::of::<$kind>(stringify!($field), $default, $valid, $about, $source);
         $list.push(parameter $($more)*);
     }};
     (declare $list:ident $source:literal $field:ident $kind:ident
@@ -240,7 +240,7 @@ macro_rules! parameter_field {
     };
     (declare $list:ident $source:literal $field:ident $kind:ident $(shared [$shared:expr])?) => {{
         #[allow(unused_imports)]
-        use $crate::cases::{Range::*, SharedSet};
+        use $crate::parameter::{Range::*, SharedSet};
         let set = SharedSet::of::<$kind>();
         $(let shared: fn(SharedSet) -> SharedSet = $shared;
         let set = shared(set);)?
@@ -253,7 +253,7 @@ macro_rules! parameter_field {
         $crate::parameter_field!(read $parameters $field $kind [$kind::$first])
     };
     (read $parameters:ident $field:ident $kind:ident) => {
-        <$kind as $crate::cases::ParameterSet>::read($parameters)
+        <$kind as $crate::parameter::ParameterSet>::read($parameters)
     };
 }
 

@@ -1,12 +1,14 @@
-//! A run: what is asked for, what that resolves to, what comes of it, and what that is worth.
+//! A run: what is asked for, what that resolves to, what comes of it, and what that is worth. Like the core: no file, no
+//! thread, no clock.
 //!
-//! A file or the command line makes a [`RunRequest`], which a [`Catalogue`](crate::catalogue::Catalogue) resolves to a
+//! A file or the command line makes a [`RunRequest`], which a [`Catalogue`](catalogue::Catalogue) resolves to a
 //! [`RunSpec`]; [`simulate`] makes a [`RunResult`] of it, and [`evaluate`] holds that against a [`Reference`]. What
 //! determines a run is one list, [`RunSpec::facts`], from which run id, tables, JSON and plans are made.
 //!
 //! To add an option: a line in the list of [`RunRequest`], and a field where its value goes, in
 //! [`Exchange`](rimbench_core::cosim::Exchange) or [`ModelOptions`](rimbench_core::schemes::ModelOptions).
 
+pub mod catalogue;
 mod centre;
 mod checks;
 mod evaluation;
@@ -15,6 +17,7 @@ mod facts;
 mod finding;
 mod findings;
 mod given;
+pub mod metrics;
 mod options;
 mod predicted_growth;
 mod reference;
@@ -36,3 +39,6 @@ pub use reference::{DIVERGENCE_FACTOR, Peak, Reference, Solution, with_impulses}
 pub use run_result::RunResult;
 pub use simulation::{Clock, PreparedRun, RefusedSteps, simulate, simulate_inside};
 pub use spec::{RunSettings, RunSpec};
+
+/// Hash of the sources that make a reference, made when this crate was built; beside [`rimbench_cases::SOURCES`].
+pub const SOURCES: &str = env!("RIMBENCH_RUNS_SOURCES");

@@ -4,7 +4,7 @@
 use super::fact::{Fact, FactValue};
 use super::given::Given;
 use super::spec::RunSpec;
-use crate::cases::Case;
+use rimbench_cases::cases::Case;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, Every, Exchange, ForceBridge, ForceReturn, Known, LateRule, MassLearning,
     MechanicsIntegrator, MechanicsSteps, MicroSteps, Order, Partition, Sequence, Share, Split, StarPlan, StepControl,
@@ -437,8 +437,8 @@ fn number(number: f64) -> FactValue {
 mod tests {
     use super::super::fact::{Fact, FactValue};
     use super::super::given::Given;
+    use crate::RunRequest;
     use crate::catalogue::Catalogue;
-    use crate::runs::RunRequest;
 
     /// What a guest adds to the exchange.
     struct Exchange {

@@ -4,7 +4,7 @@ use super::evaluation::{BLOCK, EvaluatedRun, Judge};
 use super::reference::Reference;
 use super::run_result::RunResult;
 use super::spec::RunSpec;
-use crate::cases::{AUDIT_COLUMNS, CoupledSystem, LAMBDA_COLUMN, Recorder};
+use rimbench_cases::cases::{AUDIT_COLUMNS, CoupledSystem, LAMBDA_COLUMN, Recorder};
 use rimbench_core::cosim::{
     Bounds, CommunicationPoint, ForceBridge, ForceReturn, Known, Outcome, Report, RunControl, Setup, Sides, Star,
     StarPlan, StepControl, StepRule, StopFlag, Timer, Trajectory, cannot_divide, check_coupling, counts_interface_work,

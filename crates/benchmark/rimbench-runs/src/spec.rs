@@ -1,6 +1,7 @@
 //! What a request resolves to: everything that determines a run.
 
-use crate::cases::{Case, Parameters, coordinate_column};
+use rimbench_cases::cases::{Case, coordinate_column};
+use rimbench_cases::parameter::Parameters;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, Exchange, ForceReturn, MechanicsIntegrator, MechanicsSteps,
     SecondOrder, Setup, Sides, Split, StarPlan, StepRule, division,

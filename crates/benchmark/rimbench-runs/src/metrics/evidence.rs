@@ -21,7 +21,7 @@ pub struct Evidence<'a> {
     pub report: &'a Report,
     /// Whether an account of what its model created was asked for.
     pub audited: bool,
-    /// See [`predicted_growth`](crate::runs::predicted_growth).
+    /// See [`predicted_growth`](crate::predicted_growth).
     pub predicted_growth: Option<f64>,
 }
 

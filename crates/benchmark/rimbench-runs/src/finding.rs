@@ -132,7 +132,7 @@ impl Findings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::FactValue;
+    use crate::FactValue;
     use rimbench_core::cosim::Outcome;
 
     #[test]

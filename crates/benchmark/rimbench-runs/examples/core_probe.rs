@@ -7,9 +7,9 @@
 //! ```
 //! Two revisions agree where their lines do (`.ci/core` compares them, and counts instructions).
 
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{RunRequest, simulate};
 use rimbench_core::cosim::{Bounds, StopFlag};
+use rimbench_runs::catalogue::Catalogue;
+use rimbench_runs::{RunRequest, simulate};
 
 const SCHEMES: [&str; 12] = [
     "zero-order-hold",

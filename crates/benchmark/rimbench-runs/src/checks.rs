@@ -1,7 +1,7 @@
 //! What is checked of a run before it begins: which options go together, and which steps there can be.
 
 use super::spec::RunSettings;
-use crate::cases::{CaseDefaults, CoupledSystem, MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS};
+use rimbench_cases::cases::{CaseDefaults, CoupledSystem, MOST_MULTIPLES, MOST_SMALL_STEPS, MOST_STEPS};
 use rimbench_core::cosim::{
     ActuatorIntegrator, CommunicationGrid, Delivery, ForceBridge, ForceReturn, LateRule, MassLearning,
     MechanicsIntegrator, MechanicsSteps, Sequence, Share, Side, StarPlan, StepRule, cannot_divide, division,

@@ -1,6 +1,13 @@
 //! Named parameters of a case: what can be set, to what, and what it was set to.
 
-use super::values::{Range, Setting, Value, unit_of};
+mod declaration;
+mod values;
+
+#[doc(hidden)]
+pub use declaration::SharedSet;
+pub use declaration::{ParameterSet, choices, named, parameters};
+pub use values::{Range, Setting, Value, unit_of, without_unit};
+
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 use std::sync::{Arc, OnceLock};
@@ -203,9 +210,9 @@ impl Parameters {
         self.declared.iter().zip(self.values.iter())
     }
 
-    /// All parameters with their values, one `name = value` per line, sorted: in which order a case declares them is no
+    /// Returns all parameters with their values, one `name = value` per line, sorted: in which order a case declares them is no
     /// part of a run.
-    pub(crate) fn text(&self) -> &str {
+    pub fn text(&self) -> &str {
         self.text.get_or_init(|| {
             let line = |(parameter, value): (&Parameter, &Value)| format!("{} = {value}\n", parameter.name);
             let mut lines: Vec<String> = self.iter().map(line).collect();

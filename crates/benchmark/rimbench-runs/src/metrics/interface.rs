@@ -1,7 +1,7 @@
 //! How the rows of an interface feel each other, of schemes that have a model for each.
 
 use super::evidence::{Evidence, metrics};
-use crate::runs::NEUTRAL;
+use crate::predicted_growth::NEUTRAL;
 use rimbench_core::cosim::{InterfaceWork, OutcomeClass};
 
 metrics! {

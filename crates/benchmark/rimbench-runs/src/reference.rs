@@ -3,18 +3,16 @@
 use super::samples::Samples;
 use super::spec::RunSpec;
 use super::spec::use_integrators;
-use crate::cases::{
-    Case, CoupledSystem, ExactSolution, InterfaceColumns, Recorder, ReferenceMethod, Scale, without_unit,
-};
 use crate::metrics::{
-    ContactEvent, ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state,
-    touch_downs,
+    ContactEvent, ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, touch_downs,
 };
+use rimbench_cases::cases::{Case, CoupledSystem, ExactSolution, InterfaceColumns, Recorder, ReferenceMethod, Scale};
+use rimbench_cases::parameter::without_unit;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Quantity, Side, StopFlag, Trajectory,
 };
 use rimbench_core::error::{Cause, Error, Result};
-use rimbench_core::mechanics::{Due, ReferenceSteps, monolithic_with_events};
+use rimbench_core::mechanics::{Due, ReferenceSteps, is_contact_state, monolithic_with_events};
 use rimbench_core::solver_entry::SolverEntry;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -755,7 +753,7 @@ fn distance(a: &Trajectory, b: &Trajectory, column: usize) -> f64 {
 
 /// What each contact with friction does, with its state column.
 pub(super) fn friction_of(trajectory: &Trajectory) -> Vec<(String, Vec<FrictionPhase>)> {
-    let states = trajectory.columns().iter().enumerate().filter(|(_, name)| is_state(name));
+    let states = trajectory.columns().iter().enumerate().filter(|(_, name)| is_contact_state(name));
     states.map(|(column, name)| (name.clone(), friction_phases(trajectory, column))).collect()
 }
 
