@@ -65,6 +65,7 @@ mod second_order;
 mod space;
 mod step_control;
 mod stiff_forces;
+mod storm;
 mod tosses;
 mod vanishing_peaks;
 mod wedge_box;

@@ -39,8 +39,8 @@ pub struct Report {
     pub late_acceleration_correlation: Option<f64>,
     /// Wall times of the macro steps; none unless asked for. They depend on machine and load.
     pub latencies: Option<Latencies>,
-    /// The micro steps of the actuator: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over
-    /// it. None unless asked for, and where steps are taken again or both sides step together.
+    /// The micro steps of the actuator: `time_s` at which its outputs are read (its start, of the midpoint rule its
+    /// middle), `middle_s`, these outputs, its inputs over it. None unless asked for, and where steps are taken again or both sides step together.
     pub inside: Option<Trajectory>,
 }
 

@@ -142,6 +142,10 @@ impl TransmissionLine {
         for (i, line) in self.lines.iter_mut().enumerate() {
             let stiffness = rates
                 .map_or(f64::NAN, |rates| -(rates.feedthrough[i * 2 * m + i] + rates.rate_gain[i * 2 * m + m + i]));
+            // The impedance of a line is that of the system between whose sides it lies.
+            if !(stiffness > 0.0 && stiffness.is_finite()) {
+                return Err(Failure::out_of_range("stiffness of the actuator, which a line needs above 0,", stiffness));
+            }
             line.impedance = self.gain * (stiffness / line.mobility).sqrt();
             if !(line.impedance.is_finite() && line.impedance > 0.0) {
                 return Err(Failure::non_finite("impedance of the transmission line"));
