@@ -51,9 +51,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
     let figures: Vec<&FigureEntry> =
         figures.figures.iter().filter(|figure| names.contains(&figure.experiment)).collect();
-    let has_table = |folder: &str| !pages.is_empty() || names.iter().any(|name| name == folder);
-    let tables_kept: Vec<PathBuf> = tables.of(has_table).map(|(place, _)| out.join(place.file())).collect();
-    let kept = Kept::look(out, &experiments, &figures, &[&pages[..], &tables_kept[..]].concat(), (whole, whole));
+    let kept = Kept::look(out, &experiments, &figures, &pages, (whole, whole));
 
     let interruption = Interruption::listen(true);
     let progress = Progress::begin("reproduce", Some(total));
@@ -98,7 +96,6 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         changed += project.ranking()?.write(catalogue, out, &out.join("ranking"))?.differing.len();
         write_page(catalogue, &out.join(PAPER))?;
     }
-    tables.write(out, has_table)?;
     for page in &pages {
         let text = read_text(page)?;
         let filled = fill_page(page, &text, out, &tables)?;
@@ -148,8 +145,8 @@ pub(super) struct Remade {
 
 impl Kept {
     /// Looks at what is kept below a folder of results: of each experiment digest, medians, claims, figures, and rows
-    /// where they are; of a `whole` group its claims and its page; the ranking with `everything`; tables, and pages
-    /// with numbers in them.
+    /// where they are; of a `whole` group its claims and its page; the ranking with `everything`; pages with numbers
+    /// in them.
     pub(super) fn look(
         out: &Path,
         experiments: &[Experiment],

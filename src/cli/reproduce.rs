@@ -15,10 +15,9 @@ use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
-use rimbench::figures::TableList;
 use rimbench::figures::style::Styles;
 use rimbench::harness::{Cache, CheckedClaim, Job, Verdict, check_fresh_claims, run_job};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -57,16 +56,12 @@ impl Reproduce {
         let out = self.out.unwrap_or_else(|| PathBuf::from(default));
         let project = Project::find();
         let (experiments, figures) = (project.experiments(GROUP)?, project.figures()?);
-        // Of fewer macro steps there are no tables.
-        let tables = if self.quick { TableList::default() } else { project.tables()? };
         let runs = experiments.iter().map(|experiment| Ok(experiment.plan(catalogue, self.quick)?.len()));
         let total: usize = runs.sum::<Result<usize>>()?;
         check_writable_folder(&out)?;
 
         let drawn = figures.of_part(Some(GROUP));
-        let is_own = |folder: &str| Path::new(folder).starts_with(GROUP);
-        let written: Vec<PathBuf> = tables.of(is_own).map(|(place, _)| out.join(place.file())).collect();
-        let kept = Kept::look(&out, &experiments, &drawn, &written, (true, false)).there();
+        let kept = Kept::look(&out, &experiments, &drawn, &[], (true, false)).there();
         let progress = Progress::begin("reproduce", Some(total));
         let group = out.join(GROUP);
         let cache = Cache::of_user();
@@ -91,7 +86,6 @@ impl Reproduce {
         }
         progress.about("drawing figures");
         write_both(&group, &claims)?;
-        tables.write(&out, is_own)?;
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
         drawn.par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
         let (page, ..) = write_page(catalogue, &group)?;

@@ -129,11 +129,6 @@ impl Run {
         } else if summary.missing > 0 {
             print(&format!("{} runs are missing: run the other shards, then --collect them", summary.missing))?;
         } else {
-            // Elsewhere there may be no claims to make them of.
-            if self.out.is_none() {
-                let written = Project::find().tables()?.write("results".as_ref(), |own| own == experiment.full_name());
-                written.unwrap_or_else(|error| eprintln!("note: {error}"));
-            }
             if let Some(remark) = not_completed(&experiment, &folder)? {
                 print(&remark)?;
             }

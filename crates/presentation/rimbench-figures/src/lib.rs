@@ -67,4 +67,4 @@ pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKind, FigureList, Head, MadeFigures, figure_keys, preview};
 pub use pages::{fill_page, has_markers};
 pub use run_plot::plot;
-pub use tables::{Place, Table, TableList};
+pub use tables::TableList;

@@ -3,23 +3,22 @@
 //! ```text
 //! <!-- value claim=study/x:floor unit=N -->43 N<!-- /value -->            what a claim measured
 //! <!-- value id=study/x/completed -->8<!-- /value -->                     a value of the list of tables
-//! <!-- include results/study/x/tables/by-step.md -->                      a file
+//! <!-- table study/x/by-step -->                                          a table of that list
 //! …
-//! <!-- /include -->
+//! <!-- /table -->
 //! ```
 
 use crate::tables::{TableList, Unit, claims_of};
 use rimbench_core::error::{Error, Result, shortened};
-use rimbench_results::input::read_text;
 use std::path::Path;
 
 /// What a marker asks for.
-const KINDS: [&str; 2] = ["value", "include"];
+const KINDS: [&str; 2] = ["value", "table"];
 
 /// Fills all markers of a page from the results in a folder.
 ///
 /// # Errors
-/// [`Error::File`] with page, line and what is wrong: a marker that is not closed, a key, a value, a claim or a file
+/// [`Error::File`] with page, line and what is wrong: a marker that is not closed, a key, a value, a claim or a table
 /// that is not there; a summary that is missing or damaged.
 pub fn fill_page(page: &Path, text: &str, results: &Path, tables: &TableList) -> Result<String> {
     let mut filled = String::with_capacity(text.len());
@@ -38,7 +37,7 @@ pub fn fill_page(page: &Path, text: &str, results: &Path, tables: &TableList) ->
         }
         let made = match kind {
             "value" => value(asked, results, tables),
-            _ => included(asked.trim(), results),
+            _ => tables.table(asked.trim(), results).map(|table| format!("\n\n{table}\n")),
         };
         filled += &rest[..rest.len() - inside.len()];
         filled += &made.map_err(|error| wrong(error.to_string()))?;
@@ -87,13 +86,6 @@ fn next_marker(text: &str) -> Option<(&str, &'static str, &str)> {
         at += line.len();
     }
     None
-}
-
-/// A file below the folder of results.
-fn included(file: &str, results: &Path) -> Result<String> {
-    let below = file.strip_prefix("results/");
-    let below = below.ok_or_else(|| Error::invalid("include", file, "a file below `results/`"))?;
-    Ok(format!("\n\n{}\n", read_text(&results.join(below))?))
 }
 
 /// What a claim measured, or a value of the list.

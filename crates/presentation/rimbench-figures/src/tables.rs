@@ -1,13 +1,12 @@
 //! Tables and values of pages, from entries in `paper/tables.toml`: what is shown of which file of results.
 //!
-//! A table is written as Markdown beside the results it is of, as `<folder>/tables/<name>.md`, and pages include it; a
-//! value is named by pages. The keys are told in `docs/development/regenerate.md`.
+//! Pages name tables and values, and are [filled](crate::fill_page). The keys are told in
+//! `docs/development/regenerate.md`.
 
 use crate::claims_table::significant;
 use crate::figures::valid::{self, is_file_name};
 use crate::style::{Styles, with_variants};
 use rimbench_core::error::{Error, Result};
-use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::budget::BUDGET;
 use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY, SUMMARY_KEYS, read_summary};
@@ -16,7 +15,7 @@ use rimbench_results::text_place::said_at;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::LazyLock;
 use toml::Value;
 
@@ -60,7 +59,7 @@ pub struct TableList {
 /// Where something belongs and what it is called: `<folder of results>/<name>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(try_from = "String")]
-pub struct Place {
+struct Place {
     folder: String,
     name: String,
 }
@@ -68,7 +67,7 @@ pub struct Place {
 /// A table: how it is made of its file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Table {
+enum Table {
     /// A cell for each line and column.
     Grid(Grid),
     /// Columns of the file.
@@ -80,7 +79,7 @@ pub enum Table {
 /// A cell for each line and column, in brackets how many runs completed where not all did.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Grid {
+struct Grid {
     #[serde(default = "summary")]
     file: String,
     #[serde(default)]
@@ -102,7 +101,7 @@ pub struct Grid {
 /// A table of some columns. The columns without a fold tell the lines apart where there is one with a fold.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct List {
+struct List {
     #[serde(default = "summary")]
     file: String,
     #[serde(default)]
@@ -118,7 +117,7 @@ pub struct List {
 /// how much each way is worse than the best.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Bought {
+struct Bought {
     #[serde(default)]
     only: Only,
     #[serde(default)]
@@ -236,26 +235,17 @@ impl TableList {
         serde_path_to_error::deserialize(list).map_err(|error| wrong(error.inner().span(), &valid::said(&error)))
     }
 
-    /// The tables that are written below some folders of results (`group/name`, or `group` of what belongs to no
-    /// experiment).
-    pub fn of(&self, is_wanted: impl Fn(&str) -> bool) -> impl Iterator<Item = (&Place, &Table)> {
-        self.tables.iter().filter(move |(place, _)| is_wanted(&place.folder))
+    /// The tables' names.
+    pub fn tables(&self) -> impl Iterator<Item = String> {
+        self.tables.keys().map(Place::id)
     }
 
-    /// Writes such tables from what is in a folder of results.
-    ///
-    /// # Errors
-    /// Those of [`Table::markdown`]; [`Error::File`] for a file that cannot be written.
-    pub fn write(&self, results: &Path, is_wanted: impl Fn(&str) -> bool) -> Result<()> {
-        let write = |(place, table): (&Place, &Table)| {
-            let (made, file) = (table.markdown(place, results)?, results.join(place.file()));
-            let folder = file.parent().unwrap_or(results);
-            std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
-            write_atomically(&file, |file| file.write_all(made.as_bytes()))
-        };
-        // One that cannot be made leaves the others.
-        let written: Vec<Result<()>> = self.of(is_wanted).map(write).collect();
-        written.into_iter().collect()
+    /// A table by its name, as a page has it.
+    pub(crate) fn table(&self, id: &str, results: &Path) -> Result<String> {
+        let found = self.tables.iter().find(|(place, _)| place.id() == id);
+        let known: Vec<String> = self.tables().collect();
+        let (place, table) = found.ok_or_else(|| Error::unknown("table", id, known.iter().map(String::as_str)))?;
+        table.markdown(&place.folder, results).map_err(|error| Error::Incompatible(format!("table `{id}`: {error}")))
     }
 
     /// The values' names.
@@ -282,11 +272,6 @@ impl TableList {
 }
 
 impl Place {
-    /// The file of a table, below the folder of results.
-    pub fn file(&self) -> PathBuf {
-        Path::new(&self.folder).join("tables").join(format!("{}.md", self.name))
-    }
-
     fn id(&self) -> String {
         format!("{}/{}", self.folder, self.name)
     }
@@ -304,18 +289,12 @@ impl TryFrom<String> for Place {
 }
 
 impl Table {
-    /// Makes the table, at a place, from the results in a folder.
-    ///
-    /// # Errors
-    /// [`Error::File`] for a file that is missing or damaged, a column or a value that is not there, and a cell that is
-    /// not one.
-    pub fn markdown(&self, place: &Place, results: &Path) -> Result<String> {
-        let made = match self {
-            Table::Grid(grid) => source(results, &place.folder, &grid.file).and_then(|file| grid.markdown(&file)),
-            Table::List(list) => source(results, &place.folder, &list.file).and_then(|file| list.markdown(&file)),
-            Table::Budgets(bought) => source(results, &place.folder, BUDGET).and_then(|file| bought.markdown(&file)),
-        };
-        made.map_err(|error| Error::Incompatible(format!("table `{}`: {error}", place.id())))
+    fn markdown(&self, folder: &str, results: &Path) -> Result<String> {
+        match self {
+            Table::Grid(grid) => grid.markdown(&source(results, folder, &grid.file)?),
+            Table::List(list) => list.markdown(&source(results, folder, &list.file)?),
+            Table::Budgets(bought) => bought.markdown(&source(results, folder, BUDGET)?),
+        }
     }
 }
 

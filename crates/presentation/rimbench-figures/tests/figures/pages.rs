@@ -59,18 +59,24 @@ fn list(text: &str) -> TableList {
 /// The tables of a list, made in a folder, one behind the other.
 fn made(text: &str, results: &Path) -> Result<String> {
     let list = list(text);
-    list.of(|_| true).map(|(place, table)| table.markdown(place, results)).collect()
+    list.tables().map(|id| table_of(&list, &id, results)).collect()
+}
+
+/// A table as a page has it.
+fn table_of(list: &TableList, id: &str, results: &Path) -> Result<String> {
+    let page = fill_page("page.md".as_ref(), &format!("<!-- table {id} --><!-- /table -->"), results, list)?;
+    let (_, inside) = page.split_once("-->\n\n").unwrap();
+    Ok(inside.split_once("\n<!--").unwrap().0.to_owned())
 }
 
 #[test]
 fn markers_are_filled_and_what_is_around_them_stays() {
     let (folder, list) = (results(), list(LIST));
-    list.write(folder.path(), |own| own == "study/x").unwrap();
     let filled = |text: &str| fill_page("page.md".as_ref(), text, folder.path(), &list);
     let page = "It has <!-- value id=study/x/error unit=mm -->?<!-- /value -->, and \
                 <!-- value claim=study/x:floor unit=N -->?<!-- /value --> of \
                 <!-- value id=study/x/claims -->?<!-- /value -->:\
-                <!-- include results/study/x/tables/by-step.md --><!-- /include -->.";
+                <!-- table study/x/by-step --><!-- /table -->.";
     let once = filled(page).unwrap();
     let text: String = once.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, text)| text)).collect();
     let table = "| scheme | 5 ms | 10 ms |\n|---|---|---|\n| a | 16.6 | 30.0 (1) |\n| b | 8.30 | – |";
@@ -84,8 +90,7 @@ fn markers_are_filled_and_what_is_around_them_stays() {
 #[test]
 fn a_table_says_how_many_completed_where_not_all_did() {
     let (folder, list) = (results(), list(LIST));
-    list.write(folder.path(), |own| own == "study/x").unwrap();
-    let table = std::fs::read_to_string(folder.path().join("study/x/tables/by-step.md")).unwrap();
+    let table = table_of(&list, "study/x/by-step", folder.path()).unwrap();
     assert_eq!(table, "| scheme | 5 ms | 10 ms |\n|---|---|---|\n| a | 16.6 | 30.0 (1) |\n| b | 8.30 | – |\n");
 }
 
@@ -162,11 +167,11 @@ fn rows_of_other_files_are_chosen_folded_and_held_against_each_other() {
     let work = "solver,from,pivots,worst\none,1,3,1e-9\none,65,7,2e-9\ntwo,1,5,0.5\ntwo,65,,0.25\n";
     std::fs::create_dir(folder.path().join("work")).unwrap();
     std::fs::write(folder.path().join("work/work.csv"), work).unwrap();
-    list(LIST).write(folder.path(), |own| own == "work").unwrap();
-    let table = |name: &str| std::fs::read_to_string(folder.path().join("work/tables").join(name)).unwrap();
+    let tables = list(LIST);
+    let table = |id: &str| table_of(&tables, id, folder.path()).unwrap();
     let solvers = "| solver | work | worst |\n|---|---|---|\n| first | 10 | 2.0e-7 |\n| two | 5 | 50 |\n";
-    assert_eq!(table("solvers.md"), solvers);
-    assert_eq!(table("two.md"), "| solver | worst |\n|---|---|\n| two | 0.25 |\n");
+    assert_eq!(table("work/solvers"), solvers);
+    assert_eq!(table("work/two"), "| solver | worst |\n|---|---|\n| two | 0.25 |\n");
     let value = |keys: &str, unit: &str| {
         let list = list(&format!("[value.\"work/v\"]\nfile = \"work.csv\"\n{keys}"));
         let page = format!("<!-- value id=work/v {unit} -->?<!-- /value -->");
@@ -223,8 +228,7 @@ fn what_cannot_be_filled_is_named_with_its_line() {
         ("<!-- value claim=study/x:floor digits=0 --><!-- /value -->", "1 to 8"),
         ("<!-- value claim=study/x:floor -->", "is not closed"),
         ("<!-- value claim=study/x:floor unit=ft --><!-- /value -->", "ft"),
-        ("<!-- include study/x/claims.csv --><!-- /include -->", "below `results/`"),
-        ("<!-- include results/study/x/tables/none.md --><!-- /include -->", "none.md"),
+        ("<!-- table study/x/none --><!-- /table -->", "unknown table `study/x/none`"),
     ] {
         let error =
             fill_page("page.md".as_ref(), &format!("one\n{marker}"), folder.path(), &list).unwrap_err().to_string();
