@@ -14,7 +14,6 @@
 //! records/        the store (see [`Store`](super::Store)); not a result
 //! ```
 
-use super::belief::{believed, what_happens};
 use super::experiment::{COPY, Experiment, PlannedRun};
 use super::files::make_folder;
 use super::open::{DATA_PACKAGE, describe};
@@ -22,7 +21,9 @@ use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::Only;
-use rimbench_cases::runs::{Costs, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of, only_of};
+use rimbench_cases::runs::{
+    Costs, Fact, Findings, Reference, RunSpec, believed, interface_oscillation, names_of, only_of, what_happens,
+};
 use rimbench_core::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
