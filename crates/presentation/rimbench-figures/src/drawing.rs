@@ -180,9 +180,9 @@ pub enum Shape {
     },
     /// A line of text.
     Text(Text),
-    /// What follows, up to the next [`Close`](Shape::Close), belongs to one series of this name.
-    Open(String),
-    /// The end of a series.
+    /// What follows, up to its [`Close`](Shape::Close), is one part of this class, with what a script is told of it.
+    Open(&'static str, String),
+    /// The end of a part.
     Close,
 }
 
@@ -294,7 +294,7 @@ impl Drawing {
                 Shape::Path { points, .. } => points.iter_mut().for_each(|point| point.1 += by),
                 Shape::Disc { centre, .. } => centre.1 += by,
                 Shape::Text(text) => text.at.1 += by,
-                Shape::Open(_) | Shape::Close => {}
+                Shape::Open(..) | Shape::Close => {}
             }
         }
         let series = self.data.iter_mut().flat_map(|panel| &mut panel.series);
@@ -339,7 +339,12 @@ impl Drawing {
 
     /// Adds what belongs to one series; a script finds it by its name.
     pub fn group(&mut self, name: &str, draw: impl FnOnce(&mut Drawing)) {
-        self.shapes.push(Shape::Open(name.to_owned()));
+        self.part("series", name, draw);
+    }
+
+    /// Adds a part that a script finds by its class, and what that is told of it.
+    pub fn part(&mut self, class: &'static str, told: &str, draw: impl FnOnce(&mut Drawing)) {
+        self.shapes.push(Shape::Open(class, told.to_owned()));
         draw(self);
         self.shapes.push(Shape::Close);
     }

@@ -76,7 +76,7 @@ fn paint<DB: DrawingBackend>(drawing: &Drawing, backend: DB, grid: Grid) -> Resu
             Shape::Path { points, closed, fill, stroke } => path(points, *closed, *fill, *stroke),
             Shape::Disc { centre, radius, fill, stroke } => path(&corners(*centre, *radius), true, *fill, *stroke),
             Shape::Text(text) => grid.text(&page, text),
-            Shape::Open(_) | Shape::Close => Ok(()),
+            Shape::Open(..) | Shape::Close => Ok(()),
         })
     });
     painted.and_then(|()| page.present()).map_err(|error| error.to_string())

@@ -11,6 +11,7 @@ use crate::ticks::{linear, signed};
 use rimbench_cases::cases::standard_cases;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_results::run_table::Run;
 use serde::Deserialize;
 
 /// Options of a figure of the mechanism.
@@ -122,6 +123,19 @@ fn force(newtons: f64) -> String {
     }
 }
 
+/// How a page asks for what is believed under a label: the scheme, and what it takes for closed contacts if that is not
+/// its own.
+fn asked(source: &Source, label: &str) -> String {
+    let Ok(table) = source.runs() else { return label.to_owned() };
+    let contacts = table.setting("contact_detection").ok();
+    let run = table.runs().iter().find(|run| *run.label == *label);
+    let words = |run: &Run| {
+        let contacts = contacts.map_or("", |place| &*run.settings[place]);
+        format!("{} {contacts}", run.scheme).trim_end().to_owned()
+    };
+    run.map_or_else(|| label.to_owned(), words)
+}
+
 /// A macro step with what is shown of it.
 struct Column<'a> {
     panel: &'a MechanismPanel,
@@ -159,6 +173,7 @@ impl Column<'_> {
             true if gap > closed => ["lifts off".to_owned(), format!("by {}", micrometres(gap))],
             true if rows.pull() < 0.0 => ["pulls it down".to_owned(), format!("with {}", force(-rows.pull()))],
             true => ["stands still".to_owned(), String::new()],
+            false if gap > closed && gap < rows.first()[1] - closed => ["falls".to_owned(), String::new()],
             false if gap > closed => ["hangs in air".to_owned(), String::new()],
             false => [format!("falls {}", micrometres(rows.first()[1])), "and lands".to_owned()],
         };
@@ -322,19 +337,28 @@ impl FigureOptions for MechanismFigure {
             let end = column.left + column.width + 7.0;
             let head = |words: &str, at: Point| Text::new(words, at, 11.5).colored(Color::SOFT_INK);
             drawing.text(head("force at the end", (end, LANES - 5.0)));
-            column.lane(&mut drawing, lane_top(0), &column.truth, true);
-            for (belief, rows) in column.beliefs.iter().enumerate() {
-                column.lane(&mut drawing, lane_top(1 + belief), rows, false);
-            }
-            let length = column.truth.last()[0] - column.truth.first()[0];
-            let words = format!("{:.0} ms, no exchange", 1e3 * length);
-            let middle = column.left + 0.5 * column.width;
-            drawing.text(head(&words, (middle, bottom + 11.0)).anchored(Anchor::Middle));
-            for time in [column.truth.first()[0], column.truth.last()[0]] {
-                let x = column.x(time);
-                drawing.line(vec![(x, bottom - 2.0), (x, bottom + 5.0)], SOFT);
-            }
-            self.forces(&mut drawing, (column, &names), (top, plot), &y, BEYOND * truths);
+            let [start, end] = [column.truth.first(), column.truth.last()].map(|row| row[0]);
+            let panel = column.panel;
+            let told = format!("{} {} {start} {end} {}", panel.case, panel.contact, column.truth.rows.len() - 1);
+            drawing.part("step", &told, |drawing| {
+                drawing.part("lane", "", |drawing| column.lane(drawing, lane_top(0), &column.truth, true));
+                for (belief, rows) in column.beliefs.iter().enumerate() {
+                    let lane = |drawing: &mut Drawing| column.lane(drawing, lane_top(1 + belief), rows, false);
+                    drawing.part("lane", &asked(source, &self.beliefs[belief]), lane);
+                }
+                drawing.part("span", "", |drawing| {
+                    let words = format!("{:.0} ms, no exchange", 1e3 * (end - start));
+                    let middle = column.left + 0.5 * column.width;
+                    drawing.text(head(&words, (middle, bottom + 11.0)).anchored(Anchor::Middle));
+                    for x in [start, end].map(|time| column.x(time)) {
+                        drawing.line(vec![(x, bottom - 2.0), (x, bottom + 5.0)], SOFT);
+                    }
+                });
+                let told = format!("{} {}", y(0.0) - y(1.0), BEYOND * truths);
+                drawing.part("forces", &told, |drawing| {
+                    self.forces(drawing, (column, &names), (top, plot), &y, BEYOND * truths);
+                });
+            });
             for tick in ticks.ticks.iter().filter(|_| index == 0) {
                 let text =
                     head(&format!("{} kN", tick.label), (column.left - 6.0, y(1e3 * tick.value))).anchored(Anchor::End);

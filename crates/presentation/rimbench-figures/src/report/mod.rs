@@ -92,7 +92,7 @@ impl Report<'_> {
                 left_out.push(PACKED.to_owned());
             }
             let around = self.page(&body, &scripts, &left_out, "");
-            let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len()))? else {
+            let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len())) else {
                 continue;
             };
             let page = self.page(&body, &scripts, &left_out, &data);

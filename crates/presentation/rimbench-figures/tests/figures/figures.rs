@@ -458,7 +458,7 @@ fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
         let corners = match shape {
             Shape::Path { points, .. } => points.clone(),
             Shape::Disc { centre: (x, y), radius, .. } => vec![(x - radius, y - radius), (x + radius, y + radius)],
-            Shape::Open(_) | Shape::Close => continue,
+            Shape::Open(..) | Shape::Close => continue,
             Shape::Text(text) => {
                 let (back, forth) = (text.lead(), text.width() - text.lead());
                 let along = |d: f64| {
