@@ -64,8 +64,6 @@ pub struct Report<'a> {
     pub listed: Vec<(String, String)>,
     /// The program that wrote it, in words.
     pub program: String,
-    /// What is missing, beside what studies say themselves.
-    pub remarks: Vec<String>,
 }
 
 /// What came of writing a page.
