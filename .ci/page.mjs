@@ -1,6 +1,6 @@
 // Uses the report as a reader does.
 //
-//   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit; errors, peaks, outcomes and signs of all machines at three steps; what is enlarged stays in the picture (needs node alone)
+//   node .ci/page.mjs digits MODULE PROGRAM           every scheme and belief in the module against the program, bit by bit; errors, peaks, outcomes and signs of all machines at three steps; what is enlarged stays in the picture (needs node alone)
 //   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
 //                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
 //   node .ci/page.mjs speed REPORT [idle]             first paint, controls, redraws while the slider is dragged; slow fails if idle
@@ -26,6 +26,8 @@ const simulate = (...options) => {
   return stdout;
 };
 
+const number = (text) => ({ inf: Infinity, "-inf": -Infinity, NaN: NaN })[text] ?? Number(text);
+
 async function digits() {
   // The page's own worker, outside a page.
   const source = fs.readFileSync(new URL("../crates/presentation/rimbench-figures/page/worker.js", import.meta.url), "utf8");
@@ -37,7 +39,6 @@ async function digits() {
     return answer.answers[0];
   };
   await worker.onmessage({ data: { module: new WebAssembly.Module(zlib.gunzipSync(fs.readFileSync(subject))) } });
-  const number = (text) => ({ inf: Infinity, "-inf": -Infinity, NaN: NaN })[text] ?? Number(text);
   const trace = path.join(fs.mkdtempSync(path.join(os.tmpdir(), "digits-")), "trace.csv");
   const cases = JSON.parse(answer.cases);
   let runs = 0, equal = 0, judged = 0;
@@ -67,10 +68,40 @@ async function digits() {
   }
   console.log(`${judged} errors, peaks and outcomes are those of the program, to a tenth or as they say`);
   console.log(`${equal} of ${runs} runs have the same digits in the module and in the program`);
+  await believed(ask, trace);
   await enlarged(cases, ask);
 }
 
 const facts = (words) => new Map(words.split("\n").filter(Boolean).map((line) => [line.split(" ", 1)[0], line.slice(line.indexOf(" ") + 1)]));
+
+// What is believed within a macro step has the program's digits, at the figure's own step, which says the same forces, and at a shorter
+// one, of which the longer one knows what happens.
+async function believed(ask, trace) {
+  const svg = fs.readFileSync(new URL("../results/paper/reversal/figures/mechanism.svg", import.meta.url), "utf8");
+  let told = 0;
+  for (const [, step, inside] of svg.matchAll(/data-step="([^"]*)">([^]*?)(?=<g class="step"|$)/g)) {
+    const [name, , start, end] = step.split(" "), longest = 1000 * (end - start);
+    const lanes = [...inside.matchAll(/data-lane="([^"]*)">([^]*?)(?=<g class="(?:lane|span)")/g)];
+    for (const ms of [longest, 0.4 * longest].map((ms) => ms.toPrecision(9)))
+      for (const [, lane, drawn] of lanes) {
+        const [scheme, contacts] = (lane || "monolithic").split(" ");
+        const own = await ask(`believe ${start}\ncase ${name}\nmacro_step_s ${ms}e-3\nscheme ${lane ? scheme : "zero-order-hold"}\n${contacts ? `contact_detection ${contacts}\n` : ""}`);
+        simulate("--case", name, "--scheme", scheme, "--macro-step", `${ms}ms`, "--believe-at", `${start}s`, "--trace", trace, ...(contacts ? ["--contact-detection", contacts] : []));
+        const [header, ...rows] = fs.readFileSync(trace, "utf8").trim().split("\n").map((row) => row.split(","));
+        const columns = own.words.match(/^columns (.*)$/m)?.[1].split(" ") ?? [], first = lane ? rows.length : 0;
+        const value = (row, column) => own.numbers[(first + row) * columns.length + columns.indexOf(column)];
+        // What happens is stepped up to the end of the longest step, and ends that of a shorter one at another round-off.
+        const is = (ours, theirs) => Object.is(ours, theirs) || (!lane && ms < 0.9 * longest && Math.abs(ours - theirs) <= 1e-9 * Math.max(1, Math.abs(theirs)));
+        const same = own.numbers.length === 2 * rows.length * columns.length && rows.every((row, k) => header.every((column, j) => is(value(k, column), number(row[j]))));
+        if (!same) fail(`${name}, ${lane || "what happens"} in ${ms} ms: other digits in the browser than in the program`);
+        const force = value(rows.length - 1, "actuator_force_n"), said = Math.abs(force) >= 1e4 ? `${(force / 1e3).toFixed(1)} kN` : `${force.toFixed(0)} N`;
+        if (ms > 0.9 * longest && !drawn.includes(`>${said.replace("-", "−")}<`)) fail(`${name}, ${lane || "what happens"}: the figure does not say ${said}`);
+        told += same;
+      }
+  }
+  if (told < 20) fail(`only ${told} beliefs have the program's digits`);
+  console.log(`${told} beliefs within a macro step have the program's digits, and the figure says their forces`);
+}
 
 // Error, peak, outcome and sign of a run in the page are those of the program: an error to a tenth, or no more than the page allows.
 function compare(page, program, named) {
@@ -364,6 +395,7 @@ async function browse() {
   }
   await page.setViewport({ width: 1280, height: 1200 });
   await follow(page);
+  await drag(page);
   // On paper are all claims, and the pair as it stands.
   const printed = await page.evaluate(() => {
     dispatchEvent(new Event("beforeprint"));
@@ -558,6 +590,43 @@ async function follow(page) {
   await page.keyboard.press("Escape");
   await page.$eval(".tools summary", (summary) => summary.click());
   await wait(() => document.querySelectorAll(".tools table tbody tr").length > 0);
+}
+
+// The figure of the mechanism is dragged by hand and by keyboard: in a short macro step beliefs are right that part from the truth in a
+// longer one, and at its own step it is the figure that stands still.
+async function drag(page) {
+  const sliders = await page.$$(".steps input");
+  if (sliders.length !== 2) return fail(`the mechanism has ${sliders.length} sliders`);
+  await sliders[0].evaluate((slider) => slider.closest("figure").scrollIntoView({ block: "center" }));
+  const texts = () => page.$$eval("g.step", (steps) => steps.map((step) => [...step.querySelectorAll("text")].map((text) => text.textContent)));
+  const still = await texts();
+  const told = async (k, value) => {
+    await sliders[k].evaluate((slider, value) => {
+      slider.value = value;
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    }, value);
+    await page.waitForFunction((k) => document.querySelectorAll("g.step")[k].dataset.drawn === document.querySelectorAll(".steps input")[k].value, { timeout: 60e3 }, k);
+    return sliders[k].evaluate((slider) => slider.getAttribute("aria-valuetext"));
+  };
+  // A hold, the smooth model, the non-smooth one, gap tracking: ✓ or ✗ of each as the macro step grows.
+  for (const [k, value, marks] of [[0, 20, "✓✓✓✓"], [0, 200, "✗✗✓✓"], [1, 20, "✓✗✓✓"], [1, 100, "✗✗✗✓"]]) {
+    const said = await told(k, value), found = [...said.matchAll(/ (right|wrong),/g)].map(([, word]) => (word === "right" ? "✓" : "✗")).join("");
+    if (found !== marks) fail(`the beliefs at ${said} are ${found}`);
+    const signs = await page.$$eval("g.step", (steps, k) => [...steps[k].querySelectorAll(".lane")].map((lane) => [...lane.querySelectorAll("text")].map((text) => text.getAttribute("fill")).at(0)), k);
+    if (signs.slice(1).map((color) => (color === "rgb(0,99,156)" ? "✓" : "✗")).join("") !== marks) fail(`the colours at ${said} are ${signs}`);
+  }
+  const moved = await texts();
+  if (JSON.stringify(moved) !== JSON.stringify(still)) fail(`at its own macro step the figure says ${moved.join()} and not ${still.join()}`);
+  await sliders[0].focus();
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => document.querySelector("g.step").dataset.drawn === "199", { timeout: 60e3 }).catch(() => fail("an arrow key leaves the macro step as it is"));
+  // By hand: to the middle of the lane, which is half of the step.
+  const lane = await (await page.$("g.step .lane path")).boundingBox(), middle = [lane.x + 0.5 * lane.width, lane.y + 0.5 * lane.height];
+  await page.mouse.move(lane.x + 0.9 * lane.width, middle[1]);
+  await page.mouse.down();
+  await page.mouse.move(...middle);
+  await page.mouse.up();
+  await page.waitForFunction(() => Math.abs(Number(document.querySelector("g.step").dataset.drawn) - 100) < 3, { timeout: 60e3 }).catch(() => fail("a drag on the lane leaves the macro step as it is"));
 }
 
 // Without scripts claims and figures stand all the same; without WebAssembly everything but the simulator works.

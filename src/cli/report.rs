@@ -88,14 +88,15 @@ pub(super) fn write_page(catalogue: &Catalogue, folder: &Path) -> Result<(PathBu
     let studies: Vec<Study> =
         folders.par_iter().map(|folder| study(folder, catalogue, project, &figures, &styles)).collect();
     let is_paper = studies.iter().any(|study| study.name.starts_with("paper/") && study.is_shipped);
-    let not_shown = studies.iter().flat_map(not_shown).collect();
+    let of_study =
+        |study: &Study| study.missing().into_iter().map(|said| format!("{}: {said}", study.name)).collect::<Vec<_>>();
+    let not_shown = studies.iter().flat_map(of_study).collect();
     let report = Report {
         folder,
         studies,
         text: is_paper.then_some((source, &text)),
         listed: figures.figures.iter().map(|figure| (figure.id.clone(), figure.experiment.clone())).collect(),
         program: format!("rimbench {} of commit {}", BUILD.version, BUILD.git_revision),
-        remarks: Vec::new(),
     };
     let manoeuvre = report.studies.iter().find(|study| study.name == "paper/fig1" && study.is_shipped);
     if let Some((study, case)) = manoeuvre.zip(catalogue.case("wedge-box").ok())
@@ -107,20 +108,6 @@ pub(super) fn write_page(catalogue: &Catalogue, folder: &Path) -> Result<(PathBu
     let path = folder.join("report.html");
     let written = report.write(&path)?;
     Ok((path, written, not_shown))
-}
-
-/// What the page does not show of a study.
-fn not_shown(study: &Study) -> Vec<String> {
-    let name = &study.name;
-    let mut said: Vec<String> = study.remarks.iter().map(|remark| format!("{name}: {remark}")).collect();
-    if let (Some(planned), Some(runs)) = (study.planned, &study.runs)
-        && runs.len() < planned
-    {
-        said.push(format!("{name}: {} of {planned} planned runs are there", runs.len()));
-    }
-    let figures = study.figures.iter().filter_map(|(id, _, made)| Some((id, made.as_ref().err()?)));
-    said.extend(figures.map(|(id, reason)| format!("{name}: figure {id} is not drawn: {reason}")));
-    said
 }
 
 /// A study with all that is known of it; what is wrong with a part of it is said there, and leaves the other parts.

@@ -14,13 +14,11 @@ use rimbench::error::Error;
 use rimbench::figures::style::Styles;
 use rimbench::figures::{plot, render};
 use rimbench::fmi::import::{ProbeQuality, SideNotes};
-use rimbench::harness::{
-    Cache, DeadlineLog, believed, monotonic_clock, obtain_reference, processor_clock, what_happens,
-};
+use rimbench::harness::{Cache, DeadlineLog, monotonic_clock, obtain_reference, processor_clock};
 use rimbench::input::read_text;
 use rimbench::metrics::{METRICS, STAYS_DOWN_M};
 use rimbench::parameter::{Value as ParameterValue, without_unit};
-use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec};
+use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, believed, what_happens};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;

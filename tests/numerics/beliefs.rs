@@ -1,7 +1,7 @@
 //! What schemes believe within one macro step from one true state: a contact opens, or a contact closes.
 
 use crate::support::*;
-use rimbench::harness::{believed, what_happens};
+use rimbench::runs::{believed, what_happens};
 
 const REVERSAL: (&str, f64, f64) = ("wedge-box-reversal", 0.3, 10e-3);
 const LANDING: (&str, f64, f64) = ("wedge-box", 1.695, 5e-3);

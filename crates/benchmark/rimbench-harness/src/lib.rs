@@ -5,7 +5,6 @@
 //! killed, and exports the result files; [`check_claims`] holds what the file claims against what came out.
 
 mod advice;
-mod belief;
 mod build_info;
 mod cache;
 mod checked_results;
@@ -33,7 +32,6 @@ pub use advice::{
     Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, checked_budget, prices_of,
     share_of_peak, steps_to_try, steps_within,
 };
-pub use belief::{TrueState, believed, what_happens};
 pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{

@@ -14,7 +14,6 @@
 //! records/        the store (see [`Store`](super::Store)); not a result
 //! ```
 
-use super::belief::{believed, what_happens};
 use super::experiment::{COPY, Experiment, PlannedRun};
 use super::files::make_folder;
 use super::open::{DATA_PACKAGE, describe};
@@ -28,7 +27,9 @@ use rimbench_results::kept::{DIGEST, SUMMARY};
 use rimbench_results::trace;
 use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::Only;
-use rimbench_runs::{Costs, Fact, Findings, Reference, RunSpec, interface_oscillation, names_of, only_of};
+use rimbench_runs::{
+    Costs, Fact, Findings, Reference, RunSpec, believed, interface_oscillation, names_of, only_of, what_happens,
+};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 

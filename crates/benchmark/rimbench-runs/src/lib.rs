@@ -8,6 +8,7 @@
 //! To add an option: a line in the list of [`RunRequest`], and a field where its value goes, in
 //! [`Exchange`](rimbench_core::cosim::Exchange) or [`ModelOptions`](rimbench_core::schemes::ModelOptions).
 
+mod belief;
 pub mod catalogue;
 mod centre;
 mod checks;
@@ -27,6 +28,7 @@ mod samples;
 mod simulation;
 mod spec;
 
+pub use belief::{TrueState, believed, what_happens};
 pub use evaluation::{EvaluatedRun, evaluate};
 pub use fact::{Fact, FactValue};
 pub use facts::only_of;

@@ -98,5 +98,14 @@ const page = (() => {
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
+  // The other scripts are packed.
+  unpacked("scripts")
+    .then((response) => response.text())
+    .then((text) => document.body.append(make("script", {}, text)))
+    .catch((error) => {
+      const note = document.getElementById("try-missing");
+      note.hidden = false;
+      note.textContent = `Simulating in the page is not possible here: ${error.message}. The figures and claims below stand.`;
+    });
   return { reveal, unpacked, simulator, facts, make, data, shown, copy, download };
 })();

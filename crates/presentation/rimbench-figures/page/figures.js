@@ -65,6 +65,7 @@
       light(point.name);
     };
     canvas.addEventListener("pointermove", (event) => {
+      if (figure.matches(".moved")) return hide();
       const box = svg.getBoundingClientRect();
       const x = ((event.clientX - box.left) / box.width) * width, y = ((event.clientY - box.top) / box.height) * height;
       const legend = event.target.closest?.("g.series");
@@ -90,7 +91,7 @@
     canvas.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
       if (event.key === "Escape") hide();
-      if (!step || !seen.length) return;
+      if (!step || !seen.length || figure.matches(".moved")) return;
       event.preventDefault();
       at = (at + step + seen.length) % seen.length;
       show(seen[at]);

@@ -7,7 +7,7 @@
     $("try-missing").textContent = `Simulating in the page is not possible here: ${why}. Everything else on this page works.`;
   };
   // Colours and names are those of the figures; schemes and cases are those of the module.
-  const { schemes: STYLES, knobs: KNOBS } = JSON.parse($("known").textContent), SCHEMES = {};
+  const { schemes: STYLES } = JSON.parse($("known").textContent), SCHEMES = {};
   const called = (scheme) => STYLES[scheme].name;
   let CASES = [];
   const SIDES = ["a", "b"], OPTIONS = { mass: "0", stiffness: "0", friction: "0", late: "0", phase: "1", "late-a": "", "late-b": "", "contacts-a": "", "contacts-b": "", integrator: "", step: "" };
@@ -52,7 +52,7 @@
   const round = (value) => Number(value.toPrecision(2));
   // A slider of the machine: its words, its parameter, the value that is set (none where it stands), and how that is read.
   const knob = (kind) => {
-    const of = KNOBS[state.case]?.[kind];
+    const of = current()?.knobs[kind];
     if (!of) return null;
     const [name, start, about] = of, factor = FACTORS[3 + Number(state[kind])], oil = name.startsWith("compressibility");
     const value = factor === 1 ? start : round(oil ? start / factor : start * factor), shown = oil ? round(1e-9 / value) : value;

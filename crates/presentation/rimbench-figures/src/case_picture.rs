@@ -30,7 +30,7 @@ pub fn picture(case: &Case, of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> Dr
     drawing.description = format!("{}, as it starts.", case.about);
     let place = Rect { left: 0.0, top: 0.0, right: WIDTH, bottom: height };
     let view = View { place, follow: of.follow.map_or(0.0, value) };
-    view.draw(&mut drawing, of, value, Color(0x00, 0x72, 0xB2));
+    view.draw(&mut drawing, of, value, Some(Color(0x00, 0x72, 0xB2)));
     drawing
 }
 
@@ -252,17 +252,8 @@ impl View {
         (self.place.width() / (right - left)).min(self.place.height() / (high - low))
     }
 
-    /// Draws a case, its scheme in a colour.
-    pub fn draw(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64, color: Color) {
-        self.shapes(drawing, of, value, Some(color));
-    }
-
-    /// Draws the outlines of what moves, thin.
-    pub fn outline(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64) {
-        self.shapes(drawing, of, value, None);
-    }
-
-    fn shapes(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64, color: Option<Color>) {
+    /// Draws a case, its scheme in a colour; without one, thin outlines of what moves.
+    pub fn draw(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64, color: Option<Color>) {
         let poses = poses(of, value);
         let scale = self.scale(of);
         let [[left, right], [low, high]] = of.view;

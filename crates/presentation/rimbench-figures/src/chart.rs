@@ -2,7 +2,7 @@
 //!
 //! These types only describe; [`Figure::draw`] turns them into a [`Drawing`](super::drawing::Drawing).
 
-use super::line_style::LineStyle;
+use super::line_style::{LineStyle, Marker};
 
 /// Whether equal distances are equal differences or equal ratios.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,15 +15,6 @@ pub enum Scale {
     SymLog(i32),
 }
 
-/// The interval an axis shows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Range {
-    /// All finite values of all series and slope guides.
-    Auto,
-    /// From the first to the second value; what lies outside is cut at the frame.
-    Fixed(f64, f64),
-}
-
 /// One axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -31,8 +22,9 @@ pub struct Axis {
     pub label: String,
     /// Linear or logarithmic.
     pub scale: Scale,
-    /// The interval shown.
-    pub range: Range,
+    /// The interval shown, at whose ends what lies outside is cut; without one, all finite values of all series and slope
+    /// guides.
+    pub range: Option<[f64; 2]>,
     /// What its values are called, where these are few: kinds of signs, or columns.
     pub names: Vec<Name>,
 }
@@ -51,7 +43,7 @@ pub struct Name {
 impl Axis {
     /// A linear axis that shows everything.
     pub fn linear(label: impl Into<String>) -> Self {
-        Axis { label: label.into(), scale: Scale::Linear, range: Range::Auto, names: Vec::new() }
+        Axis { label: label.into(), scale: Scale::Linear, range: None, names: Vec::new() }
     }
 
     /// A logarithmic axis that shows everything.
@@ -72,14 +64,8 @@ impl Axis {
     }
 
     /// Shows an interval only, if there is one.
-    pub fn within(self, interval: Option<[f64; 2]>) -> Self {
-        interval.map_or(self.clone(), |[low, high]| self.range(low, high))
-    }
-
-    /// Shows `low` to `high` only.
-    pub fn range(mut self, low: f64, high: f64) -> Self {
-        self.range = Range::Fixed(low, high);
-        self
+    pub fn within(self, range: Option<[f64; 2]>) -> Self {
+        Axis { range, ..self }
     }
 }
 
@@ -182,14 +168,7 @@ pub enum Guide {
     Vertical(f64, String),
     /// The area from the lower end of the axis up to a value of y, shaded, with a dashed line along its upper edge:
     /// where values say nothing. It does not widen the axis.
-    Below {
-        /// Up to where.
-        y: f64,
-        /// What stands at the line.
-        label: String,
-        /// What the legend says of the area.
-        entry: String,
-    },
+    Below(f64),
     /// The triangle under y = y₀ (x/x₀)^order from x₀ to x₁, for two logarithmic axes.
     Slope {
         /// Order, written beside the vertical leg.
@@ -260,9 +239,13 @@ impl Loss {
         said.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
-    /// Whether there is any.
-    pub fn is_any(&self) -> bool {
-        self.failed > 0.0 || self.silent > 0.0
+    /// Its sign: a cross where all runs failed.
+    pub fn sign(&self) -> Marker {
+        match self.failed {
+            failed if failed >= 1.0 => Marker::Cross,
+            failed if failed > 0.0 => Marker::SomeLost,
+            _ => Marker::Silent,
+        }
     }
 }
 
@@ -296,10 +279,7 @@ impl Plot {
     /// Whether a series leaves any sign in it: a point inside its axes, as far as these are fixed, or runs that were
     /// lost.
     pub(crate) fn shows(&self, label: &str, name: &str) -> bool {
-        let within = |axis: &Axis, value: f64| match axis.range {
-            Range::Fixed(low, high) => (low..=high).contains(&value),
-            Range::Auto => true,
-        };
+        let within = |axis: &Axis, value: f64| axis.range.is_none_or(|[low, high]| (low..=high).contains(&value));
         let positive = |axis: &Axis, value: f64| axis.scale != Scale::Log10 || value > 0.0;
         let [across, upwards] = &self.axes;
         let is_seen = |&(x, y): &(f64, f64)| {
@@ -310,7 +290,7 @@ impl Plot {
         let lost = self.layers.iter().any(|series| series.data_name() == name && !series.lost.is_empty());
         // A line that is cut may still cross its frame: only what is all on one side is out of it.
         let seen: Vec<f64> = points.filter(|point| is_seen(point)).map(|point| point.1).collect();
-        let Range::Fixed(low, high) = upwards.range else { return lost || !seen.is_empty() };
+        let Some([low, high]) = upwards.range else { return lost || !seen.is_empty() };
         lost || seen.iter().any(|y| *y >= low) && seen.iter().any(|y| *y <= high || y.is_infinite())
     }
 
@@ -319,21 +299,6 @@ impl Plot {
         self.layers.push(series);
         self
     }
-
-    /// Adds a reference line or slope.
-    pub fn mark(mut self, guide: Guide) -> Self {
-        self.marks.push(guide);
-        self
-    }
-}
-
-/// Where the legend shared by all panels stands; never over the data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LegendPlace {
-    /// Below the panels, in centred rows.
-    Below,
-    /// Right of the last panel, each entry where its line ends; below where that leaves too little room.
-    Lines,
 }
 
 /// A whole figure.
@@ -345,8 +310,6 @@ pub struct Figure {
     pub height: f64,
     /// Panels per row.
     pub columns: usize,
-    /// Where the legend stands.
-    pub legend: LegendPlace,
     /// Panels, row by row.
     pub panels: Vec<Plot>,
     /// What the picture itself says below its panels.
@@ -354,21 +317,9 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A figure without panels, two per row, with the legend below.
-    pub fn new(width: f64, height: f64) -> Self {
-        Figure { width, height, columns: 2, legend: LegendPlace::Below, panels: Vec::new(), note: String::new() }
-    }
-
-    /// Sets the panels per row; one stacks them.
-    pub fn columns(mut self, columns: usize) -> Self {
-        self.columns = columns;
-        self
-    }
-
-    /// Moves the legend.
-    pub fn legend(mut self, place: LegendPlace) -> Self {
-        self.legend = place;
-        self
+    /// A figure without panels, all in one row unless there are so many per row.
+    pub fn new(width: f64, height: f64, columns: Option<usize>) -> Self {
+        Figure { width, height, columns: columns.unwrap_or(usize::MAX), panels: Vec::new(), note: String::new() }
     }
 
     /// Adds a panel.

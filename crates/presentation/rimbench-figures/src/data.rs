@@ -3,7 +3,7 @@
 use super::chart::{Mode, Series};
 use super::clip::{self, Rect};
 use super::drawing::{Anchor, Color, Datum, Drawing, Point, SeriesData, Stroke, Text, Weight};
-use super::line_style::LineStyle;
+use super::line_style::{LineStyle, Marker};
 use super::scale::AxisMap;
 use super::{font, marker};
 
@@ -225,7 +225,7 @@ fn draw_inside(
     for vertex in runs.iter().flatten() {
         if vertex.beyond && (frame.area.left..=frame.area.right).contains(&vertex.at.0) {
             if far_enough(&mut last_triangle, vertex.at, TRIANGLE_DISTANCE) {
-                marker::draw_beyond(drawing, vertex.at, MARKER + 0.6, style.color);
+                marker::draw(drawing, Marker::Beyond, vertex.at, MARKER, style.color);
             }
         } else if signs && frame.area.contains(vertex.at) && far_enough(&mut last_sign, vertex.at, apart) {
             marker::draw(drawing, style.marker, vertex.at, size_below(vertex.at, &later), style.color);
@@ -297,11 +297,7 @@ pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, all: &[Series]) {
         }
         for &(x, loss) in &series.lost {
             if let Some(across) = place(x) {
-                if loss.failed > 0.0 {
-                    marker::draw_lost(drawing, (across, up), MARKER, color, loss.failed >= 1.0);
-                } else {
-                    marker::draw_silent(drawing, (across, up), MARKER, color);
-                }
+                marker::draw(drawing, loss.sign(), (across, up), MARKER, color);
             }
         }
     }
@@ -370,7 +366,6 @@ mod tests {
     use super::super::chart::Loss;
     use super::super::chart::Scale;
     use super::super::drawing::Shape;
-    use super::super::style::style_in_list;
     use super::*;
 
     fn frame() -> Frame {
@@ -385,7 +380,13 @@ mod tests {
 
     fn lines(points: &[(f64, f64)]) -> Vec<Vec<Point>> {
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_in_list(0)), (0, 1), &[]);
+        draw(
+            &mut drawing,
+            &frame(),
+            &Series::new("m", points.to_vec(), LineStyle::of_name("rim-nonsmooth")),
+            (0, 1),
+            &[],
+        );
         let open = |shape: Shape| match shape {
             Shape::Path { points, closed: false, .. } => Some(points),
             _ => None,
@@ -404,7 +405,7 @@ mod tests {
         let points = vec![(1.0, 10.0), (2.0, f64::INFINITY), (3.0, 10.0)];
         assert_eq!(lines(&points), [[(10.0, 100.0), (20.0, 50.0 - 0.5 * BAND), (30.0, 100.0)]]);
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points, style_in_list(0)), (0, 1), &[]);
+        draw(&mut drawing, &frame(), &Series::new("m", points, LineStyle::of_name("rim-nonsmooth")), (0, 1), &[]);
         let triangle = drawing.shapes.iter().filter(|s| matches!(s, Shape::Path { closed: true, .. })).count();
         assert_eq!(triangle, 1);
     }
@@ -419,8 +420,12 @@ mod tests {
     fn lost_runs_have_a_row_for_each_series_at_the_steps_that_were_run() {
         let all = Loss { failed: 1.0, silent: 0.0 };
         let points: Vec<(f64, Loss)> = (0..10).map(|k| (f64::from(k), all)).collect();
-        let losses: Vec<Series> =
-            (0..4).map(|_| Series { lost: points.clone(), ..Series::new("", Vec::new(), style_in_list(0)) }).collect();
+        let losses: Vec<Series> = (0..4)
+            .map(|_| Series {
+                lost: points.clone(),
+                ..Series::new("", Vec::new(), LineStyle::of_name("rim-nonsmooth"))
+            })
+            .collect();
         let frame = Frame { band: height_of_rows(4), ..frame() };
         let mut drawing = Drawing::new(100.0, 200.0);
         draw_losses(&mut drawing, &frame, &losses);
@@ -438,7 +443,8 @@ mod tests {
 
     #[test]
     fn a_sign_that_others_lie_on_shows_around_them() {
-        let series = |y: f64| Series::new("m", vec![(5.0, y)], style_in_list(0)).mode(Mode::LineMarkers);
+        let series =
+            |y: f64| Series::new("m", vec![(5.0, y)], LineStyle::of_name("rim-nonsmooth")).mode(Mode::LineMarkers);
         let radius = |later: &[Series]| {
             let mut drawing = Drawing::new(100.0, 200.0);
             draw(&mut drawing, &frame(), &series(10.0), (0, 1), later);
@@ -456,7 +462,10 @@ mod tests {
     fn words_beside_points_keep_clear_of_signs_lines_and_each_other() {
         let tags = |text: &str| vec![text.to_owned(); 3];
         let points = vec![(2.0, 3.0), (5.0, 10.0), (8.0, 50.0)];
-        let series = |text: &str| Series { tags: tags(text), ..Series::new(text, points.clone(), style_in_list(0)) };
+        let series = |text: &str| Series {
+            tags: tags(text),
+            ..Series::new(text, points.clone(), LineStyle::of_name("rim-nonsmooth"))
+        };
         let mut drawing = Drawing::new(100.0, 200.0);
         // The second lies on the first: there is room for a few words of it, never on those of the first.
         draw_tags(&mut drawing, &frame(), &[series("20"), series("30")]);

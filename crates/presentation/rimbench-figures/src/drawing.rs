@@ -143,6 +143,20 @@ impl Text {
         font::width(&self.content, self.size, self.weight)
     }
 
+    /// Breaks it into lines that have room in every typeface, px.
+    pub fn broken(&self, room: f64) -> Vec<Text> {
+        let mut lines: Vec<Text> = Vec::new();
+        for word in self.content.split_whitespace() {
+            let with = |content: String| Text { content, ..self.clone() };
+            let longer = lines.last().map(|line| with(format!("{} {word}", line.content)));
+            match (longer, lines.last_mut()) {
+                (Some(longer), Some(line)) if font::WIDER * longer.width() <= room => *line = longer,
+                _ => lines.push(with(word.to_owned())),
+            }
+        }
+        lines
+    }
+
     /// Distance from the first letter to the anchor.
     pub fn lead(&self) -> f64 {
         match self.anchor {
@@ -180,9 +194,9 @@ pub enum Shape {
     },
     /// A line of text.
     Text(Text),
-    /// What follows, up to the next [`Close`](Shape::Close), belongs to one series of this name.
-    Open(String),
-    /// The end of a series.
+    /// What follows, up to its [`Close`](Shape::Close), is one part of this class, with what a script is told of it.
+    Open(&'static str, String),
+    /// The end of a part.
     Close,
 }
 
@@ -256,7 +270,8 @@ impl Drawing {
     /// Adds lines of words below everything else, as many as the width asks for, and the height that they need. No
     /// words add nothing.
     pub fn noted(mut self, words: &str) -> Self {
-        for line in self.broken(&Text::new(words, (0.5 * self.width, 0.0), NOTE_SIZE).anchored(Anchor::Middle)) {
+        let text = Text::new(words, (0.5 * self.width, 0.0), NOTE_SIZE).anchored(Anchor::Middle);
+        for line in text.broken(self.width - 2.0 * BESIDE) {
             self.height += NOTE_LINE;
             self.text(Text { at: (line.at.0, self.height - BESIDE), ..line.colored(Color::SOFT_INK) });
         }
@@ -266,8 +281,9 @@ impl Drawing {
     /// Adds a title and words on what is shown above everything else, in as many lines as the width asks for, and the
     /// height that they need. The picture is named by its title, and described by the words.
     pub fn headed(mut self, title: &str, words: &str) -> Self {
-        let title_lines = self.broken(&Text::new(title, (BESIDE, 0.0), HEADING_SIZE).bold());
-        let word_lines = self.broken(&Text::new(words, (BESIDE, 0.0), NOTE_SIZE).colored(Color::SOFT_INK));
+        let room = self.width - 2.0 * BESIDE;
+        let title_lines = Text::new(title, (BESIDE, 0.0), HEADING_SIZE).bold().broken(room);
+        let word_lines = Text::new(words, (BESIDE, 0.0), NOTE_SIZE).colored(Color::SOFT_INK).broken(room);
         let (mut y, mut lines) = (BESIDE - 3.0, Vec::new());
         for (line, height) in title_lines
             .into_iter()
@@ -294,28 +310,12 @@ impl Drawing {
                 Shape::Path { points, .. } => points.iter_mut().for_each(|point| point.1 += by),
                 Shape::Disc { centre, .. } => centre.1 += by,
                 Shape::Text(text) => text.at.1 += by,
-                Shape::Open(_) | Shape::Close => {}
+                Shape::Open(..) | Shape::Close => {}
             }
         }
         let series = self.data.iter_mut().flat_map(|panel| &mut panel.series);
         let points = series.flat_map(|series| &mut series.points);
         points.filter_map(|point| point.at.as_mut()).for_each(|at| at.1 += by);
-    }
-
-    /// Breaks a text into lines that the page has room for.
-    fn broken(&self, text: &Text) -> Vec<Text> {
-        let mut lines: Vec<Text> = Vec::new();
-        for word in text.content.split_whitespace() {
-            let with = |content: String| Text { content, ..text.clone() };
-            let longer = lines.last().map(|line| with(format!("{} {word}", line.content)));
-            match (longer, lines.last_mut()) {
-                (Some(longer), Some(line)) if crate::font::WIDER * longer.width() <= self.width - 2.0 * BESIDE => {
-                    *line = longer
-                }
-                _ => lines.push(with(word.to_owned())),
-            }
-        }
-        lines
     }
 
     /// Adds an open line. Fewer than two points add nothing.
@@ -339,7 +339,12 @@ impl Drawing {
 
     /// Adds what belongs to one series; a script finds it by its name.
     pub fn group(&mut self, name: &str, draw: impl FnOnce(&mut Drawing)) {
-        self.shapes.push(Shape::Open(name.to_owned()));
+        self.part("series", name, draw);
+    }
+
+    /// Adds a part that a script finds by its class, and what that is told of it.
+    pub fn part(&mut self, class: &'static str, told: &str, draw: impl FnOnce(&mut Drawing)) {
+        self.shapes.push(Shape::Open(class, told.to_owned()));
         draw(self);
         self.shapes.push(Shape::Close);
     }

@@ -1,7 +1,7 @@
 //! Lays the panels of a figure out in a grid and draws them: axes, data, guides, notes, insets.
 
 use super::axes::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, TITLE_SIZE, axes, crisp, fitting_ticks, label_width, labels};
-use super::chart::{FAILED, Figure, Guide, LegendPlace, NO_ANSWER, Plot, Scale, Series};
+use super::chart::{FAILED, Figure, Guide, Mode, NO_ANSWER, Plot, Scale, Series};
 use super::clip::Rect;
 use super::data::{self, BAND, Frame};
 use super::drawing::{Anchor, Color, Drawing, PanelData, SeriesData, Text};
@@ -27,11 +27,12 @@ pub(crate) const MOST_LINES: usize = 7;
 const LEAST: f64 = 40.0;
 
 impl Figure {
-    /// Draws the figure if its panels have room in it.
+    /// Draws the figure if its panels have room in it. Plotting areas of one column have equal edges, all areas equal sizes.
+    /// Series that would look the same are told apart.
     ///
     /// # Errors
     /// [`Error::Incompatible`] with the size that it would need, or for a panel with more lines than can be told apart.
-    pub fn draw_if_it_fits(&self) -> Result<Drawing> {
+    pub fn draw(&self) -> Result<Drawing> {
         let too_many = |panel: &&Plot| panel.layers.len() > MOST_LINES && !panel.has_rows();
         if let Some(panel) = self.panels.iter().find(too_many) {
             let (title, count) = (&panel.title, panel.layers.len());
@@ -39,15 +40,9 @@ impl Figure {
                 format!("panel `{title}` has {count} lines, and {MOST_LINES} can be told apart: choose `labels`");
             return Err(Error::Incompatible(message));
         }
-        let (drawing, [width, height]) = self.told_apart().drawn();
+        let (drawing, [width, height]) = self.told_apart().drawn(true);
         fits(&[("width", self.width, width), ("height", self.height, height)])?;
         Ok(drawing.noted(&self.note))
-    }
-
-    /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes. Series that would look
-    /// the same are told apart.
-    pub fn draw(&self) -> Drawing {
-        self.told_apart().drawn().0
     }
 
     /// The figure with no two lines of one look.
@@ -69,8 +64,9 @@ impl Figure {
         self.panels.iter().all(|panel| labels(panel) == labels(&self.panels[0]))
     }
 
-    /// The drawing, and width and height of a plotting area in it; without room nothing is drawn.
-    fn drawn(&self) -> (Drawing, [f64; 2]) {
+    /// The drawing, and width and height of a plotting area in it; without room nothing is drawn. The legend of lines with
+    /// signs stands right of the last panel, each entry where its line ends, if that is wanted and leaves room enough.
+    fn drawn(&self, at_lines: bool) -> (Drawing, [f64; 2]) {
         let mut drawing = Drawing::new(self.width, self.height);
         drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
         if self.panels.is_empty() {
@@ -78,13 +74,14 @@ impl Figure {
         }
         let columns = self.columns.clamp(1, self.panels.len());
         let lines = self.panels.len().div_ceil(columns);
-        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).infinite());
+        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).infinite);
         let inner = self.width - 2.0 * MARGIN;
-        let (beside, under) = match self.legend {
-            LegendPlace::Lines if lines == 1 && self.has_one_set_of_lines() => {
-                Legend::of(&self.panels, infinite).split()
-            }
-            _ => (Legend::default(), Legend::of(&self.panels, infinite)),
+        let has_markers = |series: &Series| series.mode == Mode::LineMarkers;
+        let at_lines = at_lines && lines == 1 && self.panels.iter().flat_map(|panel| &panel.layers).any(has_markers);
+        let legend = Legend::of(&self.panels, infinite);
+        let (beside, under) = match at_lines && self.has_one_set_of_lines() {
+            true => legend.split(),
+            false => (Legend::default(), legend),
         };
         let legend_right = beside.column_width() + if beside.column_width() > 0.0 { BEFORE_LEGEND } else { 0.0 };
         let legend_below = under.rows_height(inner);
@@ -124,7 +121,7 @@ impl Figure {
         };
         let width = widths.iter().copied().fold(f64::INFINITY, f64::min);
         if legend_right > 0.0 && (width < LEAST_BESIDE || height < beside.column_height()) {
-            return Figure { legend: LegendPlace::Below, ..self.clone() }.drawn();
+            return self.drawn(false);
         }
         if width < 1.0 || height < 1.0 {
             return (drawing, [width, height]);
@@ -195,11 +192,6 @@ impl<'a> Prepared<'a> {
         let map = AxisMap { scale: panel.axes[1].scale, low: y.0, high: y.1, start: 0.0, end: 1.0 };
         let y_ticks = map.ticks((height / 26.0) as usize);
         Prepared { panel, x, y, y_ticks, band, infinite }
-    }
-
-    /// Whether infinite values are shown.
-    fn infinite(&self) -> bool {
-        self.infinite
     }
 
     /// Room needed left of the plotting area for tick labels and the axis label, px.

@@ -53,9 +53,9 @@ pub fn film(
             let failed = take.failed.as_ref().filter(|(from, _)| instant >= *from);
             let finite = |row: &usize| take.motion.columns.values().all(|values| values[*row].is_finite());
             if let Some(row) = take.motion.row_at(instant).filter(finite) {
-                view.draw(&mut drawing, of, &take.motion.row(row), take.color);
+                view.draw(&mut drawing, of, &take.motion.row(row), Some(take.color));
             }
-            view.outline(&mut drawing, of, &reference.row(at_reference));
+            view.draw(&mut drawing, of, &reference.row(at_reference), None);
             if let Some((_, words)) = failed {
                 let at = (place.centre().0, place.top + 14.0);
                 let text = Text::new(words, at, 10.6).bold().anchored(Anchor::Middle);

@@ -26,7 +26,7 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
                 drawing.line(vec![(x, whole.top), (x, frame.area.bottom)], LINE);
             }
         }
-        Guide::Below { y, .. } => {
+        Guide::Below(y) => {
             let Some(y) = frame.y.position(*y).filter(|y| *y < whole.bottom) else { return };
             let shaded = Rect { top: y.max(frame.area.top), ..frame.area };
             drawing.area(shaded.corners(), Some(SHADE), None);
@@ -49,10 +49,10 @@ pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     let area = &frame.area;
     match guide {
         // The legend says what is shaded: in words only where they hide nothing.
-        Guide::Below { y, label, .. } => {
+        Guide::Below(y) => {
             let Some(y) = height(frame, *y).filter(|y| y + NOTE_SIZE + 6.0 <= area.bottom) else { return };
-            let text =
-                Text::new(label, (area.right - 5.0, y + 5.0 + 0.73 * NOTE_SIZE), NOTE_SIZE).anchored(Anchor::End);
+            let at = (area.right - 5.0, y + 5.0 + 0.73 * NOTE_SIZE);
+            let text = Text::new("uncertainty of the reference", at, NOTE_SIZE).anchored(Anchor::End);
             if text.width() + 10.0 <= area.width() {
                 drawing.text(text.colored(Color::SOFT_INK));
             }

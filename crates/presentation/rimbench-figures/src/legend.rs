@@ -14,6 +14,8 @@ pub const ROW: f64 = 15.0;
 const SAMPLE: f64 = 27.0;
 const GAP: f64 = 5.0;
 const BETWEEN: f64 = 15.0;
+/// How far the signs of what is lost stand below the middle, px.
+const LOWER: f64 = 0.5;
 
 /// What stands before an entry.
 enum Sample {
@@ -22,15 +24,10 @@ enum Sample {
         style: LineStyle,
         sign: bool,
     },
-    Infinite,
-    Lost {
-        all: bool,
-    },
-    /// Runs that gave no answer.
-    Silent,
     /// A patch of this colour.
     Area(Color),
-    Sign(Marker),
+    /// A sign, so far below the middle of the letters, px.
+    Sign(Marker, f64),
     Nothing,
 }
 
@@ -54,25 +51,17 @@ impl Legend {
                 entries.push((sample, label));
             }
         }
-        for guide in panels.iter().flat_map(|panel| &panel.marks) {
-            if let Guide::Below { entry, .. } = guide
-                && !entry.is_empty()
-                && !entries.iter().any(|(_, label)| label == entry)
-            {
-                entries.push((Sample::Area(guides::SHADE), entry.clone()));
-            }
+        if panels.iter().flat_map(|panel| &panel.marks).any(|guide| matches!(guide, Guide::Below(_))) {
+            entries.push((Sample::Area(guides::SHADE), "below the reference's uncertainty".to_owned()));
         }
         if infinite && !entries.is_empty() {
-            entries.push((Sample::Infinite, "infinite".to_owned()));
+            entries.push((Sample::Sign(Marker::Beyond, LOWER), "infinite".to_owned()));
         }
         let shares = || panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.lost).map(|p| p.1);
-        for (all, label) in [(false, "some runs failed"), (true, "all runs failed")] {
-            if shares().any(|loss| loss.failed > 0.0 && (loss.failed >= 1.0) == all) {
-                entries.push((Sample::Lost { all }, label.to_owned()));
-            }
-        }
-        if shares().any(|loss| loss.failed == 0.0) {
-            entries.push((Sample::Silent, NO_ANSWER.to_owned()));
+        let signs =
+            [(Marker::SomeLost, "some runs failed"), (Marker::Cross, "all runs failed"), (Marker::Silent, NO_ANSWER)];
+        for (sign, label) in signs.into_iter().filter(|(sign, _)| shares().any(|loss| loss.sign() == *sign)) {
+            entries.push((Sample::Sign(sign, LOWER), label.to_owned()));
         }
         entries.extend(of_rows(panels));
         Legend { entries }
@@ -161,7 +150,7 @@ fn of_rows(panels: &[Plot]) -> Vec<(Sample, String)> {
     let along = panels.iter().find(|panel| panel.has_rows() && rows::columns(panel).is_none());
     let names = along.map_or(&[][..], |panel| &panel.axes[0].names);
     let several = names.iter().zip(rows::SIGNS).filter(|_| names.len() > 1);
-    entries.extend(several.map(|(name, sign)| (Sample::Sign(sign), name.label.clone())));
+    entries.extend(several.map(|(name, sign)| (Sample::Sign(sign, 0.0), name.label.clone())));
     let any = |test: &dyn Fn(&Cell) -> bool| {
         panels.iter().flat_map(|panel| &panel.layers).flat_map(|series| &series.cells).any(test)
     };
@@ -171,11 +160,11 @@ fn of_rows(panels: &[Plot]) -> Vec<(Sample, String)> {
         let words = format!("{}  {}", absent.sign(), absent.in_words());
         say(any(&|cell| *cell == Cell::Absent(absent)), Sample::Nothing, words);
     }
-    say(any(&|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle), "all runs complete".into());
-    say(any(&|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle), rows::WRONG.into());
-    for (all, words) in [(false, "some fail"), (true, "all fail")] {
+    say(any(&|cell| *cell == Cell::Right), Sample::Sign(Marker::Circle, 0.0), "all runs complete".into());
+    say(any(&|cell| *cell == Cell::Wrong), Sample::Sign(Marker::OpenCircle, 0.0), rows::WRONG.into());
+    for (all, sign, words) in [(false, Marker::SomeLost, "some fail"), (true, Marker::Cross, "all fail")] {
         let is_lost = |cell: &Cell| matches!(cell, Cell::Lost(share) if (*share >= 1.0) == all);
-        say(any(&is_lost), Sample::Lost { all }, words.into());
+        say(any(&is_lost), Sample::Sign(sign, LOWER), words.into());
     }
     entries
 }
@@ -200,7 +189,7 @@ fn entry(panels: &[Plot], series: &Series) -> String {
 fn indent(sample: &Sample) -> f64 {
     let sign = match sample {
         Sample::Series { .. } | Sample::Area(_) => SAMPLE,
-        Sample::Infinite | Sample::Lost { .. } | Sample::Silent | Sample::Sign(_) => 2.0 * MARKER,
+        Sample::Sign(..) => 2.0 * MARKER,
         Sample::Nothing => -GAP,
     };
     sign + GAP
@@ -229,14 +218,9 @@ fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: 
             let place = Rect { left, top: y - 0.35 * SIZE, right: left + SAMPLE, bottom: y + 0.35 * SIZE };
             drawing.area(place.corners(), Some(*color), None);
         }
-        Sample::Infinite => {
-            marker::draw_beyond(drawing, (left + MARKER, y + 0.5), MARKER + 0.6, Color::SOFT_INK);
+        Sample::Sign(sign, lower) => {
+            marker::draw(drawing, *sign, (left + MARKER, y + lower), MARKER, Color::SOFT_INK);
         }
-        Sample::Lost { all } => {
-            marker::draw_lost(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK, *all);
-        }
-        Sample::Silent => marker::draw_silent(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK),
-        Sample::Sign(sign) => marker::draw(drawing, *sign, (left + MARKER, y), MARKER, Color::SOFT_INK),
         Sample::Nothing => {}
     }
     drawing.text(Text::new(label, (left + indent(sample), y), SIZE).centred());

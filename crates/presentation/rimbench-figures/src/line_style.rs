@@ -60,6 +60,12 @@ pub enum Marker {
     OpenSquare,
     /// Open diamond.
     OpenDiamond,
+    /// Triangle that points up: a value beyond the axis. Of no series, as are the next two.
+    Beyond,
+    /// Open triangle that points up: some runs lost.
+    SomeLost,
+    /// Dash: runs that gave no answer.
+    Silent,
 }
 
 /// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all

@@ -8,12 +8,12 @@
 use crate::drawing::Color;
 use crate::seven_bits::seven_bits;
 use crate::style::{Styles, on_dark_paper};
-use rimbench_cases::cases::Case;
-use rimbench_cases::parameter::Value as Number;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use rimbench_core::schemes::standard_schemes;
-use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::{STAYS_DOWN_M, USABLE};
 use serde_json::{Map, Value, json};
+use std::io::Write;
 
 /// Controls and empty drawings.
 pub const SECTION: &str = include_str!("../page/try.html");
@@ -25,28 +25,39 @@ pub const STYLE: &str = concat!(include_str!("../page/page.css"), include_str!("
 /// The module, compressed.
 const MODULE: &[u8] = include_bytes!("../page/rimbench.wasm.gz");
 const WORKER: &str = include_str!("../page/worker.js");
-/// What scripts share, the part that simulates (drawings, verdicts, curves, controls), figures, runs.
+/// What scripts share.
+const COMMON: &str = include_str!("../page/common.js");
+/// The part that simulates (drawings, verdicts, curves, controls), figures, the one that is dragged, runs.
 const SCRIPTS: [&str; 7] = [
-    include_str!("../page/common.js"),
     include_str!("../page/drawing.js"),
     include_str!("../page/verdict.js"),
     include_str!("../page/curves.js"),
     include_str!("../page/try.js"),
     include_str!("../page/figures.js"),
+    include_str!("../page/mechanism.js"),
     include_str!("../page/runs.js"),
 ];
 
-/// Returns what makes the page live, for its end.
+/// Returns what makes the page live, for its end; the scripts behind the first are packed to a third.
 pub fn scripts() -> String {
-    let scripts: String = SCRIPTS.iter().map(|script| format!("<script>{}</script>\n", bare(script))).collect();
+    let scripts: String = SCRIPTS.iter().map(|script| bare(script)).collect();
     format!(
         "<script type=\"application/octet-stream\" id=\"module\">{}</script>\n\
+         <script type=\"application/octet-stream\" id=\"scripts\">{}</script>\n\
          <script type=\"application/json\" id=\"known\">{}</script>\n\
-         <script type=\"text/plain\" id=\"worker\">{}</script>\n{scripts}",
+         <script type=\"text/plain\" id=\"worker\">{}</script>\n<script>{}</script>\n",
         seven_bits(MODULE),
+        seven_bits(&gzipped(scripts.as_bytes())),
         known(),
-        bare(WORKER)
+        bare(WORKER),
+        bare(COMMON),
     )
+}
+
+/// Bytes as a page unpacks them.
+pub fn gzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(bytes).and_then(|()| packed.finish()).expect("memory takes what is written")
 }
 
 /// A script without its indentation and the lines that are comments; none of ours has a text of several lines.
@@ -55,8 +66,7 @@ fn bare(script: &str) -> String {
     lines.map(|line| format!("{line}\n")).collect()
 }
 
-/// Names and colours of the schemes as in the figures, each on light and on dark paper, the bounds of verdicts, and what
-/// has a slider of each machine.
+/// Names and colours of the schemes as in the figures, each on light and on dark paper, and the bounds of verdicts.
 fn known() -> Value {
     let styles = Styles::standard();
     let of = |name: &str| {
@@ -66,27 +76,7 @@ fn known() -> Value {
     };
     let schemes: Map<_, _> =
         standard_schemes().iter().map(|scheme| (scheme.name.to_string(), of(&scheme.name))).collect();
-    let knobs: Map<_, _> =
-        Catalogue::standard().cases().iter().map(|case| (case.name.to_string(), knobs(case))).collect();
-    json!({ "schemes": schemes, "stays_down_m": STAYS_DOWN_M, "usable": USABLE, "knobs": knobs })
-}
-
-/// What has a slider of a machine, each as `[parameter, default, words]` or null.
-fn knobs(case: &Case) -> Value {
-    let of = |wanted: &[&str]| {
-        let is_wanted = |name: &str| wanted.iter().any(|end| name.ends_with(end));
-        case.parameters.iter().find_map(|parameter| match parameter.default {
-            Number::Number(start) if start > 0.0 && is_wanted(&parameter.name) => {
-                Some(json!([&*parameter.name, start, &*parameter.about]))
-            }
-            _ => None,
-        })
-    };
-    json!({
-        "mass": of(&["mass_kg"]),
-        "stiffness": of(&["compressibility_a_1_pa", "spring_stiffness_n_m"]),
-        "friction": of(&["viscous_friction_n_s_m", "spring_damping_n_s_m"]),
-    })
+    json!({ "schemes": schemes, "stays_down_m": STAYS_DOWN_M, "usable": USABLE })
 }
 
 #[cfg(test)]
@@ -95,10 +85,10 @@ mod tests {
 
     #[test]
     fn what_stands_in_the_page_must_not_end_it() {
-        for script in SCRIPTS.iter().chain([&WORKER]) {
+        for script in [COMMON, WORKER] {
             assert!(!script.contains("</script"));
         }
-        assert!(scripts().matches("<script").count() == 3 + SCRIPTS.len());
+        assert_eq!(scripts().matches("<script").count(), 5);
     }
 
     #[test]
@@ -106,8 +96,8 @@ mod tests {
         let asked = |script: &'static str| script.split("$(\"").skip(1).filter_map(|rest| rest.split('"').next());
         let mut count = 0;
         // Made elsewhere: the data, and what only a page with studies has.
-        let made = ["module", "worker", "known", "data", "highlight"];
-        for id in SCRIPTS.iter().flat_map(|script| asked(script)).filter(|id| !made.contains(id)) {
+        let made = ["module", "scripts", "worker", "known", "data", "highlight"];
+        for id in SCRIPTS.iter().chain([&COMMON]).flat_map(|script| asked(script)).filter(|id| !made.contains(id)) {
             count += 1;
             assert!([SECTION, RUNS].iter().any(|html| html.contains(&format!("id=\"{id}\""))), "{id}");
         }

@@ -25,26 +25,13 @@ pub fn draw(drawing: &mut Drawing, marker: Marker, at: Point, size: f64, color: 
         }
         Marker::Plus => strokes(drawing, &ring(4, 1.2, 0.0), color),
         Marker::Cross => strokes(drawing, &ring(4, 1.3, 45.0), color),
+        Marker::Beyond => drawing.area(self::ring(at, 3, 1.25 * (size + 0.6), -90.0), Some(color), rim),
+        Marker::SomeLost => drawing.area(ring(3, 1.0, -90.0), paper, Some(Stroke::solid(color, 1.2))),
+        Marker::Silent => {
+            let half = 1.1 * size;
+            drawing.line(vec![(at.0 - half, at.1), (at.0 + half, at.1)], Stroke::solid(color, 1.6));
+        }
     }
-}
-
-/// Draws the up-pointing triangle of a value beyond the axis.
-pub fn draw_beyond(drawing: &mut Drawing, at: Point, size: f64, color: Color) {
-    drawing.area(ring(at, 3, 1.25 * size, -90.0), Some(color), Some(Stroke::solid(Color::WHITE, 0.8)));
-}
-
-/// Draws the sign of runs without a value: a cross where all of them were lost, else an open triangle that points up.
-pub fn draw_lost(drawing: &mut Drawing, at: Point, size: f64, color: Color, all: bool) {
-    match all {
-        true => draw(drawing, Marker::Cross, at, size, color),
-        false => drawing.area(ring(at, 3, size, -90.0), Some(Color::WHITE), Some(Stroke::solid(color, 1.2))),
-    }
-}
-
-/// Draws the sign of runs that gave no answer: a dash, which is no point of any series.
-pub fn draw_silent(drawing: &mut Drawing, at: Point, size: f64, color: Color) {
-    let half = 1.1 * size;
-    drawing.line(vec![(at.0 - half, at.1), (at.0 + half, at.1)], Stroke::solid(color, 1.6));
 }
 
 fn strokes(drawing: &mut Drawing, tips: &[Point], color: Color) {

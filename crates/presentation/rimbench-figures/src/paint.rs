@@ -63,7 +63,7 @@ fn averaged(fine: &[u8], width: usize) -> Vec<u8> {
 #[derive(Debug, Clone, Copy)]
 struct Grid(f64);
 
-fn paint<DB: DrawingBackend>(drawing: &Drawing, backend: DB, grid: Grid) -> Result<(), String> {
+fn paint(drawing: &Drawing, backend: BitMapBackend<'_>, grid: Grid) -> Result<(), String> {
     let page = backend.into_drawing_area();
     let path = |points: &[Point], closed, fill: Option<Color>, stroke: Option<Stroke>| {
         if let Some(color) = fill {
@@ -76,7 +76,7 @@ fn paint<DB: DrawingBackend>(drawing: &Drawing, backend: DB, grid: Grid) -> Resu
             Shape::Path { points, closed, fill, stroke } => path(points, *closed, *fill, *stroke),
             Shape::Disc { centre, radius, fill, stroke } => path(&corners(*centre, *radius), true, *fill, *stroke),
             Shape::Text(text) => grid.text(&page, text),
-            Shape::Open(_) | Shape::Close => Ok(()),
+            Shape::Open(..) | Shape::Close => Ok(()),
         })
     });
     painted.and_then(|()| page.present()).map_err(|error| error.to_string())
@@ -92,15 +92,15 @@ fn corners(centre: Point, radius: f64) -> Vec<Point> {
     (0..count as usize).map(corner).collect()
 }
 
-type Page<DB> = DrawingArea<DB, plotters::coord::Shift>;
-type Painted<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+type Page<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
+type Painted = Result<(), DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingBackend>::ErrorType>>;
 
 impl Grid {
     fn unit(self, point: Point) -> (i32, i32) {
         ((point.0 * self.0).round() as i32, (point.1 * self.0).round() as i32)
     }
 
-    fn fill<DB: DrawingBackend>(self, page: &Page<DB>, points: &[Point], color: Color) -> Painted<DB> {
+    fn fill(self, page: &Page<'_>, points: &[Point], color: Color) -> Painted {
         let corners: Vec<_> = points.iter().map(|&point| self.unit(point)).collect();
         let style = rgb(color).filled();
         match corners[..] {
@@ -109,20 +109,14 @@ impl Grid {
         }
     }
 
-    fn outline<DB: DrawingBackend>(
-        self,
-        page: &Page<DB>,
-        points: &[Point],
-        closed: bool,
-        stroke: Stroke,
-    ) -> Painted<DB> {
+    fn outline(self, page: &Page<'_>, points: &[Point], closed: bool, stroke: Stroke) -> Painted {
         // A ring goes on to its second corner, so that the first one is joined, too.
         let again = if closed { points.iter().take(2) } else { [].iter().take(0) };
         let path: Vec<Point> = points.iter().chain(again).copied().collect();
         dashes(&path, stroke.dash).iter().try_for_each(|piece| self.line(page, piece, stroke))
     }
 
-    fn line<DB: DrawingBackend>(self, page: &Page<DB>, points: &[Point], stroke: Stroke) -> Painted<DB> {
+    fn line(self, page: &Page<'_>, points: &[Point], stroke: Stroke) -> Painted {
         let color = rgb(stroke.color);
         // With an odd width, the line covers the next even number of pixels, half of them either side.
         let half = whole(0.5 * stroke.width * self.0).max(1);
@@ -133,7 +127,7 @@ impl Grid {
         corners.copied().try_for_each(|at| page.draw(&Circle::new(at, half - 1, color.filled())))
     }
 
-    fn text<DB: DrawingBackend>(self, page: &Page<DB>, text: &Text) -> Painted<DB> {
+    fn text(self, page: &Page<'_>, text: &Text) -> Painted {
         // plotters' size of the text, and how far its top anchor is above the baseline.
         let above = (0.5 * text.size * self.0 * font::LINE_HEIGHT).round().max(1.0);
         let (x, y) = (text.at.0 * self.0, text.at.1 * self.0);

@@ -133,7 +133,7 @@ fn draw_axis(drawing: &mut Drawing, panel: &Plot, area: &Rect) -> AxisMap {
     let (low, high) = interval(axis, panel.layers.iter().flat_map(of_row), 0.06);
     let map = AxisMap { scale: axis.scale, low, high, start: area.left, end: area.right };
     for mark in &panel.marks {
-        let Guide::Below { y, .. } = mark else { continue };
+        let Guide::Below(y) = mark else { continue };
         if let Some(at) = map.position(*y).filter(|at| *at > area.left) {
             let shaded = Rect { right: at.min(area.right), ..*area };
             drawing.area(shaded.corners(), Some(guides::SHADE), None);
@@ -262,7 +262,7 @@ fn draw_cell(drawing: &mut Drawing, at: (f64, f64), cell: Cell, color: Color, (m
         Cell::Lost(share) if share >= 1.0 => {
             marker::draw(drawing, Marker::Cross, at, 0.8 * MARKER, Color::SOFT_INK.mix(Color::WHITE, 0.45));
         }
-        Cell::Lost(_) => marker::draw_lost(drawing, at, 1.2 * MARKER, color, false),
+        Cell::Lost(_) => marker::draw(drawing, Marker::SomeLost, at, 1.2 * MARKER, color),
         Cell::Count(0) => {}
         Cell::Count(count) => {
             drawing.disc(at, COUNT[0] + COUNT[1] * (count as f64 / most as f64).sqrt(), Some(color), None);
@@ -299,7 +299,7 @@ fn without_sign(series: &Series) -> Option<&'static str> {
 mod tests {
     use super::super::chart::{Absent, Axis, Figure, Loss};
     use super::super::drawing::Shape;
-    use super::super::style::style_in_list;
+    use super::super::line_style::LineStyle;
     use super::*;
 
     fn plot(values: &[[f64; 2]], lost: f64) -> Figure {
@@ -312,12 +312,16 @@ mod tests {
                 notes: loss.iter().map(Loss::in_words).collect(),
                 cells: loss.map(Cell::of).to_vec(),
                 mode: Mode::Row,
-                ..Series::new(format!("row {k}"), vec![(1.0, values[0]), (5.0, values[1])], style_in_list(0))
+                ..Series::new(
+                    format!("row {k}"),
+                    vec![(1.0, values[0]), (5.0, values[1])],
+                    LineStyle::of_name("rim-nonsmooth"),
+                )
             }
         };
         let panel =
             values.iter().enumerate().map(row).fold(Plot::new("(a)", across, Axis::log10("error")), Plot::layer);
-        Figure::new(500.0, 0.0).panel(panel)
+        Figure::new(500.0, 0.0, None).panel(panel)
     }
 
     fn set(figure: &mut Figure, row: usize, cell: Cell) {
@@ -334,18 +338,18 @@ mod tests {
 
     #[test]
     fn every_row_has_its_name_and_a_lost_run_says_failed() {
-        let drawing = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 1.0).draw();
+        let drawing = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 1.0).draw().unwrap();
         for wanted in ["row 0", "row 1", "H = 5 ms", "failed, %", "100"] {
             assert!(words(&drawing).contains(&wanted), "{wanted}: {:?}", words(&drawing));
         }
         let note = &drawing.data[0].series[1].points[1];
         assert!(note.note == "100 % of the runs failed" && note.at.is_some(), "{note:?}");
-        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw()).contains(&"failed, %"));
+        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw().unwrap()).contains(&"failed, %"));
     }
 
     #[test]
     fn equal_values_of_one_row_stand_beside_each_other() {
-        let drawing = plot(&[[2.0, 2.0]], 0.0).draw();
+        let drawing = plot(&[[2.0, 2.0]], 0.0).draw().unwrap();
         let [one, two] = &drawing.data[0].series[0].points[..] else { panic!() };
         assert!(one.at.unwrap().1 != two.at.unwrap().1);
     }
@@ -353,15 +357,15 @@ mod tests {
     #[test]
     fn a_key_of_many_entries_is_broken_into_lines_and_nothing_ends_beyond_the_picture() {
         let mut long = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 0.5);
-        let few = long.draw().height;
+        let few = long.draw().unwrap().height;
         let names = &mut long.panels[0].axes[0].names;
         names.extend(
             (0..5)
                 .map(|k| Name { label: format!("macro step {k} of each case"), ..names[0].clone() })
                 .collect::<Vec<_>>(),
         );
-        long.panels[0].marks = vec![Guide::Below { y: 1.5, label: String::new(), entry: "below the reference".into() }];
-        let drawing = long.draw();
+        long.panels[0].marks = vec![Guide::Below(1.5)];
+        let drawing = long.draw().unwrap();
         let rightmost = |text: &Text| match text.anchor {
             Anchor::Start => text.at.0 + text.width(),
             Anchor::Middle => text.at.0 + 0.5 * text.width(),
@@ -384,7 +388,7 @@ mod tests {
     fn a_run_without_an_answer_is_not_drawn_as_failed() {
         let mut silent = plot(&[[1.0, f64::NAN]], 0.0);
         set(&mut silent, 0, Cell::of(Loss { failed: 0.0, silent: 1.0 }));
-        let drawing = silent.draw();
+        let drawing = silent.draw().unwrap();
         assert!(words(&drawing).contains(&"?") && words(&drawing).contains(&"?  no answer"));
         assert!(!words(&drawing).contains(&"100"));
         assert!(drawing.data[0].series[0].points[1].at.is_some());
@@ -396,7 +400,7 @@ mod tests {
         for (name, short) in plot.panels[0].axes[0].names.iter_mut().zip(["0.2", "0.5"]) {
             name.short = short.to_owned();
         }
-        let drawing = plot.draw();
+        let drawing = plot.draw().unwrap();
         let find = |word: &str| {
             let is_it = |shape: &&Shape| matches!(shape, Shape::Text(text) if text.content == word);
             let Some(Shape::Text(text)) = drawing.shapes.iter().find(is_it) else { panic!("{word}") };
@@ -409,7 +413,7 @@ mod tests {
     fn a_row_without_a_sign_says_why() {
         let mut none = plot(&[[1.0, 2.0], [f64::NAN, f64::NAN], [f64::NAN, f64::NAN]], 0.0);
         none.panels[0].layers[2].cells = vec![Cell::Absent(Absent::NotRun); 2];
-        let drawing = none.draw();
+        let drawing = none.draw().unwrap();
         let count = |word: &str| words(&drawing).iter().filter(|said| **said == word).count();
         assert_eq!((count("no value"), count("not run")), (1, 1));
     }
@@ -420,7 +424,7 @@ mod tests {
         let mut plot = plot(&[[1.0, 2.0], [3.0, f64::NAN], [4.0, f64::NAN]], 0.0);
         set(&mut plot, 1, Cell::Absent(Absent::NotRun));
         set(&mut plot, 2, Cell::Absent(Absent::LeftOut));
-        let drawing = plot.draw();
+        let drawing = plot.draw().unwrap();
         let count = |word: &str| words(&drawing).iter().filter(|said| **said == word).count();
         assert_eq!(["0", "–", "/"].map(count), [4, 1, 1], "{:?}", words(&drawing));
         assert_eq!(["–  not run", "/  left out"].map(count), [1, 1]);

@@ -46,7 +46,7 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
         run.trajectory.columns().iter().filter(|name| name.starts_with("gap_") && name.ends_with("_m")).collect();
     if !contacts.is_empty() {
         let count = contacts.len() as f64;
-        let mut panel = Plot::new("", time(), Axis::linear("contact closed").range(0.3, count + 0.7));
+        let mut panel = Plot::new("", time(), Axis::linear("contact closed").within(Some([0.3, count + 0.7])));
         for (shift, (id, name, trajectory, style)) in [0.12, -0.12].into_iter().zip(shown) {
             let of_contact = |(index, column): (usize, &&String)| {
                 let y = index as f64 + 1.0 + shift;
@@ -63,10 +63,10 @@ pub fn plot(spec: &RunSpec, run: &EvaluatedRun, reference: &Reference, styles: &
         panels.push(panel);
     }
     let height = 60.0 + 200.0 * panels.len() as f64;
-    let figure = panels.into_iter().fold(Figure::new(680.0, height).columns(1), Figure::panel);
+    let figure = panels.into_iter().fold(Figure::new(680.0, height, Some(1)), Figure::panel);
     let step = 1e3 * spec.macro_step;
     let about = format!("{} · {name} · H = {step} ms · {}", spec.case.name, run.outcome.name());
-    Ok(figure.draw_if_it_fits()?.headed(&about, ""))
+    Ok(figure.draw()?.headed(&about, ""))
 }
 
 fn pairs(trajectory: &Trajectory, column: &str) -> Vec<(f64, f64)> {

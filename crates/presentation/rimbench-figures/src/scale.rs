@@ -1,6 +1,6 @@
 //! From the values of an axis to positions on the page.
 
-use super::chart::{Axis, Range, Scale};
+use super::chart::{Axis, Scale};
 use super::ticks::{self, Ticks};
 
 /// Positions farther from the page than this are all the same; keeps diverged values finite.
@@ -57,7 +57,7 @@ fn symmetric(value: f64, power: i32) -> f64 {
 /// Settles the interval of an axis: the fixed one, or that of the values it can show, widened by `margin` of itself.
 pub fn interval(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
     let logarithmic = axis.scale == Scale::Log10;
-    if let Range::Fixed(low, high) = axis.range
+    if let Some([low, high]) = axis.range
         && low < high
         && low.is_finite()
         && high.is_finite()

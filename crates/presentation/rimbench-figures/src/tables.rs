@@ -182,15 +182,12 @@ type Names = BTreeMap<String, String>;
 /// Conditions on columns.
 type Only = BTreeMap<String, Condition>;
 
-/// What a row must have in a column.
+/// What a row must have in a column: one text is the only one among those that it may be.
 #[derive(Debug, Clone)]
-enum Condition {
-    Is(String),
-    Within(Bounds),
-}
+struct Condition(Bounds);
 
-/// What a number or text of a row must not be, or be between.
-#[derive(Debug, Clone, Deserialize)]
+/// What a number or text of a row must be, must not be, or be below.
+#[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Bounds {
     #[serde(default, deserialize_with = "valid::texts")]
@@ -509,35 +506,25 @@ impl Axis {
 
 impl<'de> Deserialize<'de> for Condition {
     fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        let value = Value::deserialize(from)?;
-        let read = match value {
-            Value::Table(_) => value.try_into().map(Condition::Within),
-            value => valid::condition(value).map(Condition::Is),
+        let read = match Value::deserialize(from)? {
+            bounds @ Value::Table(_) => bounds.try_into(),
+            value => valid::condition(value).map(|one| Bounds { among: vec![one], ..Bounds::default() }),
         };
-        read.map_err(|error| D::Error::custom(error.message()))
+        read.map(Condition).map_err(|error: toml::de::Error| D::Error::custom(error.message()))
     }
 }
 
-impl Condition {
+impl Bounds {
     /// Texts that a column must have somewhere.
     fn named(&self) -> &[String] {
-        match self {
-            Condition::Is(wanted) => std::slice::from_ref(wanted),
-            Condition::Within(bounds) if bounds.among.is_empty() => &bounds.not,
-            Condition::Within(bounds) => &bounds.among,
-        }
+        if self.among.is_empty() { &self.not } else { &self.among }
     }
 
     fn meets(&self, file: &ResultsTable, row: usize, column: usize) -> bool {
-        let number = file.number(row, column);
-        match self {
-            Condition::Is(wanted) => is(file, row, column, wanted),
-            Condition::Within(Bounds { not, among, below }) => {
-                (among.is_empty() || among.iter().any(|one| is(file, row, column, one)))
-                    && !not.iter().any(|other| is(file, row, column, other))
-                    && below.is_none_or(|below| number < below)
-            }
-        }
+        let is_one_of = |texts: &[String]| texts.iter().any(|one| is(file, row, column, one));
+        (self.among.is_empty() || is_one_of(&self.among))
+            && !is_one_of(&self.not)
+            && self.below.is_none_or(|below| file.number(row, column) < below)
     }
 }
 
@@ -662,9 +649,9 @@ fn is(file: &ResultsTable, row: usize, column: usize, wanted: &str) -> bool {
 /// Rows that meet all conditions.
 fn rows_of(file: &ResultsTable, only: &Only) -> Result<Vec<usize>> {
     let mut rows: Vec<usize> = (0..file.len()).collect();
-    for (name, condition) in only {
+    for (name, Condition(bounds)) in only {
         let column = file.column(name)?;
-        for wanted in condition.named() {
+        for wanted in bounds.named() {
             if !(0..file.len()).any(|row| is(file, row, column, wanted)) {
                 let mut known: Vec<&str> = (0..file.len()).map(|row| file.text(row, column)).collect();
                 known.sort_unstable();
@@ -672,7 +659,7 @@ fn rows_of(file: &ResultsTable, only: &Only) -> Result<Vec<usize>> {
                 return Err(Error::file(file.path(), format!("{name}: {}", Error::unknown("value", wanted, known))));
             }
         }
-        rows.retain(|&row| condition.meets(file, row, column));
+        rows.retain(|&row| bounds.meets(file, row, column));
     }
     if rows.is_empty() {
         let names: Vec<&str> = only.keys().map(String::as_str).collect();

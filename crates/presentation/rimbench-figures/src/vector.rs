@@ -126,9 +126,9 @@ impl Writer {
                 self.settle(Some(Look::Text { size, color, weight, anchor }));
                 self.letters(text);
             }
-            Shape::Open(name) => {
+            Shape::Open(class, told) => {
                 self.settle(None);
-                let _ = writeln!(self.text, "<g class=\"series\" data-series=\"{}\">", escaped(name));
+                let _ = writeln!(self.text, "<g class=\"{class}\" data-{class}=\"{}\">", escaped(told));
             }
             Shape::Close => {
                 self.settle(None);

@@ -3,13 +3,14 @@
 use rimbench_cases::cases::{
     Case, Channel, Drawing, Fill, Form, Point, Shape, Solid, camera, coordinate_column, offered_steps_ms,
 };
+use rimbench_cases::parameter::Value as Number;
 use serde_json::{Value, json};
 
 /// Returns a case with its drawing; `refused` are the schemes that it is not run with.
 ///
 /// ```text
 /// { name, title, about, shown_ms, steps_ms: [numbers], schemes: [two names], refused: [names], contact: [two texts] or null,
-///   force: { column, label, unit, gain },
+///   force: { column, label, unit, gain }, knobs: { mass, stiffness, friction: [parameter, default, words] or null },
 ///   drawing: { view: { x, y, follow }, frames: [{ name, parent, x, y, angle }], shapes: [{ kind, … }] } }
 /// ```
 /// A channel is a number or `{ column, gain, plus }`; a point `[x, y, frame or null]`. A scene has the directions of
@@ -33,11 +34,30 @@ pub fn case(case: &Case, drawing: &Drawing, refused: &[&str]) -> Value {
         "refused": refused,
         "contact": drawing.contact,
         "force": { "column": case.interface_columns[0].force, "label": drawing.force, "unit": unit, "gain": gain },
+        "knobs": knobs(case),
         "drawing": {
             "view": { "x": x, "y": y, "follow": drawing.follow },
             "frames": frames.collect::<Vec<_>>(),
             "shapes": drawing.shapes.iter().map(shape).collect::<Vec<_>>(),
         },
+    })
+}
+
+/// What has a slider of a machine, each as `[parameter, default, words]` or null.
+fn knobs(case: &Case) -> Value {
+    let of = |wanted: &[&str]| {
+        let is_wanted = |name: &str| wanted.iter().any(|end| name.ends_with(end));
+        case.parameters.iter().find_map(|parameter| match parameter.default {
+            Number::Number(start) if start > 0.0 && is_wanted(&parameter.name) => {
+                Some(json!([&*parameter.name, start, &*parameter.about]))
+            }
+            _ => None,
+        })
+    };
+    json!({
+        "mass": of(&["mass_kg"]),
+        "stiffness": of(&["compressibility_a_1_pa", "spring_stiffness_n_m"]),
+        "friction": of(&["viscous_friction_n_s_m", "spring_damping_n_s_m"]),
     })
 }
 

@@ -6,14 +6,17 @@ use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::{METRICS, USABLE};
-use rimbench_runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate, simulate};
+use rimbench_runs::{
+    EvaluatedRun, Reference, RunRequest, RunSpec, TrueState, believed, evaluate, simulate, what_happens,
+};
 use std::fmt::Write;
 use std::sync::Arc;
 
-/// Answers requests one after the other, and keeps the last reference.
+/// Answers requests one after the other, and keeps the last reference and the last true state.
 pub struct Simulator {
     catalogue: Catalogue,
     reference: Option<Kept>,
+    state: Option<(RunSpec, f64, TrueState)>,
 }
 
 /// What the runs of a machine are held against, and how many times as long as the program's its steps are.
@@ -34,7 +37,7 @@ pub struct Answer {
 
 impl Default for Simulator {
     fn default() -> Self {
-        Simulator { catalogue: Catalogue::standard(), reference: None }
+        Simulator { catalogue: Catalogue::standard(), reference: None, state: None }
     }
 }
 
@@ -48,10 +51,13 @@ impl Simulator {
     ///   KEY VALUE              an option of a run as in an experiment file, `macro_step_s 5e-3`
     ///   set.PARAMETER VALUE    a parameter of the case
     /// reference                with the same lines: the trajectory that runs are held against
+    /// believe SECONDS          with the same lines: what happens in the macro step that starts there, and below it what
+    ///                          the scheme believes, from the same true state
     /// ```
     /// A run is answered by `run_id`, `outcome`, `outcome_class`, `outcome_at_s`, `reason`, every metric that has a
     /// value, `reference_force_uncertainty_n`, `reference_force_peak_n`, `without_peak` where no error is related to one,
-    /// the exact counters, `columns`, and its rows at communication points; a reference by `columns` and rows to draw.
+    /// the exact counters, `columns`, and its rows at communication points; a reference by `columns` and rows to draw; a
+    /// belief by `columns` and a row per micro step.
     ///
     /// What runs are held against is made as the program does it and compared at the program's rows, by [`COARSER`]
     /// times its steps at first, so that a page need not wait. Until the uncertainty is a tenth of the force error that
@@ -77,7 +83,12 @@ impl Simulator {
                 let shown = trajectory.rows().enumerate().filter(|(k, _)| k % SHOWN_ROWS == 0 || *k == last);
                 Ok(Answer { words, numbers: shown.flat_map(|(_, row)| row).copied().collect() })
             }
-            other => Err(Error::unknown("request", other, ["schemes", "cases", "run", "reference"])),
+            other => match other.strip_prefix("believe ").and_then(|start| start.parse().ok()) {
+                Some(start) => self.believe(start, &self.spec(lines)?),
+                None => {
+                    Err(Error::unknown("request", other, ["schemes", "cases", "run", "reference", "believe SECONDS"]))
+                }
+            },
         }
     }
 
@@ -123,6 +134,25 @@ impl Simulator {
             None => Kept::by(spec, COARSER)?,
         };
         Ok(self.reference.insert(kept))
+    }
+
+    /// What happens is known over the longest macro step that was asked for, of which a shorter one is the beginning.
+    fn believe(&mut self, start: f64, spec: &RunSpec) -> Result<Answer> {
+        let kept = self.state.take().filter(|(of, at, _)| *at == start && of.shares_reference_with(spec));
+        let from = |spec: &RunSpec| what_happens(spec, &self.catalogue, start, StopFlag::never());
+        let (mut of, _, mut state) = kept.map_or_else(|| Ok((spec.clone(), start, from(spec)?)), Ok)?;
+        let belief = believed(spec, &state)?;
+        let is_covered = |state: &TrueState| {
+            let there = (state.happens.len() >= belief.len()).then(|| state.happens.row(belief.len() - 1)[0]);
+            there.zip(belief.end_time()).is_some_and(|(there, end)| (there - end).abs() <= 1e-9 * end)
+        };
+        if !is_covered(&state) {
+            (of, state) = (spec.clone(), from(spec)?);
+        }
+        let happens = state.happens.rows().take(belief.len()).chain(belief.rows());
+        let numbers = happens.flatten().copied().collect();
+        self.state = Some((of, start, state));
+        Ok(Answer { words: columns(belief.columns()), numbers })
     }
 
     fn run(&mut self, spec: &RunSpec) -> Result<Answer> {

@@ -4,7 +4,7 @@ use rimbench_cases::cases::{coordinate_column, offered_steps_ms};
 use rimbench_core::cosim::{Bounds, StopFlag};
 use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::USABLE;
-use rimbench_runs::{Reference, RunRequest, evaluate, simulate, simulate_inside};
+use rimbench_runs::{Reference, RunRequest, believed, evaluate, simulate, simulate_inside, what_happens};
 use rimbench_web::{Answer, Simulator};
 
 const RUN: &str = "run\ncase wedge-box\nscheme rim-nonsmooth-gap\nmacro_step_s 5e-3\nmechanics_step_s 1e-3\nphase 0.5\nset.box_mass_kg 180\n";
@@ -32,6 +32,25 @@ fn a_run_is_that_of_the_program_to_the_bit() {
     assert_eq!(answer.numbers, result.trajectory.data());
     assert_eq!(value(&answer, "columns").split(' ').count(), result.trajectory.columns().len());
     assert_eq!(value(&answer, "without_peak"), "");
+}
+
+#[test]
+fn a_belief_stands_below_what_happens_in_a_step_that_was_asked_for_and_in_a_shorter_one() {
+    let (mut simulator, catalogue) = (Simulator::default(), Catalogue::standard());
+    for step in [10e-3, 4e-3] {
+        let answer = simulator
+            .answer(&format!("believe 0.3\ncase wedge-box-reversal\nscheme rim-nonsmooth\nmacro_step_s {step}\n"));
+        let request = RunRequest::of("wedge-box-reversal", "rim-nonsmooth").at_macro_step(step);
+        let spec = request.resolve(&catalogue).unwrap().with_drawn_coordinates();
+        let from = what_happens(&spec, &catalogue, 0.3, StopFlag::never()).unwrap();
+        let (happens, belief) = answer.numbers.split_at(answer.numbers.len() / 2);
+        let bits = |numbers: &[f64]| numbers.iter().map(|value| value.to_bits()).collect::<Vec<u64>>();
+        assert_eq!(bits(belief), bits(believed(&spec, &from).unwrap().data()), "{step}");
+        let near = |(own, right): (&f64, &f64)| own == right || (own - right).abs() <= 1e-9 * right.abs().max(1.0);
+        assert!(happens.iter().zip(from.happens.data()).all(near) && happens.len() == belief.len(), "{step}");
+    }
+    let refused = simulator.answer("believe soon\ncase wedge-box-reversal\n").words;
+    assert!(refused.contains("believe SECONDS"), "{refused}");
 }
 
 /// Machines whose errors were off by up to 22 times when the page's reference was four times as coarse as the program's

@@ -92,22 +92,14 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
             true => left,
             false => format!("{left} In all panels: {}.", common.join(", ")),
         };
-        let mut parts: Vec<(String, Vec<&str>)> = Vec::new();
-        for (case, set) in shown {
+        let heading = |(index, (case, set)): (usize, &(String, String))| {
             let own: Vec<&str> = set.split_whitespace().filter(|parameter| !common.contains(parameter)).collect();
-            let head = match (one_case && shown.len() > 1, own.is_empty()) {
-                (_, true) => case.clone(),
-                (true, false) => String::new(),
-                (false, false) => format!("{case}, "),
-            };
-            parts.push((head, own));
-        }
-        let letter = |index: usize| match shown.len() {
-            1 => String::new(),
-            _ => format!("({}) ", char::from(b'a' + index as u8)),
+            let case = if own.is_empty() || !one_case || shown.len() == 1 { &**case } else { "" };
+            let words =
+                [case, &own.join(" ")].into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(", ");
+            if shown.len() == 1 { words } else { format!("({}) {words}", char::from(b'a' + index as u8)) }
         };
-        let headings: Vec<String> =
-            parts.iter().enumerate().map(|(k, (head, own))| format!("{}{head}{}", letter(k), own.join(" "))).collect();
+        let headings: Vec<String> = shown.iter().enumerate().map(heading).collect();
         let longest = headings.iter().map(|heading| heading.chars().count()).max().unwrap_or(0);
         let columns = shown.len().min(if lines && longest <= 26 { 3 } else { 2 });
         let room = match (columns, lines) {

@@ -1,11 +1,12 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
 use super::statistics::{
-    Bars, CountedRuns, Only, OverPhases, floor, floor_guide, over_phases, rounded, row, share_of_runs, unit_of,
+    Bars, CountedRuns, Only, OverPhases, floor, over_phases, rounded, row, share_of_runs, unit_of,
 };
 use super::valid;
-use super::{FigureOptions, Picture, Source};
-use crate::chart::{Absent, Axis, Cell, Figure, Mode, Name, Plot, Series};
+use super::{FigureOptions, Source};
+use crate::chart::{Absent, Axis, Cell, Figure, Guide, Mode, Name, Plot, Series};
+use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::selection::Runs;
@@ -38,7 +39,7 @@ pub struct DotsFigure {
     runs: bool,
     /// What the picture itself says below its panels.
     #[serde(default)]
-    note: Option<String>,
+    note: String,
     /// Panels, from the left.
     #[serde(deserialize_with = "valid::panels")]
     panels: Vec<DotsPanel>,
@@ -82,7 +83,7 @@ impl FigureOptions for DotsFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let table = source.runs()?;
         let all = Runs::of(table);
         let labels = all.labels(&self.labels);
@@ -137,8 +138,7 @@ impl FigureOptions for DotsFigure {
         };
         let signs: Vec<Name> = (0..most).map(sign).collect();
         let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
-        let mut figure = Figure::new(self.width, 0.0).columns(self.columns.unwrap_or(self.panels.len()));
-        figure.note = self.note.clone().unwrap_or_default();
+        let mut figure = Figure { note: self.note.clone(), ..Figure::new(self.width, 0.0, self.columns) };
         for ((dots, title), (spec, runs)) in dots.into_iter().zip(titles).zip(self.panels.iter().zip(&parts)) {
             let values = Axis::log10(&spec.label).within(spec.range);
             let mut plot = Plot::new(title, Axis::named(&quantity, signs.clone()), values);
@@ -166,10 +166,10 @@ impl FigureOptions for DotsFigure {
             let medians = dots.iter().flatten().flatten().map(|point| point.median);
             let least = medians.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
             let lowest = spec.range.map_or(least, |[low, _]| low);
-            plot.marks.extend(floor(runs, spec.metric).filter(|floor| *floor > lowest).map(floor_guide));
+            plot.marks.extend(floor(runs, spec.metric).filter(|floor| *floor > lowest).map(Guide::Below));
             figure = figure.panel(plot);
         }
-        Ok(figure.into())
+        figure.draw()
     }
 
     fn finish(&mut self) -> Result<(), String> {

@@ -1,8 +1,8 @@
 //! A case at a row of instants, one row per scheme.
 
-use super::trace_figure::{lost_run, trace_path};
+use super::trace_figure::{lost_run, trace};
 use super::valid;
-use super::{FigureOptions, Picture, Source};
+use super::{FigureOptions, Source};
 use crate::case_picture::{Motion, View, arrow};
 use crate::clip::Rect;
 use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -29,21 +29,12 @@ pub struct ManoeuvreFigure {
     #[serde(deserialize_with = "valid::some_numbers")]
     instants_s: Vec<f64>,
     /// By how much the difference from the reference is drawn larger.
-    #[serde(default = "as_it_is", deserialize_with = "valid::positive")]
+    #[serde(deserialize_with = "valid::positive")]
     enlarged: f64,
-    /// Contact force of the arrow in the legend, N.
-    #[serde(default = "two_kilonewtons", deserialize_with = "valid::positive")]
-    arrow_force_n: f64,
 }
 
-fn as_it_is() -> f64 {
-    1.0
-}
-
-fn two_kilonewtons() -> f64 {
-    2000.0
-}
-
+/// Contact force of the arrow in the legend, N.
+const ARROW_N: f64 = 2000.0;
 const MARGIN: f64 = 8.0;
 const HEADER: f64 = 18.0;
 const ROW_LABEL: f64 = 20.0;
@@ -54,15 +45,14 @@ const EDGE: Stroke = Stroke { color: Color(0xC9, 0xCE, 0xD3), width: 1.0, dash: 
 const FORCE: &str = "actuator_force_n";
 
 /// What an experiment of one case draws: the case, its reference, and how runs move.
-struct Scene<'a> {
-    folder: &'a Path,
+struct Scene {
     of: CaseDrawing,
     reference: ResultsTable,
 }
 
-impl<'a> Scene<'a> {
+impl Scene {
     /// Reads the case and its parameters from the results.
-    fn read(folder: &'a Path) -> Result<Self> {
+    fn read(folder: &Path, runs: &Runs<'_>) -> Result<Self> {
         let table = read_table(&folder.join("parameters.csv"))?;
         let [case, parameter, value] = ["case", "parameter", "value"].map(|name| table.column(name));
         let (case, parameter, value) = (case?, parameter?, value?);
@@ -79,11 +69,7 @@ impl<'a> Scene<'a> {
             let text = format!("{name} is drawn by the places of single bodies, which no trace has: the page has them");
             return Err(Error::file(table.path(), text));
         }
-        Ok(Scene { folder, of, reference: read_table(&trace_path(folder, "reference")?)? })
-    }
-
-    fn trace(&self, label: &str) -> Result<ResultsTable> {
-        read_table(&trace_path(self.folder, label)?)
+        Ok(Scene { of, reference: trace(folder, runs, "reference")? })
     }
 
     fn motion(&self, trace: &ResultsTable, enlarged: f64) -> Result<Motion> {
@@ -98,10 +84,9 @@ impl FigureOptions for ManoeuvreFigure {
     ///
     /// # Errors
     /// [`Error::File`] for what is not there; [`Error::Incompatible`] if its cells have no room.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
-        let folder = &*source.folder;
-        let scene = Scene::read(folder)?;
-        let runs = Runs::of(source.runs()?);
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let (folder, runs) = (&*source.folder, Runs::of(source.runs()?));
+        let scene = Scene::read(folder, &runs)?;
         let reference = scene.motion(&scene.reference, 1.0)?;
         let columns = self.instants_s.len() as f64;
         let cell = ((self.width - 2.0 * MARGIN - BETWEEN * (columns - 1.0)) / columns).floor();
@@ -117,7 +102,7 @@ impl FigureOptions for ManoeuvreFigure {
             drawing.text(text.bold().anchored(Anchor::Middle));
         }
         for (index, label) in self.schemes.iter().enumerate() {
-            let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
+            let (trace, color) = (trace(folder, &runs, label)?, styles.of_label(label).color);
             let end = lost_run(&runs, label).map_or("ended", |row| runs.run(row).found.outcome.name());
             let (motion, force) = (scene.motion(&trace, self.enlarged)?, trace.column(FORCE)?);
             let top = MARGIN + HEADER + index as f64 * row_height;
@@ -133,9 +118,9 @@ impl FigureOptions for ManoeuvreFigure {
                 let finite = |row: &usize| motion.columns.values().all(|values| values[*row].is_finite());
                 if let Some(row) = there.filter(finite) {
                     let view = View { place, follow: motion.follow[row] };
-                    view.draw(&mut drawing, &scene.of, &motion.row(row), color);
+                    view.draw(&mut drawing, &scene.of, &motion.row(row), Some(color));
                     if let Some(row) = reference.row_at(instant) {
-                        view.outline(&mut drawing, &scene.of, &reference.row(row));
+                        view.draw(&mut drawing, &scene.of, &reference.row(row), None);
                     }
                     let kilonewtons = trace.number(row, force) / 1000.0;
                     let plus = if kilonewtons >= 0.005 { "+" } else { "" };
@@ -150,7 +135,7 @@ impl FigureOptions for ManoeuvreFigure {
         }
         let place = Rect { left: 0.0, top: 0.0, right: cell, bottom: tall };
         self.legend(&mut drawing, &scene.of, View { place, follow: 0.0 }.scale(&scene.of));
-        Ok(drawing.into())
+        Ok(drawing)
     }
 }
 
@@ -160,10 +145,10 @@ impl ManoeuvreFigure {
         let (y, mut x) = (drawing.height - MARGIN - 10.0, MARGIN);
         let mut words = vec!["thin outline: the reference".to_owned()];
         if let Some(Arrow { scale: per_newton, .. }) = of.shapes.iter().find(|shape| matches!(shape, Arrow { .. })) {
-            let length = scale * per_newton * self.arrow_force_n;
+            let length = scale * per_newton * ARROW_N;
             arrow(drawing, (MARGIN, y), (MARGIN + length, y), 1);
             x += length + 7.0;
-            words.insert(0, format!("contact force of {} kN", self.arrow_force_n / 1000.0));
+            words.insert(0, format!("contact force of {} kN", ARROW_N / 1000.0));
         }
         if self.enlarged > 1.0 {
             words.push(format!("differences from it {} times larger", self.enlarged));

@@ -1,7 +1,7 @@
 //! One macro step magnified: what happens to a contact, and what schemes believe of it.
 
 use super::valid;
-use super::{FigureOptions, Picture, Source};
+use super::{FigureOptions, Source};
 use crate::case_picture::{View, poses, within};
 use crate::clip::{Rect, polygon, polyline};
 use crate::data::straightened;
@@ -11,6 +11,7 @@ use crate::ticks::{linear, signed};
 use rimbench_cases::cases::standard_cases;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_results::run_table::Run;
 use serde::Deserialize;
 
 /// Options of a figure of the mechanism.
@@ -122,6 +123,19 @@ fn force(newtons: f64) -> String {
     }
 }
 
+/// How a page asks for what is believed under a label: the scheme, and what it takes for closed contacts if that is not
+/// its own.
+fn asked(source: &Source, label: &str) -> String {
+    let Ok(table) = source.runs() else { return label.to_owned() };
+    let contacts = table.setting("contact_detection").ok();
+    let run = table.runs().iter().find(|run| *run.label == *label);
+    let words = |run: &Run| {
+        let contacts = contacts.map_or("", |place| &*run.settings[place]);
+        format!("{} {contacts}", run.scheme).trim_end().to_owned()
+    };
+    run.map_or_else(|| label.to_owned(), words)
+}
+
 /// A macro step with what is shown of it.
 struct Column<'a> {
     panel: &'a MechanismPanel,
@@ -159,6 +173,7 @@ impl Column<'_> {
             true if gap > closed => ["lifts off".to_owned(), format!("by {}", micrometres(gap))],
             true if rows.pull() < 0.0 => ["pulls it down".to_owned(), format!("with {}", force(-rows.pull()))],
             true => ["stands still".to_owned(), String::new()],
+            false if gap > closed && gap < rows.first()[1] - closed => ["falls".to_owned(), String::new()],
             false if gap > closed => ["hangs in air".to_owned(), String::new()],
             false => [format!("falls {}", micrometres(rows.first()[1])), "and lands".to_owned()],
         };
@@ -247,7 +262,7 @@ impl Column<'_> {
         let value = |name: &str| self.table.column(name).map_or(f64::NAN, |column| self.table.number(row, column));
         let place = Rect { left: self.left, top: 22.0, right: self.left + 178.0, bottom: LANES - 16.0 };
         let view = View { place, follow: of.follow.map_or(0.0, value) };
-        view.draw(drawing, &of, &value, Color::SOFT_INK);
+        view.draw(drawing, &of, &value, Some(Color::SOFT_INK));
         let frame = poses(&of, &value).get(&*self.panel.frame).copied();
         let frame = frame.ok_or_else(|| wrong("has no such frame"))?;
         let [x, y] = within(frame, [self.panel.at[0], self.panel.at[1]]);
@@ -266,7 +281,7 @@ impl FigureOptions for MechanismFigure {
     ///
     /// # Errors
     /// [`Error::File`] for what is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let columns = self.panels.iter().enumerate().map(|(index, panel)| {
             let table = read_table(&source.folder.join(format!("traces/beliefs-{}.csv", panel.case)))?;
             let rows = |scheme: &str| Rows::read(&table, scheme, &panel.contact);
@@ -285,17 +300,8 @@ impl FigureOptions for MechanismFigure {
             let name = name[..1].to_uppercase() + &name[1..];
             drawing.text(Text::new(name, (12.0, top + 22.0), 12.0).bold());
             let words = index.checked_sub(1).map_or("", |index| &self.words[index]);
-            let [mut line, mut lines] = [String::new(), String::new()];
-            for word in words.split_whitespace() {
-                if lines.is_empty() && Text::new(format!("{line} {word}"), (0.0, 0.0), 11.5).width() < 160.0 {
-                    line += &format!(" {word}");
-                } else {
-                    lines += &format!(" {word}");
-                }
-            }
-            for (index, words) in [line, lines].iter().enumerate() {
-                let at = (12.0, top + 37.0 + 14.0 * index as f64);
-                drawing.text(Text::new(words.trim(), at, 11.5).colored(Color::SOFT_INK));
+            for (line, text) in soft(words, (12.0, 0.0)).broken(176.0).into_iter().enumerate() {
+                drawing.text(Text { at: (12.0, top + 37.0 + 14.0 * line as f64), ..text });
             }
         }
         // One scale of forces for all.
@@ -308,40 +314,45 @@ impl FigureOptions for MechanismFigure {
         let top = bottom + 36.0;
         let y = |force: f64| top + plot * (high - force) / (high - low);
         drawing.text(Text::new("Force of the actuator", (12.0, top + 16.0), 12.0).bold());
-        drawing.text(Text::new("grey: what happens", (12.0, top + 31.0), 11.5).colored(Color::SOFT_INK));
+        drawing.text(soft("grey: what happens", (12.0, top + 31.0)));
         let ticks = linear(low / 1e3, high / 1e3, 4);
         for (index, column) in columns.iter().enumerate() {
             column.machine(&mut drawing)?;
             let beside = column.left + 190.0;
             drawing.text(Text::new(&column.panel.title, (beside, 40.0), 12.4).bold());
-            let note = column.panel.note.split("; ").enumerate();
-            for (line, words) in note {
-                let at = (beside, 57.0 + 14.0 * line as f64);
-                drawing.text(Text::new(words, at, 11.5).colored(Color::SOFT_INK));
+            for (line, words) in column.panel.note.split("; ").enumerate() {
+                drawing.text(soft(words, (beside, 57.0 + 14.0 * line as f64)));
             }
             let end = column.left + column.width + 7.0;
-            let head = |words: &str, at: Point| Text::new(words, at, 11.5).colored(Color::SOFT_INK);
-            drawing.text(head("force at the end", (end, LANES - 5.0)));
-            column.lane(&mut drawing, lane_top(0), &column.truth, true);
-            for (belief, rows) in column.beliefs.iter().enumerate() {
-                column.lane(&mut drawing, lane_top(1 + belief), rows, false);
-            }
-            let length = column.truth.last()[0] - column.truth.first()[0];
-            let words = format!("{:.0} ms, no exchange", 1e3 * length);
-            let middle = column.left + 0.5 * column.width;
-            drawing.text(head(&words, (middle, bottom + 11.0)).anchored(Anchor::Middle));
-            for time in [column.truth.first()[0], column.truth.last()[0]] {
-                let x = column.x(time);
-                drawing.line(vec![(x, bottom - 2.0), (x, bottom + 5.0)], SOFT);
-            }
-            self.forces(&mut drawing, (column, &names), (top, plot), &y, BEYOND * truths);
+            drawing.text(soft("force at the end", (end, LANES - 5.0)));
+            let [start, end] = [column.truth.first(), column.truth.last()].map(|row| row[0]);
+            let panel = column.panel;
+            let told = format!("{} {} {start} {end} {}", panel.case, panel.contact, column.truth.rows.len() - 1);
+            drawing.part("step", &told, |drawing| {
+                drawing.part("lane", "", |drawing| column.lane(drawing, lane_top(0), &column.truth, true));
+                for (belief, rows) in column.beliefs.iter().enumerate() {
+                    let lane = |drawing: &mut Drawing| column.lane(drawing, lane_top(1 + belief), rows, false);
+                    drawing.part("lane", &asked(source, &self.beliefs[belief]), lane);
+                }
+                drawing.part("span", "", |drawing| {
+                    let words = format!("{:.0} ms, no exchange", 1e3 * (end - start));
+                    let middle = column.left + 0.5 * column.width;
+                    drawing.text(soft(&words, (middle, bottom + 11.0)).anchored(Anchor::Middle));
+                    for x in [start, end].map(|time| column.x(time)) {
+                        drawing.line(vec![(x, bottom - 2.0), (x, bottom + 5.0)], SOFT);
+                    }
+                });
+                let told = format!("{} {}", y(0.0) - y(1.0), BEYOND * truths);
+                drawing.part("forces", &told, |drawing| {
+                    self.forces(drawing, (column, &names), (top, plot), &y, BEYOND * truths);
+                });
+            });
             for tick in ticks.ticks.iter().filter(|_| index == 0) {
-                let text =
-                    head(&format!("{} kN", tick.label), (column.left - 6.0, y(1e3 * tick.value))).anchored(Anchor::End);
-                drawing.text(text.centred());
+                let at = (column.left - 6.0, y(1e3 * tick.value));
+                drawing.text(soft(&format!("{} kN", tick.label), at).anchored(Anchor::End).centred());
             }
         }
-        Ok(drawing.into())
+        Ok(drawing)
     }
 
     fn finish(&mut self) -> Result<(), String> {
@@ -377,7 +388,7 @@ impl MechanismFigure {
                     drawing.area(place.corners(), Some(WRONG.mix(Color::WHITE, 0.72)), None);
                 }
             }
-            drawing.text(Text::new(*words, (36.0, y), 11.5).colored(Color::SOFT_INK).centred());
+            drawing.text(soft(words, (36.0, y)).centred());
         }
     }
 
@@ -444,6 +455,11 @@ impl MechanismFigure {
         let title = column.panel.title.clone();
         drawing.data.push(PanelData { title, x: "time t (s)".into(), y: "force F (N)".into(), series });
     }
+}
+
+/// Words beside.
+fn soft(words: &str, at: Point) -> Text {
+    Text::new(words, at, 11.5).colored(Color::SOFT_INK)
 }
 
 /// Leaves out points that nobody sees.

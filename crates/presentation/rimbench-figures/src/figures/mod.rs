@@ -18,10 +18,10 @@ mod xy_figure;
 
 pub use preview::preview;
 
-use super::chart::Figure;
 use super::drawing::Drawing;
 use super::pages::fill_text;
 use super::render;
+use super::report::find_studies;
 use super::style::Styles;
 use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, shortened};
@@ -126,34 +126,14 @@ impl Source {
     }
 }
 
-/// What a kind of figure is made into.
-enum Picture {
-    /// Plots with their data, which have one layout.
-    Plots(Figure),
-    /// Machines.
-    Drawn(Drawing),
-}
-
-impl From<Figure> for Picture {
-    fn from(figure: Figure) -> Self {
-        Picture::Plots(figure)
-    }
-}
-
-impl From<Drawing> for Picture {
-    fn from(drawing: Drawing) -> Self {
-        Picture::Drawn(drawing)
-    }
-}
-
 /// The options of a kind of figure, read from the keys of its fields.
 trait FigureOptions: DeserializeOwned {
     /// A panel: keys of it that stand in the figure hold for all panels that do not say otherwise. `()` for a kind
     /// without panels.
     type Panel: DeserializeOwned;
 
-    /// Makes the figure from an experiment's folder.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture>;
+    /// Draws the figure from an experiment's folder.
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing>;
 
     /// Fills in what other keys say, and refuses keys that do not go together.
     fn finish(&mut self) -> Result<(), String> {
@@ -191,7 +171,7 @@ macro_rules! kinds {
         }
 
         impl FigureKind {
-            fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+            fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
                 match self {
                     $(FigureKind::$kind(figure) => figure.draw(source, styles),)*
                 }
@@ -310,25 +290,6 @@ impl FigureList {
         if own.is_empty() { default_figures(name, folder) } else { Ok(own) }
     }
 
-    /// Experiments below a folder of results that the list does not name, `group/name`, of one group or one by name, or
-    /// all.
-    fn not_listed(&self, results: &Path, part: Option<&str>) -> Vec<String> {
-        let folders = |folder: &Path| -> Vec<String> {
-            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-            let named =
-                entries.filter(|entry| entry.path().is_dir()).filter_map(|entry| entry.file_name().into_string().ok());
-            let mut names: Vec<String> = named.filter(|name| !name.starts_with('.')).collect();
-            names.sort();
-            names
-        };
-        let names = folders(results).into_iter().flat_map(|group| {
-            let inside = folders(&results.join(&group));
-            inside.into_iter().map(move |name| format!("{group}/{name}"))
-        });
-        let is_listed = |name: &String| self.figures.iter().any(|figure| figure.experiment == *name);
-        names.filter(|name| is_in(name, part) && has_rows(&results.join(name)) && !is_listed(name)).collect()
-    }
-
     /// The figures of one group of experiments, of one experiment `group/name`, or of all.
     pub fn of_part(&self, part: Option<&str>) -> Vec<&FigureEntry> {
         self.figures.iter().filter(|figure| is_in(&figure.experiment, part)).collect()
@@ -339,8 +300,13 @@ impl FigureList {
     /// can be made of, with the reason.
     pub fn completed(mut self, results: &Path, part: Option<&str>) -> (Self, Vec<(String, String)>) {
         let mut failed = Vec::new();
-        for name in self.not_listed(results, part) {
-            match default_figures(&name, &results.join(&name)) {
+        for folder in find_studies(results).unwrap_or_default().iter().filter(|folder| has_rows(folder)) {
+            let parts = folder.strip_prefix(results).unwrap_or(folder).iter().map(|part| part.to_string_lossy());
+            let name = parts.collect::<Vec<_>>().join("/");
+            if !is_in(&name, part) || self.figures.iter().any(|figure| figure.experiment == name) {
+                continue;
+            }
+            match default_figures(&name, folder) {
                 Ok(figures) => self.figures.extend(figures),
                 Err(error) => failed.push((name, error.to_string())),
             }
@@ -479,11 +445,7 @@ impl FigureEntry {
     fn drawn_from(&self, source: &Source, results: &Path, styles: &Styles) -> Result<Drawing> {
         self.check_labels(source)?;
         let said = self.said(results)?;
-        let drawing = match self.kind.draw(source, styles)? {
-            Picture::Plots(figure) => figure.draw_if_it_fits()?,
-            Picture::Drawn(drawing) => drawing,
-        };
-        let mut drawing = drawing.headed(&said.title, &said.subtitle);
+        let mut drawing = self.kind.draw(source, styles)?.headed(&said.title, &said.subtitle);
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
             let sentence = said.caption.split(". ").next().unwrap_or_default();

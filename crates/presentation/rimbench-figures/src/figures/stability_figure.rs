@@ -3,9 +3,9 @@
 
 use super::statistics::{Bars, CountedRuns, Only, name, over_phases, rounded, row, unit_of};
 use super::valid;
-use super::{FigureOptions, Picture, Source};
+use super::{FigureOptions, Source};
 use crate::chart::{Absent, Axis, Cell, Figure, Mode, Name, Plot, Series};
-use crate::drawing::Color;
+use crate::drawing::{Color, Drawing};
 use crate::line_style::{Dash, LineStyle, Marker};
 use crate::rows::WRONG;
 use crate::style::Styles;
@@ -78,9 +78,9 @@ impl FigureOptions for StabilityFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         if self.by_case {
-            return self.cases(&self.panels[0].only.of(&Runs::of(source.runs()?))?, styles).map(Picture::from);
+            return self.cases(&self.panels[0].only.of(&Runs::of(source.runs()?))?, styles)?.draw();
         }
         let folder = &*source.folder;
         let results = folder.ancestors().nth(2).unwrap_or(folder);
@@ -110,11 +110,10 @@ impl FigureOptions for StabilityFigure {
         }
         let mut order: Vec<usize> = (0..labels.len()).collect();
         order.sort_by(|&a, &b| reach[b].total_cmp(&reach[a]));
-        let columns = self.columns.unwrap_or(panels.len());
         let ranked =
             |(plot, rows): (Plot, Vec<Series>)| order.iter().map(|&row| rows[row].clone()).fold(plot, Plot::layer);
-        let figure = Figure::new(self.width, 0.0).columns(columns);
-        Ok(panels.into_iter().map(ranked).fold(figure, Figure::panel).into())
+        let figure = Figure::new(self.width, 0.0, self.columns);
+        panels.into_iter().map(ranked).fold(figure, Figure::panel).draw()
     }
 
     fn finish(&mut self) -> Result<(), String> {
@@ -210,7 +209,7 @@ impl StabilityFigure {
             };
             ranked.iter().map(row).fold(plot(&name(all, label, styles), across.clone()), Plot::layer)
         };
-        let figure = Figure::new(self.width, 0.0).columns(self.columns.unwrap_or(labels.len()));
+        let figure = Figure::new(self.width, 0.0, self.columns);
         Ok(labels.iter().map(panel).fold(figure, Figure::panel))
     }
 

@@ -1,6 +1,6 @@
 //! What figures take from the table of runs: a part of it, and a metric over the phases.
 
-use crate::chart::{Guide, Loss, Mode, Series};
+use crate::chart::{Loss, Mode, Series};
 use crate::line_style::LineStyle;
 use crate::style::Styles;
 use rimbench_core::cosim::OutcomeClass;
@@ -211,12 +211,6 @@ pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
 pub fn row(runs: &Runs<'_>, label: &str, styles: &Styles, mode: Mode) -> Series {
     let row = Series::new(name(runs, label, styles), Vec::new(), style(runs, label, styles));
     Series { name: label.to_owned(), ..row.mode(mode) }
-}
-
-/// Shades where a distance from the reference says nothing.
-pub fn floor_guide(y: f64) -> Guide {
-    let [label, entry] = ["uncertainty of the reference", "below the reference's uncertainty"].map(str::to_owned);
-    Guide::Below { y, label, entry }
 }
 
 /// The unit in which macro steps of some runs are shown, and what milliseconds are multiplied by: steps of microseconds

@@ -1,17 +1,17 @@
 //! Columns of traces over time, one panel per column or zoom.
 
 use super::valid;
-use super::{FigureOptions, Picture, Source};
+use super::{FigureOptions, Source};
 use crate::chart::{Axis, Figure, Mode, Plot, Series};
+use crate::drawing::Drawing;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
-use rimbench_results::run_table::RunTable;
 use rimbench_results::selection::Runs;
 use rimbench_runs::Finding;
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Options of a trace figure.
 #[derive(Debug, Clone, Deserialize)]
@@ -65,11 +65,11 @@ impl FigureOptions for TraceFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a trace or column that is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
-        let folder = &*source.folder;
-        let traces = self.series.iter().map(|label| Ok((label, read_table(&trace_path(folder, label)?)?)));
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
+        let (folder, runs) = (&*source.folder, Runs::of(source.runs()?));
+        let traces = self.series.iter().map(|label| Ok((label, trace(folder, &runs, label)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
-        let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
+        let mut figure = Figure::new(self.width, self.height, self.columns);
         for spec in &self.panels {
             let mut panel = Plot::new(
                 &spec.title,
@@ -81,14 +81,14 @@ impl FigureOptions for TraceFigure {
             let nobody_has = traces.iter().all(|series| lacks(&series));
             let traces = || traces.iter().filter(|series| nobody_has || !lacks(series));
             let known = match spec.error {
-                true => Some(read_table(&trace_path(folder, REFERENCE)?)?.pairs("time_s", &spec.column)?),
+                true => Some(trace(folder, &runs, REFERENCE)?.pairs("time_s", &spec.column)?),
                 false => None,
             };
             for (label, trace) in traces().filter(|(label, _)| !(spec.error && *label == REFERENCE)) {
                 let points = trace.pairs("time_s", &spec.column)?;
                 let points = known.as_ref().map_or_else(|| points.clone(), |known| apart(&points, known));
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
-                let entry = format!("{}{}", styles.shown_name(label), ending(folder, label)?);
+                let entry = format!("{}{}", styles.shown_name(label), ending(&runs, label));
                 let series = Series::new(entry, points, styles.of_label(label)).mode(mode);
                 panel = panel.layer(Series { name: label.to_string(), ..series });
             }
@@ -97,7 +97,7 @@ impl FigureOptions for TraceFigure {
             panel.notes = cut.collect::<Result<_>>()?;
             figure = figure.panel(panel);
         }
-        Ok(figure.into())
+        figure.draw()
     }
 
     fn finish(&mut self) -> Result<(), String> {
@@ -139,40 +139,32 @@ pub(super) fn lost_run(runs: &Runs<'_>, label: &str) -> Option<usize> {
 }
 
 /// What the legend says of a run that did not come to its end, and when it broke off.
-fn ending(folder: &Path, label: &str) -> Result<String> {
-    let table = RunTable::read_from(folder)?;
-    let runs = Runs::of(&table);
-    let Some(row) = lost_run(&runs, label).filter(|_| label != REFERENCE) else { return Ok(String::new()) };
+fn ending(runs: &Runs<'_>, label: &str) -> String {
+    let Some(row) = lost_run(runs, label).filter(|_| label != REFERENCE) else { return String::new() };
     // Where the state left its bounds, which a run may outlive.
     let ends = [Finding::OutcomeAt, Finding::EndedAt].map(|end| runs.value(row, end));
     let when = ends.into_iter().find(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
-    Ok(format!(": {}{when}", runs.run(row).found.outcome.name()))
+    format!(": {}{when}", runs.run(row).found.outcome.name())
 }
 
-/// The trace of the run of a scheme row, or of the reference.
+/// Reads the trace of the run of a scheme row, or of the reference.
 ///
 /// # Errors
 /// [`Error::File`] if there is none, or if there are several, which is ambiguous.
-pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
-    let (traces, path) = (folder.join("traces"), folder.join("runs.csv"));
-    let table = RunTable::read_from(folder)?;
-    let runs = Runs::of(&table);
+pub(super) fn trace(folder: &Path, runs: &Runs<'_>, label: &str) -> Result<ResultsTable> {
+    let wrong = |text: String| Err(Error::file(folder.join("runs.csv"), text));
     let several = |count: usize, what: &str| {
-        Error::file(&path, format!("has {count} {what}; a figure of traces needs an experiment with one"))
+        wrong(format!("has {count} {what}; a figure of traces needs an experiment with one"))
     };
-    if label == REFERENCE {
-        return match runs.problems().len() {
-            0 | 1 => Ok(traces.join("reference.csv")),
-            count => Err(several(count, "references")),
-        };
-    }
-    let trace = match *runs.of_label(label).rows() {
-        [] => return Err(Error::file(&path, format!("has no run labelled `{label}`"))),
+    let name = match *runs.of_label(label).rows() {
+        _ if label == REFERENCE && runs.problems().len() > 1 => return several(runs.problems().len(), "references"),
+        _ if label == REFERENCE => "reference.csv",
+        [] => return wrong(format!("has no run labelled `{label}`")),
         [row] => &*runs.run(row).trace,
-        ref rows => return Err(several(rows.len(), &format!("runs labelled `{label}`"))),
+        ref rows => return several(rows.len(), &format!("runs labelled `{label}`")),
     };
-    if trace.is_empty() {
-        return Err(Error::file(&path, format!("has no trace of `{label}`")));
+    match name {
+        "" => wrong(format!("has no trace of `{label}`")),
+        name => read_table(&folder.join("traces").join(name)),
     }
-    Ok(traces.join(trace))
 }

@@ -3,12 +3,13 @@
 
 use super::abscissa::{Abscissa, Across, abscissae};
 use super::statistics::{
-    Bars, CountedRuns, Only, OverPhases, floor, floor_guide, name, over_phases, refuse_several, rounded, share_of_runs,
-    style, unit_of,
+    Bars, CountedRuns, Only, OverPhases, floor, name, over_phases, refuse_several, rounded, share_of_runs, style,
+    unit_of,
 };
 use super::valid::{self, refuse};
-use super::{FigureOptions, Picture, Source};
-use crate::chart::{Axis, Figure, Guide, LegendPlace, Loss, Mode, Plot, Series};
+use super::{FigureOptions, Source};
+use crate::chart::{Axis, Figure, Guide, Loss, Mode, Plot, Series};
+use crate::drawing::Drawing;
 use crate::line_style::LineStyle;
 use crate::style::Styles;
 use crate::ticks::signed;
@@ -39,7 +40,7 @@ pub struct XyFigure {
     columns: Option<usize>,
     /// What the picture itself says below its panels.
     #[serde(default)]
-    note: Option<String>,
+    note: String,
     /// Panels, from the left.
     #[serde(deserialize_with = "valid::panels")]
     panels: Vec<XyPanel>,
@@ -122,26 +123,6 @@ pub struct XyPanel {
     orders_over_ms: Option<[f64; 2]>,
 }
 
-/// One line of a panel.
-struct Curve<'t> {
-    /// The scheme row.
-    name: &'t str,
-    /// What the legend says.
-    entry: String,
-    points: Vec<OverPhases>,
-    /// What else is known of each point.
-    notes: Vec<String>,
-    /// What is written beside each point; none, or as many as points.
-    tags: Vec<String>,
-}
-
-impl<'t> Curve<'t> {
-    fn new(name: &'t str, entry: String, points: Vec<OverPhases>) -> Self {
-        let notes = points.iter().map(|point| point.lost.in_words()).collect();
-        Curve { name, entry, points, notes, tags: Vec::new() }
-    }
-}
-
 impl FigureOptions for XyFigure {
     type Panel = XyPanel;
 
@@ -151,10 +132,10 @@ impl FigureOptions for XyFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column, parameter or row of cost that is not there.
-    fn draw(&self, source: &Source, styles: &Styles) -> Result<Picture> {
+    fn draw(&self, source: &Source, styles: &Styles) -> Result<Drawing> {
         let all = Runs::of(source.runs()?);
-        let columns = self.columns.unwrap_or(self.panels.len());
-        let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
+        let figure = Figure::new(self.width, self.height, self.columns);
+        let mut figure = Figure { note: self.note.clone(), ..figure };
         for spec in &self.panels {
             let abscissa = spec.x.read(&source.folder, &all)?;
             // Each value of a parameter is a problem of its own.
@@ -169,10 +150,10 @@ impl FigureOptions for XyFigure {
             let x_axis = across(spec.x.heading(unit)).within(spec.x.range);
             let mut panel = Plot::new(&spec.title, x_axis, spec.y_axis());
             if spec.symlog.is_some() {
-                panel = panel.mark(Guide::Horizontal(0.0));
+                panel.marks.push(Guide::Horizontal(0.0));
             }
             if let Some(Border { at, label }) = &spec.border {
-                panel = panel.mark(Guide::Vertical(*at, label.clone()));
+                panel.marks.push(Guide::Vertical(*at, label.clone()));
             }
             let counted = &mut CountedRuns::default();
             let curves = match &abscissa {
@@ -183,22 +164,24 @@ impl FigureOptions for XyFigure {
             };
             panel.title = counted.behind(&spec.title);
             for curve in curves {
-                let curve = Curve { name: spec.without_variant(curve.name), ..curve };
-                let style = style(&all, curve.name, styles);
-                let is_baseline = spec.baselines.iter().any(|label| *label == curve.name);
-                let style = if is_baseline { Styles::baseline(style) } else { style };
-                panel = panel.layer(with_range(Curve { points: scaled(curve.points, factor), ..curve }, style));
+                let name = spec.without_variant(&curve.name).to_owned();
+                let style = style(&all, &name, styles);
+                let style = if spec.baselines.contains(&name) { Styles::baseline(style) } else { style };
+                let mut curve = Series { name, style, ..curve };
+                curve.points.iter_mut().for_each(|(x, _)| *x *= factor);
+                curve.bars.iter_mut().for_each(|(x, _)| *x *= factor);
+                curve.lost.iter_mut().for_each(|(x, _)| *x *= factor);
+                panel = panel.layer(curve);
             }
             let has_floor = spec.within.is_none() && spec.x.is_macro_step() && spec.symlog.is_none();
             let floor = floor(&runs, spec.metric).filter(|floor| has_floor && *floor > spec.lowest(&panel));
-            panel.marks.extend(floor.map(floor_guide));
+            panel.marks.extend(floor.map(Guide::Below));
             if let Some((order, [x, y])) = spec.slope {
-                panel = panel.mark(Guide::Slope { order, from: (factor * x, y), to_x: 2.0 * factor * x });
+                panel.marks.push(Guide::Slope { order, from: (factor * x, y), to_x: 2.0 * factor * x });
             }
             figure = figure.panel(panel);
         }
-        figure.note = self.note.clone().unwrap_or_default();
-        Ok(figure.into())
+        figure.draw()
     }
 
     fn finish(&mut self) -> Result<(), String> {
@@ -255,9 +238,9 @@ impl XyPanel {
 
     fn y_axis(&self) -> Axis {
         match (self.symlog, self.within) {
-            (Some([least, most]), _) => Axis::symlog(&self.label, least).range(-most, most),
-            (None, Some(_)) => Axis::linear(&self.label).range(0.0, 1.05),
-            _ if self.metric == Finding::Completed => Axis::linear(&self.label).range(-0.05, 1.05),
+            (Some([least, most]), _) => Axis::symlog(&self.label, least).within(Some([-most, most])),
+            (None, Some(_)) => Axis::linear(&self.label).within(Some([0.0, 1.05])),
+            _ if self.metric == Finding::Completed => Axis::linear(&self.label).within(Some([-0.05, 1.05])),
             _ => Axis::log10(&self.label).within(self.range),
         }
     }
@@ -270,9 +253,9 @@ impl XyPanel {
         is_alone: bool,
         styles: &Styles,
         counted: &mut CountedRuns<'t>,
-    ) -> Result<Vec<Curve<'t>>> {
-        let curve = |label: &'t str| {
-            let points = self.points(runs, label, counted)?;
+    ) -> Result<Vec<Series>> {
+        let line = |label: &'t str| {
+            let points = self.medians(&runs.of_label(label), |row| runs.macro_step_ms(row), counted)?;
             let has_order = is_alone && self.symlog.is_none() && self.within.is_none();
             // Two points are a line whatever they are.
             let has_order = has_order && self.fitted(&points).filter(|point| point.median.is_finite()).count() > 2;
@@ -289,9 +272,9 @@ impl XyPanel {
                 }
                 None => shown,
             };
-            Ok(Curve::new(label, entry, points))
+            Ok(curve(label, entry, &points))
         };
-        runs.labels(&self.labels).into_iter().map(curve).collect()
+        runs.labels(&self.labels).into_iter().map(line).collect()
     }
 
     /// Lines over the values of a parameter.
@@ -301,23 +284,23 @@ impl XyPanel {
         values: &[f64],
         styles: &Styles,
         counted: &mut CountedRuns<'t>,
-    ) -> Result<Vec<Curve<'t>>> {
+    ) -> Result<Vec<Series>> {
         let wanted_ms = self.macro_step_s.map(|step| step * 1e3);
         let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
         if !self.lines.is_empty() {
-            let curve = |line: &Line| {
+            let of_line = |line: &Line| {
                 // The last row that there is gives the style.
                 let last = runs.labels(&line.labels).pop()?;
                 let rows = line.labels.iter().flat_map(|label| runs.of_label(label).rows().to_vec());
                 let rows = runs.with_rows(rows.collect()).select(shown);
                 let points = self.medians(&rows, |row| values[row], counted);
-                Some(points.map(|points| Curve::new(last, line.label.clone(), points)))
+                Some(points.map(|points| curve(last, line.label.clone(), &points)))
             };
-            return self.lines.iter().filter_map(curve).collect();
+            return self.lines.iter().filter_map(of_line).collect();
         }
         // One value of the parameter is one problem: no other case, and nothing else that differs.
         let refuse_problems = |rows: &Runs<'_>| refuse_several(rows, "case and set", |row| runs.problem(row).join(" "));
-        let curve = |(label, rows): (&'t str, Runs<'t>)| {
+        let of_label = |(label, rows): (&'t str, Runs<'t>)| {
             let rows = rows.select(shown);
             refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
             let points = match rows.rows().iter().any(|&row| values[row].is_finite()) {
@@ -333,17 +316,17 @@ impl XyPanel {
                     abscissae(runs.rows().iter().map(|&row| values[row])).into_iter().flat_map(across).collect()
                 }
             };
-            Ok(Curve::new(label, self.named(runs, label, styles), points))
+            Ok(curve(label, self.named(runs, label, styles), &points))
         };
-        self.x.series(runs, values, &self.labels).into_iter().map(curve).collect()
+        self.x.series(runs, values, &self.labels).into_iter().map(of_label).collect()
     }
 
     /// Lines over the cost: a point is the median of one macro step and one tolerance.
-    fn over_cost<'t>(&self, runs: &Runs<'t>, all: &Runs<'_>, work: &[f64], styles: &Styles) -> Result<Vec<Curve<'t>>> {
+    fn over_cost<'t>(&self, runs: &Runs<'t>, all: &Runs<'_>, work: &[f64], styles: &Styles) -> Result<Vec<Series>> {
         let (unit, factor) = unit_of(runs);
         let of_row = |row: usize| runs.run(row).step_tolerance;
         let tolerance = |row: usize| if of_row(row).is_finite() { of_row(row) } else { 0.0 };
-        let curve = |label: &'t str| {
+        let of_label = |label: &'t str| {
             // What did not complete has no cost at which to mark it.
             let lost = match all.of_label(label).share_completed() {
                 None if all.of_label(label).tally().run() > 0 => ": no answer",
@@ -353,7 +336,7 @@ impl XyPanel {
                 Some(share) if share < 1.0 => ": some runs failed",
                 Some(_) => "",
             };
-            let mut curve = Curve::new(label, format!("{}{lost}", self.named(runs, label, styles)), Vec::new());
+            let (mut points, mut notes, mut tags) = (Vec::new(), Vec::new(), Vec::new());
             let by_step = runs.of_label(label).by(|row| runs.macro_step_ms(row)).into_iter();
             let by_tolerance = by_step.flat_map(|(step, runs)| {
                 runs.by(tolerance).into_iter().map(move |(tolerance, runs)| (step, tolerance, runs.completed()))
@@ -363,17 +346,18 @@ impl XyPanel {
                 let error = over_phases(&completed, |_| step, self.metric, f64::abs, Bars::Range)?;
                 if let Some((x, error)) = completed.pool(finite).median().zip(error.first()) {
                     let step = rounded(step * factor);
-                    curve.points.push(OverPhases { x, least: error.median, most: error.median, ..*error });
-                    curve.notes.push(format!("H = {step} {unit}"));
+                    points.push(OverPhases { x, least: error.median, most: error.median, ..*error });
+                    notes.push(format!("H = {step} {unit}"));
                     // Of several points at one macro step the tolerance tells them apart, unless it is so large that it
                     // never counts.
                     let is_controlled = (1e-12..1e6).contains(&controlled);
-                    curve.tags.push(if is_controlled { format!("{controlled:e}") } else { format!("{step}") });
+                    tags.push(if is_controlled { format!("{controlled:e}") } else { format!("{step}") });
                 }
             }
-            Ok(curve)
+            let entry = format!("{}{lost}", self.named(runs, label, styles));
+            Ok(Series { notes, tags, ..curve(label, entry, &points) })
         };
-        runs.labels(&self.labels).into_iter().map(curve).collect()
+        runs.labels(&self.labels).into_iter().map(of_label).collect()
     }
 
     /// Lines over the mechanics steps of budgets: how far the best form of a way is from that of the best way.
@@ -383,7 +367,7 @@ impl XyPanel {
         budgets: &[[f64; 2]],
         all: &Runs<'_>,
         styles: &Styles,
-    ) -> Result<Vec<Curve<'t>>> {
+    ) -> Result<Vec<Series>> {
         runs.table().check(self.metric)?;
         let way = |row: usize| way_of(runs.label(row));
         let shown =
@@ -393,21 +377,16 @@ impl XyPanel {
         for label in shown.labels(&[]).into_iter().map(way_of) {
             ways.extend((!ways.contains(&label)).then_some(label));
         }
-        let curve = |way: &'t str| {
+        let of_way = |way: &&str| {
             let point = |budget: &[f64; 2]| {
-                let pool = Pool::of(forms.values().filter_map(|of| ratio_within(of, *budget, [way, ALL])));
+                let pool = Pool::of(forms.values().filter_map(|of| ratio_within(of, *budget, [*way, ALL])));
                 let [least, median, most] = pool.quartiles();
                 OverPhases { x: budget[1], median, least, most, lost: Loss::default() }
             };
-            let points = budgets.iter().map(point).filter(|point| point.median.is_finite()).collect();
-            Curve::new(way, self.named(all, way, styles), points)
+            let points: Vec<OverPhases> = budgets.iter().map(point).filter(|point| point.median.is_finite()).collect();
+            curve(way, self.named(all, way, styles), &points)
         };
-        Ok(ways.into_iter().map(curve).collect())
-    }
-
-    /// The medians of one label over the macro steps, or shares of its runs.
-    fn points<'t>(&self, runs: &Runs<'t>, label: &str, counted: &mut CountedRuns<'t>) -> Result<Vec<OverPhases>> {
-        self.medians(&runs.of_label(label), |row| runs.macro_step_ms(row), counted)
+        Ok(ways.iter().map(of_way).collect())
     }
 
     /// The medians of runs over what is across, or shares of them.
@@ -460,24 +439,19 @@ impl XyPanel {
     }
 }
 
-/// The points with macro steps in another unit.
-fn scaled(points: Vec<OverPhases>, factor: f64) -> Vec<OverPhases> {
-    points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect()
-}
-
-/// A curve as a line with markers, a thin bar from the least to the largest value at each, and where runs were lost.
-fn with_range(curve: Curve<'_>, style: LineStyle) -> Series {
-    let points = &curve.points;
+/// A scheme row, with what the legend says, as a line with markers: a thin bar from the least to the largest value at each,
+/// and where runs were lost.
+fn curve(name: &str, entry: String, points: &[OverPhases]) -> Series {
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
-    let lost = points.iter().filter(|point| point.lost.is_any()).map(|point| (point.x, point.lost));
+    let lost = points.iter().filter(|point| point.lost != Loss::default()).map(|point| (point.x, point.lost));
+    let medians = points.iter().map(|point| (point.x, point.median)).collect();
     Series {
         mode: Mode::LineMarkers,
-        name: curve.name.to_owned(),
+        name: name.to_owned(),
         bars: bars.collect(),
         lost: lost.collect(),
-        notes: curve.notes,
-        tags: curve.tags,
-        ..Series::new(curve.entry, points.iter().map(|point| (point.x, point.median)).collect(), style)
+        notes: points.iter().map(|point| point.lost.in_words()).collect(),
+        ..Series::new(entry, medians, LineStyle::of_name(name))
     }
 }
 
@@ -539,7 +513,8 @@ mod tests {
         let header = "case,set,label,macro_step_s,outcome,velocity_error_rms_m_s";
         let table = table(header, &rows.map(|row| format!("box,,x,0.005,{row}")));
         let panel: XyPanel = toml::from_str("metric = \"velocity_error_rms_m_s\"\nwithin = 0.1\n").unwrap();
-        let points = panel.points(&Runs::of(&table), "x", &mut CountedRuns::default()).unwrap();
+        let runs = Runs::of(&table);
+        let points = panel.medians(&runs, |row| runs.macro_step_ms(row), &mut CountedRuns::default()).unwrap();
         assert_eq!(points.iter().map(|point| (point.x, point.median)).collect::<Vec<_>>(), [(5.0, 0.4)]);
     }
 
@@ -590,7 +565,7 @@ mod tests {
         let runs = Runs::of(&table);
         let curves =
             panel(lines).over_parameter(&runs, &[5.0, 5.0], &Styles::standard(), &mut CountedRuns::default()).unwrap();
-        let found: Vec<_> = curves.iter().map(|curve| (&*curve.entry, curve.points[0].median)).collect();
+        let found: Vec<_> = curves.iter().map(|curve| (&*curve.label, curve.points[0].1)).collect();
         assert_eq!(found, [("second", 2.0), ("first", 1.0)]);
     }
 }

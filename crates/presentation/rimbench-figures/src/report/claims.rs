@@ -2,8 +2,10 @@
 
 use super::store::Study;
 use super::{Report, folded};
+use crate::chart::Scale;
 use crate::claims_table;
 use crate::number::{TIED, counted, with_digits};
+use crate::scale::AxisMap;
 use crate::style::labels_in_words;
 use crate::vector::escaped;
 use rimbench_cases::parameter::without_unit;
@@ -46,13 +48,9 @@ fn drawn(claim: &CheckedClaim) -> String {
         (false, true) => (low.min(0.0) - 0.08 * (high - low), high.max(0.0) + 0.08 * (high - low)),
         (false, false) => (low.min(0.0) - 0.5 * low.abs() - 0.1, low.max(0.0) + 0.5 * low.abs() + 0.1),
     };
-    let place = |value: f64| {
-        let share = match logarithmic {
-            true => (value / low).ln() / (high / low).ln(),
-            false => (value - low) / (high - low),
-        };
-        WIDTH * share.clamp(0.0, 1.0)
-    };
+    let scale = if logarithmic { Scale::Log10 } else { Scale::Linear };
+    let line = AxisMap { scale, low, high, start: 0.0, end: WIDTH };
+    let place = |value: f64| line.position(value).unwrap_or_default().clamp(0.0, WIDTH);
     let at = place(bound);
     let (from, to) = if at_least { (at, WIDTH) } else { (0.0, at) };
     let mut svg = format!(

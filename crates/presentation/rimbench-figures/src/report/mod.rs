@@ -64,8 +64,6 @@ pub struct Report<'a> {
     pub listed: Vec<(String, String)>,
     /// The program that wrote it, in words.
     pub program: String,
-    /// What is missing, beside what studies say themselves.
-    pub remarks: Vec<String>,
 }
 
 /// What came of writing a page.
@@ -92,7 +90,7 @@ impl Report<'_> {
                 left_out.push(PACKED.to_owned());
             }
             let around = self.page(&body, &scripts, &left_out, "");
-            let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len()))? else {
+            let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len())) else {
                 continue;
             };
             let page = self.page(&body, &scripts, &left_out, &data);

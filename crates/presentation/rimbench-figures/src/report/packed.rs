@@ -5,12 +5,10 @@
 use super::Report;
 use super::store::Study;
 use crate::drawing::{Datum, PanelData, SeriesData};
+use crate::live_part::gzipped;
 use crate::seven_bits::seven_bits;
 use crate::style::labels_in_words;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use rimbench_core::cosim::OutcomeKind;
-use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::read_table;
 use rimbench_results::run_table::{Run, RunTable};
 use rimbench_runs::Finding;
@@ -58,10 +56,10 @@ impl Detail {
 
 /// The object, compressed, as letters, with the figures of the studies if they are packed; none if it is longer than
 /// `most`.
-pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usize) -> Result<Option<String>> {
+pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usize) -> Option<String> {
     let count: usize = report.studies.iter().filter_map(|study| study.runs.as_ref()).map(|table| table.len()).sum();
     if detail == Detail::Runs && count * LETTERS > most {
-        return Ok(None);
+        return None;
     }
     let drawn = report.studies.iter().flat_map(|study| &study.figures);
     let drawn = || drawn.clone().filter_map(|(id, _, made)| Some((id.as_str(), made.as_ref().ok()?)));
@@ -76,12 +74,8 @@ pub(super) fn data(report: &Report<'_>, detail: Detail, figures: bool, most: usi
         let others = drawn().filter(|(id, _)| !in_text.contains(id));
         parts["svg"] = others.map(|(id, drawing)| (id.to_owned(), Value::from(drawing.svg()))).collect();
     }
-    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
-    let written = serde_json::to_writer(&mut packed, &parts).map_err(std::io::Error::from);
-    let packed = written.and_then(|()| packed.finish());
-    let packed = packed.map_err(|error| Error::Incompatible(format!("the runs cannot be packed: {error}")))?;
-    let letters = seven_bits(&packed);
-    Ok((letters.len() <= most).then_some(letters))
+    let letters = seven_bits(&gzipped(parts.to_string().as_bytes()));
+    (letters.len() <= most).then_some(letters)
 }
 
 /// Columns of a summary that the page shows.

@@ -5,7 +5,6 @@ use super::{DATE_LINE, Report, claims, folded, grid};
 use crate::days::day_of;
 use crate::live_part;
 use crate::vector::escaped;
-use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_results::results_table::{ResultsTable, read_table};
@@ -322,29 +321,13 @@ fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
 
 /// What is missing, whatever the reason.
 pub(super) fn missing(report: &Report<'_>, left_out: &[String]) -> String {
-    let mut items: Vec<String> = report.remarks.iter().chain(left_out).map(|remark| escaped(remark)).collect();
+    let mut items: Vec<String> = left_out.iter().map(|remark| escaped(remark)).collect();
     for study in &report.studies {
-        let mut own: Vec<String> = study.remarks.iter().map(|remark| escaped(remark)).collect();
-        if let (Some(planned), Some(runs)) = (study.planned, &study.runs)
-            && runs.len() < planned
-        {
-            own.push(format!("{} of {planned} planned runs are there", runs.len()));
-        }
-        let failed = study.outcomes().iter().all(|(outcome, _)| *outcome != OutcomeKind::Completed.name());
-        if failed && study.runs.as_ref().is_some_and(|table| !table.is_empty()) {
-            own.push("no run completed, so there are no errors to show".to_owned());
-        }
-        if study.runs.as_ref().is_some_and(|table| table.is_empty()) {
-            own.push("it holds no run".to_owned());
-        }
-        for (id, _, made) in &study.figures {
-            if let Err(reason) = made {
-                own.push(format!("figure {}: {}", escaped(&id.replace('_', " ")), escaped(reason)));
-            }
-        }
-        items.extend(
-            own.into_iter().map(|item| format!("<a href=\"#{}\">{}</a>: {item}", study.anchor(), escaped(&study.name))),
-        );
+        let own = study.missing();
+        items
+            .extend(own.iter().map(|item| {
+                format!("<a href=\"#{}\">{}</a>: {}", study.anchor(), escaped(&study.name), escaped(item))
+            }));
     }
     let without = |test: fn(&Study) -> bool, what: &str| {
         let names: Vec<String> =

@@ -2,6 +2,7 @@
 
 use crate::drawing::{Drawing, PanelData};
 use crate::vector::escaped;
+use rimbench_core::cosim::OutcomeKind;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums::CHECKSUMS;
 use rimbench_results::claims::CheckedClaim;
@@ -51,36 +52,25 @@ impl Picture {
     }
 }
 
-/// Whether nothing in a picture runs or leads elsewhere: it becomes a part of the page.
-fn is_plain(svg: &str) -> bool {
-    let lower = svg.replace(crate::vector::DARK, "").to_lowercase();
-    let is_handler =
-        |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_lowercase()).trim_start().starts_with('=');
-    let is_fine = |tag: &str| {
-        let foreign = ["script", "foreignobject", "style", "image", "use", "iframe", "!", "?"];
-        let is_link = tag.strip_prefix('a').is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_alphanumeric()));
-        let is_foreign = is_link || foreign.iter().any(|name| tag.starts_with(name));
-        !is_foreign
-            && !tag.contains("href")
-            && !tag
-                .match_indices(char::is_whitespace)
-                .any(|(at, _)| tag[at..].trim_start().strip_prefix("on").is_some_and(is_handler))
-    };
-    lower.starts_with("<svg") && lower.split('<').skip(1).map(without_text).all(is_fine)
-}
+/// Elements and attributes of our pictures.
+const ELEMENTS: &str = "svg title desc g path text";
+const ATTRIBUTES: &str = "xmlns width height viewBox role font-family stroke-linejoin fill stroke stroke-width stroke-dasharray d font-size \
+                          font-weight text-anchor x y textLength lengthAdjust transform class data-series data-step data-lane \
+                          data-span data-forces /";
 
-/// A tag without the text behind it; a `>` within quotes does not end it.
-fn without_text(tag: &str) -> &str {
-    let mut quote = None;
-    for (at, letter) in tag.char_indices() {
-        match quote {
-            Some(open) if letter == open => quote = None,
-            None if letter == '>' => return &tag[..at],
-            None if ['"', '\''].contains(&letter) => quote = Some(letter),
-            _ => {}
-        }
-    }
-    tag
+/// Whether a picture holds nothing but what ours hold, so that nothing in it runs or leads elsewhere: it becomes a part of
+/// the page.
+fn is_plain(svg: &str) -> bool {
+    let svg = svg.replace(crate::vector::DARK, "");
+    let is_ours = |element: &str| {
+        // Within quotes nothing ends a tag: what would is escaped.
+        let tag = element.split('>').next().unwrap_or_default();
+        let (name, attributes) = tag.split_once(char::is_whitespace).unwrap_or((tag, ""));
+        let mut names = attributes.split('"').step_by(2).map(|name| name.trim().trim_end_matches('='));
+        let known = |of: &str, name: &str| of.split(' ').any(|own| own == name);
+        known(ELEMENTS, name.trim_matches('/')) && names.all(|name| name.is_empty() || known(ATTRIBUTES, name))
+    };
+    svg.starts_with("<svg") && svg.split('<').skip(1).all(is_ours)
 }
 
 /// One study: an experiment with its results.
@@ -190,6 +180,23 @@ impl Study {
             }
         }
         counts
+    }
+
+    /// What is missing of it, in sentences.
+    pub fn missing(&self) -> Vec<String> {
+        let mut missing = self.remarks.clone();
+        if let Some(runs) = &self.runs {
+            let planned = self.planned.filter(|planned| runs.len() < *planned);
+            missing.extend(planned.map(|planned| format!("{} of {planned} planned runs are there", runs.len())));
+            if runs.is_empty() {
+                missing.push("it holds no run".to_owned());
+            } else if self.outcomes().iter().all(|(outcome, _)| *outcome != OutcomeKind::Completed.name()) {
+                missing.push("no run completed, so there are no errors to show".to_owned());
+            }
+        }
+        let figures = self.figures.iter().filter_map(|(id, _, made)| Some((id, made.as_ref().err()?)));
+        missing.extend(figures.map(|(id, reason)| format!("figure {}: {reason}", id.replace('_', " "))));
+        missing
     }
 
     /// Values of a column of `provenance.csv`.

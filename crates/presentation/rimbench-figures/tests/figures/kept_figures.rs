@@ -284,7 +284,7 @@ fn no_two_rows_of_a_shipped_figure_look_the_same() {
         let (mut groups, mut open): (Vec<(String, Vec<&Shape>)>, bool) = (Vec::new(), false);
         for shape in &drawing.shapes {
             match shape {
-                Shape::Open(name) => {
+                Shape::Open(_, name) => {
                     groups.push((name.clone(), Vec::new()));
                     open = true;
                 }

@@ -3,16 +3,17 @@
 //! Both sides come to `t_k` together, micro step by micro step ([`what_happens`]). From copies of them a scheme then lets
 //! the actuator cover the macro step alone ([`believed`]). Rows of both have the columns of a run, one per micro step.
 
+use super::RunSpec;
+use crate::catalogue::Catalogue;
 use rimbench_cases::cases::Recorder;
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Bounds, CommunicationGrid, CouplingScheme, ForceReturn, MacroStep, MechanicsIntegrator,
-    MicroStep, PerSide, RunControl, Sample, Sequence, Setup, Side, StopFlag, Subsystem, Trajectory,
+    ActuatorIntegrator, Bounds, CommunicationGrid, CouplingScheme, ExchangeData, ForceReturn, MacroStep,
+    MechanicsIntegrator, MicroStep, PerSide, RunControl, Sample, Sequence, Setup, Side, StopFlag, Subsystem,
+    Trajectory,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{IndependentRows, ReducedInterfaceModel};
 use rimbench_core::iterative::IterativeDriver;
-use rimbench_runs::RunSpec;
-use rimbench_runs::catalogue::Catalogue;
 
 /// Gap up to which a contact counts as closed, m: that of one that opens in a micro step is larger by orders.
 const CLOSED: f64 = 1e-9;
@@ -23,7 +24,7 @@ const STILL: f64 = 1e-12;
 /// The true state at `t_k`, and what happens from there.
 pub struct TrueState {
     sides: PerSide<Box<dyn Subsystem>>,
-    step: MacroStep,
+    at_s: f64,
     /// Both sides together, over the macro step.
     pub happens: Trajectory,
 }
@@ -65,7 +66,7 @@ pub fn what_happens(spec: &RunSpec, catalogue: &Catalogue, at_s: f64, stop: Stop
     });
     match copies {
         Some((Ok(mechanics), Ok(actuator))) if index == grid.macro_steps() + 1 => {
-            Ok(TrueState { sides: PerSide { mechanics, actuator }, step, happens })
+            Ok(TrueState { sides: PerSide { mechanics, actuator }, at_s, happens })
         }
         Some((Err(failure), _) | (_, Err(failure))) => Err(not_known(spec, &failure)),
         _ => Err(Error::Incompatible(format!(
@@ -81,7 +82,8 @@ fn not_known(spec: &RunSpec, failure: &Failure) -> Error {
     Error::Incompatible(format!("case {}, scheme {}: no belief is known: {failure}", spec.case.name, spec.scheme.name))
 }
 
-/// Lets the actuator cover the macro step from the true state as its scheme has it.
+/// Lets the actuator cover a macro step from the true state as its scheme has it; one of the run's length, which need not
+/// be that over which it is known what happens.
 ///
 /// Positions, velocities and forces are those between scheme and actuator. Gaps follow the scheme's model, and contact
 /// forces are the impulses by which its contacts come to the velocities that they have in it, over the micro step δ that
@@ -117,7 +119,8 @@ pub fn believed(spec: &RunSpec, from: &TrueState) -> Result<Trajectory> {
             "believe_at: {name} {what}; valid: a scheme that neither repeats nor tries steps, with samples in time and the true model"
         )));
     }
-    cover(spec, from.step, sides, coupling.scheme, coupling.exchange).map_err(|failure| not_known(spec, &failure))
+    let step = MacroStep { index: 0, start: from.at_s, length: spec.macro_step };
+    cover(spec, step, sides, coupling.scheme, coupling.exchange).map_err(|failure| not_known(spec, &failure))
 }
 
 fn cover(
@@ -125,7 +128,7 @@ fn cover(
     step: MacroStep,
     mut sides: PerSide<Box<dyn Subsystem>>,
     mut scheme: Box<dyn CouplingScheme>,
-    mut exchange: rimbench_core::cosim::ExchangeData,
+    mut exchange: ExchangeData,
 ) -> std::result::Result<Trajectory, Failure> {
     let setup = spec.setup(Bounds::default());
     let ports = sides.as_ref().map(|side| (side.ports().inputs.len(), side.ports().outputs.len()));
