@@ -230,9 +230,9 @@ impl PyCase {
         sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
         parameters: Option<&Bound<'_, PyAny>>,
         interface: Option<&Bound<'_, PyAny>>,
-        times_s: [Option<Bound<'_, PyAny>>; 4],
-        scale: Option<&Bound<'_, PyAny>>,
+        times_and_scale: ([Option<Bound<'_, PyAny>>; 4], Option<Bound<'_, PyAny>>),
     ) -> PyResult<Self> {
+        let (times_s, scale) = times_and_scale;
         let ((name, reference, code), (mechanics, actuator)) = (name_reference_and_code, sides);
         let code = code.0.ok_or(code.1);
         let name: String = given_as("name", &name, "a name, in kebab-case")?;
@@ -259,7 +259,7 @@ impl PyCase {
         let [duration_s, macro_step_s, micro_step_s, reference_step_s] = times;
         let refused = |message: String| RimbenchError::new_err(message);
         let magnitudes = "three numbers above 0, of positions (m), velocities (m/s) and forces (N)";
-        let scale: Option<[f64; 3]> = scale.map(|scale| given_as("scale", scale, magnitudes)).transpose()?;
+        let scale: Option<[f64; 3]> = scale.map(|scale| given_as("scale", &scale, magnitudes)).transpose()?;
         if let Some(scale) = scale.filter(|scale| !scale.iter().all(|of| of.is_finite() && *of > 0.0)) {
             return Err(refused(Error::invalid("scale", format!("{scale:?}"), magnitudes).to_string()));
         }

@@ -143,17 +143,21 @@ class Push:
         self.told.append((t + h, *u))
 
 
+def pushed(text, h=0.01, scale=None, **how):
+    return rimbench.Case(
+        "push", mechanics=lambda p: Mechanics(text, [("joint", "x"), ("joint", "y")], **how), actuator=Push,
+        interface=[(f"{row}_m", f"{row}_m_s", f"{row}_n") for row in "xy"], parameters={},
+        duration_s=0.5, macro_step_s=h, micro_step_s=h / 20, reference_step_s=h / 20, scale=scale,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("steps", [1, 2, 5])
 @pytest.mark.parametrize("how", [{"contacts_act": "mechanics-step"}, {}], ids=["own-step", "micro-steps"])
 def test_several_steps_of_the_engine_follow_targets_that_move(steps, how):
     """A box that rubs and chatters: rows by the dozen come and go. The model ends where the mechanics does, and without new targets
     in each of the engine's steps it would be a tenth of the largest change off."""
-    h, text = 0.01, box(h=0.01 / steps, solver="Newton")
-    case = rimbench.Case(
-        "push", mechanics=lambda p: Mechanics(text, [("joint", "x"), ("joint", "y")]), actuator=Push,
-        interface=[(f"{row}_m", f"{row}_m_s", f"{row}_n") for row in "xy"], parameters={},
-        duration_s=0.5, macro_step_s=h, micro_step_s=h / 20, reference_step_s=h / 20,
-    )  # fmt: skip
+    h = 0.01
+    case = pushed(box(h=h / steps), h)
     Push.told.clear()
     run = rimbench.simulate(case, "rim-nonsmooth", h, **how)
     assert run.completed, run.reason
@@ -162,6 +166,16 @@ def test_several_steps_of_the_engine_follow_targets_that_move(steps, how):
     error, change = np.abs(ends[:, 3:] - moves[1:51]).max(axis=1), np.abs(np.diff(moves, axis=0)).max()
     # Of one step to the digit; of several the mechanics has one mean force, and impedances stand.
     assert np.median(error) < (1e-12 if steps == 1 else 0.02) * change, np.median(error) / change
+
+
+def test_what_a_model_of_rows_cannot_have_ends_a_run_in_words():
+    run = rimbench.simulate(pushed(box(h=0.01), engine_rows=15), "rim-nonsmooth")
+    assert run.outcome != "completed" and "16 rows at once" in run.reason and "engine_rows=16" in run.reason
+    run = rimbench.simulate(pushed(box(h=0.02)), "rim-nonsmooth")
+    assert run.outcome == "skipped" and "its own step of 2e-2 s" in run.reason
+    assert rimbench.simulate(pushed(box(h=0.02)), "zero-order-hold").completed
+    with pytest.raises(rimbench.RimbenchError, match="scale = .*three numbers above 0"):
+        pushed(box(h=0.01), scale=(1.0, 0.0, 1.0))
 
 
 #: Size, and frequency in Hz, in which legs lift in pairs.

@@ -179,7 +179,7 @@ class Case(_native.Case):
         times = tuple(_seconds("time_s", time) for time in steps)
         sides = (mechanics, actuator)
         code = _code(side for side in sides if side is not None)
-        return super().__new__(cls, (name, reference, code), like, sides, parameters, interface, times, scale)
+        return super().__new__(cls, (name, reference, code), like, sides, parameters, interface, (times, scale))
 
 
 class Scheme(_native.Scheme):

@@ -49,8 +49,7 @@ class Case:
         sides: tuple[Callable[[dict[str, Any]], Subsystem] | None, Callable[[dict[str, Any]], Subsystem] | None],
         parameters: dict[str, float] | None,
         interface: Sequence[tuple[str, str, str]] | None,
-        times_s: tuple[float | None, ...],
-        scale: tuple[float, float, float] | None,
+        times_and_scale: tuple[tuple[float | None, ...], tuple[float, float, float] | None],
         /,
     ) -> Self: ...
     @property
