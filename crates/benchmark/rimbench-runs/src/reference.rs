@@ -9,7 +9,7 @@ use crate::metrics::{
 use rimbench_cases::cases::{Case, CoupledSystem, ExactSolution, InterfaceColumns, Recorder, ReferenceMethod, Scale};
 use rimbench_cases::parameter::without_unit;
 use rimbench_core::cosim::{
-    ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Quantity, Side, StopFlag, Trajectory,
+    ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Port, Quantity, Side, StopFlag, Trajectory,
 };
 use rimbench_core::error::{Cause, Error, Result};
 use rimbench_core::mechanics::{Due, ReferenceSteps, is_contact_state, monolithic_with_events};
@@ -453,7 +453,8 @@ impl Reference {
 
     /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling
     /// variable, if the case's runs are to be bounded. A largest one below a tenth of the case's own scale counts as
-    /// that, and one that is not known as ten times its uncertainty.
+    /// that, and one that is not known as ten times its uncertainty. A case that declares no scale has the largest
+    /// magnitude of a quantity for all rows, of which one may rest by symmetry.
     ///
     /// # Errors
     /// Those of building the case.
@@ -464,13 +465,21 @@ impl Reference {
     /// Returns the bounds of a system of the case that is at hand.
     pub(super) fn bounds_of(&self, case: &Case, system: &CoupledSystem) -> Bounds {
         PerSide::from_fn(|side: Side| {
-            let outputs = system.sides[side].ports().outputs.iter();
-            outputs
-                .map(|port| match self.trajectory.index_of(&port.name) {
-                    Some(column) if !system.unbounded => {
+            let ports = system.sides[side].ports();
+            let follows = system.bounded_by_motion && side == Side::Actuator && ports.direct_feedthrough;
+            let column_of = |port: &Port| self.trajectory.index_of(&port.name);
+            ports
+                .outputs
+                .iter()
+                .map(|port| match column_of(port) {
+                    Some(column) if !(system.unbounded || follows) => {
                         let scale = case.scale.unwrap_or_else(|| self.own_scale(case)).of(port.quantity);
                         let least = (STIRRED * scale).max(KNOWN_PEAK * self.uncertainty[column]);
-                        DIVERGENCE_FACTOR * self.largest[column].max(least).max(port.quantity.negligible())
+                        let alike = ports.outputs.iter().filter(|other| {
+                            other.name == port.name || case.scale.is_none() && other.quantity == port.quantity
+                        });
+                        let largest = alike.filter_map(column_of).map(|column| self.largest[column]);
+                        DIVERGENCE_FACTOR * largest.fold(least, f64::max).max(port.quantity.negligible())
                     }
                     _ => f64::INFINITY,
                 })

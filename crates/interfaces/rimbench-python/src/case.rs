@@ -8,7 +8,7 @@ use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::cases::{
-    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Remedy, Tried, doubts_of,
+    BuildSide, Case, CaseDefaults, CoupledSystem, Doubts, Fault, InterfaceColumns, Remedy, Scale, Tried, doubts_of,
     first_outputs,
 };
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
@@ -195,10 +195,9 @@ fn of_both(name: &str, description: Description, [mechanics, actuator]: [BuildSi
     let build = {
         let ports = ports.clone();
         move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-            Ok(CoupledSystem::of(PerSide {
-                mechanics: mechanics(parameters, &ports.facing())?,
-                actuator: actuator(parameters, &ports)?,
-            }))
+            let sides =
+                PerSide { mechanics: mechanics(parameters, &ports.facing())?, actuator: actuator(parameters, &ports)? };
+            Ok(CoupledSystem { bounded_by_motion: true, ..CoupledSystem::of(sides) })
         }
     };
     let given = |(name, default): (String, f64)| {
@@ -232,8 +231,9 @@ impl PyCase {
         sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
         parameters: Option<&Bound<'_, PyAny>>,
         interface: Option<&Bound<'_, PyAny>>,
-        times_s: [Option<Bound<'_, PyAny>>; 4],
+        times_and_scale: ([Option<Bound<'_, PyAny>>; 4], Option<Bound<'_, PyAny>>),
     ) -> PyResult<Self> {
+        let (times_s, scale) = times_and_scale;
         let ((name, reference, code), (mechanics, actuator)) = (name_reference_and_code, sides);
         let code = code.0.ok_or(code.1);
         let name: String = given_as("name", &name, "a name, in kebab-case")?;
@@ -259,6 +259,11 @@ impl PyCase {
         }
         let [duration_s, macro_step_s, micro_step_s, reference_step_s] = times;
         let refused = |message: String| RimbenchError::new_err(message);
+        let magnitudes = "three numbers above 0, of positions (m), velocities (m/s) and forces (N)";
+        let scale: Option<[f64; 3]> = scale.map(|scale| given_as("scale", &scale, magnitudes)).transpose()?;
+        if let Some(scale) = scale.filter(|scale| !scale.iter().all(|of| of.is_finite() && *of > 0.0)) {
+            return Err(refused(Error::invalid("scale", format!("{scale:?}"), magnitudes).to_string()));
+        }
         let wrong = |error: Error| exception(py, &error, None);
         let make = || -> PyResult<(Case, Code)> {
             if !["own", "original"].contains(&&*reference) {
@@ -333,6 +338,9 @@ impl PyCase {
                 }
             };
             case.name = Name::from(name);
+            if let Some([position_m, velocity_m_s, force_n]) = scale {
+                case.scale = Some(Scale { position_m, velocity_m_s, force_n });
+            }
             let (built, scale) = (case.build.clone(), case.scale.map(|scale| scale.force_n));
             case.build = Arc::new(move |parameters, solver| built(parameters, solver)?.agreed(scale));
             // A name that cannot be is found here and not in every run.
@@ -340,6 +348,7 @@ impl PyCase {
             for note in tried(&case, are_given, &doubted).map_err(wrong)? {
                 PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(note)?, 2)?;
             }
+            let _ = doubted.mechanics.tried.set(());
             let digests = [doubted.mechanics.made_from.get(), doubted.actuator.made_from.get()];
             let code = code.map(|code| digests.into_iter().flatten().fold(code, |all, digest| all + "-" + digest));
             Ok((case, code))

@@ -5,10 +5,11 @@ use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods}
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rimbench::interface_model::{ReducedInterfaceModel, TOUCHING};
+use rimbench::cosim::OutputRates;
+use rimbench::interface_model::{ReducedInterfaceModel, RowTarget, TOUCHING};
 
 /// What a model has before it is filled: an empty one, from the attributes `contacts`, `stabilisation` and
-/// `restitution`.
+/// `restitution`, or of rows of an engine, at most `engine_rows`.
 pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInterfaceModel> {
     let share = |name: &str| attribute(object, name)?.map_or(Ok(0.0), |value| number(name, &value));
     let contacts = "a whole number from 0";
@@ -19,31 +20,45 @@ pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInt
             return Err(PyValueError::new_err(format!("{name} = {value} is not valid; valid: a number in [0, 1]")));
         }
     }
-    let mut model = ReducedInterfaceModel::zeros(contacts, interface);
-    (model.stabilisation, model.restitution) = (stabilisation, restitution);
+    let rows = attribute(object, "engine_rows")?.map(|value| given("engine_rows", &value, "a whole number from 1"));
+    let mut model = match rows.transpose()? {
+        Some(rows) => ReducedInterfaceModel::zeros_with_targets(rows, interface),
+        None => ReducedInterfaceModel::zeros(contacts, interface),
+    };
+    (model.stabilisation, model.restitution, model.inertia_varies) = (stabilisation, restitution, true);
     Ok(model)
 }
 
-/// Fills a model whose size is known from what `interface_model` returned.
-pub fn read(value: &Bound<'_, PyAny>, h: f64, model: &mut ReducedInterfaceModel) -> PyResult<()> {
+/// Copies the numbers of `part`, of which errors say that it is `what`.
+fn copy(what: &str, part: &Bound<'_, PyAny>, to: &mut [f64]) -> PyResult<()> {
+    let array: Result<PyArrayLikeDyn<'_, f64, AllowTypeChange>, _> = part.extract();
+    let array = array.map_err(|_| wrong_kind(what, part, "an array of numbers"))?;
+    let array = array.as_array();
+    if array.len() != to.len() {
+        let message = format!("{what} has {} numbers instead of {}", array.len(), to.len());
+        return Err(PyValueError::new_err(message));
+    }
+    to.iter_mut().zip(array.iter()).for_each(|(to, number)| *to = *number);
+    Ok(())
+}
+
+/// Fills a model from what `interface_model` returned; its size is known, but for rows of an engine, at most `most`.
+pub fn read(value: &Bound<'_, PyAny>, h: f64, most: usize, model: &mut ReducedInterfaceModel) -> PyResult<()> {
     let dict = value.cast::<PyDict>().map_err(|_| wrong_kind("interface_model", value, "a dictionary"))?;
     let part = |name: &str| {
         let found = dict.get_item(name)?;
         found.ok_or_else(|| PyKeyError::new_err(format!("interface_model gives no `{name}`")))
     };
-    let copy = |name: &str, to: &mut [f64]| -> PyResult<()> {
-        let part = part(name)?;
-        let array: Result<PyArrayLikeDyn<'_, f64, AllowTypeChange>, _> = part.extract();
-        let array =
-            array.map_err(|_| wrong_kind(&format!("`{name}` of interface_model"), &part, "an array of numbers"))?;
-        let array = array.as_array();
-        if array.len() != to.len() {
-            let message = format!("interface_model: `{name}` has {} numbers instead of {}", array.len(), to.len());
-            return Err(PyValueError::new_err(message));
+    let copy = |name: &str, to: &mut [f64]| copy(&format!("interface_model: `{name}`"), &part(name)?, to);
+    if model.has_targets {
+        let rows = part("compliance")?.len()?;
+        if rows > most {
+            return Err(PyValueError::new_err(format!(
+                "the engine has {rows} rows at once, and there is room for {most}; valid: engine_rows={rows} or more"
+            )));
         }
-        to.iter_mut().zip(array.iter()).for_each(|(to, number)| *to = *number);
-        Ok(())
-    };
+        model.set_contacts(rows);
+    }
     copy("H", &mut model.h)?;
     copy("a", &mut model.a)?;
     copy("w", &mut model.w)?;
@@ -67,6 +82,39 @@ pub fn read(value: &Bound<'_, PyAny>, h: f64, model: &mut ReducedInterfaceModel)
         model.at_bound.copy_from_slice(&closed);
     }
     model.mechanics_step = h;
+    if model.has_targets {
+        let mut numbers = [(); 3].map(|()| vec![0.0; model.contacts()]);
+        for (name, to) in ["compliance", "damping", "stiffness"].iter().zip(&mut numbers) {
+            copy(name, to)?;
+        }
+        let [compliance, damping, stiffness] = &numbers;
+        for (row, target) in model.targets.iter_mut().enumerate() {
+            *target = RowTarget {
+                velocity: model.w[row],
+                distance: model.gap[row],
+                damping: damping[row],
+                stiffness: stiffness[row],
+                compliance: compliance[row],
+                opposite: row,
+            };
+        }
+        if let Some(opposite) = dict.get_item("opposite")? {
+            let rows = model.contacts();
+            let opposite: Vec<usize> = given("opposite", &opposite, "numbers of rows")?;
+            if opposite.len() != rows || opposite.iter().any(|row| *row >= rows) {
+                let message =
+                    format!("interface_model: `opposite` = {opposite:?}; valid: {rows} numbers of rows below {rows}");
+                return Err(PyValueError::new_err(message));
+            }
+            model.targets.iter_mut().zip(opposite).for_each(|(target, row)| target.opposite = row);
+        }
+        let steps: Option<usize> =
+            dict.get_item("steps")?.map(|steps| given("steps", &steps, "a whole number from 1")).transpose()?;
+        let symmetric = dict.get_item("symmetric")?.map_or(Ok(true), |said| said.is_truthy())?;
+        (model.own_steps, model.unsymmetric) = (steps.unwrap_or(1).max(1), !symmetric);
+        model.mechanics_step = h / model.own_steps as f64;
+        model.go_beyond_targets();
+    }
     model.check().map_err(|what| PyValueError::new_err(format!("interface_model: {what}")))
 }
 
@@ -95,4 +143,19 @@ pub fn written<'py>(py: Python<'py>, model: &ReducedInterfaceModel) -> PyResult<
     dict.set_item("restitution", model.restitution)?;
     dict.set_item("mechanics_step", model.mechanics_step)?;
     Ok(dict)
+}
+
+/// Fills directional derivatives from what `output_rates` returned: a dictionary of `rate`, `feedthrough` and, if it is
+/// not 0, `rate_gain`.
+pub fn read_rates(value: &Bound<'_, PyAny>, into: &mut OutputRates) -> PyResult<()> {
+    let dict = value.cast::<PyDict>().map_err(|_| wrong_kind("output_rates", value, "a dictionary"))?;
+    let parts = [("rate", &mut into.rate), ("feedthrough", &mut into.feedthrough), ("rate_gain", &mut into.rate_gain)];
+    for (name, to) in parts {
+        match dict.get_item(name)? {
+            Some(part) => copy(&format!("output_rates: `{name}`"), &part, to)?,
+            None if name == "rate_gain" => to.fill(0.0),
+            None => return Err(PyKeyError::new_err(format!("output_rates gives no `{name}`"))),
+        }
+    }
+    Ok(())
 }

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rimbench::cases::{JumpWatch, model_against_outputs};
-use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters, subsystem_methods};
+use rimbench::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench::error::{Cause, Failure};
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::name::Name;
@@ -27,10 +27,13 @@ pub struct PySubsystem {
     observe: Option<Py<PyAny>>,
     /// Work received through the interface, J.
     work: Option<Py<PyAny>>,
+    /// How the outputs move.
+    rates: Option<Py<PyAny>>,
     /// An empty interface model, and the method that fills it.
     model: Option<(ReducedInterfaceModel, Py<PyAny>)>,
-    /// Why it has none, where it says so.
+    /// Why it has none, where it says so; and the shortest step in which it is one, s.
     without_model: Option<String>,
+    model_from_s: f64,
     /// Outputs that `step` has returned, if it has.
     known: Vec<f64>,
     is_known: bool,
@@ -53,6 +56,8 @@ pub struct Doubted {
     pub copies: OnceLock<String>,
     pub model: OnceLock<String>,
     pub made_from: OnceLock<String>,
+    /// Whether that is over: it is tried in steps that no run takes.
+    pub tried: OnceLock<()>,
 }
 
 impl PySubsystem {
@@ -71,6 +76,10 @@ impl PySubsystem {
             Some(_) => Some(method(object, "interface_work", whose)?),
             None => None,
         };
+        let rates = match attribute(object, "output_rates")? {
+            Some(_) => Some(method(object, "output_rates", whose)?),
+            None => None,
+        };
         let model = match attribute(object, "interface_model")? {
             Some(_) => {
                 let filled = method(object, "interface_model", whose)?;
@@ -81,6 +90,7 @@ impl PySubsystem {
         };
         let without_model = attribute(object, "no_interface_model")?;
         let without_model = without_model.map(|why| given("no_interface_model", &why, "a text")).transpose()?;
+        let model_from_s = attribute(object, "model_from_s")?.map_or(Ok(0.0), |step| number("model_from_s", &step))?;
         if attribute(object, "made_from")?.is_some() && doubted.made_from.get().is_none() {
             let digest = object.py().import("rimbench")?.call_method1("_made_from", (object,))?;
             let _ = doubted.made_from.set(given("made_from", &digest, "a text, or paths of files")?);
@@ -99,8 +109,10 @@ impl PySubsystem {
             observables: names.into_iter().map(Name::from).collect(),
             observe,
             work,
+            rates,
             model,
             without_model,
+            model_from_s,
             failed: None,
             counters: SubsystemCounters::default(),
             doubted,
@@ -187,14 +199,36 @@ impl Capabilities for PySubsystem {
         if self.model.is_none() {
             return Ok(false);
         }
+        if h < self.model_from_s * (1.0 - 1e-9) && self.doubted.tried.get().is_some() {
+            return Err(Cause::NotOffered {
+                what: format!(
+                    "the interface model of the mechanics is one of its own step of {:e} s, and it is to take steps of {h:e} s; valid: \
+                     macro steps that are no shorter, or a shorter step of its own",
+                    self.model_from_s
+                )
+                .into(),
+            }
+            .into());
+        }
         self.counters.eliminations += 1;
         self.call(|this, py| match &this.model {
-            Some((_, filled)) => model::read(&filled.bind(py).call1((h,))?, h, into),
+            Some((empty, filled)) => model::read(&filled.bind(py).call1((h,))?, h, empty.contacts(), into),
             None => Ok(()),
         })?;
         if self.is_told {
             model_against_outputs(into, &self.told).map_err(Failure::reported)?;
         }
+        Ok(true)
+    }
+
+    fn output_rates(&mut self, t: f64, u: &[f64], into: &mut OutputRates) -> Result<bool, Failure> {
+        if self.rates.is_none() {
+            return Ok(false);
+        }
+        self.call(|this, py| match &this.rates {
+            Some(rates) => model::read_rates(&rates.bind(py).call1((t, PyTuple::new(py, u)?))?, into),
+            None => Ok(()),
+        })?;
         Ok(true)
     }
 

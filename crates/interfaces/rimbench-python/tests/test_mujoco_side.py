@@ -16,7 +16,7 @@ from rimbench.mujoco import Mechanics
 
 mujoco = pytest.importorskip("mujoco")
 
-FLOOR = """<mujoco><option timestep="1e-3"/><default><geom condim="{condim}" solref="0.004 1"/></default><worldbody>
+FLOOR = """<mujoco><option timestep="1e-3" {more}/><default><geom condim="{condim}" solref="0.004 1"/></default><worldbody>
   <geom name="floor" type="plane" size="9 9 1"/><site name="pin" pos="0 0 1.5"/>
   <body pos="0.1 0 {height}">
     <joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
@@ -29,8 +29,8 @@ FLOOR = """<mujoco><option timestep="1e-3"/><default><geom condim="{condim}" sol
   <equality><joint joint1="elbow" polycoef="0.1 0 0 0 0" active="{held}"/></equality></mujoco>"""
 
 
-def floor(condim=1, height=0.52, loss=0, held="false"):
-    return FLOOR.format(condim=condim, height=height, loss=loss, held=held)
+def floor(condim=1, height=0.52, loss=0, held="false", more=""):
+    return FLOOR.format(condim=condim, height=height, loss=loss, held=held, more=more)
 
 
 def side(interface, moving=True, contacts=(("box", "floor"),), **how):
@@ -161,7 +161,7 @@ def test_a_contact_that_opens_and_closes_is_foreseen(scheme):
 @pytest.mark.parametrize(
     ("case", "words"),
     [
-        (lambda: hopping(), "contacts lists none"),
+        (lambda: hopping(XML.replace("<option", '<option cone="elliptic"')), "elliptic cones"),
         (lambda: hopping(XML.replace('condim="1"', ""), contacts=[("ball", "floor")]), "`floor` and `ball` have friction (condim 3)"),
     ],
 )
@@ -176,7 +176,11 @@ def test_a_side_without_a_model_says_why_and_is_asked(case, words):
     [
         ({"condim": 3}, "friction (condim 3)"),
         ({"loss": 2}, "frictionloss"),
-        ({"contacts": None}, "contacts lists none"),
+        ({"contacts": None, "loss": 2}, "bounds"),
+        ({"contacts": "engine", "loss": 2}, "bounds"),
+        ({"contacts": None, "more": 'cone="elliptic"'}, "elliptic cones"),
+        ({"contacts": None, "more": 'noslip_iterations="3"'}, "noslip"),
+        ({"contacts": None, "more": 'integrator="implicit"'}, "integrator implicit"),
     ],
 )
 def test_what_the_exact_model_has_not_is_refused_by_name_and_steps_all_the_same(how, words):
@@ -184,8 +188,8 @@ def test_what_the_exact_model_has_not_is_refused_by_name_and_steps_all_the_same(
     assert made.interface_model is None and words in made.no_interface_model
     assert "rim-answers" in made.no_interface_model
     made.step(0.0, (10.0,), 1e-3)
-    nothing_touches = Mechanics(floor(condim=3).replace("solref", 'contype="0" solref'), [("joint", "z")])
-    assert nothing_touches.no_interface_model is None
+    nothing_touches = floor(condim=3, more='integrator="implicit" cone="elliptic"').replace("solref", 'contype="0" solref')
+    assert Mechanics(nothing_touches, [("joint", "z")]).no_interface_model is None
 
 
 def test_a_contact_beside_those_that_are_listed_is_a_reason():
@@ -206,6 +210,7 @@ def test_a_contact_beside_those_that_are_listed_is_a_reason():
         (lambda: side([("muscle", "x")]), "valid: .*tendon"),
         (lambda: side([]), "interface is empty"),
         (lambda: side([("joint", "z")], contacts=[("box", "flor")]), "no geom `flor`; did you mean `floor`"),
+        (lambda: side([("joint", "z")], contacts="engin"), "contacts is `engin`; valid: \"engine\""),
         (lambda: side([("joint", "z")], contacts=[("arm", "floor")]), "`arm` and `floor` of contacts never touch"),
         (lambda: Mechanics(floor().replace("1e-3", '1e-3" integrator="RK4'), [("joint", "z")]), "RK4"),
         (lambda: Mechanics("<mujoco><nothing/></mujoco>", [("joint", "z")]), "cannot be read"),
@@ -332,12 +337,17 @@ def test_forces_of_a_subclass_are_added_to_and_stay_its_own():
     assert copy.deepcopy(made).data.qfrc_applied[0] == 5.0
 
 
-def test_the_exact_model_is_of_the_model_as_it_is_now():
-    made = Mechanics(SLIDE.format(more=""), [("joint", "s")])
+@pytest.mark.parametrize("contacts", [[], "engine"])
+def test_the_exact_model_is_of_the_model_as_it_is_now(contacts):
+    made = Mechanics(SLIDE.format(more=""), [("joint", "s")], contacts=contacts)
     assert made.interface_model(1e-3)["H"][0, 0] == pytest.approx(1.0)
     made.model.body_mass[1] = 4.0
     mujoco.mj_setConst(made.model, mujoco.MjData(made.model))
     margins, flags = made.model.geom_margin.copy(), made.model.opt.disableflags
+    if contacts == "engine":
+        # The engine's next step still has the old mass.
+        speed = made.step(0.0, (1.0,), 1e-3)[1]
+        assert speed == pytest.approx(1e-3)
     assert made.interface_model(1e-3)["H"][0, 0] == pytest.approx(0.25)
     assert (made.model.geom_margin == margins).all() and made.model.opt.disableflags == flags
 

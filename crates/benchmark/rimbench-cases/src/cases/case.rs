@@ -19,6 +19,9 @@ pub struct CoupledSystem {
     pub late_rows: bool,
     /// Its runs end where they are no longer finite, and not beyond a multiple of the reference.
     pub unbounded: bool,
+    /// Forces that follow the motion at once have no bound of their own: a sample after an impact says nothing of what
+    /// they do, which the motion tells.
+    pub bounded_by_motion: bool,
     /// Columns that neither side knows alone.
     pub derived: Vec<DerivedColumn>,
 }
@@ -31,7 +34,7 @@ impl CoupledSystem {
 
     /// Does the same with boxes.
     pub fn of(sides: PerSide<Box<dyn Subsystem>>) -> Self {
-        CoupledSystem { sides, late_rows: false, unbounded: false, derived: Vec::new() }
+        CoupledSystem { sides, late_rows: false, unbounded: false, bounded_by_motion: false, derived: Vec::new() }
     }
 }
 

@@ -21,6 +21,8 @@ pub struct LinearModel<'a> {
     pub interface: usize,
     /// The non-zeros of `H_uu`, where it is not dense.
     pub pattern: Option<&'a Arc<SymmetricPattern>>,
+    /// Whether `H_ui` is not the transpose of `H_iu`.
+    pub unsymmetric: bool,
 }
 
 impl LinearModel<'_> {
@@ -151,7 +153,8 @@ impl DiscretisedModel {
             return self.discretise_by_pattern(model);
         }
         // Where all of many contacts are in the set, the rows of the symmetric H are the columns, as they stand.
-        let whole = n >= MANY && n == n_u && model.pattern.is_none() && set.iter().copied().eq(0..n);
+        let whole =
+            n >= MANY && n == n_u && model.pattern.is_none() && !model.unsymmetric && set.iter().copied().eq(0..n);
         if whole {
             let h = &model.h[..n * rows];
             self.impulse_columns[..n * rows].copy_from_slice(h);

@@ -33,7 +33,8 @@ fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<Sparse
         *a = if i < active { -PULL } else { [0.4 * PULL, -0.4 * PULL][i % 2] };
     }
     let mut discretised = DiscretisedModel::by_pattern(pattern.clone(), 1);
-    let model = LinearModel { h: &h, a: &a, contact_rows: CONTACTS, interface: 1, pattern: Some(&pattern) };
+    let model =
+        LinearModel { h: &h, a: &a, contact_rows: CONTACTS, interface: 1, pattern: Some(&pattern), unsymmetric: false };
     discretised.discretise(model, &(0..CONTACTS).collect::<Vec<_>>(), DELTA);
     let law = StepContactLaw {
         rates: GapRates { open: 1.0 / DELTA, closed: 40.0 },

@@ -21,6 +21,9 @@ pub struct TrialSettings {
     pub noise: f64,
 }
 
+/// Rows of the interface from which on the trials of a tangent count by themselves.
+const BY_THE_DOZEN: usize = 10;
+
 impl Default for TrialSettings {
     fn default() -> Self {
         TrialSettings { range: 0.05, tolerance: 0.02, most: 24, noise: 0.0 }
@@ -79,9 +82,11 @@ pub trait Trials {
     /// Returns how they are used.
     fn settings(&self) -> TrialSettings;
 
-    /// Tells whether there may be so many more in this macro step.
-    fn has_left(&self, more: usize) -> bool {
-        self.taken() + more <= self.settings().most
+    /// Tells whether there may be so many more in this macro step; of `rows` by the dozen as many as a tangent needs, and
+    /// five.
+    fn has_left(&self, more: usize, rows: usize) -> bool {
+        let least = if rows >= BY_THE_DOZEN { 2 * rows + 6 } else { 0 };
+        self.taken() + more <= self.settings().most.max(least)
     }
 
     /// Tells whether the mechanics moves by its own step times the velocity at its end, as that of the benchmark does.

@@ -124,7 +124,7 @@ pub fn condense_in_modes(
         condense_frictional(model, modes, closed, out);
     } else if out.work.factor.is_some() && n_c > FEW_CONTACTS {
         condense_by_pattern(model, closed, out);
-    } else if n_i == 1 && n_c <= 2 {
+    } else if n_i == 1 && n_c <= 2 && !model.unsymmetric {
         project_scalar(model, closed, out);
     } else {
         load(model, closed, &mut out.work);

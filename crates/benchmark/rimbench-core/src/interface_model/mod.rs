@@ -48,4 +48,4 @@ pub use correlation::InterfaceCorrelation;
 pub use elimination::Elimination;
 pub use independent_rows::IndependentRows;
 pub use linearisation::{Linearisation, MassMatrix, MatrixForm, Rows};
-pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
+pub use reduced_interface_model::{ReducedInterfaceModel, RowTarget, TOUCHING};

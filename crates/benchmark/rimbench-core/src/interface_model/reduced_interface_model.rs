@@ -87,6 +87,58 @@ pub struct ReducedInterfaceModel {
     /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none
     /// opens or closes. Only schemes whose contacts are bilateral can use it.
     pub smooth: bool,
+    /// Whether contacts answer to forces of the interface otherwise than the interface to those of contacts,
+    /// `H_ui ≠ H_iuᵀ`: so does an engine that takes damping implicitly after it has solved its contacts. `H_uu` is
+    /// symmetric all the same.
+    pub unsymmetric: bool,
+    /// Whether `H_ii` may change from sample to sample, so that a scheme which keeps it asks again.
+    pub inertia_varies: bool,
+    /// Steps of its own, of `mechanics_step` each, that the mechanics takes in one that it is asked for.
+    pub own_steps: usize,
+    /// The targets of all contacts, where they are rows of an engine; see [`RowTarget`].
+    pub targets: Vec<RowTarget>,
+    /// Whether they are, and may be fewer than those that the model was made for.
+    pub has_targets: bool,
+}
+
+/// The target of a row of an engine's constraint solver, which gives way: the row pushes by `f = P/h` as far as its
+/// acceleration stays behind a reference that is taken anew at each of the engine's steps.
+///
+/// ```text
+/// 0 ≤ ẇ − ẇ_ref + R f ⟂ f ≥ 0       ẇ_ref = −b w − k g       ⇔       0 ≤ w⁺ − (1 − h b) w + h k g + R P ⟂ P ≥ 0
+/// ```
+/// A rigid row follows from it: that beyond the target, which begins each step at rest with the free acceleration
+/// `a_u + b w + k g`, R on the diagonal of `H_uu`, gap 0. So a model has it in `H`, `a` and `w`, and every scheme can
+/// use it over the first of the engine's steps; here is what the next ones need. Two opposite edges of a pyramid of
+/// friction have one distance, which changes by their mean velocity.
+/// # Shapes and units
+/// `velocity` w, m/s; `damping` b, 1/s; `stiffness` k, 1/s²; `compliance` R, 1/kg; `distance` g, m, 0 where the row
+/// rests.
+/// # Source
+/// Todorov, *Convex and analytically-invertible dynamics with contacts and constraints* (2014), and the documentation
+/// of MuJoCo, "Computation": reference acceleration, regularizer.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RowTarget {
+    /// w.
+    pub velocity: f64,
+    /// g.
+    pub distance: f64,
+    /// b.
+    pub damping: f64,
+    /// k.
+    pub stiffness: f64,
+    /// R.
+    pub compliance: f64,
+    /// The row that is the opposite edge; itself where there is none.
+    pub opposite: usize,
+}
+
+impl RowTarget {
+    /// Returns `b w + k g`, by which a row must accelerate beyond where it is, m/s².
+    #[inline]
+    pub fn asked(&self) -> f64 {
+        self.damping * self.velocity + self.stiffness * self.distance
+    }
 }
 
 impl ReducedInterfaceModel {
@@ -146,6 +198,41 @@ impl ReducedInterfaceModel {
             solved_forces: Vec::new(),
             tangential_restitution: 0.0,
             smooth: false,
+            unsymmetric: false,
+            inertia_varies: false,
+            own_steps: 1,
+            targets: Vec::new(),
+            has_targets: false,
+        }
+    }
+
+    /// Makes a zero model of rows of an engine, at most `most` of them.
+    pub fn zeros_with_targets(most: usize, interface: usize) -> Self {
+        let targets = vec![RowTarget::default(); most];
+        ReducedInterfaceModel { targets, has_targets: true, ..Self::zeros(most, interface) }
+    }
+
+    /// Changes the number of contacts of a dense model without friction, whose numbers are then to be written; within
+    /// what it was made for without allocating. Rows stand for other contacts than before.
+    pub fn set_contacts(&mut self, contacts: usize) {
+        let rows = contacts + self.interface;
+        (self.contacts, self.contact_rows, self.rows) = (contacts, contacts, rows);
+        self.h.resize(rows * rows, 0.0);
+        self.a.resize(rows, 0.0);
+        self.w.resize(rows, 0.0);
+        self.gap.resize(contacts, 0.0);
+        self.at_bound.resize(contacts, false);
+        self.targets.resize(contacts, RowTarget::default());
+        self.listing += 1;
+    }
+
+    /// Makes rows at rest with their free accelerations in `a` and nothing of their own on the diagonal of `H_uu` those
+    /// beyond the [`targets`](Self::targets).
+    pub fn go_beyond_targets(&mut self) {
+        for (row, target) in self.targets.iter().enumerate() {
+            self.a[row] += target.asked();
+            self.h[row * (self.rows + 1)] += target.compliance;
+            (self.w[row], self.gap[row], self.at_bound[row]) = (0.0, 0.0, true);
         }
     }
 
@@ -169,7 +256,8 @@ impl ReducedInterfaceModel {
     #[inline]
     pub fn linear(&self) -> LinearModel<'_> {
         let (contact_rows, interface) = (self.interface_start(), self.interface);
-        LinearModel { h: &self.h, a: &self.a, contact_rows, interface, pattern: self.delassus_pattern.as_ref() }
+        let (pattern, unsymmetric) = (self.delassus_pattern.as_ref(), self.unsymmetric);
+        LinearModel { h: &self.h, a: &self.a, contact_rows, interface, pattern, unsymmetric }
     }
 
     /// Returns the pattern of `H_uu`, where it is sparse.
@@ -244,7 +332,8 @@ impl ReducedInterfaceModel {
             }
         }
         let at = |row: usize, column: usize| self.h[row * n + column];
-        for row in 0..n {
+        let first = self.interface_start();
+        for row in 0..if self.unsymmetric { first } else { n } {
             for column in 0..row {
                 let scale = (at(row, row).abs() * at(column, column).abs()).sqrt();
                 if (at(row, column) - at(column, row)).abs() > SLACK * scale.max(f64::MIN_POSITIVE) {
@@ -259,11 +348,14 @@ impl ReducedInterfaceModel {
         let mut left = self.h.clone();
         for row in 0..n {
             let (pivot, own) = (left[row * n + row], at(row, row));
-            if own < 0.0 && row >= self.interface_start() {
+            if own < 0.0 && row >= first {
                 return Err(format!(
                     "the sign of the force is reversed: H[{row}, {row}] = {own:e} says that a force above 0 drives its own row of the \
                      interface backwards"
                 ));
+            }
+            if self.unsymmetric && row >= first {
+                continue;
             }
             if own < 0.0 || pivot < -SLACK * own {
                 return Err(format!(
@@ -353,6 +445,9 @@ impl ReducedInterfaceModel {
         {
             self.set_delassus_pattern(pattern.clone());
         }
+        if self.contacts != other.contacts {
+            self.set_contacts(other.contacts);
+        }
         self.listing = other.listing;
         self.h.copy_from_slice(&other.h);
         self.a.copy_from_slice(&other.a);
@@ -368,6 +463,10 @@ impl ReducedInterfaceModel {
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
         self.stiction = other.stiction;
+        if other.has_targets {
+            (self.unsymmetric, self.own_steps) = (other.unsymmetric, other.own_steps);
+            self.targets.copy_from_slice(&other.targets);
+        }
         // What a model has none of is not asked for: to copy nothing is a call as well.
         if other.has_friction() {
             self.friction.copy_from_slice(&other.friction);

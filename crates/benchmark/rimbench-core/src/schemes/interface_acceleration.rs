@@ -166,6 +166,11 @@ impl InterfaceAcceleration {
         self.model.entry(interface + row, interface + column)
     }
 
+    /// Tells whether H_ii may be another one at each sample.
+    pub(super) fn inertia_varies(&self) -> bool {
+        self.model.inertia_varies
+    }
+
     /// Tells whether other contacts carry force than at the communication point before: what was remembered of before
     /// is of no use then.
     pub(super) fn contacts_changed(&self) -> bool {

@@ -12,7 +12,7 @@
 //! carry impulse at `t_k`, with friction in the modes of that problem; `r, D, R` from the actuator ([`OutputRates`]).
 //! The actuator then gets the velocity on a straight line over Δw and the length that belongs to it, the mechanics the
 //! mean force λ_k + ½ Δλ: both sides at once (Jacobi), no step is taken back. **Needs** an interface model of the
-//! mechanics, directional derivatives of the actuator, an interface of at most 8 rows. **Order** 2 in H. **Known
+//! mechanics, directional derivatives of the actuator, an interface of at most 32 rows. **Order** 2 in H. **Known
 //! weakness**: linear over the whole macro step: a valve that opens, a contact that closes within it are not seen;
 //! contacts are bilateral as in `rim-smooth-active`. **Source**: after Sicklinger et al. 2014 (interface Jacobian-based
 //! co-simulation), with one step and no iteration; the trapezoidal rule and the use of the interface model are ours.
@@ -42,19 +42,20 @@ pub(super) fn entry() -> SchemeEntry {
         ..SchemeEntry::new(
             "interface-jacobian",
             "One Newton step on the linearised coupling equations per macro step, nothing taken back",
-            |construction| Ok(Box::new(InterfaceJacobian::new(construction)?)),
+            |construction| match construction.interface() {
+                ..=FEW_ROWS => Ok(Box::new(InterfaceJacobian::<FEW_ROWS>::new(construction, |a, b| a.lu().solve(b))?)),
+                _ => Ok(Box::new(InterfaceJacobian::<MOST_ROWS>::new(construction, |a, b| a.lu().solve(b))?)),
+            },
         )
     }
 }
 
-/// Most interface rows: what is solved is padded to this size, so that it lives on the stack.
-const MOST_ROWS: usize = 8;
-
-type Square = SMatrix<f64, MOST_ROWS, MOST_ROWS>;
-type Column = SVector<f64, MOST_ROWS>;
+/// Interface rows, a few and at most: what is solved is padded to one of these sizes, so that it lives on the stack.
+const FEW_ROWS: usize = 8;
+const MOST_ROWS: usize = 32;
 
 #[derive(Clone)]
-struct InterfaceJacobian {
+struct InterfaceJacobian<const N: usize> {
     rows: usize,
     active: ActiveContacts,
     received: ReducedInterfaceModel,
@@ -62,16 +63,20 @@ struct InterfaceJacobian {
     closed: Vec<usize>,
     condensation: Condensation,
     step: MacroStep,
-    position: Column,
-    velocity: Column,
-    force: Column,
-    velocity_change: Column,
-    force_change: Column,
+    position: SVector<f64, N>,
+    velocity: SVector<f64, N>,
+    force: SVector<f64, N>,
+    velocity_change: SVector<f64, N>,
+    force_change: SVector<f64, N>,
     motion: InputPolynomial,
+    solve: Solve<N>,
 }
 
-impl InterfaceJacobian {
-    fn new(construction: &Construction<'_>) -> Result<Self> {
+/// Solves equations of so many rows; none of a singular matrix.
+type Solve<const N: usize> = fn(SMatrix<f64, N, N>, &SVector<f64, N>) -> Option<SVector<f64, N>>;
+
+impl<const N: usize> InterfaceJacobian<N> {
+    fn new(construction: &Construction<'_>, solve: Solve<N>) -> Result<Self> {
         let ModelConstruction { empty, options, .. } = construction.model()?;
         let (contacts, rows) = (empty.contacts(), empty.interface());
         Ok(InterfaceJacobian {
@@ -86,12 +91,13 @@ impl InterfaceJacobian {
                 Condensation::new(contacts, rows)
             },
             step: MacroStep { index: 0, start: 0.0, length: 0.0 },
-            position: Column::zeros(),
-            velocity: Column::zeros(),
-            force: Column::zeros(),
-            velocity_change: Column::zeros(),
-            force_change: Column::zeros(),
+            position: SVector::<f64, N>::zeros(),
+            velocity: SVector::<f64, N>::zeros(),
+            force: SVector::<f64, N>::zeros(),
+            velocity_change: SVector::<f64, N>::zeros(),
+            force_change: SVector::<f64, N>::zeros(),
             motion: InputPolynomial::new(2 * rows, 2),
+            solve,
         })
     }
 
@@ -103,9 +109,9 @@ impl InterfaceJacobian {
         condense_in_modes(&self.received, self.modes.get(), &self.closed, &mut self.condensation);
         let (rows, h) = (self.rows, self.step.length);
         let square = |entry: &dyn Fn(usize, usize) -> f64| {
-            Square::from_fn(|i, j| if i < rows && j < rows { entry(i, j) } else { 0.0 })
+            SMatrix::<f64, N, N>::from_fn(|i, j| if i < rows && j < rows { entry(i, j) } else { 0.0 })
         };
-        let column = |values: &[f64]| Column::from_fn(|i, _| values.get(i).copied().unwrap_or_default());
+        let column = |values: &[f64]| SVector::<f64, N>::from_fn(|i, _| values.get(i).copied().unwrap_or_default());
         let mobility = square(&|i, j| self.condensation.h[i * rows + j]);
         // K = D + ½ H R; the columns of the positions come first.
         let gain =
@@ -115,9 +121,9 @@ impl InterfaceJacobian {
         self.velocity = column(&self.condensation.w);
         let free = (column(&self.condensation.a) + mobility * self.force) * h;
         let right = column(&rates.rate) * h + by_position * self.velocity * h + by_velocity * free;
-        let left = Square::identity() - by_velocity * mobility * (0.5 * h);
-        self.force_change =
-            left.lu().solve(&right).ok_or_else(|| Failure::from(Cause::Singular { matrix: "interface Jacobian" }))?;
+        let left = SMatrix::<f64, N, N>::identity() - by_velocity * mobility * (0.5 * h);
+        self.force_change = (self.solve)(left, &right)
+            .ok_or_else(|| Failure::from(Cause::Singular { matrix: "interface Jacobian" }))?;
         self.velocity_change = free + mobility * self.force_change * (0.5 * h);
         for row in 0..rows {
             let (w, slope) = (self.velocity[row], self.velocity_change[row] / h);
@@ -128,7 +134,7 @@ impl InterfaceJacobian {
     }
 }
 
-impl CouplingScheme for InterfaceJacobian {
+impl<const N: usize> CouplingScheme for InterfaceJacobian<N> {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         match from {
             Side::Mechanics => {

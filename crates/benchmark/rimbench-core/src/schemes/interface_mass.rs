@@ -5,13 +5,14 @@
 //! m_v = 1/(κ H_ii(t₀))        φ_k = m_v a_k − λ_k        m_v ẇ_A = λ(τ) + φ_k
 //! w_A⁺ = w_A + δ [a_k + κ H_ii(t₀) (λ − λ_k)]        s_A⁺ = s_A + δ w_A⁺        (s, w)_A = (s, w)_k at t_k
 //! ```
-//! One number and the true acceleration `a_k` instead of a model: κ = 0 is `true-acceleration`, κ = 1 on a mechanics
-//! without contacts and with constant `H_ii` a reduced interface model. The micro step is that of the interface models.
-//! With Jacobi the mechanics receives the force by the actuator's rates. **Needs** an interface model, output rates;
-//! not for the mechanics first. **Order** 2 in H. **Known weakness**: contacts enter through `a_k` only; too light a
-//! mass is worse than too heavy a one. **Source**: after the idea of "A co-simulation algorithm for the efficient
-//! real-time parallel solution of multibody systems" (Politecnico di Milano 2026): interface mass kept on both sides of
-//! the cut. Formula not read, derived here; nothing is said about the authors' method.
+//! `H_ii` is that of `t_k` where the model is one from outside and may vary. One number and the true acceleration `a_k`
+//! instead of a model: κ = 0 is `true-acceleration`, κ = 1 on a mechanics without contacts and with constant `H_ii` a
+//! reduced interface model. The micro step is that of the interface models. With Jacobi the mechanics receives the
+//! force by the actuator's rates. **Needs** an interface model, output rates; not for the mechanics first. **Order** 2
+//! in H. **Known weakness**: contacts enter through `a_k` only; too light a mass is worse than too heavy a one.
+//! **Source**: after the idea of "A co-simulation algorithm for the efficient real-time parallel solution of multibody
+//! systems" (Politecnico di Milano 2026): interface mass kept on both sides of the cut. Formula not read, derived here;
+//! nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
 use super::entry::{Family, Gain, SchemeEntry};
@@ -50,7 +51,7 @@ pub(super) fn entry() -> SchemeEntry {
 struct InterfaceMass {
     kappa: f64,
     mechanics: InterfaceAcceleration,
-    /// κ H_ii(t₀), row-major; NaN before the first sample.
+    /// κ H_ii, row-major, of t₀, or of the last sample where it varies; NaN before the first one.
     mobility: Vec<f64>,
     position: Vec<f64>,
     velocity: Vec<f64>,
@@ -85,7 +86,8 @@ impl CouplingScheme for InterfaceMass {
                 self.position.copy_from_slice(&sample.y[..m]);
                 self.velocity.copy_from_slice(&sample.y[m..]);
                 self.start.copy_from_slice(&sample.y[m..]);
-                for (index, mobility) in self.mobility.iter_mut().enumerate().filter(|(_, h)| h.is_nan()) {
+                let varies = self.mechanics.inertia_varies();
+                for (index, mobility) in self.mobility.iter_mut().enumerate().filter(|(_, h)| varies || h.is_nan()) {
                     *mobility = self.kappa * self.mechanics.free_mobility(index / m, index % m);
                 }
             }

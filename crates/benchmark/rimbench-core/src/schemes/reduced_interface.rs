@@ -19,6 +19,7 @@ mod gap_law;
 mod model_end;
 mod own_step;
 mod second_order;
+mod targets;
 
 pub(super) use contact_set::Contacts;
 
@@ -26,6 +27,7 @@ use self::contact_set::ContactSet;
 use self::effective_mass::EffectiveMass;
 use self::gap_law::GapTerm;
 use self::own_step::OwnStep;
+use self::targets::Targets;
 use super::construction::sent;
 use super::implicit_feedthrough::ImplicitFeedthrough;
 use super::model_contacts::{FrozenModel, ModelContacts, ModelState};
@@ -63,11 +65,15 @@ pub(super) struct ReducedInterface {
     /// Where micro steps are of the second order: the derivative of the force with respect to the motion.
     feedthrough: ImplicitFeedthrough,
     micro_step: f64,
+    /// Steps that the mechanics takes in the macro step, with those that it takes inside of each.
+    engine_steps: usize,
     /// The step in which contacts act, s.
     contact_step: f64,
     mass: EffectiveMass,
     /// Where contacts act over the mechanics' own step.
     own: Option<Box<OwnStep>>,
+    /// Where contacts are rows of an engine that takes several steps.
+    targets: Targets,
 }
 
 impl ReducedInterface {
@@ -93,6 +99,7 @@ impl ReducedInterface {
         state.w_plus[n..n + w_i.len()].copy_from_slice(w_i);
         state.position.copy_from_slice(&model.position);
         self.mass.bilateral = self.condensation.effective_mass;
+        self.targets.start(model, self.engine_steps);
         if let Some(own) = &mut self.own {
             own.start_part(&mut self.state, n, 0);
         }
@@ -108,7 +115,8 @@ impl ReducedInterface {
             let (model, modes) = (self.model.current(), self.modes.get());
             condense_in_modes(model, modes, self.set.contacts(), &mut self.condensation);
             let Condensation { a, h, .. } = &self.condensation;
-            self.discretised.discretise_interface(a, h, !self.condensation.is_unsymmetric(), self.contact_step);
+            let symmetric = !model.unsymmetric && !self.condensation.is_unsymmetric();
+            self.discretised.discretise_interface(a, h, symmetric, self.contact_step);
         } else {
             let rows = self.contacts.rows(self.set.contacts());
             self.discretised.discretise(self.model.current().linear(), rows, self.contact_step);
@@ -126,6 +134,14 @@ impl ReducedInterface {
     /// Takes one micro step of Eq. 4 under the force `lambda` (N), from `w⁺` of the last one.
     #[inline(always)]
     fn step(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
+        if self.targets.is_on() {
+            return self.step_with_targets(lambda, at);
+        }
+        self.step_to_targets(lambda, at)
+    }
+
+    #[inline(always)]
+    fn step_to_targets(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
         let ReducedInterface { discretised, law, set, model, contacts, state, .. } = self;
         std::mem::swap(&mut state.w, &mut state.w_plus);
         if !contacts.step_in_region(discretised, law, state, lambda, at) {
@@ -138,11 +154,25 @@ impl ReducedInterface {
         Ok(())
     }
 
+    /// Takes the micro step with targets that are taken anew where a step of the engine begins.
+    #[inline(never)]
+    fn step_with_targets(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
+        let (n, part) = (self.discretised.contacts(), |index: usize| index * self.engine_steps / at.count);
+        if at.index == 0 || part(at.index) != part(at.index - 1) {
+            self.targets.end_step(&mut self.state.w_plus[..n]);
+        }
+        self.targets.add_more(at.length, &mut self.state.w_plus[..n]);
+        self.step_to_targets(lambda, at)?;
+        self.targets.add_impulses(at.length, 1.0, &self.state.impulses[..n]);
+        Ok(())
+    }
+
     /// Sets the steps of a macro step in which the mechanics takes so many of its own.
     fn set_steps(&mut self, step: MacroStep, micro_step: f64, mechanics_steps: usize) {
         (self.micro_step, self.contact_step) = (micro_step, micro_step);
+        self.engine_steps = mechanics_steps * self.model.received.own_steps;
         if let Some(own) = &mut self.own {
-            self.contact_step = own.set_steps(step.length, mechanics_steps);
+            self.contact_step = own.set_steps(step.length, self.engine_steps);
         }
     }
 
@@ -164,7 +194,9 @@ impl CouplingScheme for ReducedInterface {
                 model = rows.plane();
             }
             // Impulses are still those of the last micro step of the macro step that ends here.
-            self.mass.record(self.set.contacts(), &self.state.impulses[..self.discretised.contacts()]);
+            // Rows of an engine stand for others now.
+            let known = if model.has_targets { 0 } else { self.discretised.contacts() };
+            self.mass.record(self.set.contacts(), &self.state.impulses[..known]);
             self.set.detect(model);
             self.modes.start_from(model);
             self.model.receive(sample.time, model);

@@ -259,7 +259,7 @@ impl Answers {
     /// foreseen.
     fn try_there(&mut self, own: &[f64], distance: f64, trials: &mut dyn Trials) -> Result<(), Failure> {
         let n = own.len();
-        if !trials.has_left(1) {
+        if !trials.has_left(1, n) {
             self.cut();
             return Ok(());
         }
@@ -273,7 +273,7 @@ impl Answers {
         let done = tried.and_then(|()| {
             if as_foreseen {
                 self.trusted = 2.0 * distance;
-            } else if trials.has_left(2 * n) {
+            } else if trials.has_left(2 * n, n) {
                 self.take_second(distance, &end, trials)?;
             } else {
                 self.cut();

@@ -154,6 +154,9 @@ class Case(_native.Case):
     duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s, or texts such as "5ms".
     reference_step_s : coarsest of the three steps of the reference, s; the micro step if not given.
     reference : "own", both sides in one loop with small steps; or "original", that of the case it is like.
+    scale : position (m), velocity (m/s) and force (N) of the size that is to be expected. A row whose peak is below need not be known to a
+        tenth of it. A run diverges beyond thrice a row's peak, or thrice a tenth of the scale; if none is given, thrice the peak of all rows.
+        Forces that follow the motion at once have no bound.
     """
 
     def __new__(
@@ -170,12 +173,13 @@ class Case(_native.Case):
         micro_step_s: Time | None = None,
         reference_step_s: Time | None = None,
         reference: Literal["own", "original"] = "own",
+        scale: tuple[float, float, float] | None = None,
     ) -> Self:
         steps = (duration_s, macro_step_s, micro_step_s, reference_step_s)
         times = tuple(_seconds("time_s", time) for time in steps)
         sides = (mechanics, actuator)
         code = _code(side for side in sides if side is not None)
-        return super().__new__(cls, (name, reference, code), like, sides, parameters, interface, times)
+        return super().__new__(cls, (name, reference, code), like, sides, parameters, interface, (times, scale))
 
 
 class Scheme(_native.Scheme):

@@ -19,6 +19,13 @@ class Subsystem(Protocol):
     (s), with the number of `contacts`, their `stabilisation` and `restitution` (pure numbers in [0, 1]). It returns a dictionary:
     `H` (1/kg), `a` (m/s²), `w` (m/s), rows of contacts first, then of the interface; `gap` (m) of the contacts, `position` (m) of the
     interface; `closed`, which contacts carried impulse, if it knows. One without such a model may say why in `no_interface_model`.
+
+    Rows of an engine that give way may come and go, at most `engine_rows` of them: `compliance` R (1/kg), `damping` b (1/s) and `stiffness` k
+    (1/s²) of each say `0 <= w+ - (1 - h b) w + h k g + R P`, complementary to P >= 0, in each of `steps` steps of its own in h; `opposite` is the row
+    whose mean with this one is the rate of g, itself if not given. `symmetric`: False where contacts answer to forces of the interface otherwise than the interface to theirs. `model_from_s` is the shortest h (s).
+
+    An actuator may have `output_rates(t, u)`: a dictionary of `rate`, outputs per s with the input held, `feedthrough`, output per input, and
+    `rate_gain`, rate per input, if it is not 0.
     """
 
     def outputs(self, u: tuple[float, ...], /) -> ArrayLike:
@@ -42,7 +49,7 @@ class Case:
         sides: tuple[Callable[[dict[str, Any]], Subsystem] | None, Callable[[dict[str, Any]], Subsystem] | None],
         parameters: dict[str, float] | None,
         interface: Sequence[tuple[str, str, str]] | None,
-        times_s: tuple[float | None, ...],
+        times_and_scale: tuple[tuple[float | None, ...], tuple[float, float, float] | None],
         /,
     ) -> Self: ...
     @property

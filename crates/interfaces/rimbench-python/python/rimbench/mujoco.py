@@ -1,7 +1,7 @@
 """A model of MuJoCo as the mechanics of a case: sites, tendons or joints take a force, and put out position and velocity.
 
-`Mechanics` gives the exact interface model, from the engine's own mass matrix, Jacobians and contact distances, or says why there is
-none; and it is copied by the engine's own state, so that schemes that try steps of it can.
+`Mechanics` gives the exact interface model, of the engine's own constraint rows or of rigid contacts, or says why there is none; and it is
+copied with all that the engine keeps, so that schemes that try steps of it can.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike, fspath
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ OTHERS = 4
 SLIDE = 2
 #: Time by which the engine is moved on and back for what is left of accelerations without forces, s.
 AHEAD = 1e-6
+#: What is left without an exact model.
+REMAINS = "rim-answers tries steps of the engine instead"
 #: Gap of a contact that the engine has not, because it is out of reach, m; its row is 0.
 FAR = 1.0
 
@@ -63,9 +65,9 @@ def _dense(values: Numbers, width: int, sparse: tuple[Any, Any, Any] | None) -> 
     if sparse is None:
         return values.reshape(-1, width)
     counts, starts, columns = (np.ravel(part) for part in sparse)
-    rows, flat = np.zeros((len(counts), width)), np.ravel(values)
-    for row, (count, start) in enumerate(zip(counts, starts)):
-        rows[row, columns[start : start + count]] = flat[start : start + count]
+    rows, flat, ends = np.zeros((len(counts), width)), np.ravel(values), counts.cumsum()
+    at = np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + counts, counts)
+    rows[np.repeat(np.arange(len(counts)), counts), columns[at]] = flat[at]
     return rows
 
 
@@ -78,9 +80,12 @@ class Mechanics:
     interface : what takes a force (N) and puts out position (m) and velocity (m/s), one per row: `("tendon", name)`; `("joint", name)` of
         a slide, of a hinge with a lever, `("joint", name, lever_m)`, by which angles are multiplied and torques divided; `("site", name,
         direction)` along a fixed direction, or `("site", name, other)` with the distance to another site, which a force above 0 lengthens.
-    contacts : pairs of names of geoms that may touch, for the exact interface model, which has them as rigid contacts; none: there is no such
-        model unless nothing can touch. Limits of hinges, slides and tendons are added, and equality constraints eliminated.
-    reach : distance beyond which a contact is no part of that model, m.
+    contacts : what the exact interface model has of contacts, limits and equality constraints. "engine": the rows of the engine's constraint
+        solver, with friction, compliance, margins; then the model's answer is the engine's step. Pairs of names of geoms that may touch:
+        rigid contacts of these, and rigid limits. If not given: "engine", or where its rows are none of that kind and nothing can touch, rigid
+        limits.
+    engine_rows : room for so many rows of the engine at once; a limit is one, a contact 1, 4, 6 or 10 by its condim 1, 3, 4 or 6.
+    reach : distance beyond which a rigid contact is no part of that model, m.
     keyframe : name of the keyframe to start from.
 
     It steps by the model's `timestep`, or by equal steps that are shorter. A subclass may set `self.data.ctrl` in `control(t)`, called
@@ -95,7 +100,8 @@ class Mechanics:
         model: Any,
         interface: Sequence[tuple[Any, ...]],
         *,
-        contacts: Iterable[tuple[str, str]] | None = None,
+        contacts: Iterable[tuple[str, str]] | Literal["engine"] | None = None,
+        engine_rows: int = 128,
         reach: float = 0.1,
         keyframe: str | None = None,
     ) -> None:
@@ -118,7 +124,9 @@ class Mechanics:
             raise RimbenchError('interface is empty; valid: one or more of ("tendon", name), ("joint", name), ("site", name, other)')
         self._interface = [self._row(row) for row in interface]
         self._pairs: dict[tuple[int, int], int] = {}
-        for pair in contacts or ():
+        if isinstance(contacts, str) and contacts != "engine":
+            raise RimbenchError(f'contacts is `{contacts}`; valid: "engine", [(geom, geom), ...]')
+        for pair in () if contacts is None or contacts == "engine" else contacts:
             one, other = (_find(self.model, "geom", name) for name in pair)
             masks = zip(self.model.geom_contype[[one, other]], self.model.geom_conaffinity[[other, one]])
             if not self._given(one, other) and not any(kind & with_kind for kind, with_kind in masks):
@@ -129,7 +137,15 @@ class Mechanics:
         self._reach = float(reach)
         self._limits = self._limited()
         self.contacts = sum(self._pairs.values()) + len(self._limits)
-        self.no_interface_model = self._refused(contacts is not None)
+        by_engine = contacts is None or contacts == "engine"
+        self.no_interface_model = self._refused_rows() if by_engine else self._refused()
+        if contacts is None and self.no_interface_model and not self._may_touch() and not self._refused():
+            by_engine, self.no_interface_model = False, None
+        if by_engine:
+            self.contacts, self.engine_rows, self.model_from_s = 0, int(engine_rows), self._timestep
+        self._by_engine = by_engine
+        #: Rows of sites and tendons turn as the model moves.
+        self._turns = any(row[0] != "joint" for row in interface)
         if self.no_interface_model:
             self.interface_model = None  # type: ignore[assignment]
         self._wide: list[Any] = []
@@ -223,14 +239,30 @@ class Mechanics:
         ends = zip(self.model.pair_geom1, self.model.pair_geom2)
         return [pair for pair, both in enumerate(ends) if {one, other} == set(both)]
 
-    def _refused(self, are_listed: bool) -> str | None:
-        """Why there is no exact interface model, if there is none."""
+    def _may_touch(self) -> bool:
+        model = self.model
+        touches = model.npair > 0 or any(model.geom_contype) and any(model.geom_conaffinity)
+        return bool(touches) and not model.opt.disableflags & _engine().mjtDisableBit.mjDSBL_CONTACT
+
+    def _refused_rows(self) -> str | None:
+        """Why there is no exact interface model of the engine's rows, if there is none."""
         engine, model = _engine(), self.model
-        remains = "rim-answers tries steps of the engine instead"
-        bits = zip(model.geom_contype, model.geom_conaffinity)
-        touches = model.npair > 0 or any(kind for kind, _ in bits) and any(model.geom_conaffinity)
-        if touches and not are_listed and not model.opt.disableflags & engine.mjtDisableBit.mjDSBL_CONTACT:
-            return f"geoms of the MuJoCo model may touch, and contacts lists none; valid: contacts=[(geom, geom), ...]; {remains}"
+        loss = "bounds" if model.dof_frictionloss.any() or model.tendon_frictionloss.any() else ""
+        elliptic = self._may_touch() and int(model.opt.cone) == int(engine.mjtCone.mjCONE_ELLIPTIC)
+        integrator = engine.mjtIntegrator(model.opt.integrator).name[6:].lower()
+        for what, valid in (
+            (elliptic and "elliptic cones, whose rows do not push one by one", "cone pyramidal"),
+            (model.opt.noslip_iterations and "noslip_iterations, which solve contacts another time", "0"),
+            (loss and "frictionloss at a joint or a tendon, whose rows pull as well as push within bounds", "0"),
+            (integrator not in ("euler", "implicitfast") and f"the integrator {integrator}, which has no such model", "Euler, implicitfast"),
+        ):
+            if what:
+                return f"the MuJoCo model has {what}; valid: {valid}; {REMAINS}"
+        return None
+
+    def _refused(self) -> str | None:
+        """Why there is no exact interface model of rigid contacts, if there is none."""
+        model, remains = self.model, REMAINS
         for one, other in self._pairs:
             names = f"`{model.geom(one).name}` and `{model.geom(other).name}`"
             if given := self._given(one, other):
@@ -281,17 +313,23 @@ class Mechanics:
                         f"valid: nsample of {math.ceil(delay / every * (1 - 1e-9))} and more"
                     )
 
+    def _steps_in(self, h: float) -> int:
+        return max(1, math.ceil(h / self._timestep * (1 - 1e-9)))
+
+    def _take_steps_of(self, step: float) -> None:
+        """Sets the engine's step (s), on which its constraints depend."""
+        # Copies share the model.
+        self.model.opt.timestep = step
+        if self._begun != step:
+            self._begun = step
+            self._check_delays(step)
+            self._see()
+
     def step(self, t: float, u: Sequence[float], h: float) -> Sequence[float]:
         engine, model, data = _engine(), self.model, self.data
-        count = max(1, math.ceil(h / self._timestep * (1 - 1e-9)))
-        force = np.array(u)
+        count, force = self._steps_in(h), np.array(u)
         for index in range(count):
-            # Copies share the model.
-            model.opt.timestep = h / count
-            if self._begun != h / count:
-                self._begun = h / count
-                self._check_delays(self._begun)
-                self._see()
+            self._take_steps_of(h / count)
             self.control(t + index * h / count)
             before = self._speeds
             # What a subclass has applied is its own.
@@ -313,7 +351,7 @@ class Mechanics:
 
     # Copies, and the exact model.
 
-    _SHARED = ("model", "data", "_interface", "_wide", "_spare", "interface_model")
+    _SHARED = ("model", "_interface", "_pairs", "_limits", "_rows", "_speeds", "_outputs", "_wide", "_spare", "interface_model")
 
     def _state(self) -> Numbers:
         engine = _engine()
@@ -336,13 +374,9 @@ class Mechanics:
             fresh.data = engine.MjData(self.model)
         # The rows ask the side for Jacobians of the data that they are given, and for nothing else.
         for name, value in self.__dict__.items():
-            if name not in self._SHARED:
+            if name not in self._SHARED and name != "data":
                 setattr(fresh, name, copy.deepcopy(value, memo))
-        engine.mj_setState(self.model, fresh.data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
-        self.model.opt.timestep = self._begun
-        fresh._see()
-        if fresh._outputs != self._outputs:
-            raise RuntimeError(f"the state of MuJoCo is not restored: {self._outputs} before, {fresh._outputs} after")
+        engine.mj_copyData(fresh.data, self.model, self.data)
         return fresh
 
     def __del__(self) -> None:
@@ -387,7 +421,9 @@ class Mechanics:
         return rows
 
     def interface_model(self, h: float) -> dict[str, Any]:
-        """The exact model: H, free accelerations, velocities and gaps from the engine, its contacts as rigid ones."""
+        """The exact model: H, free accelerations, velocities and gaps from the engine, of its rows or of rigid contacts."""
+        if self._by_engine:
+            return self._of_rows(h)
         engine, model = _engine(), self.model
         if not self._wide:
             self._wide.append(engine.MjData(model))
@@ -437,3 +473,87 @@ class Mechanics:
             "H": rows @ answers, "a": rows @ free + bend, "w": rows @ velocity, "gap": gaps,
             "position": self._outputs[: len(self._interface)],
         }
+
+    def _slope(self) -> Numbers | None:
+        """Damping that the engine takes implicitly, N s/m; none where there is none."""
+        engine, model, data = _engine(), self.model, self.data
+        if int(model.opt.integrator) == int(engine.mjtIntegrator.mjINT_EULER):
+            off = model.opt.disableflags & (engine.mjtDisableBit.mjDSBL_EULERDAMP | engine.mjtDisableBit.mjDSBL_DAMPER)
+            return None if off or not model.dof_damping.any() else np.diag(model.dof_damping)
+        # Of smooth forces, the symmetric part. It moves positions and velocities and nothing that depends on them.
+        state = self._state()
+        engine.mj_implicit(model, data)
+        engine.mj_setState(model, data, state, engine.mjtState.mjSTATE_INTEGRATION)
+        if not data.qDeriv.any():
+            return None
+        slope = _dense(data.qDeriv, model.nv, (model.D_rownnz, model.D_rowadr, model.D_colind))
+        return -0.5 * (slope + slope.T)
+
+    def _of_rows(self, h: float) -> dict[str, Any]:
+        """The engine's constraint rows over its own steps in h, and the interface.
+
+        M a = τ + J' f with J a - aref + R f >= 0 complementary to f >= 0, then M_h v+ = M_h v + h M a with the metric M_h = M + h D of the
+        integrator. Equality rows are springs that always push: M + J' J / R for M, τ + J' aref / R for τ.
+        """
+        engine, model, data = _engine(), self.model, self.data
+        steps = self._steps_in(h)
+        self._take_steps_of(h / steps)
+        engine.mj_fwdActuation(model, data)
+        engine.mj_fwdAcceleration(model, data)
+        n, nv, interface = data.nefc, model.nv, self._rows
+        sparse = (data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind) if engine.mj_isSparse(model) else None
+        rows = _dense(data.efc_J[: n * nv] if sparse is None else data.efc_J, nv, sparse)[:n] if n else np.zeros((0, nv))
+        pushes = data.efc_type[:n] != int(engine.mjtConstraint.mjCNSTR_EQUALITY)
+        stiffness, damping, impedance = data.efc_KBIP[:n, :3].T
+        compliance = 1.0 / data.efc_D[:n]
+        answers = np.zeros((n + len(interface), nv))
+        engine.mj_solveM(model, data, answers, np.concatenate([rows, interface]))
+        free = data.qacc_smooth.copy()
+        if not pushes.all():
+            held, joints = answers[:n][~pushes], rows[~pushes]
+            springs = np.linalg.solve(joints @ held.T + np.diag(compliance[~pushes]), held)
+            free += (data.efc_aref[:n][~pushes] - joints @ free) @ springs
+            answers = answers - (answers @ joints.T) @ springs
+            unilateral = np.concatenate([pushes, np.ones(len(interface), bool)])
+            rows, answers = rows[pushes], answers[unilateral]
+        at_end, slope = np.concatenate([answers, free[None]]), self._slope()
+        if slope is not None:
+            mass = np.zeros((nv, nv))
+            try:
+                engine.mj_fullM(model, data, mass)
+            except TypeError:  # before MuJoCo 4
+                engine.mj_fullM(model, mass, data.qM)
+            metric = mass + self._begun * slope
+            at_end = np.linalg.solve(metric, mass @ at_end.T).T
+        full = np.concatenate([rows @ answers.T, interface @ at_end[:-1].T])
+        accelerations = np.concatenate([rows @ free, interface @ at_end[-1]])
+        if self._turns:
+            accelerations[len(rows) :] += self._turning()
+        return {
+            "H": full, "a": accelerations, "w": np.concatenate([data.efc_vel[:n][pushes], self._speeds]),
+            "gap": (data.efc_pos[:n] - data.efc_margin[:n])[pushes], "position": self._outputs[: len(interface)],
+            "compliance": compliance[pushes], "damping": damping[pushes], "stiffness": (stiffness * impedance)[pushes],
+            "opposite": self._opposite(data.efc_type[:n][pushes]), "steps": steps, "symmetric": slope is None,
+        }
+
+    @staticmethod
+    def _opposite(kinds: Numbers) -> Any:
+        """The other edge of a pyramid in the same direction, which is its neighbour, and of all else the row itself."""
+        rows = np.arange(len(kinds))
+        edges = np.flatnonzero(kinds == int(_engine().mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL))
+        rows[edges] = edges[np.arange(len(edges)) ^ 1]
+        return rows.tolist()
+
+    def _turning(self) -> Numbers:
+        """Accelerations of the interface because its rows turn, m/s²."""
+        engine, model = _engine(), self.model
+        if not self._wide:
+            self._wide.append(engine.MjData(model))
+        data, turned = self._wide[0], []
+        for ahead in (AHEAD, -AHEAD):
+            data.qpos[:] = self.data.qpos
+            engine.mj_integratePos(model, data.qpos, self.data.qvel, ahead)
+            for stage in (engine.mj_kinematics, engine.mj_comPos, engine.mj_tendon):
+                stage(model, data)
+            turned.append(np.array([row(data)[1] for row in self._interface]))
+        return np.asarray((turned[0] - turned[1]) @ self.data.qvel / (2 * AHEAD))

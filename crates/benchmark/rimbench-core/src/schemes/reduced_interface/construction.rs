@@ -17,6 +17,7 @@ use super::contact_set::{ContactSet, Contacts};
 use super::effective_mass::EffectiveMass;
 use super::gap_law::GapTerm;
 use super::own_step::OwnStep;
+use super::targets::Targets;
 use crate::cosim::{Sequence, Side};
 use crate::error::{Error, Result};
 use crate::interface_model::{Condensation, MEMORY_LIMIT, ReducedInterfaceModel};
@@ -163,13 +164,18 @@ impl ReducedInterface {
             condensation: Condensation::of(empty),
             modes: RecordedModes::of(empty),
             contacts: solved,
-            gap_term: GapTerm::of(contacts, detection, empty.spring.is_some(), options.contacts_act),
+            gap_term: match empty.has_targets {
+                true => GapTerm::None,
+                false => GapTerm::of(contacts, detection, empty.spring.is_some(), options.contacts_act),
+            },
             law: StepContactLaw::default(),
             state: ModelState::new(n_u, first, n_i),
             force: vec![0.0; n_i],
             feedthrough: ImplicitFeedthrough::new(n_i),
             contact_step: f64::NAN,
             micro_step: f64::NAN,
+            engine_steps: 1,
+            targets: Targets::default(),
             mass: EffectiveMass::new(empty),
             slip_rows,
         })

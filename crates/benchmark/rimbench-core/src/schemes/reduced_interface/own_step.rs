@@ -22,6 +22,7 @@
 use super::super::model_contacts::{FrozenModel, ModelContacts, ModelState};
 use super::ReducedInterface;
 use super::gap_law::GapTerm;
+use super::targets::Targets;
 use crate::cosim::{MicroStep, overlaps};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;
@@ -107,6 +108,7 @@ pub(super) struct StepContacts<'a> {
     contacts: &'a mut ModelContacts,
     state: &'a mut ModelState,
     gap_term: GapTerm,
+    targets: &'a mut Targets,
 }
 
 impl OwnStep {
@@ -180,6 +182,14 @@ impl OwnStep {
         if self.by_micro_steps { 0.0 } else { self.length }
     }
 
+    /// Tells whether positions are where the part's start and the present velocity lead: with an engine's rows, whose
+    /// sets change in most of its steps, as well where micro steps are taken. By their own path laws of position would
+    /// correct the difference at each exchange.
+    #[inline(always)]
+    fn moves_with_end(&self, of: &StepContacts<'_>) -> bool {
+        !self.by_micro_steps || of.frozen.received.has_targets
+    }
+
     /// Takes a micro step wholly inside the part that keeps the active set, from the velocities `start` of the
     /// interface at the start of the part; false where it is to be taken in another way.
     #[inline(always)]
@@ -231,15 +241,31 @@ impl OwnStep {
     /// Leaves the rest of the part to micro steps, from where its contacts are.
     #[cold]
     fn go_by_micro_steps(&mut self, of: &mut StepContacts<'_>) {
-        let StepContacts { contacts, state, frozen, .. } = of;
+        let StepContacts { contacts, state, frozen, targets, .. } = of;
         let n = frozen.discretised.contacts();
         self.by_micro_steps = true;
         self.write_contacts(state, n);
         state.w_plus[n..n + self.w.len()].copy_from_slice(&self.w);
+        if targets.is_on() {
+            // They ask for it little by little, and not at the start.
+            targets.add_more(-(1.0 - self.elapsed) * self.length, &mut state.w_plus[..n]);
+        }
         let half = 0.5 * self.elapsed * frozen.law.gap_step;
         let velocities = state.w.iter().zip(&state.w_plus[..n]);
         state.gap.iter_mut().zip(velocities).for_each(|(gap, (w, w_plus))| *gap += half * (w + w_plus));
         contacts.leave_region(frozen.law, state);
+    }
+
+    /// Adds the impulses of the part so far, those of the answer to the mean force until now.
+    #[cold]
+    fn push_so_far(&mut self, of: &mut StepContacts<'_>) -> Result<(), Failure> {
+        if self.elapsed > 0.0 {
+            let mean: Vec<f64> = self.mean.iter().map(|sum| sum / self.elapsed).collect();
+            let law = self.trial_law(of.frozen.law);
+            of.contacts.try_solve(FrozenModel { law: &law, ..of.frozen }, of.state, &mean)?;
+            of.targets.add_impulses(self.elapsed * self.length, self.elapsed, &of.state.impulses);
+        }
+        Ok(())
     }
 
     /// Writes the answer to the force `lambda` (N), which leaves positions as they are; says whether it is affine in
@@ -294,6 +320,9 @@ impl OwnStep {
         }
         let affine = self.answer(of, lambda)?;
         if self.changed && (self.bent || self.unsteady == [true; 2]) {
+            if of.targets.is_on() {
+                self.push_so_far(of)?;
+            }
             self.go_by_micro_steps(of);
             return self.take_micro_step(of, share, lambda);
         }
@@ -321,7 +350,7 @@ impl OwnStep {
     /// Takes a micro step of Eq. 4, or the piece of one that lies in this part.
     #[cold]
     fn take_micro_step(&mut self, of: &mut StepContacts<'_>, share: f64, lambda: &[f64]) -> Result<(), Failure> {
-        let StepContacts { contacts, state, frozen, gap_term } = of;
+        let StepContacts { contacts, state, frozen, gap_term, targets } = of;
         let FrozenModel { set, received, .. } = *frozen;
         let (length, micro) = (share * self.length, &mut self.micro);
         if micro.length != length {
@@ -335,10 +364,16 @@ impl OwnStep {
         }
         let MicroSteps { discretised, law, .. } = &*micro;
         std::mem::swap(&mut state.w, &mut state.w_plus);
+        let n = discretised.contacts();
+        if targets.is_on() {
+            targets.add_more(length, &mut state.w[..n]);
+        }
         if !contacts.step_in_region(discretised, law, state, lambda, ALONE) {
             contacts.solve(FrozenModel { discretised, law, ..*frozen }, state, lambda)?;
         }
-        let n = discretised.contacts();
+        if targets.is_on() {
+            targets.add_impulses(length, 1.0, &state.impulses[..n]);
+        }
         self.w.copy_from_slice(&state.w_plus[n..n + lambda.len()]);
         add_travel(&mut state.position, length, &self.w);
         Ok(())
@@ -348,10 +383,15 @@ impl OwnStep {
     /// starts another.
     fn end_part(&mut self, of: &mut StepContacts<'_>, next: usize) -> Result<(), Failure> {
         let law = self.trial_law(of.frozen.law);
-        let StepContacts { contacts, state, frozen, .. } = of;
+        let StepContacts { contacts, state, frozen, targets, .. } = of;
         let n = frozen.discretised.contacts();
         if self.by_micro_steps {
             contacts.leave_region(&self.micro.law, state);
+            if frozen.received.has_targets {
+                state.position.copy_from_slice(&self.start);
+                add_travel(&mut state.position, self.length, &self.w);
+            }
+            self.renew(targets, state, n);
             self.start_part(state, n, next);
             return Ok(());
         }
@@ -364,8 +404,20 @@ impl OwnStep {
             contacts.solve(*frozen, state, &self.mean)?;
         }
         add_travel(&mut state.position, self.length, &state.w_plus[n..]);
+        if targets.is_on() {
+            targets.add_impulses(self.length, 1.0, &state.impulses[..n]);
+            self.renew(targets, state, n);
+        }
         self.start_part(state, n, next);
         Ok(())
+    }
+
+    /// Takes the targets of the next step of the engine, all that they ask for at its start.
+    fn renew(&self, targets: &mut Targets, state: &mut ModelState, contact_rows: usize) {
+        if targets.is_on() {
+            targets.end_step(&mut state.w_plus[..contact_rows]);
+            targets.add_more(self.length, &mut state.w_plus[..contact_rows]);
+        }
     }
 
     /// Ends a macro step, if one has begun, of a model that is run forward over several.
@@ -513,7 +565,7 @@ impl ReducedInterface {
         let Some((own, of)) = self.own_step() else { return Ok(()) };
         own.taken += 1;
         let (u_position, u_velocity) = u.split_at_mut(lambda.len());
-        if !own.by_micro_steps {
+        if own.moves_with_end(&of) {
             // s⁺ = s_s + t w_i⁺
             let since = own.taken as f64 * at.length - own.part as f64 * own.length;
             for (i, w) in own.w.iter().enumerate() {
@@ -548,8 +600,8 @@ impl ReducedInterface {
 
     #[inline(always)]
     fn own_step(&mut self) -> Option<(&mut OwnStep, StepContacts<'_>)> {
-        let ReducedInterface { own, discretised, law, set, model, contacts, state, gap_term, .. } = self;
+        let ReducedInterface { own, discretised, law, set, model, contacts, state, gap_term, targets, .. } = self;
         let frozen = FrozenModel { discretised, law, set: set.contacts(), received: &model.received };
-        Some((own.as_deref_mut()?, StepContacts { frozen, contacts, state, gap_term: *gap_term }))
+        Some((own.as_deref_mut()?, StepContacts { frozen, contacts, state, gap_term: *gap_term, targets }))
     }
 }
