@@ -49,6 +49,8 @@ macro_rules! eprintln {
 mod cli;
 pub mod shipped;
 
+pub use cli::parts_of_error;
+
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
     affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, known_problems,

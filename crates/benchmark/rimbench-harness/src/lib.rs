@@ -30,8 +30,8 @@ mod stability;
 mod store;
 
 pub use advice::{
-    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, checked_budget, prices_of,
-    share_of_peak, steps_to_try, steps_within,
+    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, budget_of, prices_of,
+    share_of_peak, steps_to_try,
 };
 pub use belief::{TrueState, believed, what_happens};
 pub use build_info::BuildInfo;
