@@ -50,6 +50,8 @@ macro_rules! eprintln {
 mod cli;
 pub mod shipped;
 
+pub use cli::parts_of_error;
+
 pub use rimbench_cases::{cases, models, parameter};
 pub use rimbench_core::{
     affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, known_problems,

@@ -13,12 +13,11 @@ use super::{
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::MechanicsSteps;
 use rimbench::error::Error;
 use rimbench::fmi::import::{SideNotes, master_script};
 use rimbench::harness::{
-    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, checked_budget, prices_of,
-    share_of_peak, steps_to_try, steps_within,
+    Advice, Cache, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, budget_of, prices_of,
+    share_of_peak, steps_to_try,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -93,29 +92,12 @@ impl Advise {
             files += &file_option("--scheme-file", file.as_ref());
         }
         let catalogue = &*with_files(catalogue, &SideNotes::default(), &mut fixed.case, &mut fixed.scheme)?;
-        let duration = |name: &str| catalogue.case(name).map(|case| case.defaults.duration_s);
-        let budget = match self.exchanges {
-            None => None,
+        let (budget, macro_steps) = match self.exchanges {
+            None => (None, steps_to_try(catalogue, &fixed, [self.from, self.to], self.per_decade)?),
             Some(exchanges) => {
-                let steps = match (fixed.mechanics_steps.take(), fixed.mechanics_step_s) {
-                    (Some(MechanicsSteps::Count(count)), None) => f64::from(count.get()),
-                    (Some(found), None) => {
-                        let valid = "with --exchanges a number of steps per second, as --mechanics-steps 1000";
-                        return Err(Error::invalid("mechanics-steps", found, valid).into());
-                    }
-                    _ => {
-                        let valid = "--exchanges needs --mechanics-steps, steps per second as in --mechanics-steps 1000, and no --mechanics-step";
-                        return Err(Error::Incompatible(valid.to_owned()).into());
-                    }
-                };
-                let usual = duration(fixed.case.as_deref().unwrap_or_default())?;
-                let duration = fixed.duration_s.unwrap_or(usual);
-                Some((checked_budget([exchanges, steps], duration)?, duration))
+                let (budget, macro_steps) = budget_of(catalogue, &mut fixed, exchanges)?;
+                (Some(budget), macro_steps)
             }
-        };
-        let macro_steps = match budget {
-            None => steps_to_try(catalogue, &fixed, [self.from, self.to], self.per_decade)?,
-            Some((budget, duration)) => steps_within(budget, duration),
         };
         let prices = match self.costs.as_deref() {
             None => prices_of(catalogue, &fixed)?,
@@ -125,6 +107,12 @@ impl Advise {
         use_threads(self.jobs)?;
         let interruption = Interruption::listen(false);
         let progress = Progress::begin("advise", None);
+        if catalogue.case(fixed.case.as_deref().unwrap_or_default())?.waits {
+            progress.about(format!(
+                "sides from outside at up to {} phases each; --phases, --duration and --scheme ask for less",
+                self.phases
+            ));
+        }
         let cache = Cache::of_user();
         let information =
             Information { model: !self.no_model, feedback: !self.no_feedback, repetition: !self.real_time };
@@ -132,7 +120,7 @@ impl Advise {
             catalogue,
             fixed: &fixed,
             error: self.error.as_deref().map_or(Ok(f64::INFINITY), share_of_peak)?,
-            budget: budget.map(|(budget, _)| budget),
+            budget,
             information,
             prices,
             macro_steps: &macro_steps,

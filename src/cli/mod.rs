@@ -27,6 +27,8 @@ mod submit;
 mod summary;
 mod verify;
 
+pub use simulate::parts_of_error;
+
 use anyhow::Context;
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use rimbench::cases::Case;

@@ -93,7 +93,6 @@ impl Simulate {
             return Ok(ExitCode::SUCCESS);
         }
         let spec = if self.audit { spec.audited()? } else { spec };
-        let undivided = spec.clone();
         let spec = spec.with(|own| own.divide_error = true)?;
         let mut prepared = spec.prepare()?;
         let contacts = prepared.contact_names();
@@ -110,19 +109,14 @@ impl Simulate {
         let cache = Cache::of_user();
         let reference = obtain_reference(&spec, &cache, stop)?;
         warn_of_cache(&cache);
-        // Those of the reference are not of the run.
-        notes.clear();
         // Waiting for another program takes no processor time, but counts against a limit.
         let clock = if waits(&spec) { monotonic_clock } else { processor_clock };
+        prepared.divide(&reference, Some(clock), stop);
+        // Those of the reference, and of what its error is divided by, are not of the run.
+        notes.clear();
         let traced = self.trace.is_some() || self.plot.is_some();
         let run = prepared.evaluate(&reference, true, traced, Some(clock), stop)?;
-        let (probed, mut warned) = (notes.probed(), notes.warnings());
-        if !warned.is_empty() {
-            // Those of what its error is divided by are not of the run.
-            notes.clear();
-            undivided.prepare()?.evaluate(&reference, true, false, Some(clock), stop)?;
-            warned = notes.warnings();
-        }
+        let (probed, warned) = (notes.probed(), notes.warnings());
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;
@@ -238,12 +232,17 @@ impl Said<'_> {
         }
         let metric = |name: &str| run.found.metric(name);
         if let Some(force) = metric("force_error_rms_n") {
+            let parts = parts_of_error(spec, run);
+            let between = if parts.is_empty() { "" } else { ", " };
             let peak = match metric("force_error_rms_of_peak") {
-                Some(share) => format!(", {} of the peak{}", percent(share), self.parts()),
+                Some(share) if run.undivided.is_none() => {
+                    format!(", {} of the peak{between}{parts}", percent(share))
+                }
+                Some(share) => format!(", {} of the peak", percent(share)),
                 None => self.reference.without_peak(&spec.case).map_or_else(String::new, |why| format!(", {why}")),
             };
             lines.push(error_row("force error", (force, "N"), &peak, run.found.reference_uncertainty[0]));
-            lines.extend(run.undivided.as_ref().map(|why| row("its parts", &format!("not told apart: {why}"))));
+            lines.extend(run.undivided.as_ref().map(|_| row("its parts", &parts)));
         }
         if let Some(position) = metric("position_error_rms_m") {
             lines.push(error_row("position error", (position, "m"), "", run.found.reference_uncertainty[1]));
@@ -333,27 +332,6 @@ impl Said<'_> {
         lines.join("\n")
     }
 
-    /// What of the force error is the coupling's, and what the mechanics' own step's; nothing where that is not known.
-    fn parts(&self) -> String {
-        let Said { spec, run, .. } = self;
-        let [Some(coupling), Some(mechanics), Some(share), Some(peak)] =
-            ["coupling_distance_rms_n", "mechanics_distance_rms_n", "coupling_share", "force_error_rms_of_peak"]
-                .map(|name| run.found.metric(name))
-        else {
-            return String::new();
-        };
-        let steps = spec.mechanics_steps.within(spec.macro_step, spec.micro_step);
-        let step = quantity(spec.macro_step / steps as f64, "s");
-        let whole = (100.0 * share).round();
-        if (0.0..=100.0).contains(&whole) {
-            let own = 100.0 - whole;
-            return format!(", {} % of it coupling, {own} % the mechanics' own step of {step}", whole.abs());
-        }
-        let error = run.found.metric("force_error_rms_n").unwrap_or(f64::NAN);
-        let [coupling, mechanics] = [coupling, mechanics].map(|part| percent(part * peak / error));
-        format!(": coupling ({coupling}) and the mechanics' own step of {step} ({mechanics}) cancel in part")
-    }
-
     /// How late samples and forces are.
     fn lateness(&self) -> String {
         let channels = self.spec.delivery.iter().flat_map(|late| [("samples", &late.up), ("forces", &late.down)]);
@@ -395,6 +373,33 @@ impl Said<'_> {
             outcome => in_words(outcome),
         }
     }
+}
+
+/// Says what of the force error of a run is the coupling's, and what the mechanics' own step's, so that it goes on a
+/// sentence, or why that is not told apart; nothing where neither is known.
+pub fn parts_of_error(spec: &RunSpec, run: &EvaluatedRun) -> String {
+    if let Some(why) = &run.undivided {
+        return format!("not told apart: {why}");
+    }
+    let [Some(coupling), Some(mechanics), Some(share), Some(peak), Some(error)] = [
+        "coupling_distance_rms_n",
+        "mechanics_distance_rms_n",
+        "coupling_share",
+        "force_error_rms_of_peak",
+        "force_error_rms_n",
+    ]
+    .map(|name| run.found.metric(name)) else {
+        return String::new();
+    };
+    let steps = spec.mechanics_steps.within(spec.macro_step, spec.micro_step);
+    let step = quantity(spec.macro_step / steps as f64, "s");
+    let whole = (100.0 * share).round();
+    if (0.0..=100.0).contains(&whole) {
+        let own = 100.0 - whole;
+        return format!("{} % of it coupling, {own} % the mechanics' own step of {step}", whole.abs());
+    }
+    let [coupling, mechanics] = [coupling, mechanics].map(|part| percent(part * peak / error));
+    format!("coupling ({coupling}) and the mechanics' own step of {step} ({mechanics}) cancel in part")
 }
 
 /// Why a run did not complete, in words.

@@ -62,7 +62,7 @@ fn a_run_whose_trace_is_not_wanted_keeps_its_last_rows_and_comes_to_the_same() {
         let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
         let [whole, few] = [true, false]
             .map(|wanted| spec.prepare().unwrap().evaluate(&reference, true, wanted, None, StopFlag::never()).unwrap());
-        let result = spec.prepare().unwrap().simulate_inside(&reference, None, StopFlag::never()).unwrap();
+        let result = simulate_inside(&spec, reference.bounds(&spec).unwrap(), None, StopFlag::never()).unwrap();
         let after = evaluate(&spec, result, &reference).unwrap();
         for other in [&whole, &few] {
             assert_eq!(format!("{:?}", other.found), format!("{:?}", after.found), "{case}");

@@ -123,6 +123,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("late_samples", "raw", "rim-smooth"),
     ("late_forces", "linear", "rim-smooth"),
     ("belief", "mass:1.2", "rim-smooth"),
+    ("perturbation", "within:0.1,seed:1", "rim-smooth"),
     ("mass_learning", "within:5", "rim-smooth"),
     ("trials", "most:9", "rim-answers"),
     ("solver", "lemke", "rim-smooth"),

@@ -137,7 +137,7 @@ fn each_scheme_case_and_value_of_an_option_is_named_by_a_claim_or_a_figure() {
     let experiments: String = files(&root().join("experiments"), "toml").iter().map(read).collect();
     let mut options = 0;
     // These have parts with numbers, and no values by name.
-    let parts = ["delivery_up", "delivery_down", "belief", "mass_learning", "trials"];
+    let parts = ["delivery_up", "delivery_down", "belief", "mass_learning", "perturbation", "trials"];
     assert!(parts[..2].iter().all(|key| has(key, "")) && has("belief", "mass"));
     let others = [&["case", "scheme", "solver"][..], &parts].concat();
     for option in RunRequest::OPTIONS.iter().filter(|option| !others.contains(&option.key)) {

@@ -29,8 +29,8 @@ mod stability;
 mod store;
 
 pub use advice::{
-    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, checked_budget, prices_of,
-    share_of_peak, steps_to_try, steps_within,
+    Advice, Choice, Information, METRIC, Question, USUAL_PRICES, advise, as_a_master, budget_of, prices_of,
+    share_of_peak, steps_to_try,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;

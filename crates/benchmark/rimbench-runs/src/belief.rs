@@ -46,7 +46,7 @@ pub fn what_happens(spec: &RunSpec, catalogue: &Catalogue, at_s: f64, stop: Stop
         );
         return Err(Error::invalid("believe_at", at_s, expected));
     }
-    let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
+    let mut system = spec.build()?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut happens = Trajectory::with_capacity(spec.case.recorded_columns(), own.actuator_steps(step) + 1);
     let grid = CommunicationGrid::new(micro_step, 1.0, at_s + spec.macro_step)?;

@@ -46,7 +46,7 @@ impl RunSettings {
             || self.belief.is_some()
             || self.model.as_ref().is_some_and(ModelOptions::depends_on_mechanics);
         // A machine that cannot be built says so when it is built.
-        let built = depends.then(|| (self.case.build)(&self.parameters, &self.solver)).and_then(Result::ok);
+        let built = depends.then(|| self.build()).and_then(Result::ok);
         built.map_or(Ok(()), |system| self.check_sides(system))
     }
 
@@ -56,11 +56,7 @@ impl RunSettings {
     /// Those of building the case, and those of options that it does not allow. What it does not offer is no error:
     /// such a run is skipped with the reason.
     pub fn check_built(&self) -> Result<()> {
-        if self.case.from_outside {
-            Ok(())
-        } else {
-            self.check_sides((self.case.build)(&self.parameters, &self.solver)?)
-        }
+        if self.case.from_outside { Ok(()) } else { self.check_sides(self.build()?) }
     }
 
     fn check_sides(&self, mut system: CoupledSystem) -> Result<()> {

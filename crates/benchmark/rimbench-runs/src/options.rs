@@ -3,6 +3,7 @@
 
 use super::fact::{Fact, FactValue};
 use super::given::Given;
+use super::perturbation::Perturbation;
 use super::spec::RunSpec;
 use rimbench_cases::cases::Case;
 use rimbench_core::cosim::{
@@ -261,6 +262,10 @@ run_options! {
     /// Longest micro step of each bond, s, in their order, separated by commas; that of the run if not given
     bond_micro_steps: MicroSteps, "S,S", Loop(Exchange),
         some |run| text(run.unusual(|plan| &plan.micro_steps)?);
+    /// Masses, stiffnesses, oil, friction and gaps are off by drawn factors: within=X (a share), seed=S, of=machine (if
+    /// not given; held against the reference without) or of=model (it alone believes so)
+    perturbation: Perturbation, "HOW", Run,
+        some |run| text(run.perturbation?);
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME", Run,
         all |run| text(&run.solver.name);

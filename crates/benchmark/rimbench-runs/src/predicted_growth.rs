@@ -125,7 +125,7 @@ pub fn interface_oscillation(spec: &RunSpec) -> Result<Option<[f64; 2]>> {
 
 /// The linear coupling at the start of a run; none where a side does not offer what is asked, or says that it cannot.
 fn linear_coupling(spec: &RunSpec) -> Result<Option<LinearCoupling>> {
-    let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
+    let mut system = spec.build()?;
     match linearise(system.sides.lend(), spec.macro_step).map_err(Failure::into_cause) {
         Err(Cause::NotOffered { .. } | Cause::NotCopied | Cause::Reported { .. }) => Ok(None),
         found => found.map_err(|cause| Error::Incompatible(cause.to_string())),

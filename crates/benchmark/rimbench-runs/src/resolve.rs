@@ -67,12 +67,23 @@ impl RunRequest {
         }
         // A macro step below the usual micro step is its own micro step, unless one is asked for.
         let micro_step = self.micro_step_s.unwrap_or_else(|| usual_micro_step(case, macro_step));
+        let off = self.perturbation.and_then(|off| off.belief(parameters));
+        if let (Some(off), Some(_)) = (self.perturbation, &off) {
+            let why = match &self.belief {
+                Some(belief) => format!("it is a belief, and so is {belief}: give one of the two"),
+                None if !scheme.has_model() => format!("scheme `{}` has no reduced interface model", scheme.name),
+                None => String::new(),
+            };
+            if !why.is_empty() {
+                return Err(Error::Incompatible(format!("perturbation = {off}: {why}")));
+            }
+        }
         let mut parts = Parts {
             exchange: Exchange {
                 mechanics_steps,
                 delivery: self.delivery(scheme)?,
                 mass_learning: self.mass_learning,
-                belief: self.belief.clone().filter(|belief| *belief != Belief::default()),
+                belief: self.belief.clone().or(off).filter(|belief| *belief != Belief::default()),
                 ..Exchange::new(micro_step, sequence, force_return)
             },
             model: ModelOptions {
@@ -101,6 +112,7 @@ impl RunRequest {
             star,
             bond_schemes,
             mechanics_integrator: self.mechanics_integrator.unwrap_or_default(),
+            perturbation: self.perturbation,
             macro_step,
             step_control: StepRule::new(control, self.step_tolerance, self.min_macro_step_s, macro_step)?,
             phase: self.phase.unwrap_or(1.0),

@@ -23,6 +23,8 @@ pub type Clock = fn() -> Duration;
 pub struct PreparedRun<'a> {
     spec: &'a RunSpec,
     system: CoupledSystem,
+    /// Forces of the centre by which its error is divided, or why there are none; none where that is not known yet.
+    centre: Option<Result<Vec<Vec<f64>>, String>>,
 }
 
 impl RunSpec {
@@ -31,8 +33,8 @@ impl RunSpec {
     /// # Errors
     /// Those of building the case.
     pub fn prepare(&self) -> Result<PreparedRun<'_>> {
-        let system = (self.case.build)(&self.parameters, &self.solver)?;
-        Ok(PreparedRun { spec: self, system })
+        let system = self.build()?;
+        Ok(PreparedRun { spec: self, system, centre: None })
     }
 
     /// Asks for an account of the energy that the scheme's interface model creates: metrics, and two more columns of
@@ -79,14 +81,12 @@ impl PreparedRun<'_> {
         names.iter().map(|name| name.replace('_', " ")).collect()
     }
 
-    /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate)
-    /// against a reference, whose bounds say beyond what it counts as diverged; with a `clock` macro steps are timed.
-    ///
-    /// # Errors
-    /// As for [`simulate`].
-    pub fn simulate_inside(self, of: &Reference, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-        let bounds = of.bounds_of(&self.spec.case, &self.system);
-        run(self, bounds, clock, RunControl { stop, inside: Some(usize::MAX), ..RunControl::default() }, None)
+    /// Runs what the error of this run is divided by, if that is asked for; [`evaluate`](Self::evaluate) does it first
+    /// where it is not done.
+    pub fn divide(&mut self, reference: &Reference, clock: Option<Clock>, stop: StopFlag<'_>) {
+        if self.spec.divide_error && self.centre.is_none() {
+            self.centre = Some(self.spec.forces_of_centre(reference, clock, stop));
+        }
     }
 
     /// Runs and [evaluates](super::evaluate) block by block, so that memory does not grow with the number of rows; all
@@ -95,7 +95,7 @@ impl PreparedRun<'_> {
     /// # Errors
     /// As for [`simulate`], and those of evaluating.
     pub fn evaluate(
-        self,
+        mut self,
         reference: &Reference,
         inside: bool,
         is_wanted: bool,
@@ -104,8 +104,8 @@ impl PreparedRun<'_> {
     ) -> Result<EvaluatedRun> {
         let (spec, bounds) = (self.spec, reference.bounds_of(&self.spec.case, &self.system));
         let mut judge = Judge::new(spec, reference, &recorded_columns(spec))?;
-        let centre = spec.divide_error.then(|| spec.forces_of_centre(reference, clock, stop));
-        let undivided = centre.and_then(|centre| centre.map(|centre| judge.divide_by(centre)).err());
+        self.divide(reference, clock, stop);
+        let undivided = self.centre.take().and_then(|centre| centre.map(|centre| judge.divide_by(centre)).err());
         let control = RunControl { stop, inside: inside.then_some(2 * BLOCK), ..RunControl::default() };
         let result = run(self, bounds, clock, control, Some((&mut judge, is_wanted)))?;
         match result.report.outcome {
@@ -196,7 +196,7 @@ pub(super) fn run(
     control: RunControl<'_>,
     mut judge: Option<(&mut Judge<'_>, bool)>,
 ) -> Result<RunResult> {
-    let PreparedRun { spec, mut system } = prepared;
+    let PreparedRun { spec, mut system, .. } = prepared;
     let setup = spec.setup(bounds);
     let control = RunControl { audit: spec.audit, ..control };
     if spec.wall_limit.is_some() && clock.is_none() {

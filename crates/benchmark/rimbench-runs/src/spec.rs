@@ -1,6 +1,7 @@
 //! What a request resolves to: everything that determines a run.
 
-use rimbench_cases::cases::{Case, coordinate_column};
+use super::perturbation::Perturbation;
+use rimbench_cases::cases::{Case, CoupledSystem, coordinate_column};
 use rimbench_cases::parameter::Parameters;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, Exchange, ForceReturn, MechanicsIntegrator, MechanicsSteps,
@@ -69,6 +70,8 @@ pub struct RunSettings {
     pub bond_schemes: Vec<Arc<SchemeEntry>>,
     /// How the mechanics steps.
     pub mechanics_integrator: MechanicsIntegrator,
+    /// By what the machine or its interface model is off, if it is.
+    pub perturbation: Option<Perturbation>,
     /// Macro step H, s.
     pub macro_step: f64,
     /// How the macro step is controlled; H is then the first and the longest.
@@ -138,6 +141,16 @@ impl RunSpec {
 }
 
 impl RunSettings {
+    /// Builds both sides, with parameters that are off where the run asks for that.
+    ///
+    /// # Errors
+    /// Those of building the case.
+    pub fn build(&self) -> Result<CoupledSystem> {
+        let off = self.perturbation.filter(Perturbation::is_of_machine);
+        let off = off.map(|off| off.machine(&self.parameters)).transpose()?;
+        (self.case.build)(off.as_ref().unwrap_or(&self.parameters), &self.solver)
+    }
+
     /// The mechanics' steps, a longest step as the count that it is in every macro step, a count that is the actuator's
     /// in every macro step as `all` of them: one run has one id. One step is left as it is, because it is exact at that
     /// macro step only.

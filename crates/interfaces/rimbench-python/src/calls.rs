@@ -1,7 +1,7 @@
 //! What Python calls: lists, one run, the stability limit, an experiment.
 
 use crate::case::{PyCase, programs};
-use crate::errors::{RimbenchError, raised_so_far};
+use crate::errors::{RimbenchError, raised_so_far, with_raised};
 use crate::everything;
 use crate::interruption::interruptible;
 use crate::numbers::{count as counted, given, is_truth, number, wrong_kind};
@@ -16,12 +16,13 @@ use rimbench::error::{Cause, Error, Result};
 use rimbench::fmi::import::{read_case, read_scheme};
 use rimbench::harness::{
     Cache, Choice, Experiment, Information, Job, LimitSearch, Question, Scan, StabilityPoint, Step, StopFlags,
-    monotonic_clock, obtain_reference, prices_of, run_job_until, share_of_peak, spectral_stability_limit,
+    budget_of, monotonic_clock, obtain_reference, prices_of, run_job_until, share_of_peak, spectral_stability_limit,
     stability_limit, steps_to_try,
 };
 use rimbench::metrics::METRICS;
 use rimbench::parameter::Value;
-use rimbench::runs::{EvaluatedRun, Fact, FactValue, Given, RunRequest, RunSpec, evaluate};
+use rimbench::parts_of_error;
+use rimbench::runs::{EvaluatedRun, Fact, FactValue, Given, RunRequest, RunSpec};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::ffi::CString;
@@ -112,9 +113,14 @@ impl Asked {
     }
 
     /// Runs and evaluates as the command `simulate` does; also returned is what the run is judged by, at its times.
-    fn simulate(&self, stop: StopFlag<'_>, cache: &Cache) -> Result<(RunSpec, EvaluatedRun, Trajectory)> {
-        let spec = self.request.resolve(&self.catalogue)?;
-        let prepared = spec.prepare()?;
+    fn simulate(
+        &self,
+        divide_error: bool,
+        stop: StopFlag<'_>,
+        cache: &Cache,
+    ) -> Result<(RunSpec, EvaluatedRun, Trajectory)> {
+        let spec = self.request.resolve(&self.catalogue)?.with(|own| own.divide_error = divide_error)?;
+        let mut prepared = spec.prepare()?;
         let own = self.case.as_ref().map(Py::get).filter(|_| spec.case.judged_by.is_none());
         let reference = match own.and_then(|case| case.reference(&spec)) {
             Some(reference) => reference,
@@ -129,13 +135,14 @@ impl Asked {
                 computed
             }
         };
-        let mut result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
+        // What is raised in the run that its error is divided by does not end this one.
+        with_raised(|| prepared.divide(&reference, Some(monotonic_clock), stop));
+        let mut run = prepared.evaluate(&reference, true, true, Some(monotonic_clock), stop)?;
         // Raised where nothing can fail (an observation) and nothing was called any more that could.
-        if let (Outcome::Completed, Some(message)) = (&result.report.outcome, raised_so_far()) {
-            let at_s = result.report.ended_at_s;
-            result.report.outcome = Outcome::SubsystemFailed { at_s, cause: Cause::Reported { message } };
+        if let (Outcome::Completed, Some(message)) = (&run.outcome, raised_so_far()) {
+            let at_s = run.found.ended_at_s;
+            run.outcome = Outcome::SubsystemFailed { at_s, cause: Cause::Reported { message } };
         }
-        let run = evaluate(&spec, result, &reference)?;
         let judged_by = reference.judged.resampled(run.trajectory.column(0));
         if matches!(run.outcome, Outcome::Stopped { .. }) { Err(Error::Stopped) } else { Ok((spec, run, judged_by)) }
     }
@@ -182,10 +189,13 @@ pub fn simulate<'py>(
     case: &Bound<'py, PyAny>,
     scheme: &Bound<'py, PyAny>,
     settings: &Bound<'py, PyDict>,
+    divide_error: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let asked = Asked::read(case, Some(scheme), settings, &[])?;
+    let divide_error = given("divide_error", divide_error, "True or False")?;
     let cache = Cache::of_user();
-    let (found, raised) = interruptible(py, asked.of_python, None, |stop, _| asked.simulate(stop, &cache))?;
+    let (found, raised) =
+        interruptible(py, asked.of_python, None, |stop, _| asked.simulate(divide_error, stop, &cache))?;
     let (spec, run, judged_by) = found;
     warn_if_not_kept(py, &cache)?;
     let metrics = PyDict::new(py);
@@ -199,6 +209,7 @@ pub fn simulate<'py>(
     result.set_item("reason", run.outcome.reason())?;
     result.set_item("ended_at_s", run.found.ended_at_s)?;
     result.set_item("metrics", metrics)?;
+    result.set_item("error_parts", parts_of_error(&spec, &run))?;
     result.set_item("trace", arrays(py, &run.trajectory)?)?;
     result.set_item("reference", arrays(py, &judged_by)?)?;
     result.set_item("settings", facts(py, &spec.facts())?)?;
@@ -284,18 +295,20 @@ fn prices(costs: &Bound<'_, PyAny>) -> PyResult<[f64; 4]> {
     costs.try_into().map_err(|_| wrong())
 }
 
-/// The cheapest scheme and its macro step that keep within an error, as the text of a dictionary in JSON.
+/// The cheapest scheme and its macro step that keep within an error, or what errs least within a budget, as the text of
+/// a dictionary in JSON.
 #[pyfunction]
 pub fn advise(
     py: Python<'_>,
     case: &Bound<'_, PyAny>,
     scheme: Option<&Bound<'_, PyAny>>,
-    error: &Bound<'_, PyAny>,
+    error: Option<&Bound<'_, PyAny>>,
+    exchanges: Option<&Bound<'_, PyAny>>,
     settings: &Bound<'_, PyDict>,
     search: Search<'_>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
-    let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
+    let mut asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
     let ((from, to), per_decade, phases, information, costs) = search;
     let [per_decade, phases] = [counted("per_decade", &per_decade)?, counted("phases", &phases)?];
     let truth = |(key, value)| given::<bool>(key, value, "True or False");
@@ -305,17 +318,25 @@ pub fn advise(
     let costs = costs.as_ref().map(prices).transpose()?;
     let time = |key: &str, value: Option<Bound<'_, PyAny>>| value.map(|value| number(key, &value)).transpose();
     let ends = [time("from_s", from)?, time("to_s", to)?];
-    let error = share_of_peak(&text("error", error, "a share of the peak force, \"1%\" or 0.01")?).map_err(refused)?;
+    let valid = "a share of the peak force, \"1%\" or 0.01";
+    let error = error.map(|error| text("error", error, valid)).transpose()?;
+    let error = error.map_or(Ok(f64::INFINITY), |error| share_of_peak(&error)).map_err(refused)?;
+    let exchanges = exchanges.map(|exchanges| number("exchanges", exchanges)).transpose()?;
+    let within = exchanges.map(|exchanges| budget_of(&asked.catalogue, &mut asked.request, exchanges));
+    let within = within.transpose().map_err(refused)?;
     let cache = Cache::of_user();
     let ((advice, prices), _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
         let Asked { catalogue, request, .. } = &asked;
-        let macro_steps = steps_to_try(catalogue, request, ends, per_decade)?;
+        let (budget, macro_steps) = match within {
+            Some((budget, macro_steps)) => (Some(budget), macro_steps),
+            None => (None, steps_to_try(catalogue, request, ends, per_decade)?),
+        };
         let prices = costs.map_or_else(|| prices_of(catalogue, request), Ok)?;
         let question = Question {
             catalogue,
             fixed: request,
             error,
-            budget: None,
+            budget,
             information: Information { model, feedback, repetition },
             prices,
             macro_steps: &macro_steps,
@@ -330,22 +351,19 @@ pub fn advise(
         Ok((rimbench::harness::advise(question)?, prices))
     })?;
     warn_if_not_kept(py, &cache)?;
-    let choice = |choice: &Option<Choice>| {
-        choice.as_ref().map(|choice| {
-            let Choice { scheme, form, macro_step_s, worst_error, cost, time_per_macro_step_s, request, .. } = choice;
-            let given = request.given().into_iter().map(|(key, value)| (key.to_owned(), value.to_string()));
-            let given = given.filter(|(key, _)| !["case", "scheme"].contains(&&**key)).chain(request.set.clone());
-            json!({
-                "scheme": scheme, "form": form, "macro_step_s": macro_step_s, "worst_error": worst_error, "cost": cost,
-                "time_per_macro_step_s": time_per_macro_step_s, "settings": given.collect::<BTreeMap<_, _>>(),
-            })
-        })
+    let mut told = json!(advice);
+    let tell = |told: &mut serde_json::Value, Choice { request, .. }: &Choice| {
+        let given = request.given().into_iter().map(|(key, value)| (key.to_owned(), value.to_string()));
+        let given = given.filter(|(key, _)| !["case", "scheme"].contains(&&**key)).chain(request.set.clone());
+        told["settings"] = json!(given.collect::<BTreeMap<_, _>>());
     };
-    let told = json!({
-        "advised": choice(&advice.advised), "runner_up": choice(&advice.runner_up), "notes": advice.notes,
-        "runs_made": advice.runs_made, "undecided": advice.undecided, "prices": prices,
-        "reference_uncertainty_of_peak": advice.reference_uncertainty_of_peak,
-    });
+    for (which, choice) in [("advised", &advice.advised), ("runner_up", &advice.runner_up), ("finer", &advice.finer)] {
+        choice.iter().for_each(|choice| tell(&mut told[which], choice));
+    }
+    for (index, choice) in advice.doubled.iter().flatten().enumerate() {
+        tell(&mut told["doubled"][index], choice);
+    }
+    told["prices"] = json!(prices);
     Ok(told.to_string())
 }
 

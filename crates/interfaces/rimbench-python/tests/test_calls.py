@@ -46,9 +46,7 @@ def test_digits_are_those_of_the_command_line_to_the_bit(program, tmp_path, case
     # JSON knows no infinity.
     finite = {name: value if value is None or np.isfinite(value) else None for name, value in result.metrics.items()}
     # Metrics of friction are keys only where contacts have friction, here and there.
-    # The two parts of the error take a run of their own, which only the command line makes unasked.
-    parts = {"coupling_distance_rms_n", "mechanics_distance_rms_n", "coupling_share"}
-    assert {name: said[name] for name in {metric["name"] for metric in rimbench.metrics()} & said.keys() - parts} == finite
+    assert {name: said[name] for name in {metric["name"] for metric in rimbench.metrics()} & said.keys()} == finite
     assert {name: said[name] for name in result.counters} == result.counters
     with open(tmp_path / "trace.csv", newline="") as file:
         header, *rows = csv.reader(file)
@@ -143,7 +141,7 @@ BALL = ("bouncing-ball", "zero-order-hold")
         (lambda: rimbench.limit(*BALL, relative_tolerance=None), r"relative_tolerance = None \(NoneType\) .*a number"),
         (lambda: rimbench.limit(*BALL, method=None), r"method = None \(NoneType\) .*run, spectral"),
         (lambda: rimbench.limit(*BALL, progress=3), r"progress = 3 \(int\) .*or True"),
-        (lambda: rimbench.advise(BALL[0], None), r"error = None \(NoneType\) .*share of the peak"),
+        (lambda: rimbench.advise(BALL[0], [1]), r"error = \[1\] \(list\) .*share of the peak"),
         (lambda: rimbench.advise(BALL[0], "1%", model="yes"), r"model = 'yes' \(str\) .*True or False"),
         (lambda: rimbench.advise(BALL[0], "1%", costs=3), r"costs = 3 \(int\) .*four numbers"),
         (lambda: rimbench.advise(BALL[0], "1%", costs=[1, 2]), r"costs = \[1, 2\] \(list\) .*four numbers"),
@@ -339,8 +337,39 @@ def test_advice_is_that_of_the_command_line(program):
         assert (choice.scheme, choice.macro_step_s, choice.cost) == tuple(said[which][key] for key in ("scheme", "macro_step_s", "cost"))
     again = rimbench.simulate("bouncing-ball", found.advised.scheme, **found.advised.settings)
     assert again.run_id == said["advised"]["run_id"]
-    with pytest.raises(rimbench.RimbenchError, match="error = 5 is not valid"):
-        rimbench.advise("bouncing-ball", 5)
+    for asked, words in (
+        ({"error": 5}, "error = 5 is not valid"),
+        ({}, "error = None is not valid.*exchanges"),
+        ({"error": "1%", "exchanges": 100}, "exchanges = 100.*error is of an error"),
+        ({"exchanges": 100}, "needs --mechanics-steps"),
+        ({"exchanges": 100, "mechanics_steps": 50}, "mechanics-steps = 50.* is not valid"),
+    ):
+        with pytest.raises(rimbench.RimbenchError, match=words):
+            rimbench.advise("bouncing-ball", **asked)
+
+
+def test_advice_within_a_budget_is_that_of_the_command_line(program):
+    typed = ["--case", "bouncing-ball", "--exchanges", "200", "--mechanics-steps", "400", "--phases", "1", "--duration", "0.5"]
+    done = command(program, "advise", *typed, "--format", "json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    found = rimbench.advise("bouncing-ball", exchanges=200, mechanics_steps=400, phases=1, duration_s=0.5)
+    pairs = [(found.advised, said["advised"]), (found.runner_up, said["runner_up"]), *zip(found.doubled, said["doubled"], strict=True)]
+    for choice, known in pairs:
+        assert {key: getattr(choice, key) for key in ("way", "form", "worst_error", "spent_per_s")}.items() <= known.items()
+    again = rimbench.simulate("bouncing-ball", found.advised.scheme, **found.advised.settings)
+    assert again.run_id == said["advised"]["run_id"]
+    assert found.advised.spent_per_s[0] <= 1.03 * 200
+
+
+def test_a_run_has_the_parts_of_its_error_in_the_words_of_the_command_line(program):
+    done = command(program, "simulate", "--case", "wedge-box", "--scheme", "zero-order-hold", "--macro-step", "1ms", "--duration", "0.5")
+    run = rimbench.simulate("wedge-box", "zero-order-hold", "1ms", duration_s=0.5)
+    assert "of it coupling" in run.error_parts or "cancel in part" in run.error_parts
+    assert run.error_parts.split() == " ".join(done.stdout.split()).split(" of the peak, ")[1].split()[: len(run.error_parts.split())]
+    assert run.metrics["coupling_share"] is not None and run.error_parts in run._repr_html_().replace("&#x27;", "'")
+    undivided = rimbench.simulate("gripper", "rim-nonsmooth-gap", "5ms", duration_s=0.2, partition="each")
+    assert undivided.error_parts == "not told apart: its mechanics has several bonds"
 
 
 def test_times_may_have_units():

@@ -28,7 +28,6 @@ pub struct ActuatorNames {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ActuatorGroup<A> {
     units: Vec<A>,
-    rows: Vec<usize>,
     ports: Ports,
     observables: Vec<Name>,
     /// Of one of them.
@@ -56,7 +55,6 @@ impl<A: Subsystem> ActuatorGroup<A> {
             observables: names.iter().flat_map(|own| own.observables).copied().map(Name::from).collect(),
             own_rates: OutputRates::zeros(1, 2),
             row: vec![0.0; units.len()],
-            rows: (0..units.len()).collect(),
             own_lines: units.iter().map(|_| LineForces::new(1, 0, 0.0)).collect(),
             units,
         }
@@ -90,8 +88,8 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorGroup<A> {
 }
 
 impl<A: Subsystem> Capabilities for ActuatorGroup<A> {
-    fn actuator_of_row(&mut self, row: usize) -> Option<(&mut dyn Subsystem, &[usize])> {
-        self.units.get_mut(row).map(|unit| (unit as &mut dyn Subsystem, &self.rows[row..=row]))
+    fn actuator_of_row(&mut self, row: usize) -> Option<&mut dyn Subsystem> {
+        self.units.get_mut(row).map(|unit| unit as &mut dyn Subsystem)
     }
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {

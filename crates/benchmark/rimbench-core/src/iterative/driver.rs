@@ -5,7 +5,6 @@ use super::iteration::Iteration;
 use crate::cosim::{
     CommunicationPoint, CoupledPair, Log, MacroInterval, MechanicsSteps, Report, Setup, Timer, View, cover, macro_steps,
 };
-use crate::error::Failure;
 
 /// By what a scheme is run. All but the loop itself know the future or own both sides, and are not real-time.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -45,25 +44,32 @@ impl IterativeDriver {
         timer: Option<Timer>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        if self == IterativeDriver::Monolithic {
-            let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
-            return cover(MacroInterval::whole, advance, given, timer, observe);
-        }
-        if let IterativeDriver::AtOwnSteps(steps) = self {
-            let micro_step = given.setup.micro_step;
-            let count = |interval: MacroInterval| steps.within(interval.step.length, micro_step);
-            let advance = |pair: &mut CoupledPair<'_>, interval: MacroInterval| {
-                let count = count(interval);
-                (0..count).try_for_each(|index| {
-                    let part = interval.part(index, count);
-                    if index > 0 {
-                        pair.exchange(part.step)?;
-                    }
-                    pair.advance(part)
-                })
-            };
-            return cover(|interval| interval.part(0, count(interval)).step, advance, given, timer, observe);
-        }
+        let iteration = match self {
+            IterativeDriver::Iterated(iteration) => iteration,
+            IterativeDriver::NonIterative => {
+                let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance(interval);
+                return cover(MacroInterval::whole, advance, given, timer, observe);
+            }
+            IterativeDriver::Monolithic => {
+                let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
+                return cover(MacroInterval::whole, advance, given, timer, observe);
+            }
+            IterativeDriver::AtOwnSteps(steps) => {
+                let micro_step = given.setup.micro_step;
+                let count = |interval: MacroInterval| steps.within(interval.step.length, micro_step);
+                let advance = |pair: &mut CoupledPair<'_>, interval: MacroInterval| {
+                    let count = count(interval);
+                    (0..count).try_for_each(|index| {
+                        let part = interval.part(index, count);
+                        if index > 0 {
+                            pair.exchange(part.step)?;
+                        }
+                        pair.advance(part)
+                    })
+                };
+                return cover(|interval| interval.part(0, count(interval)).step, advance, given, timer, observe);
+            }
+        };
         let mut log = Log::new(timer, given.setup);
         let mut pair = match CopiedPair::of(&given) {
             Ok(pair) => pair,
@@ -72,23 +78,14 @@ impl IterativeDriver {
                 return log.report(&mut given, work, Err(failure));
             }
         };
-        let advance = |pair: &mut CopiedPair<'_>, interval| self.cover(pair, interval);
-        let ended =
-            macro_steps(&mut pair, |pair| View::Pair(pair.lend()), (MacroInterval::whole, advance), &mut log, observe);
+        let advance = |pair: &mut CopiedPair<'_>, interval| {
+            pair.iterate(iteration, interval)?;
+            pair.state.counters.macro_steps += 1;
+            Ok(())
+        };
+        let steps = (MacroInterval::whole, advance);
+        let ended = macro_steps(&mut pair, |pair| View::Pair(pair.lend()), steps, &mut log, observe);
         let work = pair.work();
         log.report(&mut pair.lend(), work, ended)
-    }
-
-    /// Lets both sides cover a macro step after its exchange.
-    fn cover(self, pair: &mut CopiedPair<'_>, interval: MacroInterval) -> Result<(), Failure> {
-        match self {
-            IterativeDriver::NonIterative | IterativeDriver::AtOwnSteps(_) => pair.lend().advance(interval),
-            IterativeDriver::Iterated(iteration) => {
-                pair.iterate(iteration, interval)?;
-                pair.state.counters.macro_steps += 1;
-                Ok(())
-            }
-            IterativeDriver::Monolithic => pair.lend().advance_together(interval),
-        }
     }
 }

@@ -402,7 +402,7 @@ impl CouplingScheme for Answers {
         for row in 0..n {
             let tangent = self.tangent(&self.room.offset);
             let rate = tangent.at(row, &self.room.offset);
-            let beyond = tangent.at(n + row, &self.room.offset);
+            let beyond = if self.semi_implicit { 0.0 } else { tangent.at(n + row, &self.room.offset) };
             let w = self.w[row] + length * rate;
             self.w[row] = w;
             self.position[row] = if self.semi_implicit {

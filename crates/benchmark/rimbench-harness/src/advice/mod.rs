@@ -14,7 +14,7 @@ mod within;
 pub use forms::{Information, as_a_master};
 pub use prices::{USUAL_PRICES, prices_of};
 pub use question::{share_of_peak, steps_to_try};
-pub use within::{checked_budget, steps_within};
+pub use within::budget_of;
 
 use super::cache::Cache;
 use super::clock::{monotonic_clock, processor_clock};

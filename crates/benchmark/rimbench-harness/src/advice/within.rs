@@ -1,6 +1,6 @@
 //! What a budget buys: of the cells within it, the one that errs least at its worst phase.
 
-use super::{Advice, Choice, Result, Search};
+use super::{Advice, Catalogue, Choice, Result, RunRequest, Search};
 use rayon::prelude::*;
 use rimbench_core::cosim::MechanicsSteps;
 use rimbench_core::error::Error;
@@ -9,11 +9,30 @@ use rimbench_results::budget::{Form, best_within};
 use rimbench_runs::RunSpec;
 use std::collections::BTreeSet;
 
-/// Checks communication points and mechanics steps, each per second, that are asked for together.
+/// The longest macro step that is tried, s, if it is no more than a tenth of the run: beyond it nothing was best.
+const LONGEST: f64 = 0.02;
+
+/// Takes the budget out of a request in which the steps of the mechanics are those per second, and says which macro
+/// steps (s) are tried within it, ascending: one that spends all exchanges, longer ones by factors of two, so that a
+/// larger budget has them too, and one that would spend twice as many.
 ///
 /// # Errors
-/// [`Error::InvalidValue`] for what is no number above 0, and for fewer steps than communication points.
-pub fn checked_budget([exchanges, steps]: [f64; 2], duration_s: f64) -> Result<[f64; 2]> {
+/// An unknown case; [`Error::InvalidValue`] for what is no number above 0, and for fewer steps than communication
+/// points; [`Error::Incompatible`] without steps.
+pub fn budget_of(catalogue: &Catalogue, fixed: &mut RunRequest, exchanges: f64) -> Result<([f64; 2], Vec<f64>)> {
+    let steps = match (fixed.mechanics_steps.take(), fixed.mechanics_step_s) {
+        (Some(MechanicsSteps::Count(count)), None) => f64::from(count.get()),
+        (Some(found), None) => {
+            let expected = "with --exchanges a number of steps per second, as --mechanics-steps 1000";
+            return Err(Error::invalid("mechanics-steps", found, expected));
+        }
+        _ => {
+            let message = "--exchanges needs --mechanics-steps, steps per second as in --mechanics-steps 1000, and no --mechanics-step";
+            return Err(Error::Incompatible(message.to_owned()));
+        }
+    };
+    let usual = catalogue.case(fixed.case.as_deref().unwrap_or_default())?.defaults.duration_s;
+    let duration_s = fixed.duration_s.unwrap_or(usual);
     if !(exchanges.is_finite() && exchanges * duration_s >= 1.0) {
         let expected = format!("a number per second, at least {} for a run of {duration_s} s", 1.0 / duration_s);
         return Err(Error::invalid("exchanges", exchanges, expected));
@@ -24,17 +43,9 @@ pub fn checked_budget([exchanges, steps]: [f64; 2], duration_s: f64) -> Result<[
         );
         return Err(Error::invalid("mechanics-steps", steps, expected));
     }
-    Ok([exchanges, steps])
-}
-
-/// The longest macro step that is tried, s, if it is no more than a tenth of the run: beyond it nothing was best.
-const LONGEST: f64 = 0.02;
-
-/// Macro steps (s) that are tried within a budget: one that spends all exchanges, longer ones by factors of two, so that
-/// a larger budget has them too, and one that would spend twice as many, ascending.
-pub fn steps_within([exchanges, _]: [f64; 2], duration_s: f64) -> Vec<f64> {
     let longest = LONGEST.min(0.1 * duration_s).max(2.0 / exchanges).min(duration_s) * (1.0 + 1e-9);
-    std::iter::successors(Some(0.5 / exchanges), |step| Some(2.0 * step)).take_while(|step| *step <= longest).collect()
+    let macro_steps = std::iter::successors(Some(0.5 / exchanges), |step| Some(2.0 * step));
+    Ok(([exchanges, steps], macro_steps.take_while(|step| *step <= longest).collect()))
 }
 
 /// What a run is a form of: its scheme, and whether its contacts act over the mechanics' step or its steps are split.

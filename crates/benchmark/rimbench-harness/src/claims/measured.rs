@@ -80,25 +80,13 @@ pub(super) fn check(
     }
     let remarks = if remarks.is_empty() { String::new() } else { format!(" ({})", remarks.join("; ")) };
     let asked = all.select(|row| is_known(row) || refutes(row));
+    let quantity = format!("{}{settings}{remarks}", claim.quantity());
     Ok(CheckedClaim {
-        experiment: experiment.to_owned(),
-        id: claim.id.clone(),
-        by: claim.by,
-        text: claim.text.clone(),
-        quantity: format!("{}{settings}{remarks}", claim.quantity()),
-        measured,
-        low: interval.map(|[low, _]| low),
-        high: interval.map(|[_, high]| high),
         without_exact,
-        expected: claim.expect.to_string(),
-        verdict: claim.verdict(measured, !refuting.rows().is_empty()),
-        finding: claim.finding,
-        superseded: claim.superseded.clone(),
-        variant_of: claim.variant_of.clone(),
-        numbers_known: claim.numbers_known,
         runs: asked.rows().len(),
         failed: failed.rows().len(),
         run_ids: asked.iter().map(|run| run.id.to_string()).collect(),
+        ..claim.checked(experiment, quantity, (measured, interval), !refuting.rows().is_empty())
     })
 }
 
@@ -140,25 +128,12 @@ fn at_budgets(
     let interval = interval.filter(|_| groups.len() > 1);
     let measured = claim.statistic.of(values().map(|value| (0.0, value)));
     let lost = if lost > 0 { format!(" ({lost} left out: nothing completes there)") } else { String::new() };
+    let quantity = format!("{}, {} ratios{lost}", claim.quantity(), values().count());
     Ok(CheckedClaim {
-        experiment: experiment.to_owned(),
-        id: claim.id.clone(),
-        by: claim.by,
-        text: claim.text.clone(),
-        quantity: format!("{}, {} ratios{lost}", claim.quantity(), values().count()),
-        measured,
-        low: interval.map(|[low, _]| low),
-        high: interval.map(|[_, high]| high),
-        without_exact: None,
-        expected: claim.expect.to_string(),
-        verdict: claim.verdict(measured, false),
-        finding: claim.finding,
-        superseded: claim.superseded.clone(),
-        variant_of: claim.variant_of.clone(),
-        numbers_known: claim.numbers_known,
         runs: runs.rows().len(),
         failed: runs.tally().failed,
         run_ids: rows.into_iter().map(|row| runs.run(row).id.to_string()).collect(),
+        ..claim.checked(experiment, quantity, (measured, interval), false)
     })
 }
 
@@ -309,6 +284,36 @@ impl<'a> Values<'a> {
 }
 
 impl Claim {
+    /// What is said of it when it was held against runs of an experiment.
+    fn checked(
+        &self,
+        experiment: &str,
+        quantity: String,
+        (measured, interval): (Option<f64>, Option<[f64; 2]>),
+        is_refuted: bool,
+    ) -> CheckedClaim {
+        CheckedClaim {
+            experiment: experiment.to_owned(),
+            id: self.id.clone(),
+            by: self.by,
+            text: self.text.clone(),
+            quantity,
+            measured,
+            low: interval.map(|[low, _]| low),
+            high: interval.map(|[_, high]| high),
+            without_exact: None,
+            expected: self.expect.to_string(),
+            verdict: self.verdict(measured, is_refuted),
+            finding: self.finding,
+            superseded: self.superseded.clone(),
+            variant_of: self.variant_of.clone(),
+            numbers_known: self.numbers_known,
+            runs: 0,
+            failed: 0,
+            run_ids: Vec::new(),
+        }
+    }
+
     /// What is measured, in words.
     fn quantity(&self) -> String {
         let (statistic, than) = match self.statistic {

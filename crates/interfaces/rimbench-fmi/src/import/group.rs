@@ -97,9 +97,13 @@ impl Subsystem for Actuators {
 }
 
 impl Capabilities for Actuators {
-    fn actuator_of_row(&mut self, row: usize) -> Option<(&mut dyn Subsystem, &[usize])> {
+    fn actuator_of_row(&mut self, row: usize) -> Option<&mut dyn Subsystem> {
         let unit = self.units.iter_mut().find(|unit| unit.rows.contains(&row))?;
-        Some((&mut unit.side, &unit.rows))
+        Some(&mut unit.side)
+    }
+
+    fn rows_beside(&mut self, row: usize) -> &[usize] {
+        self.units.iter().find(|unit| unit.rows.contains(&row)).map_or(&[], |unit| &unit.rows)
     }
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {

@@ -282,6 +282,9 @@ class Result:
     #: Metrics of the case by name (see `metrics()` for units and meaning), the keys of `rimbench simulate --format json`;
     #: `None` where one does not apply.
     metrics: dict[str, float | None] = field(repr=False)
+    #: How much of the force error is the coupling's, in the words of `rimbench simulate`, or why that is not told apart;
+    #: empty where that was not asked for.
+    error_parts: str = field(repr=False)
     #: One array per column, one number per communication point; names end in their units.
     trace: dict[str, NDArray[np.float64]] = field(repr=False)
     #: What the run is judged by, at the same times: motion and force of the interface, and gaps.
@@ -328,6 +331,7 @@ class Result:
         known = ("case", "scheme", "macro_step_s")
         rows = [(key, self.settings[key]) for key in known if key in self.settings]
         rows += [("outcome", self.outcome), ("reason", self.reason), ("outcome_at_s", self.outcome_at_s)]
+        rows += [("force error", self.error_parts)]
         return _table([row for row in (*rows, *self.metrics.items()) if row[1] not in (None, "")])
 
 
@@ -364,33 +368,50 @@ class Choice:
     """A scheme in one of its forms, at a macro step."""
 
     scheme: str
+    #: The scheme, with what its forms are of besides: contacts over the mechanics' step, or steps that are split.
+    way: str
     form: str
     macro_step_s: float
+    run_id: str
     #: Rms force error over the peak, at the worst phase.
     worst_error: float | None
+    #: Counts of what has a price, each the largest of any phase.
+    work: list[float]
     #: In micro steps of the wedge box.
     cost: float
+    #: Exchanges and steps of the mechanics, each per second of simulated time.
+    spent_per_s: list[float]
     time_per_macro_step_s: float
+    #: `processor`, or `wall` where a side is from outside.
+    time_is_of: str
     #: What to give `simulate`: `simulate(case, choice.scheme, **choice.settings)`.
     settings: dict[str, str] = field(repr=False)
 
 
 @dataclass(frozen=True)
 class Advice:
-    """The cheapest scheme and its largest macro step that keep within an error."""
+    """The cheapest scheme and its largest macro step that keep within an error, or what errs least within a budget."""
 
     #: `None` if nothing does: `notes` say what came nearest.
     advised: Choice | None
     #: The cheapest of another scheme.
     runner_up: Choice | None
+    #: The cheapest of those tried that has at most half of the error of the advised one.
+    finer: Choice | None
     #: What has to be said of the choice, or why there is none.
     notes: list[str]
     runs_made: int
     #: Cells of which nothing is known, having taken too long.
     undecided: int
+    #: Cells that could not be run, by the reason.
+    skipped: dict[str, int] = field(repr=False)
+    #: Phases at which the error is met.
+    phases: int
     #: Of an exchange, a mechanics step, a micro step and a model solve.
     prices: list[float]
     reference_uncertainty_of_peak: float | None
+    #: Of a budget, what the advised scheme comes to with twice the exchanges, and with twice the steps of the mechanics.
+    doubled: list[Choice] | None = None
 
     def _repr_html_(self) -> str:
         keys = ("scheme", "form", "macro_step_s", "worst_error", "cost", "time_per_macro_step_s")
@@ -430,7 +451,12 @@ class Rows(list[dict[str, Any]]):
 
 
 def simulate(
-    case: str | _native.Case, scheme: str | Scheme, macro_step_s: Time | None = None, **settings: Setting
+    case: str | _native.Case,
+    scheme: str | Scheme,
+    macro_step_s: Time | None = None,
+    *,
+    divide_error: bool = True,
+    **settings: Setting,
 ) -> Result:
     """Runs a case with a scheme, and evaluates it against the reference.
 
@@ -438,6 +464,7 @@ def simulate(
     ----------
     case, scheme : names (see `cases()` and `schemes()`), or a `Case` or `Scheme` of your own.
     macro_step_s : macro step H, s, or a text such as "5ms"; that of the case if not given.
+    divide_error : whether a second run tells how much of the error is the coupling's; `False` where each step of a side is dear.
     **settings : parameters of the case (`box_mass_kg=250`), and options of a run by the names that they have in experiment files
         (`phase`, `duration_s`, `force_return`, `mechanics_step_s`, `gain`, ...).
 
@@ -448,7 +475,7 @@ def simulate(
     """
     if macro_step_s is not None:
         settings["macro_step_s"] = macro_step_s
-    return Result(**_native.simulate(case, scheme, _in_seconds(settings)))
+    return Result(**_native.simulate(case, scheme, _in_seconds(settings), divide_error))
 
 
 def _in_seconds(settings: dict[str, Setting]) -> dict[str, Setting]:
@@ -457,8 +484,9 @@ def _in_seconds(settings: dict[str, Setting]) -> dict[str, Setting]:
 
 def advise(
     case: str | _native.Case,
-    error: float | str,
+    error: float | str | None = None,
     *,
+    exchanges: float | None = None,
     scheme: str | Scheme | None = None,
     from_s: Time | None = None,
     to_s: Time | None = None,
@@ -471,11 +499,14 @@ def advise(
     progress: Progress | None = None,
     **settings: Setting,
 ) -> Advice:
-    """Finds the cheapest scheme and its largest macro step that keep within an error at every phase, as `rimbench advise` does.
+    """Finds the cheapest scheme and its largest macro step that keep within an error at every phase, or what errs least within a budget, as
+    `rimbench advise` does.
 
     Parameters
     ----------
     error : rms force error allowed, of the peak force of the reference: "1%" or 0.01.
+    exchanges : instead of an error so many exchanges per second of simulated time, with `mechanics_steps=1000` so many steps of the
+        mechanics per second. Errors are then those inside macro steps.
     scheme : the one that competes alone; all if not given.
     from_s, to_s, per_decade : macro steps that are tried, as for `limit`.
     phases : size of the ensemble of communication phases.
@@ -485,11 +516,19 @@ def advise(
     progress : called with runs done and runs to do; `True` draws a bar.
     **settings : as for `simulate`, without macro step and phase.
     """
+    given = {"error": error, "from_s": from_s, "to_s": to_s, "costs": costs}
+    beside = [name for name, value in given.items() if value is not None]
+    if exchanges is not None and beside:
+        raise RimbenchError(f"exchanges = {exchanges!r}: a budget is asked for, and {beside[0]} is of an error; valid: one of the two")
+    if exchanges is None and error is None:
+        raise RimbenchError('error = None is not valid; valid: a share of the peak force, "1%" or 0.01, or exchanges and mechanics_steps')
     ends = (_seconds("from_s", from_s), _seconds("to_s", to_s))
     search = (ends, per_decade, phases, (model, feedback, real_time), costs)
-    found = json.loads(_native.advise(case, scheme, error, _in_seconds(settings), search, _told(progress)))
-    for which in ("advised", "runner_up"):
+    found = json.loads(_native.advise(case, scheme, error, exchanges, _in_seconds(settings), search, _told(progress)))
+    for which in ("advised", "runner_up", "finer"):
         found[which] = found[which] and Choice(**found[which])
+    if "doubled" in found:
+        found["doubled"] = [Choice(**choice) for choice in found["doubled"]]
     return Advice(**found)
 
 

@@ -142,7 +142,7 @@ def schemes() -> list[SchemeEntry]:
 def metrics() -> list[MetricEntry]:
     """All metrics with their units."""
 
-def simulate(case: str | Case, scheme: str | Scheme, settings: dict[str, Any], /) -> dict[str, Any]: ...
+def simulate(case: str | Case, scheme: str | Scheme, settings: dict[str, Any], divide_error: bool, /) -> dict[str, Any]: ...
 def limit(
     case: str | Case,
     scheme: str | Scheme,
@@ -155,7 +155,8 @@ def limit(
 def advise(
     case: str | Case,
     scheme: str | Scheme | None,
-    error: float | str,
+    error: float | str | None,
+    exchanges: float | None,
     settings: dict[str, Any],
     search: tuple[tuple[float | None, float | None], int, int, tuple[bool, bool, bool], Iterable[float] | None],
     progress: Callable[[int, int], object] | None,

@@ -129,7 +129,7 @@ impl Star {
             let mut others: Vec<Option<StandIn>> = vec![Some(StandIn::new(0)); n];
             rows.iter().for_each(|&row| others[row] = None);
             let mut clock = 0.0;
-            let mut own = Room::new(n);
+            let mut own = Room::new(n, &mut *sides.actuator);
             let side =
                 &mut BondSide { whole: &mut *sides.actuator, others: &mut others, now: &mut clock, room: &mut own };
             let mut pair = PerSide { mechanics: &mut *sides.mechanics as &mut dyn Subsystem, actuator: side };
@@ -280,7 +280,7 @@ impl Bond {
     fn law(&mut self, row: usize, time: f64, whole: &mut (dyn Subsystem + '_)) -> Result<Option<Law>, Failure> {
         let (u, n) = (&self.state.u.actuator, self.now.len());
         let (at, rates) = ([u[row], u[n + row]], &mut self.rates);
-        let known = actuator_of(whole, row)?.0.capabilities().output_rates(time, &at, rates)?;
+        let known = actuator_of(whole, row)?.capabilities().output_rates(time, &at, rates)?;
         let pair = |values: &[f64]| [values[0], values[1]];
         let law = || Law {
             rate: rates.rate[0],
@@ -641,7 +641,11 @@ pub fn cannot_divide(plan: &StarPlan, sides: Sides<'_>) -> Option<String> {
     }
     let bonds = plan.partition.rows(rows).unwrap_or_default();
     (0..rows).find_map(|row| {
-        let Ok((_, of)) = actuator_of(sides.actuator, row) else { return Some(NOT_APART.to_owned()) };
+        let actuators = sides.actuator.capabilities();
+        if actuators.actuator_of_row(row).is_none() {
+            return Some(NOT_APART.to_owned());
+        }
+        let of = actuators.rows_beside(row);
         let divided = bonds.iter().any(|bond| bond.contains(&row) && !of.iter().all(|row| bond.contains(row)));
         let named = || numbers(of.iter().copied(), ", ");
         let whole =

@@ -62,10 +62,15 @@ pub trait Capabilities {
         None
     }
 
-    /// Lends the actuator that has a row, with inputs (positions, velocities) and its forces as outputs, and all rows that
-    /// it has, ascending; none where there is no such subsystem for itself.
-    fn actuator_of_row(&mut self, _row: usize) -> Option<(&mut dyn Subsystem, &[usize])> {
+    /// Lends the actuator that has a row, with inputs (positions, velocities) and its forces as outputs; none where there
+    /// is no such subsystem for itself.
+    fn actuator_of_row(&mut self, _row: usize) -> Option<&mut dyn Subsystem> {
         None
+    }
+
+    /// Lists all rows of an actuator that has several, one of them `row`, ascending; none where it has that one alone.
+    fn rows_beside(&mut self, _row: usize) -> &[usize] {
+        &[]
     }
 
     /// Names the quantities that can be observed at a communication point, with units.

@@ -88,36 +88,47 @@ pub(super) struct BondSide<'a> {
     pub(super) room: &'a mut Room,
 }
 
-/// Lends the actuator of one row, with all rows that it has.
+/// Lends the actuator of one row.
+#[inline]
 pub(super) fn actuator_of<'a>(
     whole: &'a mut (dyn Subsystem + '_),
     row: usize,
-) -> Result<(&'a mut dyn Subsystem, &'a [usize]), Failure> {
+) -> Result<&'a mut dyn Subsystem, Failure> {
     whole.capabilities().actuator_of_row(row).ok_or_else(|| Cause::NotOffered { what: NOT_APART.into() }.into())
 }
 
-/// Room for what one actuator takes and puts out.
+/// Room for what actuators of several rows take and put out.
 #[derive(Debug, Clone)]
 pub(super) struct Room {
+    /// Rows of the actuator of each row; none at all where each has one.
+    rows: Vec<Vec<usize>>,
     u: Vec<f64>,
     y: Vec<f64>,
 }
 
 impl Room {
-    /// For actuators of up to `n` rows.
-    pub(super) fn new(n: usize) -> Self {
-        Room { u: Vec::with_capacity(2 * n), y: Vec::with_capacity(n) }
+    /// For the actuators of `n` rows.
+    pub(super) fn new(n: usize, whole: &mut (dyn Subsystem + '_)) -> Self {
+        let rows = (0..n).map(|row| match whole.capabilities().rows_beside(row) {
+            [] => vec![row],
+            rows => rows.to_vec(),
+        });
+        let rows: Vec<_> = rows.collect();
+        let several = rows.iter().any(|rows| rows.len() > 1);
+        Room { rows: if several { rows } else { Vec::new() }, u: Vec::with_capacity(2 * n), y: Vec::with_capacity(n) }
     }
 
-    /// What an actuator of these rows takes of the motion of all.
-    pub(super) fn take(&mut self, rows: &[usize], u: &[f64]) -> &[f64] {
-        let n = u.len() / 2;
+    /// What the actuator of a row takes of the motion of all, at its first row.
+    #[cold]
+    fn take(&mut self, row: usize, u: &[f64]) -> Option<&[f64]> {
+        let (rows, n) = (&self.rows[row], u.len() / 2);
         self.u.clear();
         self.u.extend(rows.iter().map(|row| u[*row]).chain(rows.iter().map(|row| u[n + row])));
-        &self.u
+        (rows[0] == row).then_some(&self.u)
     }
 
     /// Asks the actuator that has `row` for its forces; one of several rows is asked at its first.
+    #[inline]
     pub(super) fn ask(
         &mut self,
         whole: &mut (dyn Subsystem + '_),
@@ -125,15 +136,19 @@ impl Room {
         u: &[f64],
         y: &mut [f64],
     ) -> Result<(), Failure> {
-        let (actuator, rows) = actuator_of(whole, row)?;
-        if let [row] = rows[..] {
+        let actuator = actuator_of(whole, row)?;
+        if self.rows.is_empty() {
             return actuator.outputs(&[u[row], u[u.len() / 2 + row]], &mut y[row..=row]);
         }
-        if rows[0] == row {
-            self.take(rows, u);
-            self.y.resize(rows.len(), 0.0);
-            actuator.outputs(&self.u, &mut self.y)?;
-            rows.iter().zip(&self.y).for_each(|(row, own)| y[*row] = *own);
+        self.ask_all(actuator, row, u, y)
+    }
+
+    #[cold]
+    fn ask_all(&mut self, of: &mut dyn Subsystem, row: usize, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        if self.take(row, u).is_some() {
+            self.y.resize(self.rows[row].len(), 0.0);
+            of.outputs(&self.u, &mut self.y)?;
+            self.rows[row].iter().zip(&self.y).for_each(|(row, own)| y[*row] = *own);
         }
         Ok(())
     }
@@ -161,11 +176,14 @@ impl Subsystem for BondSide<'_> {
         let n = self.others.len();
         for (i, other) in self.others.iter_mut().enumerate() {
             match other {
-                None => match actuator_of(self.whole, i)? {
-                    (actuator, [row]) => actuator.step(t, &[u[*row], u[n + row]], h)?,
-                    (actuator, rows) if rows[0] == i => actuator.step(t, self.room.take(rows, u), h)?,
-                    _ => {}
-                },
+                None => {
+                    let actuator = actuator_of(self.whole, i)?;
+                    if self.room.rows.is_empty() {
+                        actuator.step(t, &[u[i], u[n + i]], h)?;
+                    } else if let Some(u) = self.room.take(i, u) {
+                        actuator.step(t, u, h)?;
+                    }
+                }
                 Some(other) => other.step(h),
             }
         }
