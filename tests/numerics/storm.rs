@@ -88,7 +88,7 @@ fn weathered(seed: u64) -> (bool, Option<String>) {
         .or_else(|| lost_impulse(&spec, &run).filter(|_| completed))
         .or_else(|| pulling_contact(&run.trajectory).filter(|_| completed))
         .or_else(|| damaged_row(seed, &spec, &run))
-        .or_else(|| other_in_page(&request, &spec, &run).filter(|_| completed && seed % 100 == 0));
+        .or_else(|| other_in_page(&request, &spec, &run).filter(|_| completed && seed.is_multiple_of(100)));
     (completed, broken.map(|what| format!("seed {seed}, {}: {what}", spec.id())))
 }
 

@@ -302,13 +302,13 @@ pub fn advise(
     py: Python<'_>,
     case: &Bound<'_, PyAny>,
     scheme: Option<&Bound<'_, PyAny>>,
-    error: Option<&Bound<'_, PyAny>>,
-    exchanges: Option<&Bound<'_, PyAny>>,
+    goal: [Option<Bound<'_, PyAny>>; 2],
     settings: &Bound<'_, PyDict>,
     search: Search<'_>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let mut asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
+    let [error, exchanges] = goal;
     let ((from, to), per_decade, phases, information, costs) = search;
     let [per_decade, phases] = [counted("per_decade", &per_decade)?, counted("phases", &phases)?];
     let truth = |(key, value)| given::<bool>(key, value, "True or False");
@@ -319,9 +319,9 @@ pub fn advise(
     let time = |key: &str, value: Option<Bound<'_, PyAny>>| value.map(|value| number(key, &value)).transpose();
     let ends = [time("from_s", from)?, time("to_s", to)?];
     let valid = "a share of the peak force, \"1%\" or 0.01";
-    let error = error.map(|error| text("error", error, valid)).transpose()?;
+    let error = error.map(|error| text("error", &error, valid)).transpose()?;
     let error = error.map_or(Ok(f64::INFINITY), |error| share_of_peak(&error)).map_err(refused)?;
-    let exchanges = exchanges.map(|exchanges| number("exchanges", exchanges)).transpose()?;
+    let exchanges = exchanges.map(|exchanges| number("exchanges", &exchanges)).transpose()?;
     let within = exchanges.map(|exchanges| budget_of(&asked.catalogue, &mut asked.request, exchanges));
     let within = within.transpose().map_err(refused)?;
     let cache = Cache::of_user();

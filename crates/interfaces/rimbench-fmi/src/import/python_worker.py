@@ -200,7 +200,10 @@ def main():
             known += [float(getattr(side, name, None) is not None) for name in ("interface_work", "interface_model")]
             # Behind the names, why there is no interface model, and what it is made of.
             names = "\n".join(getattr(side, "observables", ()) or ())
-            names += "\0" + (getattr(side, "no_interface_model", None) or "") + "\0" + made_of(side)
+            refused = getattr(side, "no_interface_model", None)
+            if not refused and getattr(side, "engine_rows", None):
+                refused = "rows of an engine are a model of rimbench.Case only; in a case file list pairs of geoms as contacts"
+            names += "\0" + (refused or "") + "\0" + made_of(side)
             return known + [float(getattr(side, "contacts", 0) or 0), *names.encode(errors="backslashreplace")]
         return [0.0] if what == HEARD else []
 

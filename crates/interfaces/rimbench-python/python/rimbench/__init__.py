@@ -524,7 +524,7 @@ def advise(
         raise RimbenchError('error = None is not valid; valid: a share of the peak force, "1%" or 0.01, or exchanges and mechanics_steps')
     ends = (_seconds("from_s", from_s), _seconds("to_s", to_s))
     search = (ends, per_decade, phases, (model, feedback, real_time), costs)
-    found = json.loads(_native.advise(case, scheme, error, exchanges, _in_seconds(settings), search, _told(progress)))
+    found = json.loads(_native.advise(case, scheme, [error, exchanges], _in_seconds(settings), search, _told(progress)))
     for which in ("advised", "runner_up", "finer"):
         found[which] = found[which] and Choice(**found[which])
     if "doubled" in found:

@@ -155,8 +155,7 @@ def limit(
 def advise(
     case: str | Case,
     scheme: str | Scheme | None,
-    error: float | str | None,
-    exchanges: float | None,
+    goal: list[float | str | None],
     settings: dict[str, Any],
     search: tuple[tuple[float | None, float | None], int, int, tuple[bool, bool, bool], Iterable[float] | None],
     progress: Callable[[int, int], object] | None,
