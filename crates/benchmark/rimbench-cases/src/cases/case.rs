@@ -280,7 +280,7 @@ pub struct Case {
     pub linear_state: Vec<StateVariable>,
     /// Whether mass matrix, applied forces and Jacobians of the mechanics are the same in all states, joints closed,
     /// friction at most at contacts that are not redundant: an interface model with all contacts then *is* the
-    /// mechanics (see [`RunSpec::model_is_exact`](crate::runs::RunSpec)).
+    /// mechanics (`RunSpec::model_is_exact`).
     pub constant_mechanics: bool,
     /// What runs are held against.
     pub reference: ChooseReference,
