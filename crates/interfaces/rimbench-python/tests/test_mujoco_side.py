@@ -317,7 +317,7 @@ class Ball(Mechanics):
             there = np.genfromtxt(tmp_path / "trace.csv", delimiter=",", names=True)
             np.testing.assert_allclose(there["interface_position_m"], here["z_m"], rtol=0, atol=1e-12)
         else:
-            assert "contacts lists none" in said["reason"]
+            assert "rows of an engine are a model of rimbench.Case only" in said["reason"]
 
 
 SLIDE = """<mujoco><option timestep="1e-3" gravity="0 0 0"/><worldbody><body><joint name="s" type="slide" axis="1 0 0"/>

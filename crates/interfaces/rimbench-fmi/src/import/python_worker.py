@@ -197,12 +197,13 @@ def main():
         if what == DESCRIBE:
             through = getattr(side, "direct_feedthrough", None)
             known = [-1.0 if through is None else float(bool(through))]
-            known += [float(getattr(side, name, None) is not None) for name in ("interface_work", "interface_model")]
-            # Behind the names, why there is no interface model, and what it is made of.
-            names = "\n".join(getattr(side, "observables", ()) or ())
             refused = getattr(side, "no_interface_model", None)
             if not refused and getattr(side, "engine_rows", None):
-                refused = "rows of an engine are a model of rimbench.Case only; in a case file list pairs of geoms as contacts"
+                refused = "rows of an engine are a model of rimbench.Case only; valid in a case file: contacts=[(geom, geom), ...]"
+            known.append(float(getattr(side, "interface_work", None) is not None))
+            known.append(float(not refused and getattr(side, "interface_model", None) is not None))
+            # Behind the names, why there is no interface model, and what it is made of.
+            names = "\n".join(getattr(side, "observables", ()) or ())
             names += "\0" + (refused or "") + "\0" + made_of(side)
             return known + [float(getattr(side, "contacts", 0) or 0), *names.encode(errors="backslashreplace")]
         return [0.0] if what == HEARD else []
