@@ -1,6 +1,7 @@
 //! A storm: a seed draws machine, parameters, scheme, options, lateness, and damage to what is stored; what holds of every
 //! run must hold of that one. `RIMBENCH_STORM=SEED` runs one seed again, `RIMBENCH_STORM=FROM..TO` many.
 
+use crate::energy_audit::gross;
 use crate::random_bodies::ACTUATOR_FIRST;
 use crate::support::*;
 use rand::RngExt as _;
@@ -102,11 +103,7 @@ fn read_again(request: &RunRequest) -> RunSpec {
 
 /// Energies that are booked one by one close to rounding: of what moves, some eight times per step.
 fn open_audit(spec: &RunSpec, report: &Report) -> Option<String> {
-    let gross = |a: &EnergyAccount| {
-        let buckets = [a.stored, a.interface, a.contact, a.viscous, a.pump, a.valve, a.tank, a.integration, a.friction];
-        buckets.map(f64::abs).iter().sum::<f64>()
-    };
-    let (closure, gross) = (report.audit.closure()?, report.audit.total(gross)?);
+    let (closure, gross) = (report.audit.closure()?, gross(&report.audit)?);
     let steps = report.work.sides.mechanics.micro_steps + report.work.sides.actuator.micro_steps;
     let level = if spec.case.name == "half-car" { GAS_J } else { 0.0 };
     let allowed = 8.0 * f64::EPSILON * steps as f64 * (gross + level);
@@ -180,9 +177,8 @@ fn other_in_page(request: &RunRequest, spec: &RunSpec, run: &RunResult) -> Optio
     request.given().into_iter().for_each(|(key, value)| lines += &format!("{key} {value}\n"));
     request.set.iter().for_each(|(name, value)| lines += &format!("set.{name} {value}\n"));
     let answer = rimbench_web::Simulator::default().answer(&lines);
-    let bits = |numbers: &[f64]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
-    let same =
-        answer.words.contains(&format!("run_id {}", spec.id())) && bits(&answer.numbers) == bits(run.trajectory.data());
+    let same = answer.words.contains(&format!("run_id {}", spec.id()))
+        && answer.numbers.iter().map(|number| number.to_bits()).eq(bits(&run.trajectory));
     (!same).then(|| format!("the page says {}", answer.words))
 }
 

@@ -40,7 +40,8 @@ pub struct Report {
     /// Wall times of the macro steps; none unless asked for. They depend on machine and load.
     pub latencies: Option<Latencies>,
     /// The micro steps of the actuator: `time_s` at which its outputs are read (its start, of the midpoint rule its
-    /// middle), `middle_s`, these outputs, its inputs over it. None unless asked for, and where steps are taken again or both sides step together.
+    /// middle), `middle_s`, these outputs, its inputs over it. None unless asked for, and where steps are taken again
+    /// or both sides step together.
     pub inside: Option<Trajectory>,
 }
 
