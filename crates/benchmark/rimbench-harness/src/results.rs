@@ -24,6 +24,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::kept::{DIGEST, SUMMARY};
+use rimbench_results::run_table::{Run, RunTable};
 use rimbench_results::trace;
 use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::Only;
@@ -56,6 +57,20 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
     let facts = run.spec.facts();
     let kept = facts.iter().filter(|fact| header.contains(&fact.name)).map(Fact::cell);
     [run.id.clone(), run.label.clone()].into_iter().chain(kept).collect()
+}
+
+/// Whether a table of runs has one of a plan, by all that determines a run but the version of the numerics, of which
+/// ids are.
+pub(super) fn shares_runs(planned: &[PlannedRun], table: &RunTable) -> bool {
+    let header = plan_header(planned);
+    let both = |(theirs, name): (usize, &str)| Some((theirs, header.iter().position(|own| *own == name)?));
+    let both: Vec<(usize, usize)> = table.settings().enumerate().filter_map(both).collect();
+    let settings = |run: &Run| both.iter().map(|&(theirs, _)| run.settings[theirs].to_string()).collect();
+    let stored: HashSet<Vec<String>> = table.runs().iter().map(settings).collect();
+    planned.iter().any(|run| {
+        let cells = plan_cells(run, &header);
+        stored.contains(&both.iter().map(|&(_, own)| cells[own].clone()).collect::<Vec<String>>())
+    })
 }
 
 /// Columns of `runs.csv` that say what was found: the same for every experiment, but for those of some runs and of a

@@ -1,7 +1,7 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
 use super::witnesses::OfFailed;
-use crate::experiment::{Claim, Experiment, Statistic, Witnesses, plan_sha256};
+use crate::experiment::{Claim, Experiment, Statistic, Witnesses};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
@@ -35,7 +35,7 @@ pub struct KeptClaims {
 pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<KeptClaims> {
     let summary = read_summary(folder)?;
     let planned = experiment.plan_at_first_draw(catalogue, false)?;
-    Digest::read(folder)?.check_plan(folder, planned.len(), &plan_sha256(experiment, &planned))?;
+    Digest::read(folder)?.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, false)?)?;
     let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
     let Some((path, written)) = written_claims(experiment, folder)? else { return Ok(kept) };
     let wrong = |message: String| Err(Error::file(&path, format!("{message}: {}", remedy(experiment))));
