@@ -15,7 +15,6 @@
 //! ```
 
 use super::experiment::{COPY, Experiment, PlannedRun};
-use super::files::make_folder;
 use super::open::{DATA_PACKAGE, describe};
 use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
@@ -32,7 +31,7 @@ use rimbench_runs::{
     Costs, Fact, Findings, Reference, RunSpec, believed, interface_oscillation, names_of, only_of, what_happens,
 };
 use std::collections::{BTreeMap, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Tells whether the tables of a plan have a column: one of some runs only if it has such a run.
 fn has(planned: &[PlannedRun], name: &str) -> bool {
@@ -86,6 +85,13 @@ fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'sta
 
 /// Columns of `cost.csv` that the plan says.
 const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "phase"];
+
+/// Makes the folder of the traces.
+fn traces_in(folder: &Path) -> Result<PathBuf> {
+    let traces = folder.join("traces");
+    std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
+    Ok(traces)
+}
 
 /// Name of the trace of a run.
 pub(super) fn trace_name(run_id: &str) -> String {
@@ -254,8 +260,7 @@ pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String
 /// # Errors
 /// [`Error::File`] naming the file.
 pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, every: f64) -> Result<TraceMark> {
-    let traces = folder.join("traces");
-    make_folder(&traces)?;
+    let traces = traces_in(folder)?;
     let path = traces.join(name);
     trace::write_trace(&path, trajectory, Some(every))?;
     let sha256 = sha256_of_file(&path).ok_or_else(|| Error::file(&path, "has gone as soon as it was written"))?;
@@ -276,8 +281,7 @@ pub(super) fn write_beliefs(
 ) -> Result<String> {
     let first = &runs[0].1;
     let from = what_happens(first, catalogue, at_s, stop)?;
-    let traces = folder.join("traces");
-    make_folder(&traces)?;
+    let traces = traces_in(folder)?;
     let name = format!("beliefs-{}.csv", first.case.name);
     let mut lines = vec![row(&["scheme"]) + "," + &row(from.happens.columns())];
     let mut add = |label: &str, rows: &Trajectory| {
@@ -301,8 +305,7 @@ pub(super) fn write_beliefs(
 pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
     let name = trace_name(id);
     let Ok(content) = std::fs::read(from.join("traces").join(&name)) else { return Ok(()) };
-    let traces = to.join("traces");
-    make_folder(&traces)?;
+    let traces = traces_in(to)?;
     write_atomically(&traces.join(&name), |file| file.write_all(&content))
 }
 
