@@ -286,7 +286,7 @@ impl Experiment {
             let wanted = "is no name for an experiment: results go to a folder of that name";
             return Err(Error::file(shortened(&path.to_string_lossy()), format!("`{}` {wanted}", shortened(&name))));
         }
-        // A copy must do without the logs. Where case files are from it is not what the experiment says.
+        // A copy holds the logs themselves. Paths of case files, which depend on its folder, are no part of the source.
         let own = text.split_once(CASE_FILES).map_or(&*text, |(own, _)| own);
         experiment.source = own.to_owned() + &logs.unwrap_or_default();
         Ok(experiment)
@@ -414,7 +414,7 @@ impl Experiment {
                 return Err(Error::invalid(key, value, "a finite time above 0 s"));
             }
         }
-        // All of them, also those that others stand for.
+        // Also those that every case replaces by its own.
         self.macro_steps_s.check()?;
         self.phases.check()?;
         let in_quick = |error: Error| Error::Incompatible(format!("[quick]: {error}"));

@@ -279,7 +279,7 @@ impl LateSamples {
         let [(last, newest), (before, older)] = &self.arrived;
         let share = (step.start + 0.5 * step.length - last) / (last - before);
         for (u, (newest, older)) in u.iter_mut().zip(newest.iter().zip(older)) {
-            // Until two have arrived there is no line.
+            // The share is finite as soon as two macro steps have arrived.
             *u = if share.is_finite() { newest + share * (newest - older) } else { *newest };
         }
     }

@@ -20,7 +20,7 @@ impl BondResiduals {
     pub(crate) fn of(rows: impl Iterator<Item = f64>) -> Self {
         let (mut largest, mut squares, mut count) = (0.0_f64, 0.0, 0);
         for residual in rows {
-            // What is not a number is none of the largest, and makes the mean one.
+            // `max` passes over a NaN; the sum keeps it, so that the mean is NaN.
             largest = largest.max(residual.abs());
             squares += residual * residual;
             count += 1;
@@ -46,7 +46,7 @@ impl MacroInterval {
     /// Returns one of so many equal parts of it, from 0.
     pub(crate) fn part(self, index: usize, count: usize) -> Self {
         let [at, next] = [index, index + 1].map(|index| MicroStep::new(self.step, index, count));
-        // What is done at the start of a run is not done again.
+        // The index goes on over parts: 0, at which a run is initialised, comes once.
         let step = MacroStep { index: self.step.index * count + index, start: at.start, length: at.length };
         MacroInterval { step, end: if index + 1 < count { next.start } else { self.end } }
     }

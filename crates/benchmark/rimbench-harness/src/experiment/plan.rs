@@ -332,7 +332,7 @@ impl Experiment {
                     for (macro_step, request) in
                         steps.iter().flat_map(|step| requests.iter().map(move |of| (*step, of)))
                     {
-                        // Phases are what there may be many of. The first error is that of the first phase.
+                        // In parallel over phases, as there may be many; `collect` returns the error of the first.
                         let of_phase = |&phase: &f64| {
                             let mut request = self.request(entry, request, macro_step, phase, as_one);
                             if row.has_logs() {
@@ -474,7 +474,7 @@ impl CaseEntry {
             }
             Ok(happens)
         };
-        // Without an event nothing has to be found out.
+        // Only a required event needs a search.
         let search = if search && draw.requires.is_some() {
             let runs = (0..points).map(|index| Ok(content_key(&any_run(&point(index)?)?)));
             Some(Search { has_event: &has_event, key: runs.collect::<Result<Vec<_>>>()?.concat() })

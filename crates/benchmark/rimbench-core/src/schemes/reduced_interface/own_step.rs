@@ -261,7 +261,7 @@ impl OwnStep {
         self.write_contacts(state, n);
         state.w_plus[n..n + self.w.len()].copy_from_slice(&self.w);
         if targets.is_on() {
-            // They ask for it little by little, and not at the start.
+            // From here micro steps ask for their share each: what was asked for beforehand is taken back.
             targets.add_more(-(1.0 - self.elapsed) * self.length, &mut state.w_plus[..n]);
         }
         let half = 0.5 * self.elapsed * frozen.law.gap_step;
