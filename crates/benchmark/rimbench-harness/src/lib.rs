@@ -13,7 +13,6 @@ mod clock;
 mod deadline_log;
 mod execution;
 mod experiment;
-mod files;
 mod folder;
 mod grid;
 mod job;

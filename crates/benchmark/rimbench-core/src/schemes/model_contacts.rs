@@ -180,12 +180,12 @@ impl<S: ContactSolver> Complementarity<S> {
         let rows = n + lambda.len();
         let (bare, b) = (&mut bare[..rows], &mut self.b[..n]);
         discretised.free_velocity(&state.w[..rows], lambda, bare);
-        // With rebounds `b` is still that of the step.
+        // With rebounds `b` keeps the impact terms of the step.
         if !self.rebounds.any() {
             b.copy_from_slice(&bare[..n]);
             b[..m].iter_mut().zip(&state.gap).for_each(|(b, gap)| *b += law.rates.velocity(*gap));
         }
-        // What comes next has another cone, and an active set of its own.
+        // The next problem has friction again: the active set found here is not one to start from.
         self.matrix_changed = true;
         let solved = self.solver.solve_without_friction(Posed { model: discretised, changed: true, b }, impulses);
         if solved.is_ok() {
