@@ -21,7 +21,7 @@ use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 pub(super) use rimbench_contact::affine_step::ModelState;
 use rimbench_contact::affine_step::{AffineStep, ForceRegion, StepContactLaw};
-use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
+use rimbench_contact::complementarity::{SolverCounters, SparseSolver, Unsolved};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
 /// Eq. 4 and the contact law, which are constant over micro steps.
@@ -251,7 +251,7 @@ impl<S: ContactSolver> Complementarity<S> {
             w_displacement[..n].copy_from_slice(b);
             discretised.add_impulses(impulses, &mut w_displacement[..rows]);
             velocities.copy_from_slice(&w_displacement[..n]);
-            Ok::<(), Failure>(())
+            Ok::<(), Unsolved>(())
         })?;
         if lasts {
             self.pose(model, state, Solved::Displacement);
