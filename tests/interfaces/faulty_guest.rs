@@ -246,6 +246,33 @@ class Spring:
         pass
 
 
+class Stopped(Mass):
+    """Before a stop at 90 mm, a row of an engine from 5 mm on."""
+    engine_rows, model_from_s = 2, 5e-4
+    R, b, k, near = 0.1, 200.0, 1e4, 1
+
+    def step(self, t, u, h):
+        free, gap = self.v + h * u[0] / self.m, self.x - 0.09
+        wanted = free - (1 - h * self.b) * self.v + h * self.k * gap
+        P = max(0.0, -wanted / (1 / self.m + self.R)) if gap < 0.005 else 0.0
+        self.v = free + P / self.m
+        self.x += h * self.v
+
+    def interface_model(self, h):
+        n = self.near * (self.x < 0.095)
+        model = {name: [value] * n for name, value in (("compliance", self.R), ("damping", self.b), ("stiffness", self.k), ("gap", self.x - 0.09))}
+        return model | {"H": [[1 / self.m] * (n + 1)] * (n + 1), "a": [0.0] * (n + 1), "w": [self.v] * (n + 1), "position": [self.x]}
+
+
+class Crowded(Stopped):
+    near = 3
+
+
+class Quick(Spring):
+    def output_rates(self, t, u):
+        return {"rate": [0.0], "feedthrough": [[-self.k, 0.0]]}
+
+
 class Forgets(Mass):
     def __deepcopy__(self, memo):
         copy = type(self)({})

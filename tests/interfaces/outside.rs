@@ -658,6 +658,25 @@ fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
         assert_has(said["reason"].as_str().unwrap(), &[words, "zero-order-hold"]);
     }
     assert_eq!(run(folder.path(), "--scheme zero-order-hold").0["outcome"], "completed");
+    // Rows of an engine come and go, as many as there is room for, over steps that are no shorter than its own.
+    let quick = class("Quick");
+    let rows = |mass: &str, arguments: &str| {
+        write_case(folder.path(), &[(of_mass, &*class(mass)), (of_spring, &*quick)]);
+        let (said, _) = run(folder.path(), arguments);
+        (said["outcome"].as_str().unwrap().to_owned(), said["reason"].as_str().unwrap().to_owned())
+    };
+    for arguments in ["--scheme rim-nonsmooth --contacts-act mechanics-step", "--scheme interface-mass"] {
+        assert_eq!(rows("Stopped", arguments).0, "completed", "{arguments}");
+    }
+    let (outcome, reason) = rows("Crowded", "--scheme rim-nonsmooth");
+    assert_has(&reason, &["the engine has 3 rows at once", "there is room for 2", "engine_rows=3"]);
+    assert_eq!(outcome, "subsystem-failed");
+    let (outcome, reason) = rows("Stopped", "--scheme rim-nonsmooth --macro-step 2e-4 --micro-step 1e-4");
+    assert_has(&reason, &["its own step of 5e-4 s", "steps of 2e-4 s"]);
+    assert_eq!(outcome, "skipped");
+    assert_eq!(rows("Mass", "--scheme interface-jacobian").0, "completed");
+    write_case(folder.path(), &[(of_mass, &*mass), (of_spring, &*spring)]);
+    assert_eq!(run(folder.path(), "--scheme interface-jacobian").0["outcome"], "skipped");
     write_case(folder.path(), &[(of_mass, &*class("Raises"))]);
     assert_has(&refused(folder.path()), &["ValueError: no solution", "sides.py, line "]);
     write_case(folder.path(), &[(of_mass, "python = \"case.toml\"\nclass = \"Mass\"")]);

@@ -133,6 +133,28 @@ fn in_the_projects_folder_its_own_files_are_read() {
     }
 }
 
+/// What needs tools that not every machine has says which, before anything runs.
+#[test]
+fn an_experiment_that_needs_what_is_not_here_is_not_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |path: &str, text: &str| {
+        let path = folder.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    let grid = "question = \"?\"\nmacro_steps_s = [1e-3]\ncases = [{ name = \"wedge-box\" }]\nschemes = [{ scheme = \"nepce\" }]\n";
+    ["paper", "published"].iter().for_each(|group| write(&format!("experiments/{group}/a.toml"), grid));
+    write("experiments/study/a.toml", &format!("needs = {{ modules = [\"json\", \"no_such_module\"] }}\n{grid}"));
+    write("experiments/study/b.toml", &format!("needs = {{ data = [\"a/b.xml\"] }}\n{grid}"));
+    write("paper/figures.toml", "");
+    for (name, wanted) in [
+        ("study/a", "experiments/study/a.toml: needs the modules of Python json, no_such_module"),
+        ("study/b", "experiments/study/b.toml: needs a/b.xml in the folder that RIMBENCH_DATA_OF_OTHERS names"),
+    ] {
+        assert_has(&said(&mut called(folder.path(), &["reproduce", "--everything", "--only", name]), 2), &[wanted]);
+    }
+}
+
 #[test]
 fn every_experiment_of_the_source_is_carried_with_its_text() {
     let in_a_group = |path: &String| path.ends_with(".toml") && path.matches('/').count() == 1;

@@ -86,6 +86,9 @@ pub struct Experiment {
     reference_step_s: Option<f64>,
     /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
     wall_limit_s: Option<f64>,
+    /// What its cases need that not every machine has.
+    #[serde(default)]
+    pub needs: Needs,
     /// Whether the wall times of its runs are to be compared, so that nothing else may run beside them.
     #[serde(default)]
     pub timed: bool,
@@ -225,6 +228,18 @@ struct Perf {
     schemes: Vec<String>,
     /// All of theirs if absent.
     macro_steps_s: Option<MacroSteps>,
+}
+
+/// What the cases of an experiment need that not every machine has.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Needs {
+    /// Modules of Python.
+    #[serde(default)]
+    pub modules: Vec<String>,
+    /// Files in the folder of the data of others.
+    #[serde(default)]
+    pub data: Vec<PathBuf>,
 }
 
 /// What `--quick` replaces.

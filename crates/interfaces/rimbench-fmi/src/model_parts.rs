@@ -162,6 +162,8 @@ pub struct ModelSize {
     pub friction: bool,
     /// Whether some contacts are plastic while others rebound.
     pub plastic: bool,
+    /// Whether contacts are rows of an engine, at most as many.
+    pub engine: bool,
 }
 
 impl ModelSize {
@@ -172,6 +174,7 @@ impl ModelSize {
             interface: model.interface(),
             friction: model.has_friction(),
             plastic: !model.plastic.is_empty(),
+            engine: model.has_targets,
         }
     }
 
@@ -193,11 +196,36 @@ impl ModelSize {
         }
     }
 
+    /// Takes rows of an engine: how many, how many steps it takes, whether H is symmetric; H, a, w, position, gap; R, b,
+    /// k and the opposite edge of each row.
+    fn read_rows(self, numbers: &[f64], model: &mut ReducedInterfaceModel) -> Result<(), String> {
+        let few = || "its interface model has too few numbers".to_owned();
+        let [rows, steps, symmetric, rest @ ..] = numbers else { return Err(few()) };
+        let (rows, mut rest) = (*rows as usize, rest);
+        if rows > self.contacts {
+            let room = self.contacts;
+            return Err(format!(
+                "the engine has {rows} rows at once, and there is room for {room}; valid: engine_rows={rows} or more"
+            ));
+        }
+        model.set_contacts(rows);
+        let mut next = |count: usize| rest.split_off(..count).ok_or_else(few);
+        for part in [&mut model.h, &mut model.a, &mut model.w, &mut model.position, &mut model.gap] {
+            let told = next(part.len())?;
+            part.copy_from_slice(told);
+        }
+        (model.own_steps, model.unsymmetric) = ((*steps as usize).max(1), *symmetric == 0.0);
+        model.take_targets([next(rows)?, next(rows)?, next(rows)?, next(rows)?])
+    }
+
     /// Takes the parts of a model that were told one after the other.
     ///
     /// # Errors
     /// Too few numbers, and numbers that say nothing.
     pub(crate) fn read(self, mut numbers: &[f64], model: &mut ReducedInterfaceModel) -> Result<(), String> {
+        if self.engine {
+            return self.read_rows(numbers, model);
+        }
         let (mut spring, mut stiction) = ([0.0; 2], [0.0; 2]);
         for variable in self.parts() {
             let told = numbers.split_off(..variable.count(self));
@@ -236,6 +264,10 @@ impl ModelSize {
     pub(crate) fn empty(self) -> ReducedInterfaceModel {
         if self.friction {
             ReducedInterfaceModel::zeros_with_friction(&vec![0.0; self.contacts], self.interface)
+        } else if self.engine {
+            let mut empty = ReducedInterfaceModel::zeros_with_targets(self.contacts, self.interface);
+            empty.inertia_varies = true;
+            empty
         } else {
             ReducedInterfaceModel::zeros(self.contacts, self.interface)
         }
@@ -292,7 +324,7 @@ mod tests {
 
     #[test]
     fn what_is_told_part_by_part_is_the_model_again() {
-        let size = ModelSize { contacts: 2, interface: 1, friction: true, plastic: true };
+        let size = ModelSize { contacts: 2, interface: 1, friction: true, plastic: true, engine: false };
         let mut model = size.empty();
         let mut next = 0.0;
         let mut fresh = || {

@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rimbench::cosim::OutputRates;
-use rimbench::interface_model::{ReducedInterfaceModel, RowTarget, TOUCHING};
+use rimbench::interface_model::{ReducedInterfaceModel, TOUCHING};
 
 /// What a model has before it is filled: an empty one, from the attributes `contacts`, `stabilisation` and
 /// `restitution`, or of rows of an engine, at most `engine_rows`.
@@ -83,37 +83,21 @@ pub fn read(value: &Bound<'_, PyAny>, h: f64, most: usize, model: &mut ReducedIn
     }
     model.mechanics_step = h;
     if model.has_targets {
-        let mut numbers = [(); 3].map(|()| vec![0.0; model.contacts()]);
+        let mut numbers = [(); 4].map(|()| vec![0.0; model.contacts()]);
         for (name, to) in ["compliance", "damping", "stiffness"].iter().zip(&mut numbers) {
             copy(name, to)?;
         }
-        let [compliance, damping, stiffness] = &numbers;
-        for (row, target) in model.targets.iter_mut().enumerate() {
-            *target = RowTarget {
-                velocity: model.w[row],
-                distance: model.gap[row],
-                damping: damping[row],
-                stiffness: stiffness[row],
-                compliance: compliance[row],
-                opposite: row,
-            };
-        }
-        if let Some(opposite) = dict.get_item("opposite")? {
-            let rows = model.contacts();
-            let opposite: Vec<usize> = given("opposite", &opposite, "numbers of rows")?;
-            if opposite.len() != rows || opposite.iter().any(|row| *row >= rows) {
-                let message =
-                    format!("interface_model: `opposite` = {opposite:?}; valid: {rows} numbers of rows below {rows}");
-                return Err(PyValueError::new_err(message));
-            }
-            model.targets.iter_mut().zip(opposite).for_each(|(target, row)| target.opposite = row);
+        numbers[3].iter_mut().enumerate().for_each(|(row, opposite)| *opposite = row as f64);
+        if dict.contains("opposite")? {
+            copy("opposite", &mut numbers[3])?;
         }
         let steps: Option<usize> =
             dict.get_item("steps")?.map(|steps| given("steps", &steps, "a whole number from 1")).transpose()?;
         let symmetric = dict.get_item("symmetric")?.map_or(Ok(true), |said| said.is_truthy())?;
         (model.own_steps, model.unsymmetric) = (steps.unwrap_or(1).max(1), !symmetric);
         model.mechanics_step = h / model.own_steps as f64;
-        model.go_beyond_targets();
+        let taken = model.take_targets(numbers.each_ref().map(|numbers| &numbers[..]));
+        taken.map_err(|what| PyValueError::new_err(format!("interface_model: {what}")))?;
     }
     model.check().map_err(|what| PyValueError::new_err(format!("interface_model: {what}")))
 }

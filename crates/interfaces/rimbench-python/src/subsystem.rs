@@ -6,7 +6,7 @@ use crate::numbers::{attribute, copied, fill, given, method, number};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rimbench::cases::{JumpWatch, model_against_outputs};
+use rimbench::cases::{JumpWatch, check_step_of_model, model_against_outputs};
 use rimbench::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench::error::{Cause, Failure};
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -199,16 +199,8 @@ impl Capabilities for PySubsystem {
         if self.model.is_none() {
             return Ok(false);
         }
-        if h < self.model_from_s * (1.0 - 1e-9) && self.doubted.tried.get().is_some() {
-            return Err(Cause::NotOffered {
-                what: format!(
-                    "the interface model of the mechanics is one of its own step of {:e} s, and it is to take steps of {h:e} s; valid: \
-                     macro steps that are no shorter, or a shorter step of its own",
-                    self.model_from_s
-                )
-                .into(),
-            }
-            .into());
+        if self.doubted.tried.get().is_some() {
+            check_step_of_model(h, self.model_from_s)?;
         }
         self.counters.eliminations += 1;
         self.call(|this, py| match &this.model {

@@ -55,7 +55,9 @@ pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
 pub use jumps::JumpWatch;
-pub use opening::{Doubts, Fault, Remedy, Tried, WHAT_REMAINS, doubts_of, first_outputs, model_against_outputs};
+pub use opening::{
+    Doubts, Fault, Remedy, Tried, WHAT_REMAINS, check_step_of_model, doubts_of, first_outputs, model_against_outputs,
+};
 pub use outside::BuildSide;
 pub use problem::problem_text;
 pub use recorder::{AUDIT_COLUMNS, LAMBDA_COLUMN, Recorder, coordinate_column};

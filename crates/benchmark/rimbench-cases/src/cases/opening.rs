@@ -8,7 +8,7 @@ use adds_up::{Move, is_motion, position_over_velocity};
 use of_actuator::{Answer, answer_of, answers_late};
 use of_mechanics::{OfMechanics, Relation, answer_in_time, moves_against, pushed_place, pushed_rows};
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Sides, Subsystem};
-use rimbench_core::error::Failure;
+use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
 
 /// What runs on sides whose state or model is not to be believed.
@@ -307,6 +307,21 @@ pub fn model_against_outputs(model: &ReducedInterfaceModel, y: &[f64]) -> Result
         same("w of the interface", row, "m/s", [told, output], JOINT_DRIFT * (told.abs().max(output.abs()) + change))?;
     }
     Ok(())
+}
+
+/// Refuses an interface model over steps `h` (s) that are shorter than the first of which the side has one.
+///
+/// # Errors
+/// [`Cause::NotOffered`] with both steps.
+pub fn check_step_of_model(h: f64, from_s: f64) -> Result<(), Failure> {
+    if h >= from_s * (1.0 - 1e-9) {
+        return Ok(());
+    }
+    let what = format!(
+        "the interface model of the mechanics is one of its own step of {from_s:e} s, and it is to take steps of {h:e} s; valid: macro \
+         steps that are no shorter, or a shorter step of its own"
+    );
+    Err(Cause::NotOffered { what: what.into() }.into())
 }
 
 /// Inputs changed by so many times what is little beside them.

@@ -226,6 +226,31 @@ impl ReducedInterfaceModel {
         self.listing += 1;
     }
 
+    /// Takes the targets of rows whose `H`, `a`, `w` and `gap` are filled as they stand, and makes the rows those beyond
+    /// them: `R` (1/kg), `b` (1/s), `k` (1/s²) of each row, and the number of the row that is its opposite edge.
+    ///
+    /// # Errors
+    /// Opposite edges that are no rows.
+    pub fn take_targets(&mut self, [compliance, damping, stiffness, opposite]: [&[f64]; 4]) -> Result<(), String> {
+        let rows = self.contacts;
+        let is_row = |number: &f64| number.fract() == 0.0 && (0.0..rows as f64).contains(number);
+        if opposite.len() != rows || !opposite.iter().all(is_row) {
+            return Err(format!("`opposite` = {opposite:?}; valid: {rows} numbers of rows below {rows}"));
+        }
+        for (row, target) in self.targets.iter_mut().enumerate() {
+            *target = RowTarget {
+                velocity: self.w[row],
+                distance: self.gap[row],
+                damping: damping[row],
+                stiffness: stiffness[row],
+                compliance: compliance[row],
+                opposite: opposite[row] as usize,
+            };
+        }
+        self.go_beyond_targets();
+        Ok(())
+    }
+
     /// Makes rows at rest with their free accelerations in `a` and nothing of their own on the diagonal of `H_uu` those
     /// beyond the [`targets`](Self::targets).
     pub fn go_beyond_targets(&mut self) {

@@ -255,7 +255,10 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
         let (mut sides, at) = begun(&members, parameters, &started)?;
         members.mechanics.give_model(&mut sides.mechanics, macro_step_s).map_err(Error::Incompatible)?;
-        Ok(CoupledSystem::new(sides.mechanics, sides.actuator).begun(at))
+        let mut system = CoupledSystem::new(sides.mechanics, sides.actuator).begun(at);
+        // As where both are classes in one process.
+        system.bounded_by_motion = members.of(Side::Actuator).all(|member| matches!(member, Member::Python(_)));
+        Ok(system)
     };
     let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
     let scale =

@@ -352,7 +352,7 @@ impl Finder<'_> {
         if n > MOST_ROWS {
             return Err(self.wrong(format!("its interface model has {n} rows; at most {MOST_ROWS} make sense")));
         }
-        let size = ModelSize { contacts, interface, friction, plastic: has("rim.plastic") };
+        let size = ModelSize { contacts, interface, friction, plastic: has("rim.plastic"), engine: false };
         let find = |name: &str, kind: Type, dimensions: &[usize]| {
             let found = description.variable(name);
             let found = found.filter(|variable| variable.kind == kind && variable.dimensions == dimensions);

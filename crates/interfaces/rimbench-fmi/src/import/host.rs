@@ -15,7 +15,7 @@ pub(super) enum Ask {
     /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be
     /// taken for it stands before the inputs, and their relative error behind the answer.
     Rates,
-    /// Step of the mechanics in; out come the parts of [`ModelSize::parts`], one after the other.
+    /// Step of the mechanics in; out come the parts of [`ModelSize::parts`], one after the other, or rows of an engine.
     Model,
     /// Step of the mechanics in; observed quantities out.
     Observe,
@@ -30,7 +30,8 @@ pub(super) enum Ask {
     /// Nothing in; how often it has warned, and the bytes of what it said first out.
     Heard,
     /// Of an object of Python, nothing in; whether outputs follow inputs at once (−1: it does not say), whether it
-    /// counts work, whether it has an interface model, its contacts, and the bytes of what it observes out.
+    /// counts work, whether it has an interface model, says how its outputs move, and has rows of an engine, from which
+    /// step (s) on its model is one, its contacts or most rows, and the bytes of what it observes out.
     Describe,
     /// Of a scheme: the side, 0 for the mechanics, the time, index, start and length of the macro step, the number of
     /// outputs and these, and with an interface model the mechanics' step and its parts in; nothing out.

@@ -137,6 +137,7 @@ impl Motion {
             rates: side == Side::Actuator && self.is_known(),
             probed: self.probe.is_some(),
             smooth: self.smooth,
+            model_from_s: 0.0,
             without: match side {
                 Side::Actuator if !self.is_known() => Some(NO_RATES.into()),
                 Side::Mechanics if !self.smooth => Some(format!("{NO_MODEL}; {WHAT_REMAINS}").into()),

@@ -34,6 +34,8 @@ pub(super) struct PythonMember {
     pub(super) ports: Ports,
     pub(super) offers: Offers,
     pub(super) model: Option<ModelSize>,
+    /// The shortest step in which that is its model, s.
+    model_from_s: f64,
     /// What it is given besides the parameters of the case.
     start: Map<String, serde_json::Value>,
     python: PathBuf,
@@ -88,6 +90,7 @@ impl PythonMember {
             ports: Ports { inputs, outputs, direct_feedthrough: false },
             offers: Offers { copies: true, ..Offers::default() },
             model: None,
+            model_from_s: 0.0,
             start,
             python: python.to_owned(),
             answer_within: Duration::from_secs_f64(file.answer_within_s.min(1e9)),
@@ -95,7 +98,7 @@ impl PythonMember {
         let mut host = member.host(usual).map_err(&wrong)?;
         let mut told = Vec::new();
         host.ask(Ask::Describe, 0, &[], &mut told).map_err(|message| wrong(message.clone()))?;
-        let [through, work, model, contacts, names @ ..] = &*told else {
+        let [through, work, model, rates, engine, from_s, contacts, names @ ..] = &*told else {
             return Err(wrong("says nothing of itself".to_owned()));
         };
         let names: Vec<u8> = names.iter().map(|byte| *byte as u8).collect();
@@ -107,9 +110,11 @@ impl PythonMember {
         }
         member.ports.direct_feedthrough = table.direct_feedthrough.unwrap_or(*through == 1.0);
         member.offers.work = *work == 1.0;
+        member.offers.rates = *rates == 1.0 && side == Side::Actuator;
+        member.model_from_s = *from_s;
         member.offers.observables = names.lines().map(|name| Name::from(name.to_owned())).collect();
         let (contacts, interface) = (*contacts as usize, rows.len());
-        let size = ModelSize { contacts, interface, friction: false, plastic: false };
+        let size = ModelSize { contacts, interface, friction: false, plastic: false, engine: *engine == 1.0 };
         member.model = (*model == 1.0 && side == Side::Mechanics).then_some(size);
         member.offers.without =
             (member.model.is_none() && !without_model.is_empty()).then(|| without_model.to_owned().into());
@@ -144,8 +149,10 @@ impl PythonMember {
         Ok(ImportedSide::new(host, (&self.file, notes), self.ports.clone(), self.offers.clone(), shape))
     }
 
-    /// Takes back what it says that it offers, where a check has found that it does not.
+    /// Takes back what it says that it offers, where a check has found that it does not. The check takes steps that no
+    /// run takes.
     pub(super) fn doubt(&mut self, state: Option<String>, model: Option<String>) {
+        self.offers.model_from_s = self.model_from_s;
         if state.is_some() {
             self.offers.without_copies = state;
         }

@@ -105,18 +105,29 @@ def main():
             raise ValueError(f"{what} gives {len(values)} numbers instead of {count}")
         return values
 
+    def flattened(values, count, what):
+        values = values.ravel() if hasattr(values, "ravel") else values
+        return checked([item for row in values for item in (row if hasattr(row, "__len__") else (row,))], count, what)
+
+    def rows_of_engine(side):
+        return int(getattr(side, "engine_rows", None) or 0)
+
     def model_of(side, h):
         model = side.interface_model(h)
-        contacts = int(getattr(side, "contacts", 0) or 0)
+        engine = rows_of_engine(side)
+        contacts = len(model["compliance"]) if engine else int(getattr(side, "contacts", 0) or 0)
         n = contacts + inputs
 
         def part(name, count):
-            values = model[name]
-            values = values.ravel() if hasattr(values, "ravel") else values
-            flat = [item for row in values for item in (row if hasattr(row, "__len__") else (row,))]
-            return checked(flat, count, f"interface_model: `{name}`")
+            return flattened(model[name], count, f"interface_model: `{name}`")
 
         gap = part("gap", contacts) if contacts else []
+        if engine:
+            of_rows = [part(name, contacts) for name in ("compliance", "damping", "stiffness")]
+            of_rows.append(part("opposite", contacts) if "opposite" in model else range(contacts))
+            head = [contacts, model.get("steps", 1), bool(model.get("symmetric", True))]
+            parts = [head, part("H", n * n), part("a", n), part("w", n), part("position", inputs), gap, *of_rows]
+            return [number for part in parts for number in part]
         closed = model.get("closed")
         closed = [gap <= TOUCHING for gap in gap] if closed is None else [bool(value) for value in closed]
         gamma, e = (to_number(getattr(side, name, 0.0) or 0.0) for name in ("stabilisation", "restitution"))
@@ -183,6 +194,12 @@ def main():
             t, h, *u = values
             told = side.step(t, tuple(u), h)
             return checked(side.outputs(tuple(u)) if told is None else told, outputs, "step")
+        if what == RATES:
+            t, *u = values
+            gains = outputs * inputs
+            rates = {"rate_gain": [0.0] * gains, **side.output_rates(t, tuple(u))}
+            parts = (("rate", outputs), ("feedthrough", gains), ("rate_gain", gains))
+            return [number for name, count in parts for number in flattened(rates[name], count, f"output_rates: `{name}`")]
         if what == MODEL:
             return model_of(side, values[0])
         if what == OBSERVE:
@@ -198,14 +215,14 @@ def main():
             through = getattr(side, "direct_feedthrough", None)
             known = [-1.0 if through is None else float(bool(through))]
             refused = getattr(side, "no_interface_model", None)
-            if not refused and getattr(side, "engine_rows", None):
-                refused = "rows of an engine are a model of rimbench.Case only; valid in a case file: contacts=[(geom, geom), ...]"
-            known.append(float(getattr(side, "interface_work", None) is not None))
-            known.append(float(not refused and getattr(side, "interface_model", None) is not None))
+            known += [float(getattr(side, name, None) is not None) for name in ("interface_work", "interface_model", "output_rates")]
+            known[2] *= not refused
+            engine = rows_of_engine(side)
+            known += [float(engine > 0), to_number(getattr(side, "model_from_s", 0.0))]
             # Behind the names, why there is no interface model, and what it is made of.
             names = "\n".join(getattr(side, "observables", ()) or ())
             names += "\0" + (refused or "") + "\0" + made_of(side)
-            return known + [float(getattr(side, "contacts", 0) or 0), *names.encode(errors="backslashreplace")]
+            return known + [float(engine or getattr(side, "contacts", 0) or 0), *names.encode(errors="backslashreplace")]
         return [0.0] if what == HEARD else []
 
     while True:

@@ -4,7 +4,7 @@ use super::host::{Ask, Host};
 use super::probing::{ProbeErrors, SideNotes};
 use crate::last_words::tell_once;
 use crate::model_parts::ModelSize;
-use rimbench_cases::cases::{JumpWatch, model_against_outputs};
+use rimbench_cases::cases::{JumpWatch, check_step_of_model, model_against_outputs};
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters, subsystem_methods};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -62,6 +62,8 @@ pub(super) struct Offers {
     pub(super) probed: bool,
     /// What its outputs' rates say is its interface model: a mechanics that has no other.
     pub(super) smooth: bool,
+    /// The shortest step of which it has an interface model, s.
+    pub(super) model_from_s: f64,
     /// Why it has neither rates nor an interface model, where more is to be said than that.
     pub(super) without: Option<Cow<'static, str>>,
     /// Why it gives no copies, likewise.
@@ -269,7 +271,7 @@ impl ImportedSide {
         self.input.push(h);
         self.ask(Ask::Model)?;
         size.read(&self.output, model)?;
-        model.mechanics_step = h;
+        model.mechanics_step = h / model.own_steps as f64;
         model.check().map_err(|what| format!("its interface model: {what}"))?;
         if self.known && !self.ports.direct_feedthrough {
             model_against_outputs(model, &self.y)?;
@@ -473,6 +475,7 @@ impl Capabilities for ImportedSide {
         if self.model.is_none() {
             return self.without();
         }
+        check_step_of_model(h, self.offers.model_from_s)?;
         match self.told {
             Some(size) => self.fill(h, size, model).map_err(Failure::reported)?,
             None => self.fill_smooth(h, model)?,

@@ -144,8 +144,14 @@ class Mechanics:
         if by_engine:
             self.contacts, self.engine_rows, self.model_from_s = 0, int(engine_rows), self._timestep
         self._by_engine = by_engine
-        #: Rows of sites and tendons turn as the model moves.
+        #: Rows of sites and tendons turn as the model moves; of joints alone their places in positions and velocities, and levers.
         self._turns = any(row[0] != "joint" for row in interface)
+        if not self._turns:
+            numbers = [_find(self.model, "joint", row[1]) for row in interface]
+            self._joints = self.model.jnt_qposadr[numbers], self.model.jnt_dofadr[numbers], np.array([(*row, 1.0)[2] for row in interface])
+            self._rows = np.array([row(self.data)[1] for row in self._interface])
+        #: Kinds of rows of the engine.
+        self._equality, self._pyramid = (int(getattr(engine.mjtConstraint, f"mjCNSTR_{kind}")) for kind in ("EQUALITY", "CONTACT_PYRAMIDAL"))
         if self.no_interface_model:
             self.interface_model = None  # type: ignore[assignment]
         self._wide: list[Any] = []
@@ -290,10 +296,14 @@ class Mechanics:
     def _see(self) -> None:
         """Brings positions, velocities and contacts to the present state, and takes the interface from it."""
         _engine().mj_step1(self.model, self.data)
-        rows = [row(self.data) for row in self._interface]
-        self._rows = np.array([jacobian for _, jacobian in rows])
-        self._speeds = self._rows @ self.data.qvel
-        self._outputs = (*(float(position) for position, _ in rows), *self._speeds.tolist())
+        if self._turns:
+            rows = [row(self.data) for row in self._interface]
+            self._rows = np.array([jacobian for _, jacobian in rows])
+            positions, self._speeds = [float(position) for position, _ in rows], self._rows @ self.data.qvel
+        else:
+            places, dofs, levers = self._joints
+            positions, self._speeds = (levers * self.data.qpos[places]).tolist(), levers * self.data.qvel[dofs]
+        self._outputs = (*positions, *self._speeds.tolist())
 
     def outputs(self, u: Sequence[float]) -> Sequence[float]:
         return self._outputs
@@ -339,7 +349,8 @@ class Mechanics:
             data.qfrc_applied[:] = own
             self._see()
             self._work += 0.5 * h / count * float(force @ (before + self._speeds))
-        for warning in (engine.mjtWarning.mjWARN_BADQPOS, engine.mjtWarning.mjWARN_BADQVEL, engine.mjtWarning.mjWARN_BADQACC):
+        bad = (engine.mjtWarning.mjWARN_BADQPOS, engine.mjtWarning.mjWARN_BADQVEL, engine.mjtWarning.mjWARN_BADQACC)
+        for warning in bad if data.warning.number.any() else ():
             if data.warning[warning].number:
                 what = {"QPOS": "positions", "QVEL": "velocities", "QACC": "accelerations"}[warning.name[-4:]]
                 raise ArithmeticError(f"MuJoCo: {what} are no numbers any more, or beyond 1e10")
@@ -351,7 +362,7 @@ class Mechanics:
 
     # Copies, and the exact model.
 
-    _SHARED = ("model", "_interface", "_pairs", "_limits", "_rows", "_speeds", "_outputs", "_wide", "_spare", "interface_model")
+    _SHARED = ("model", "_interface", "_pairs", "_limits", "_rows", "_joints", "_speeds", "_outputs", "_wide", "_spare", "interface_model")
 
     def _state(self) -> Numbers:
         engine = _engine()
@@ -417,7 +428,7 @@ class Mechanics:
     def _equalities(self, data: Any) -> Numbers:
         engine, model = _engine(), self.model
         sparse = (data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind) if engine.mj_isSparse(model) else None
-        rows: Numbers = _dense(data.efc_J, model.nv, sparse)[data.efc_type == int(engine.mjtConstraint.mjCNSTR_EQUALITY)]
+        rows: Numbers = _dense(data.efc_J, model.nv, sparse)[data.efc_type == self._equality]
         return rows
 
     def interface_model(self, h: float) -> dict[str, Any]:
@@ -474,20 +485,29 @@ class Mechanics:
             "position": self._outputs[: len(self._interface)],
         }
 
-    def _slope(self) -> Numbers | None:
-        """Damping that the engine takes implicitly, N s/m; none where there is none."""
-        engine, model, data = _engine(), self.model, self.data
+    def _at_end(self, rows: Numbers) -> tuple[Numbers, bool]:
+        """How velocities at the end of a step answer to rows, and whether as accelerations do: by the factors that the engine's integrator
+        makes of the metric M_h = M + h D of damping that it takes implicitly."""
+        engine, model, data, answers = _engine(), self.model, self.data, np.zeros(rows.shape)
         if int(model.opt.integrator) == int(engine.mjtIntegrator.mjINT_EULER):
             off = model.opt.disableflags & (engine.mjtDisableBit.mjDSBL_EULERDAMP | engine.mjtDisableBit.mjDSBL_DAMPER)
-            return None if off or not model.dof_damping.any() else np.diag(model.dof_damping)
-        # Of smooth forces, the symmetric part. It moves positions and velocities and nothing that depends on them.
-        state = self._state()
-        engine.mj_implicit(model, data)
-        engine.mj_setState(model, data, state, engine.mjtState.mjSTATE_INTEGRATION)
-        if not data.qDeriv.any():
-            return None
-        slope = _dense(data.qDeriv, model.nv, (model.D_rownnz, model.D_rowadr, model.D_colind))
-        return -0.5 * (slope + slope.T)
+            damped, integrate = not off and model.dof_damping.any(), engine.mj_Euler
+        else:
+            damped, integrate = True, engine.mj_implicit
+        if damped:
+            # It moves positions and velocities and nothing that depends on them.
+            state = self._state()
+            integrate(model, data)
+            engine.mj_setState(model, data, state, engine.mjtState.mjSTATE_INTEGRATION)
+            damped = integrate is engine.mj_Euler or data.qDeriv.any()
+        if not damped:
+            engine.mj_solveM(model, data, answers, rows)
+            return answers, True
+        own = data.qLD.copy(), data.qLDiagInv.copy()
+        data.qLD[:], data.qLDiagInv[:] = data.qH, data.qHDiagInv
+        engine.mj_solveM(model, data, answers, rows)
+        data.qLD[:], data.qLDiagInv[:] = own
+        return answers, False
 
     def _of_rows(self, h: float) -> dict[str, Any]:
         """The engine's constraint rows over its own steps in h, and the interface.
@@ -503,46 +523,39 @@ class Mechanics:
         n, nv, interface = data.nefc, model.nv, self._rows
         sparse = (data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind) if engine.mj_isSparse(model) else None
         rows = _dense(data.efc_J[: n * nv] if sparse is None else data.efc_J, nv, sparse)[:n] if n else np.zeros((0, nv))
-        pushes = data.efc_type[:n] != int(engine.mjtConstraint.mjCNSTR_EQUALITY)
+        kinds, compliance = data.efc_type[:n], 1.0 / data.efc_D[:n]
         stiffness, damping, impedance = data.efc_KBIP[:n, :3].T
-        compliance = 1.0 / data.efc_D[:n]
-        answers = np.zeros((n + len(interface), nv))
-        engine.mj_solveM(model, data, answers, np.concatenate([rows, interface]))
-        free = data.qacc_smooth.copy()
-        if not pushes.all():
-            held, joints = answers[:n][~pushes], rows[~pushes]
-            springs = np.linalg.solve(joints @ held.T + np.diag(compliance[~pushes]), held)
-            free += (data.efc_aref[:n][~pushes] - joints @ free) @ springs
-            answers = answers - (answers @ joints.T) @ springs
-            unilateral = np.concatenate([pushes, np.ones(len(interface), bool)])
-            rows, answers = rows[pushes], answers[unilateral]
-        at_end, slope = np.concatenate([answers, free[None]]), self._slope()
-        if slope is not None:
-            mass = np.zeros((nv, nv))
-            try:
-                engine.mj_fullM(model, data, mass)
-            except TypeError:  # before MuJoCo 4
-                engine.mj_fullM(model, mass, data.qM)
-            metric = mass + self._begun * slope
-            at_end = np.linalg.solve(metric, mass @ at_end.T).T
-        full = np.concatenate([rows @ answers.T, interface @ at_end[:-1].T])
-        accelerations = np.concatenate([rows @ free, interface @ at_end[-1]])
+        distance, speeds = data.efc_pos[:n] - data.efc_margin[:n], data.efc_vel[:n]
+        free, force, answers = data.qacc_smooth, data.qfrc_smooth, np.zeros((n, nv))
+        engine.mj_solveM(model, data, answers, rows)
+        ends, symmetric = self._at_end(interface)
+        pushed, held = np.concatenate([rows, interface]), kinds == self._equality
+        if held.any():
+            joints, of_joints, others = rows[held], answers[held], ~held
+            springs = np.linalg.inv(joints @ of_joints.T + np.diag(compliance[held]))
+            pull = springs @ (data.efc_aref[:n][held] - joints @ free)
+            free, force = free + pull @ of_joints, force + pull @ joints
+            rows, kinds, compliance, distance, speeds = (part[others] for part in (rows, kinds, compliance, distance, speeds))
+            stiffness, damping, impedance = stiffness[others], damping[others], impedance[others]
+            pushed = np.concatenate([rows, interface])
+            share = pushed @ of_joints.T @ springs
+            pushed, answers = pushed - share @ joints, answers[others] - share[: len(rows)] @ of_joints
+        accelerations = np.concatenate([rows @ free, ends @ force])
         if self._turns:
             accelerations[len(rows) :] += self._turning()
         return {
-            "H": full, "a": accelerations, "w": np.concatenate([data.efc_vel[:n][pushes], self._speeds]),
-            "gap": (data.efc_pos[:n] - data.efc_margin[:n])[pushes], "position": self._outputs[: len(interface)],
-            "compliance": compliance[pushes], "damping": damping[pushes], "stiffness": (stiffness * impedance)[pushes],
-            "opposite": self._opposite(data.efc_type[:n][pushes]), "steps": steps, "symmetric": slope is None,
+            "H": np.concatenate([np.concatenate([rows @ answers.T, answers @ interface.T], axis=1), ends @ pushed.T]),
+            "a": accelerations, "w": np.concatenate([speeds, self._speeds]), "gap": distance, "position": self._outputs[: len(interface)],
+            "compliance": compliance, "damping": damping, "stiffness": stiffness * impedance, "opposite": self._opposite(kinds),
+            "steps": steps, "symmetric": symmetric,
         }
 
-    @staticmethod
-    def _opposite(kinds: Numbers) -> Any:
+    def _opposite(self, kinds: Numbers) -> Numbers:
         """The other edge of a pyramid in the same direction, which is its neighbour, and of all else the row itself."""
-        rows = np.arange(len(kinds))
-        edges = np.flatnonzero(kinds == int(_engine().mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL))
-        rows[edges] = edges[np.arange(len(edges)) ^ 1]
-        return rows.tolist()
+        rows = np.arange(float(len(kinds)))
+        edges = np.flatnonzero(kinds == self._pyramid)
+        rows[edges[::2]], rows[edges[1::2]] = edges[1::2], edges[::2]
+        return rows
 
     def _turning(self) -> Numbers:
         """Accelerations of the interface because its rows turn, m/s²."""
