@@ -229,7 +229,9 @@ fn the_readme_counts_the_committed_claims() {
     let replaced = claims.iter().filter(|claim| !claim.superseded.is_empty()).count();
     let page = read(&root().join("results/paper/report.html"));
     let sentence = format!("<strong>{}</strong>", claims_score(claims.iter()));
-    assert!(sentence.contains(&format!("{} of {} sentences of the paper and {} of all {}", paper.0, paper.1, all.0, all.1)));
+    assert!(
+        sentence.contains(&format!("{} of {} sentences of the paper and {} of all {}", paper.0, paper.1, all.0, all.1))
+    );
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
 }
 

@@ -72,7 +72,9 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
     assert!(!missing(&page).contains("planned"));
     // The same from its group, and from all results.
     for above in [study.parent().unwrap(), study.ancestors().nth(2).unwrap()] {
-        assert!(self::page(above).contains("<strong>0 of 1 sentence of the paper and 1 of all 2 claims reproduce</strong>"));
+        assert!(
+            self::page(above).contains("<strong>0 of 1 sentence of the paper and 1 of all 2 claims reproduce</strong>")
+        );
     }
 }
 

@@ -90,7 +90,17 @@ impl Parameter {
         source: impl Into<Name>,
     ) -> Self {
         let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-        Parameter { name, unit, default: Value::Number(default), range, about, source, study: None, only_with: &[], is_gap: false }
+        Parameter {
+            name,
+            unit,
+            default: Value::Number(default),
+            range,
+            about,
+            source,
+            study: None,
+            only_with: &[],
+            is_gap: false,
+        }
     }
 
     /// Declares a parameter that is one of `names`; the first is the default.
