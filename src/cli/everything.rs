@@ -59,9 +59,9 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     for experiment in &experiments {
         total += experiment.plan_at_first_draw(catalogue, false)?.len();
     }
-    // Of a part, what rests on all of them is left as it is.
+    // Files that rest on all experiments stay as they are if only some are run.
     let whole = only.is_empty();
-    // Pages speak of what is kept, files that other commands make included.
+    // Pages quote kept results, also those of other commands.
     let pages = if whole && out == Path::new("results") { pages()? } else { Vec::new() };
     let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
     let figures: Vec<&FigureEntry> =

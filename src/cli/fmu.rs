@@ -100,7 +100,7 @@ impl Fmu {
         files.insert(0, (self.out.file_name().unwrap_or_default().to_string_lossy().into_owned(), packed));
         let files: Vec<(PathBuf, Vec<u8>)> = files.into_iter().map(|(name, bytes)| (beside(&name), bytes)).collect();
         files.iter().try_for_each(|(path, _)| check_writable_file(path))?;
-        // Some without the others are less than what was asked for.
+        // All files or none: those written are removed if one fails.
         let mut written = Vec::new();
         for (path, bytes) in &files {
             let was_there = path.exists();

@@ -99,7 +99,7 @@ impl Limit {
         // What else is known of the limit, without runs.
         let beside = LimitSearch { progress: &|_| (), ..search };
         let predicted = predicted_stability_limit(beside)?;
-        // What has no map of one macro step has no radius.
+        // A scheme whose macro step is no linear map has no spectral radius.
         let radius = if linear { spectral_stability_limit(beside).ok() } else { None };
         match self.format {
             Format::Json => {

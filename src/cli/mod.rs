@@ -226,7 +226,7 @@ impl Cli {
         catalogue.read_schemes_by(|file| read_scheme(file, &Programs { python: python(), ..Programs::default() }));
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, notes, file).map(drop))?;
         self.scheme_file.iter().try_for_each(|text| add_scheme_file(&mut catalogue, text).map(drop))?;
-        // What another process of this program must be told as well.
+        // Arguments that other processes of this program need as well.
         let cases = self.case_file.iter().map(|file| ("--case-file", file.clone()));
         let schemes = self.scheme_file.iter().map(|file| ("--scheme-file", PathBuf::from(file)));
         let files: Vec<(&str, PathBuf)> = cases.chain(schemes).collect();

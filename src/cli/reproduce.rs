@@ -16,7 +16,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
 use rimbench::figures::style::Styles;
-use rimbench::harness::{Cache, CheckedClaim, Job, Verdict, check_fresh_claims, run_job};
+use rimbench::harness::{Cache, CheckedClaim, Job, Verdict, check_fresh_claims, claims_score, run_job};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -110,8 +110,8 @@ impl Reproduce {
             print(&paragraph(&format!("{same} of {} {said}", remade.files), 0))?;
         }
         let said = format!(
-            "{} of {all} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s.",
-            all - main,
+            "{}. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s.",
+            claims_score(claims.iter()),
             started.elapsed().as_secs_f64(),
         );
         print(&paragraph(&said, 0))?;

@@ -137,7 +137,7 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let unit = TIMES.iter().find_map(|(unit, per_second)| Some((text.strip_suffix(unit)?, per_second)));
     let (number, per_second) = unit.unwrap_or((text, &1.0));
-    // Divided, so that 5ms is the number that 0.005 is.
+    // Division rounds as decimal notation does: 5ms and 0.005 are the same number.
     let value = number.trim_end().parse::<f64>().ok().map(|value| value / per_second);
     value.ok_or_else(|| "a time such as 5ms, 200us or 0.005, which is in seconds".to_owned())
 }

@@ -35,7 +35,7 @@ impl Verify {
         let mut seen = HashSet::new();
         self.files.retain(|file| seen.insert(file.clone()));
         let (mut claims, mut faults) = (Vec::new(), Vec::new());
-        // Without rows what is kept of them can be held against itself.
+        // Without rows, claims are checked against the summary that is kept.
         let mut kept = 0;
         for file in &self.files {
             let checked = Project::experiment(file).and_then(|experiment| {

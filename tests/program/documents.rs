@@ -4,7 +4,7 @@
 use crate::support::{cases, schemes};
 use rimbench::cases::ReferenceMethod;
 use rimbench::catalogue::Catalogue;
-use rimbench::claims::{CheckedClaim, Claimant, Verdict, read_claims};
+use rimbench::claims::{CheckedClaim, Claimant, Verdict, claims_score, read_claims};
 use rimbench::figures::{TableList, claims_markdown, fill_page};
 use std::collections::BTreeSet;
 use std::fs;
@@ -228,7 +228,10 @@ fn the_readme_counts_the_committed_claims() {
     assert_eq!(claims_markdown(&claims), read(&root().join("results/paper/claims.md")));
     let replaced = claims.iter().filter(|claim| !claim.superseded.is_empty()).count();
     let page = read(&root().join("results/paper/report.html"));
-    let sentence = format!("<strong>{} of {} claims reproduce</strong>", all.0, all.1);
+    let sentence = format!("<strong>{}</strong>", claims_score(claims.iter()));
+    assert!(
+        sentence.contains(&format!("{} of {} sentences of the paper and {} of all {}", paper.0, paper.1, all.0, all.1))
+    );
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
 }
 

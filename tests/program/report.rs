@@ -45,7 +45,7 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
     let folder = tempfile::tempdir().unwrap();
     let study = results(folder.path());
     let page = page(&study);
-    assert!(page.contains("<strong>1 of 2 claims reproduce</strong>"));
+    assert!(page.contains("<strong>0 of 1 sentence of the paper and 1 of all 2 claims reproduce</strong>"));
     let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text} is not in the page"));
     let mark = |kind: &str, id: &str| at(&format!("class=\"mark {kind}\" href=\"#claim-mine-holds-{id}\""));
     assert!(mark("no", "none") < mark("yes", "small"));
@@ -72,7 +72,9 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
     assert!(!missing(&page).contains("planned"));
     // The same from its group, and from all results.
     for above in [study.parent().unwrap(), study.ancestors().nth(2).unwrap()] {
-        assert!(self::page(above).contains("<strong>1 of 2 claims reproduce</strong>"));
+        assert!(
+            self::page(above).contains("<strong>0 of 1 sentence of the paper and 1 of all 2 claims reproduce</strong>")
+        );
     }
 }
 

@@ -516,6 +516,15 @@ fn neither_another_experiment_nor_a_file_of_the_user_is_replaced() {
     std::fs::remove_dir_all(place.path("s/records")).unwrap();
     std::fs::write(&other, EXPERIMENT.replace("[2e-3, 5e-3]", "[3e-3]").replace("0.1", "0.2")).unwrap();
     assert!(refused(&mut run(&other, &[])).contains("another experiment of the same name"));
+    // A run is shared by what determines it, whatever id another version of the numerics gave it.
+    let rows = std::fs::read_to_string(place.path("s/runs.csv")).unwrap();
+    let with_other_ids = rows.lines().enumerate().map(|(line, row)| match row.split_once(',') {
+        Some((_, rest)) if line > 0 => format!("{line:016x},{rest}\n"),
+        _ => format!("{row}\n"),
+    });
+    std::fs::write(place.path("s/runs.csv"), with_other_ids.collect::<String>()).unwrap();
+    std::fs::write(&other, EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 9e-3]")).unwrap();
+    run(&other, &[]).assert().success();
 
     // The command that is named is one of a shell.
     let blank = printed(rimbench().current_dir(&place.0).arg("run").arg(&file).args(["--out", "my own"]));

@@ -83,7 +83,7 @@ impl Error {
     /// Builds [`Error::InvalidValue`]. Of a long text only the beginning is repeated.
     pub fn invalid(key: impl Into<String>, found: impl fmt::Display, expected: impl Into<String>) -> Self {
         let (key, found) = (shortened(&key.into()), shortened(&found.to_string()));
-        // What is empty or blank would not be seen.
+        // In quotes, or an empty text would not be seen in the message.
         let found = if found.trim().is_empty() { format!("{found:?}") } else { found };
         Error::InvalidValue { key, found, expected: with_short_numbers(&expected.into()) }
     }
@@ -286,7 +286,7 @@ pub fn with_short_numbers(text: &str) -> String {
 }
 
 fn did_you_mean(found: &str, valid: &[String]) -> String {
-    // What has no letters is not mistyped.
+    // The empty name is close to every short word.
     let named = valid.iter().filter(|name| !name.is_empty());
     let nearest = named.map(|name| (strsim::damerau_levenshtein(found, name), name)).min();
     match nearest {

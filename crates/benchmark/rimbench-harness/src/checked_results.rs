@@ -2,7 +2,7 @@
 //! or as what is beside it says.
 
 use super::experiment::{Experiment, PlannedRun};
-use super::folder::{Folder, pooled_sets, sum_of_plan};
+use super::folder::{Folder, pooled_sets};
 use super::results::{plan_cells, plan_header};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::budget::check_budget;
@@ -66,7 +66,7 @@ pub(super) fn checked_runs(
     if trust == Trust::Nothing {
         let digest = Digest::of_this_version(folder)?;
         digest.check_rows(folder)?;
-        digest.check_plan(folder, planned.len(), &sum_of_plan(experiment, catalogue, &planned, quick)?)?;
+        digest.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, quick)?)?;
         check_summary(folder, &runs, &pooled_sets(&planned))?;
         if let Some(budgets) = experiment.budgets() {
             check_budget(folder, &runs, budgets, &pooled_sets(&planned))?;

@@ -32,33 +32,49 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
 /// Those of [`run_job`]; [`Error::Stopped`] if it was ended when all runs were done and the result files were not.
 pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
     let size = job.experiment.size(job.quick)?;
-    if let Some(Shard::Places { first, last }) = job.shard
-        && !(first <= last && last < size)
-    {
-        let expected = format!("places of the plan in order, within 0-{}", size - 1);
-        return Err(Error::invalid("places", format!("{first}-{last}"), expected));
+    let places = match job.shard {
+        None => None,
+        Some(Shard::Every { .. }) => Some(0..size),
+        Some(Shard::Places { first, last }) if first <= last && last < size => Some(first..last + 1),
+        Some(Shard::Places { first, last }) => {
+            let expected = format!("places of the plan in order, within 0-{}", size - 1);
+            return Err(Error::invalid("places", format!("{first}-{last}"), expected));
+        }
+    };
+    let in_shard = |place: usize| job.shard.is_none_or(|shard| shard.has(place));
+    let mut all = Summary { in_parts: size > MOST_RUNS, ..Summary::default() };
+    let (mut folder, mut whole, mut to_do) = (None, None, 0);
+    for part in job.plans(size, places) {
+        let (first, plan) = part?;
+        let folder = match &mut folder {
+            Some(folder) => folder,
+            none => none.insert(Folder::open(&job, &plan)?),
+        };
+        let missing = folder.missing(&plan);
+        let stored = plan.len() - missing.len();
+        let own = (0..plan.len()).filter(|index| in_shard(first + index)).count();
+        let todo: Vec<usize> = missing.into_iter().filter(|index| in_shard(first + index)).collect();
+        to_do += todo.len();
+        progress(Step::ToDo(to_do));
+        let (done, held) = compute(&job, folder, &plan, &todo, progress, stop)?;
+        all.planned += own;
+        all.reused += own - todo.len();
+        all.renewed += done.renewed;
+        all.computed += done.computed;
+        all.not_completed += done.not_completed;
+        all.missing += todo.len() - done.computed;
+        all.damaged = done.damaged;
+        whole = (!all.in_parts).then_some((plan, stored, held));
+        if stop.soon.check().is_err() {
+            break;
+        }
     }
-    if let Some(shard) = job.shard.filter(|_| size > MOST_RUNS) {
-        return run_parts(job, size, shard, progress, stop);
-    }
-    let plan = job.experiment.plan(job.catalogue, job.quick)?;
-    let folder = Folder::open(&job, &plan)?;
-    let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
-    let missing = folder.missing(&plan);
-    let reused = plan.len() - missing.len();
-    let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
-    progress(Step::ToDo(todo.len()));
-    let (mut summary, held) = compute(&job, &folder, &plan, &todo, progress, stop)?;
-    // One task of many asks only for its own.
-    if let Some(Shard::Places { first, last }) = job.shard {
-        summary.planned = last - first + 1;
-        summary.reused = summary.planned - todo.len();
-        summary.missing = todo.len() - summary.computed;
-        return Ok(summary);
-    }
-    summary.reused = reused;
+    // One task of many asks only for its own, and of a plan in parts the rows stay tables of the store.
+    let whole = whole.filter(|_| !matches!(job.shard, Some(Shard::Places { .. })));
+    let Some((folder, (plan, stored, held))) = folder.zip(whole) else { return Ok(all) };
+    (all.planned, all.reused) = (plan.len(), stored);
     let (missing, _) = folder.finish(&job, &plan, held, stop.soon)?;
-    let gone = missing.iter().filter(|&index| in_shard(index)).count();
+    let gone = missing.iter().filter(|&&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
         let message = format!(
             "lacks {gone} runs that had been stored: the folder was removed, or another process started again with --fresh; \
@@ -66,41 +82,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         );
         return Err(Error::file(job.folder, message));
     }
-    summary.missing = missing.len();
-    Ok(summary)
-}
-
-/// Runs a shard of a plan that is too large to be laid out at once, part by part. There are no result files of so many
-/// runs: their rows stay tables of the store.
-fn run_parts(job: Job<'_>, size: usize, shard: Shard, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
-    let places = match shard {
-        Shard::Places { first, last } => first..last + 1,
-        Shard::Every { .. } => 0..size,
-    };
-    let mut all = Summary { in_parts: true, ..Summary::default() };
-    let (mut folder, mut to_do) = (None, 0);
-    for part in job.experiment.parts(job.catalogue, job.quick, places) {
-        let (first, plan) = part?;
-        let folder = match &mut folder {
-            Some(folder) => folder,
-            none => none.insert(Folder::open(&job, &plan)?),
-        };
-        let own = (0..plan.len()).filter(|index| shard.has(first + index)).count();
-        let todo: Vec<usize> = folder.missing(&plan).into_iter().filter(|index| shard.has(first + index)).collect();
-        to_do += todo.len();
-        progress(Step::ToDo(to_do));
-        let (summary, _) = compute(&job, folder, &plan, &todo, progress, stop)?;
-        all.planned += own;
-        all.reused += own - todo.len();
-        all.renewed += summary.renewed;
-        all.computed += summary.computed;
-        all.not_completed += summary.not_completed;
-        all.missing += todo.len() - summary.computed;
-        all.damaged = summary.damaged;
-        if stop.soon.check().is_err() {
-            break;
-        }
-    }
+    all.missing = missing.len();
     Ok(all)
 }
 
@@ -168,15 +150,11 @@ fn compute(
     }
     store.sync()?;
     let summary = Summary {
-        planned: plan.len(),
-        reused: 0,
         renewed,
         computed: computed.into_inner(),
         not_completed: not_completed.into_inner(),
         damaged: store.damaged.clone(),
-        missing: 0,
-        unplanned: 0,
-        in_parts: false,
+        ..Summary::default()
     };
     Ok((summary, held))
 }
@@ -186,14 +164,9 @@ fn compute(
 /// # Errors
 /// Bad input; a folder that belongs to something else; a disk that is full.
 pub fn prepare_folder(job: Job<'_>) -> Result<()> {
-    let plan = match job.experiment.size(job.quick)? {
-        size if size > MOST_RUNS => {
-            let mut parts = job.experiment.parts(job.catalogue, job.quick, 0..size);
-            parts.next().transpose()?.map(|(_, plan)| plan).unwrap_or_default()
-        }
-        _ => job.experiment.plan(job.catalogue, job.quick)?,
-    };
-    Folder::open(&job, &plan).map(drop)
+    let size = job.experiment.size(job.quick)?;
+    let first = job.plans(size, Some(0..size)).next().transpose()?;
+    Folder::open(&job, &first.map(|(_, plan)| plan).unwrap_or_default()).map(drop)
 }
 
 /// The run of a group that may take longest: the reference of all of them may take as long.

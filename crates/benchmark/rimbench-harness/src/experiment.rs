@@ -10,23 +10,19 @@ mod scheme_row;
 pub use claim::Claim;
 pub(crate) use claim::{AtEqual, Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
-pub(crate) use plan::plan_sha256;
 pub use planned_run::PlannedRun;
 
-use super::files::make_folder;
 use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
 use draw::Draw;
 use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result, shortened};
-use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::budget::Budgets;
 pub use rimbench_results::claims::{Claimant, Verdict};
 use rimbench_results::input::{beside, read_text};
 use rimbench_results::text_place::{line_of, said_at};
 use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::ContactEvent;
-use rimbench_runs::{RunRequest, RunSpec};
 use scheme_row::{Logs, RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -49,9 +45,14 @@ fn path_from(folder: &Path, file: &Path) -> PathBuf {
     // The file itself may be a link, from which what it names is found.
     let parent = whole(&std::path::absolute(file).unwrap_or_default().parent().unwrap_or(Path::new("")).join("."));
     let (folder, file) = (whole(folder), parent.join(file.file_name().unwrap_or_default()));
-    let common = folder.components().zip(file.components()).take_while(|(one, other)| one == other).count();
-    let up = folder.components().skip(common).map(|_| Component::ParentDir);
-    if common == 0 { file } else { up.chain(file.components().skip(common)).collect() }
+    let both = folder.components().zip(file.components()).take_while(|(one, other)| one == other);
+    let common: PathBuf = both.map(|(one, _)| one).collect();
+    match (folder.strip_prefix(&common), file.strip_prefix(&common)) {
+        (Ok(up), Ok(down)) if common != Path::new("") => {
+            up.components().map(|_| Component::ParentDir).chain(down.components()).collect()
+        }
+        _ => file,
+    }
 }
 
 /// An experiment file as it is written. The format is explained in `experiments/README.md`.
@@ -213,9 +214,6 @@ struct BeliefEntry {
     schemes: Vec<String>,
 }
 
-/// Where a macro step starts (s), and the runs whose beliefs within it are stored, each with its label.
-type Beliefs = (f64, Vec<(String, RunSpec)>);
-
 /// Where the tables of a file stand.
 #[derive(Deserialize)]
 struct Places {
@@ -303,7 +301,7 @@ impl Experiment {
             let wanted = "is no name for an experiment: results go to a folder of that name";
             return Err(Error::file(shortened(&path.to_string_lossy()), format!("`{}` {wanted}", shortened(&name))));
         }
-        // A copy must do without the logs. Where case files are from it is not what the experiment says.
+        // A copy holds the logs themselves. Paths of case files, which depend on its folder, are no part of the source.
         let own = text.split_once(CASE_FILES).map_or(&*text, |(own, _)| own);
         experiment.source = own.to_owned() + &logs.unwrap_or_default();
         Ok(experiment)
@@ -365,25 +363,9 @@ impl Experiment {
         &self.path
     }
 
-    /// Copies the experiment file beside its results, so that they can be merged and checked without it.
-    ///
-    /// # Errors
-    /// [`Error::File`].
-    pub(super) fn copy_to(&self, folder: &Path) -> Result<()> {
-        make_folder(folder)?;
-        if self.is_copied_in(folder) {
-            return Ok(());
-        }
-        write_atomically(&folder.join(COPY), |file| file.write_all(self.copy_in(folder).as_bytes()))
-    }
-
-    /// Whether a folder holds a copy of just this file.
-    pub(super) fn is_copied_in(&self, folder: &Path) -> bool {
-        std::fs::read_to_string(folder.join(COPY)).is_ok_and(|text| text == self.copy_in(folder))
-    }
-
-    /// The text of a copy in a folder, from which files of cases and schemes are elsewhere.
-    fn copy_in(&self, folder: &Path) -> String {
+    /// The text of a copy in a folder, by which results can be merged and checked without the file; from there files of
+    /// cases and schemes are elsewhere.
+    pub(super) fn copy_in(&self, folder: &Path) -> String {
         let mut text = self.source.clone();
         let schemes = self.schemes.iter().filter_map(|row| row.of_file.as_ref()).map(|(file, of)| (file, &of.path));
         let cases = self.cases.iter().filter_map(|case| Some((case.file.as_ref()?, &case.place)));
@@ -426,29 +408,6 @@ impl Experiment {
         self.trace_every_s.filter(|_| wanted)
     }
 
-    /// The runs whose beliefs are stored, macro step by macro step: its start (s), and each run with its label.
-    ///
-    /// # Errors
-    /// Names, values or combinations that are not valid, with the place of the entry.
-    pub(super) fn beliefs(&self, catalogue: &Catalogue) -> Result<Vec<Beliefs>> {
-        let entry = |(index, entry): (usize, &BeliefEntry)| {
-            let of_label = |label: &String| {
-                let row = self.schemes.iter().find(|row| row.label == *label).map(|row| row.request.clone());
-                let request =
-                    row.unwrap_or_else(|| RunRequest { scheme: Some(label.clone()), ..RunRequest::default() });
-                let request =
-                    RunRequest { case: Some(entry.case.clone()), ..request }.at_macro_step(entry.macro_step_s);
-                Ok((label.clone(), request.resolve(catalogue)?))
-            };
-            match entry.schemes.iter().map(of_label).collect::<Result<Vec<_>>>() {
-                Ok(runs) if runs.is_empty() => Err(Error::invalid("schemes", "[]", "labels of schemes, one at least")),
-                runs => Ok((entry.at_s, runs?)),
-            }
-            .map_err(|error| Error::Incompatible(format!("[[beliefs]] {}: {error}", index + 1)))
-        };
-        self.beliefs.iter().enumerate().map(entry).collect()
-    }
-
     /// Whether there is a plan of its own for a quick look.
     pub(super) fn has_quick_plan(&self) -> bool {
         self.quick.is_some()
@@ -470,7 +429,7 @@ impl Experiment {
                 return Err(Error::invalid(key, value, "a finite time above 0 s"));
             }
         }
-        // All of them, also those that others stand for.
+        // Also those that every case replaces by its own.
         self.macro_steps_s.check()?;
         self.phases.check()?;
         let in_quick = |error: Error| Error::Incompatible(format!("[quick]: {error}"));

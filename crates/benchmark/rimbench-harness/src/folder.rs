@@ -7,8 +7,7 @@
 //! ```
 
 use super::build_info::BuildInfo;
-use super::experiment::{COPY, Experiment, PlannedRun, plan_sha256};
-use super::files::make_folder;
+use super::experiment::{COPY, Experiment, PlannedRun};
 use super::job::{Job, Summary};
 use super::provenance::RunOrigin;
 use super::references::{References, has_none, obtain_reference};
@@ -21,7 +20,7 @@ use rimbench_results::atomic_file::{check_writable_folder, write_atomically};
 use rimbench_results::budget::keep_budget;
 use rimbench_results::checksums::sha256_of_file;
 use rimbench_results::kept::{PooledSets, keep};
-use rimbench_runs::catalogue::Catalogue;
+use rimbench_results::run_table::RunTable;
 use rimbench_runs::{EvaluatedRun, Reference};
 use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, BufReader, Read};
@@ -44,29 +43,27 @@ pub(super) struct Folder<'a> {
 }
 
 impl<'a> Folder<'a> {
-    /// Opens the folder of a job to store its runs in, and copies the experiment file beside them.
+    /// Opens the folder of a job to store its runs in, with a copy of the experiment file beside them.
     ///
     /// # Errors
     /// Those of [`look`](Self::look); a disk that is full.
     pub(super) fn open(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
-        refuse_files_of_others(job)?;
         let (mark, own) = (job.folder.join(MADE_BY), job.build.program());
         let of_others = std::fs::read_to_string(&mark).ok().as_ref() != Some(&own);
-        let job = &Job { fresh: job.fresh || job.of_this_program && of_others, ..*job };
-        if job.fresh {
-            Store::clear(job.folder)?;
-        }
-        let folder = Self::read(job, plan)?;
+        let fresh = job.fresh || job.of_this_program && of_others;
+        let (folder, copy) = Self::trusted(&Job { fresh, ..*job }, plan, true)?;
         check_writable_folder(job.folder)?;
-        make_folder(&job.folder.join("records"))?;
-        if of_others || job.fresh {
+        check_writable_folder(&job.folder.join("records"))?;
+        if of_others || fresh {
             // From now on rows of two programs may stand here.
             match folder.store.run_ids().is_empty() {
                 true => write_atomically(&mark, |file| file.write_all(own.as_bytes()))?,
                 false => drop(std::fs::remove_file(&mark)),
             }
         }
-        job.experiment.copy_to(job.folder)?;
+        if let Some(copy) = copy {
+            write_atomically(&job.folder.join(COPY), |file| file.write_all(copy.as_bytes()))?;
+        }
         Ok(folder)
     }
 
@@ -75,17 +72,37 @@ impl<'a> Folder<'a> {
     /// # Errors
     /// [`Error::File`] naming what is there and what to do.
     pub(super) fn look(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
-        refuse_files_of_others(job)?;
-        Self::read(job, plan)
+        Ok(Self::trusted(job, plan, false)?.0)
     }
 
-    /// Reads the rows of a folder without files of others.
-    fn read(job: &Job<'a>, plan: &[PlannedRun]) -> Result<Self> {
-        let folder = Self::of(job.folder, job.experiment, job.build)?;
-        if !job.fresh && !job.experiment.is_copied_in(job.folder) {
-            folder.refuse_rows_of_others(job, plan)?;
+    /// Opens a folder without files or rows of others, `cleared` of its rows where they are to be forgotten. Returned
+    /// with it is the copy of the experiment file where that is not in it.
+    fn trusted(job: &Job<'a>, plan: &[PlannedRun], cleared: bool) -> Result<(Self, Option<String>)> {
+        let copy = copy_among_own_files(job)?;
+        if job.fresh && cleared {
+            Store::clear(job.folder)?;
         }
-        Ok(folder)
+        let folder = Self::of(job.folder, job.experiment, job.build)?;
+        if job.fresh || copy.is_none() {
+            return Ok((folder, copy));
+        }
+        // Another experiment file of the same name, one that is there still, and says something else.
+        let own = job.experiment.path();
+        let rival = |other: &&PathBuf| {
+            let is_other = own.canonicalize().is_ok_and(|own| own != **other);
+            is_other && other.is_file() && std::fs::read(other).ok() != std::fs::read(own).ok()
+        };
+        let others = match &folder.store.last_file {
+            Some(file) => Some(file).filter(rival).map(|other| format!("{}, an experiment", other.display())),
+            None => {
+                // A table of another layout was ours when it was written.
+                let table = RunTable::read_from(job.folder).ok().filter(|table| !table.is_empty());
+                table.filter(|table| !results::shares_runs(plan, table)).map(|_| "another experiment".to_owned())
+            }
+        };
+        let advice = "of the same name: use another folder, or --fresh to replace them";
+        let refused = |others| Err(Error::file(job.folder, format!("holds the results of {others} {advice}")));
+        others.map_or(Ok((folder, copy)), refused)
     }
 
     /// Opens a folder whose experiment is known to be this one.
@@ -97,31 +114,8 @@ impl<'a> Folder<'a> {
         Ok(Folder { path, experiment, build, store })
     }
 
-    /// Refuses rows of another experiment file of the same name: one that is there still, and says something else.
-    fn refuse_rows_of_others(&self, job: &Job<'_>, plan: &[PlannedRun]) -> Result<()> {
-        let refused = |what: String| {
-            let advice = "use another folder, or --fresh to replace them";
-            Err(Error::file(self.path, format!("holds the results of {what} of the same name: {advice}")))
-        };
-        let rival = |other: &&PathBuf| {
-            let own = self.experiment.path();
-            let is_other = own.canonicalize().is_ok_and(|own| own != **other);
-            is_other && other.is_file() && std::fs::read(other).ok() != std::fs::read(own).ok()
-        };
-        match &self.store.last_file {
-            Some(file) => match Some(file).filter(rival) {
-                Some(other) => refused(format!("{}, an experiment", other.display())),
-                None => Ok(()),
-            },
-            None if self.path.join("runs.csv").exists() && !shares_runs(job, plan) => {
-                refused("another experiment".to_owned())
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// The same, which need not be computed: it is no defect of another build, and has the trace that is asked for, as
-    /// it was written with it.
+    /// The row of a run that need not be computed: it is no defect of another build, and has the trace that is asked
+    /// for, as it was written with it.
     pub(super) fn finished(&self, run: &PlannedRun) -> Option<&RunRow> {
         let row = row_of(&self.store, run).filter(|row| !row.is_defect() || row.origin.is_of(self.build))?;
         let Some(every_s) = self.experiment.trace_of(&run.label) else { return Some(row) };
@@ -214,7 +208,7 @@ impl<'a> Folder<'a> {
         let rejected = plan.iter().filter_map(|run| Some((problem(run), run.rejected_draws?))).collect();
         let every = self.experiment.trace_every_s;
         let of_references = results::write_references(self.path, references, &names, &rejected, every)?;
-        keep(self.path, &pooled_sets(plan), &sum_of_plan(self.experiment, job.catalogue, plan, job.quick)?)?;
+        keep(self.path, &pooled_sets(plan), &self.experiment.sum_of_plan(job.catalogue, plan, job.quick)?)?;
         if let Some(budgets) = self.experiment.budgets() {
             keep_budget(self.path, budgets, &pooled_sets(plan))?;
         }
@@ -252,23 +246,6 @@ pub(super) fn pooled_sets(plan: &[PlannedRun]) -> PooledSets {
     plan.iter().filter_map(|run| Some((problem(run), run.pooled_set.as_ref()?.to_string()))).collect()
 }
 
-/// The checksum of a plan, full or quick, which is that at the first draw where settings are drawn until an event
-/// happens.
-///
-/// # Errors
-/// Those of the plan.
-pub(super) fn sum_of_plan(
-    experiment: &Experiment,
-    catalogue: &Catalogue,
-    plan: &[PlannedRun],
-    quick: bool,
-) -> Result<String> {
-    match experiment.events_required().next() {
-        Some(_) => Ok(plan_sha256(experiment, &experiment.plan_at_first_draw(catalogue, quick)?)),
-        None => Ok(plan_sha256(experiment, plan)),
-    }
-}
-
 /// Copies the rows of other folders into that of a job, writes the result files if all runs are there, and returns what
 /// was done with the first of the runs that are missing, twenty at most.
 ///
@@ -301,8 +278,9 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
     Ok((summary, missing.iter().take(TOLD).map(|&index| plan[index].clone()).collect()))
 }
 
-/// Refuses a folder in which files of others have the names of results.
-fn refuse_files_of_others(job: &Job<'_>) -> Result<()> {
+/// Refuses a folder in which files of others have the names of results. Returns the copy of the experiment file where
+/// it is not there just as it would be.
+fn copy_among_own_files(job: &Job<'_>) -> Result<Option<String>> {
     let (runs, copy) = (job.folder.join("runs.csv"), job.folder.join(COPY));
     let refused = |path: &Path, who: &str| {
         let advice = "would be replaced: move it away or choose another folder with --out";
@@ -311,8 +289,10 @@ fn refuse_files_of_others(job: &Job<'_>) -> Result<()> {
     if runs.exists() && (!copy.is_file() || !begins_as_ours(&runs)) {
         return refused(&runs, "an experiment");
     }
-    let is_ours = || runs.exists() || job.folder.join("records").is_dir() || job.experiment.is_copied_in(job.folder);
-    if copy.exists() && !is_ours() { refused(&copy, "this program") } else { Ok(()) }
+    let text = job.experiment.copy_in(job.folder);
+    let text = (!std::fs::read_to_string(&copy).is_ok_and(|there| there == text)).then_some(text);
+    let is_ours = text.is_none() || runs.exists() || job.folder.join("records").is_dir();
+    if copy.exists() && !is_ours { refused(&copy, "this program") } else { Ok(text) }
 }
 
 /// Whether a table has the first column of ours, or nothing that could be lost.
@@ -323,16 +303,4 @@ fn begins_as_ours(runs: &Path) -> bool {
         Ok(line.is_empty() || line.starts_with("run_id,"))
     };
     runs.metadata().is_ok_and(|found| found.is_file()) && begins().unwrap_or(false)
-}
-
-/// Whether the version of the experiment that lies beside its results had a run that this one has.
-fn shares_runs(job: &Job<'_>, plan: &[PlannedRun]) -> bool {
-    let own: HashSet<&str> = plan.iter().map(|run| run.id.as_str()).collect();
-    let earlier = Experiment::read(&job.folder.join(COPY));
-    let shares = |quick| {
-        let earlier = earlier.as_ref().ok()?.plan(job.catalogue, quick).ok()?;
-        Some(earlier.iter().any(|run| own.contains(&*run.id)))
-    };
-    // What no longer has a plan was ours when it was written.
-    [false, true].into_iter().any(|quick| shares(quick).unwrap_or(true))
 }

@@ -2,10 +2,13 @@
 
 use super::build_info::BuildInfo;
 use super::cache::Cache;
-use super::experiment::Experiment;
+use super::experiment::{Experiment, PlannedRun};
+use super::grid::MOST_RUNS;
 use super::store::Damaged;
 use rimbench_core::cosim::{OutcomeClass, StopFlag};
+use rimbench_core::error::Result;
 use rimbench_runs::catalogue::Catalogue;
+use std::ops::Range;
 use std::path::Path;
 
 /// What to run, and where to.
@@ -51,6 +54,19 @@ impl<'a> Job<'a> {
             cache,
             build,
         }
+    }
+
+    /// Lays out the plan of `size` runs, each part of it with the place of its first run: at once, or only these places
+    /// of it, part by part, where it is too large for that.
+    pub(super) fn plans(
+        self,
+        size: usize,
+        places: Option<Range<usize>>,
+    ) -> impl Iterator<Item = Result<(usize, Vec<PlannedRun>)>> + 'a {
+        let Job { experiment, catalogue, quick, .. } = self;
+        let parts = places.filter(|_| size > MOST_RUNS).map(|places| experiment.parts(catalogue, quick, places));
+        let whole = parts.is_none().then(|| Ok((0, experiment.plan(catalogue, quick)?)));
+        whole.into_iter().chain(parts.into_iter().flatten())
     }
 }
 

@@ -13,7 +13,6 @@ mod clock;
 mod deadline_log;
 mod execution;
 mod experiment;
-mod files;
 mod folder;
 mod grid;
 mod job;
@@ -35,8 +34,8 @@ pub use advice::{
 pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{
-    CheckedClaim, KeptClaims, VerifiedClaims, check_claims, check_fresh_claims, check_kept_claims, verify_results,
-    write_claims,
+    CheckedClaim, KeptClaims, VerifiedClaims, check_claims, check_fresh_claims, check_kept_claims, claims_score,
+    verify_results, write_claims,
 };
 pub use clock::{monotonic_clock, processor_clock};
 pub use deadline_log::DeadlineLog;

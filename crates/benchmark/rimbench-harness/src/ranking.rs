@@ -19,11 +19,10 @@
 //! that have all problems of the experiments' rows. Each row also has its place under five other rules ([`RULES`]).
 
 use super::experiment::{Experiment, Verdict, check_claim_id};
-use super::files::make_folder;
 use super::open::{Division, ENTRY, Entry};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::InformationClass;
-use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::atomic_file::{check_writable_folder, write_atomically};
 use rimbench_results::checksums;
 use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
@@ -218,7 +217,7 @@ impl Ranking {
         }
         let (rows, open) = (ranked(rows), ranked(open));
         let claims = self.claims.iter().map(|claim| self.measured(claim, &rows)).collect::<Result<Vec<_>>>()?;
-        make_folder(out)?;
+        check_writable_folder(out)?;
         let header = "class,tuned_on,rank,rank_last,label,score,score_low,score_high,problems,runs,failed,by";
         let header = format!("{header},{}", RULES.join(","));
         let mut files = vec!["ranking.csv", "claims.csv"];

@@ -100,7 +100,7 @@ pub(super) fn content_key(spec: &RunSpec) -> String {
         rimbench_runs::SOURCES
     );
     key += &format!("columns = {:?}\nsteps = {:?}\n", case.recorded_columns(), case.defaults);
-    // Of what is built in the sources are.
+    // Of cases that are built in, the sources above are the digest.
     key += &spec.case.digest.iter().map(|digest| format!("case_digest = {digest}\n")).collect::<String>();
     for (parameter, value) in spec.parameters.iter() {
         key += &format!("{} = {value}\n", parameter.name);

@@ -15,7 +15,6 @@
 //! ```
 
 use super::experiment::{COPY, Experiment, PlannedRun};
-use super::files::make_folder;
 use super::open::{DATA_PACKAGE, describe};
 use super::provenance::RunOrigin;
 use super::run_row::{RunRow, TraceMark, line_of, row};
@@ -24,6 +23,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::kept::{DIGEST, SUMMARY};
+use rimbench_results::run_table::{Run, RunTable};
 use rimbench_results::trace;
 use rimbench_runs::catalogue::Catalogue;
 use rimbench_runs::metrics::Only;
@@ -31,7 +31,7 @@ use rimbench_runs::{
     Costs, Fact, Findings, Reference, RunSpec, believed, interface_oscillation, names_of, only_of, what_happens,
 };
 use std::collections::{BTreeMap, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Tells whether the tables of a plan have a column: one of some runs only if it has such a run.
 fn has(planned: &[PlannedRun], name: &str) -> bool {
@@ -58,6 +58,20 @@ pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
     [run.id.clone(), run.label.clone()].into_iter().chain(kept).collect()
 }
 
+/// Whether a table of runs has one of a plan, by all that determines a run but the version of the numerics, of which
+/// ids are.
+pub(super) fn shares_runs(planned: &[PlannedRun], table: &RunTable) -> bool {
+    let header = plan_header(planned);
+    let both = |(theirs, name): (usize, &str)| Some((theirs, header.iter().position(|own| *own == name)?));
+    let both: Vec<(usize, usize)> = table.settings().enumerate().filter_map(both).collect();
+    let settings = |run: &Run| both.iter().map(|&(theirs, _)| run.settings[theirs].to_string()).collect();
+    let stored: HashSet<Vec<String>> = table.runs().iter().map(settings).collect();
+    planned.iter().any(|run| {
+        let cells = plan_cells(run, &header);
+        stored.contains(&both.iter().map(|&(_, own)| cells[own].clone()).collect::<Vec<String>>())
+    })
+}
+
 /// Columns of `runs.csv` that say what was found: the same for every experiment, but for those of some runs and of a
 /// claim; what does not apply is empty.
 fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'static str> {
@@ -71,6 +85,13 @@ fn findings_header(experiment: &Experiment, planned: &[PlannedRun]) -> Vec<&'sta
 
 /// Columns of `cost.csv` that the plan says.
 const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "phase"];
+
+/// Makes the folder of the traces.
+fn traces_in(folder: &Path) -> Result<PathBuf> {
+    let traces = folder.join("traces");
+    std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
+    Ok(traces)
+}
 
 /// Name of the trace of a run.
 pub(super) fn trace_name(run_id: &str) -> String {
@@ -239,8 +260,7 @@ pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String
 /// # Errors
 /// [`Error::File`] naming the file.
 pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, every: f64) -> Result<TraceMark> {
-    let traces = folder.join("traces");
-    make_folder(&traces)?;
+    let traces = traces_in(folder)?;
     let path = traces.join(name);
     trace::write_trace(&path, trajectory, Some(every))?;
     let sha256 = sha256_of_file(&path).ok_or_else(|| Error::file(&path, "has gone as soon as it was written"))?;
@@ -261,8 +281,7 @@ pub(super) fn write_beliefs(
 ) -> Result<String> {
     let first = &runs[0].1;
     let from = what_happens(first, catalogue, at_s, stop)?;
-    let traces = folder.join("traces");
-    make_folder(&traces)?;
+    let traces = traces_in(folder)?;
     let name = format!("beliefs-{}.csv", first.case.name);
     let mut lines = vec![row(&["scheme"]) + "," + &row(from.happens.columns())];
     let mut add = |label: &str, rows: &Trajectory| {
@@ -286,8 +305,7 @@ pub(super) fn write_beliefs(
 pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
     let name = trace_name(id);
     let Ok(content) = std::fs::read(from.join("traces").join(&name)) else { return Ok(()) };
-    let traces = to.join("traces");
-    make_folder(&traces)?;
+    let traces = traces_in(to)?;
     write_atomically(&traces.join(&name), |file| file.write_all(&content))
 }
 

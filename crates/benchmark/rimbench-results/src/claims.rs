@@ -127,6 +127,27 @@ impl CheckedClaim {
     }
 }
 
+/// Says how many of the claims that count reproduce, those of the paper first: `12 of 15 sentences of the paper and 24 of all 33
+/// claims reproduce`; nothing where none counts.
+pub fn claims_score<'a>(claims: impl Iterator<Item = &'a CheckedClaim>) -> String {
+    let (mut paper, mut all) = ([0, 0], [0, 0]);
+    for claim in claims.filter(|claim| claim.counts()) {
+        let one = [usize::from(claim.verdict == Verdict::Reproduced), 1];
+        all = [all[0] + one[0], all[1] + one[1]];
+        if claim.by == Claimant::Paper {
+            paper = [paper[0] + one[0], paper[1] + one[1]];
+        }
+    }
+    match (paper, all) {
+        (_, [_, 0]) => String::new(),
+        ([_, own], [good, count]) if own == 0 || own == count => format!("{good} of {count} claims reproduce"),
+        ([good, own], [reproduced, count]) => {
+            let ending = if own == 1 { "" } else { "s" };
+            format!("{good} of {own} sentence{ending} of the paper and {reproduced} of all {count} claims reproduce")
+        }
+    }
+}
+
 /// Returns whether at least the bound is expected, and the bound, of an expectation as it is written.
 pub fn bound_of(expected: &str) -> Option<(bool, f64)> {
     let (sign, bound) = expected.split_once(' ')?;

@@ -181,9 +181,9 @@ impl<'a> Judge<'a> {
         let states = sums.columns().states.iter();
         let reference_friction: Vec<_> =
             states.filter_map(|state| reference.friction_of(name(state)).cloned()).collect();
-        // Code from outside is not built once more.
+        // A prediction builds the case again, which code from outside need not survive.
         let predicted_growth = match spec.predict_growth && !spec.case.from_outside {
-            // What did not get beyond its start may be what cannot be linearised there, and the outcome says why.
+            // A run that failed at its start may fail to be linearised there; its outcome says why.
             true if result.report.ended_at_s == 0.0 => None,
             true => predicted_growth(spec)?.map(|(growth, _)| growth),
             false => None,

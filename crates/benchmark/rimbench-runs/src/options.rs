@@ -338,7 +338,7 @@ impl RunRequest {
         }
         let usual = match (&self.partition, &case.bonds) {
             (Some(partition), _) => StarPlan { partition: partition.clone(), ..StarPlan::default() },
-            // What moves both sides as one, or repeats their steps, has no bonds.
+            // Schemes that move both sides as one or repeat steps have no bonds.
             (None, Some(bonds)) if scheme.real_time() => bonds.clone(),
             (None, _) => return refused("there is one bond: give partition, such as `each`".to_owned()),
         };
@@ -475,7 +475,7 @@ mod tests {
             run.id_of(run.facts().into_iter().chain(guest))
         };
         assert_eq!(id(Exchange::new((), (), ()).force_factor), run.id());
-        // Also where the usual value is not that of its type, which then is a change.
+        // Where the usual value is not the default of the type, that default is a change.
         assert_ne!(id(0.0), run.id());
         assert_ne!(id(0.0), id(2.0));
     }

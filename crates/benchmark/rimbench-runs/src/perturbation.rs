@@ -12,9 +12,6 @@ use std::str::FromStr;
 /// Units of masses, inertias, stiffnesses, compliances, dampings, and the compressibility of oil.
 const UNITS: [&str; 6] = ["kg", "kg·m²", "N/m", "m/N", "N·s/m", "1/Pa"];
 
-/// How names of gaps end: distances to what is touched first.
-const GAPS: [&str; 5] = ["gap_m", "clearance_m", "lead_m", "ground_height_m", "stop_position_m"];
-
 /// Factors by which a machine is off: it is simulated with them, and held against the reference without; or its
 /// interface model alone is off by them.
 ///
@@ -42,8 +39,7 @@ impl Perturbation {
     /// What is not known of a machine, each with its value and its factor.
     fn factors<'p>(&self, of: &'p Parameters) -> Vec<(&'p Parameter, f64, f64)> {
         let unknown = |parameter: &Parameter| {
-            let name = &*parameter.name;
-            UNITS.contains(&&*parameter.unit) || name == "friction" || GAPS.iter().any(|end| name.ends_with(end))
+            UNITS.contains(&&*parameter.unit) || *parameter.name == *"friction" || parameter.is_gap
         };
         let unknown: Vec<_> = of
             .iter()
@@ -76,7 +72,7 @@ impl Perturbation {
         let factors = self.of_model.then(|| self.factors(of))?;
         let first = |is: &dyn Fn(&Parameter) -> bool| factors.iter().find(|(parameter, ..)| is(parameter));
         let factor = |found: Option<&(_, f64, f64)>| found.map_or(1.0, |(_, _, factor)| *factor);
-        let gap = first(&|of| GAPS.iter().any(|end| of.name.ends_with(end)));
+        let gap = first(&|of| of.is_gap);
         Some(Belief {
             mass: factor(first(&|of| *of.unit == *"kg")),
             friction: factor(first(&|of| of.name == "friction")),

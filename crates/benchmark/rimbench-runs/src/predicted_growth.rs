@@ -139,7 +139,7 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
     if other || spec.actuator_integrator != ActuatorIntegrator::Euler {
         return None;
     }
-    // Contacts that are believed to be elsewhere make another mass, by what is not known here.
+    // With contacts believed open or closed the effective mass is another one, which is not known before the run.
     let belief = spec.belief.clone().unwrap_or_default();
     if belief != (Belief { mass: belief.mass, friction: belief.friction, ..Belief::default() }) {
         return None;

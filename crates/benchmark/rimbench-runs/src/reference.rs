@@ -196,7 +196,7 @@ impl Reference {
         for (name, quantity) in case.interface_columns.iter().flat_map(of_row) {
             let Some(column) = self.trajectory.index_of(&name) else { continue };
             let (peak, uncertainty) = (self.largest[column], self.uncertainty[column]);
-            // A lone solution says nothing of its uncertainty.
+            // A single solution has no others to estimate its uncertainty from.
             let unknown = uncertainty.is_nan() || self.peak_of(case, &name, peak) != Peak::NotKnown;
             if !unknown && peak > case.scale_of(&name).unwrap_or(quantity.negligible()) {
                 let unit = without_unit(&name).1;
@@ -269,7 +269,7 @@ impl Reference {
 
     fn solution_by(spec: &RunSpec, steps: ReferenceSteps, stop: StopFlag<'_>) -> Result<Solution> {
         let case = &spec.case;
-        // The run's own solver has no say in what it is held against: references are kept and shared.
+        // By the usual solver, not that of the run: runs with different solvers share one reference.
         let mut system = (case.build)(&spec.parameters, &SolverEntry::active_set())?;
         let mut recorder = Recorder::new(case, &mut system)?.with_active_effective_mass(&mut system);
         let late = system.late_rows;
@@ -287,7 +287,7 @@ impl Reference {
                 }
                 monolithic_with_events(system.sides.lend(), steps, stop, &mut |due, point| match due {
                     Due::Row => recorder.record(point, &mut trajectory),
-                    // Rows that show another time have none of an event.
+                    // Rows that hold the values of the point before have none at an event.
                     Due::BeforeEvent | Due::AfterEvent if late || events.len() >= most => {}
                     Due::BeforeEvent | Due::AfterEvent => recorder.record(point, &mut events),
                 })
@@ -330,7 +330,7 @@ impl Reference {
             uncertainty.push(second.max(0.5 * first) / (libm::pow(2.0_f64, trusted) - 1.0));
             order.push(observed);
         }
-        // What rounding sums to over the steps.
+        // Bound of the rounding that adds up over all steps, relative.
         let summed = f64::EPSILON * reference_steps(spec, 4).steps as f64;
         let equal = |column: usize| {
             distance(&coarse, &middle, column).max(distance(&middle, &fine, column)) <= summed * largest[column]
@@ -364,7 +364,7 @@ impl Reference {
                 ReferenceSteps { h, steps: (end / h * (1.0 + 1e-9)).floor().max(1.0) as usize, every: 1 }
             }
         };
-        // Steps in which nothing can be computed tell nothing.
+        // Where longer steps fail there is no estimate.
         let solution = match Self::solution_by(spec, longer, stop) {
             Ok(Solution { rows, .. }) if check_finite(&spec.case, &rows).is_ok() => rows,
             Err(Error::Stopped) => return Err(Error::Stopped),
@@ -647,7 +647,7 @@ impl RunSpec {
 fn points(spec: &RunSpec) -> usize {
     let (end, sampling) = (spec.reference_end(), spec.case.defaults.reference_sampling_s);
     let count = end / sampling;
-    // Of a whole number of points round-off makes no other.
+    // A quotient that is whole but for round-off is rounded to the whole number.
     (if end == spec.duration { count.ceil() } else { count.round() }).max(1.0) as usize
 }
 

@@ -109,7 +109,7 @@ impl PreparedRun<'_> {
         let control = RunControl { stop, inside: inside.then_some(2 * BLOCK), ..RunControl::default() };
         let result = run(self, bounds, clock, control, Some((&mut judge, is_wanted)))?;
         match result.report.outcome {
-            // No result, so nothing to be held against anything; of a long run that would take a while.
+            // A stopped run is no result: evaluating it would take time for nothing.
             Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),
             _ => Ok(EvaluatedRun { undivided, ..judge.finish(result)? }),
         }

@@ -10,7 +10,7 @@
 //! `unsafe` stands where a master calls us (`binary/functions.rs`, `functions_2.rs`), and where we call a library
 //! (`import/library.rs` and `library/`).
 
-// What a master calls is compiled whatever calls it: without it unit tests cost what they reach.
+// Exported functions are always linked in: unit tests leave them out, so that they link only what they use.
 #[cfg(not(test))]
 mod binary;
 pub mod export;

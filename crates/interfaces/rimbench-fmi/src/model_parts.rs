@@ -334,7 +334,7 @@ mod tests {
         for list in [&mut model.h, &mut model.a, &mut model.w, &mut model.position, &mut model.gap] {
             list.iter_mut().for_each(|entry| *entry = fresh());
         }
-        // What is told of H is symmetric.
+        // An FMU hands over half of H, as it is symmetric.
         for (at, entry) in model.h.iter_mut().enumerate() {
             *entry = 1.0 + (at / 5 + at % 5) as f64;
         }

@@ -61,7 +61,7 @@ pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()
         let read = item.extract().map_err(|_| wrong_kind(&format!("a number that {what} gives"), item, "a number"));
         read.map(|number| *to = number)
     };
-    // The two that are made fast; any other sequence, an array among them, takes a copy.
+    // Tuples and lists are read in place; any other sequence, such as an array, is copied.
     if let Ok(tuple) = value.cast::<PyTuple>() {
         if tuple.len() != wanted {
             return Err(wrong(tuple.len()));

@@ -136,15 +136,22 @@ fn in_words(label: &str) -> String {
 
 /// A sentence with the labels of known schemes in words.
 pub(crate) fn labels_in_words(text: &str) -> String {
-    let word = |word: &str| {
-        let label = word.trim_end_matches([',', ':', ';', ')']);
+    let bare = |word: &str| word.trim_end_matches([',', ':', ';', ')']).to_owned();
+    let words: Vec<&str> = text.split(' ').collect();
+    let word = |(index, word): (usize, &&str)| {
+        let label = bare(word);
         let name = label.split('/').next().unwrap_or_default();
-        match SCHEMES.iter().any(|(scheme, ..)| *scheme == name) {
-            true => in_words(label) + &word[label.len()..],
-            false => word.to_owned(),
+        let said = match SCHEMES.iter().any(|(scheme, ..)| *scheme == name) {
+            true => in_words(&label) + &word[label.len()..],
+            false => return (*word).to_owned(),
+        };
+        // A sentence may go on with the end of the name: the monolithic solution.
+        match (said.rsplit_once(' '), words.get(index + 1)) {
+            (Some((start, end)), Some(next)) if bare(next) == end => start.to_owned(),
+            _ => said,
         }
     };
-    let said = text.split(' ').map(word).collect::<Vec<_>>().join(" ");
+    let said = words.iter().enumerate().map(word).collect::<Vec<_>>().join(" ");
     let mut letters = said.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

@@ -431,7 +431,7 @@ impl Bought {
         let (case, way, label, points, steps, macro_step, error, ratio) =
             (case?, way?, label?, points?, steps?, macro_step?, error?, ratio?);
         let rows = rows_of(file, &self.only)?;
-        // Of drawn settings there is no form to name.
+        // Rows over drawn settings have no label: a line is a way of coupling.
         let drawn = rows.iter().all(|&row| file.text(row, label).is_empty());
         let of = |row: usize| file.text(row, if drawn { way } else { case });
         let budget = |row: usize| format!("{}, {}", file.text(row, points), file.text(row, steps));

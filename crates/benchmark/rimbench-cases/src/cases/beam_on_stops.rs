@@ -28,9 +28,9 @@ parameters! {
         damping_ratio: f64 = 0.01, NotNegative, "damping ratio ζ of all modes";
         actuator_position_m: f64 = 1.2, NotNegative, "where the actuator holds the beam, from the left end";
         stop_1_position_m: f64 = 2.0, NotNegative, "where stop 1 is, from the left end";
-        stop_1_clearance_m: f64 = 0.05, NotNegative, "distance of stop 1 below the straight beam";
+        stop_1_clearance_m: f64 = 0.05, NotNegative, "distance of stop 1 below the straight beam".gap();
         stop_2_position_m: f64 = 0.8, NotNegative, "where stop 2 is, from the left end";
-        stop_2_clearance_m: f64 = 0.03, NotNegative, "distance of stop 2 below the straight beam";
+        stop_2_clearance_m: f64 = 0.03, NotNegative, "distance of stop 2 below the straight beam".gap();
         carriage: Carriage with |set| set
             .default("spring_stiffness_n_m", 2000.0).default("spring_damping_n_s_m", 2.0)
             .default("carriage_mass_kg", 0.5).default("base_stiffness_n_m", 4000.0)

@@ -198,7 +198,7 @@ impl CoupledSystem {
         });
         match found {
             Ok(at) => Ok(self.begun(at)),
-            // A run that begins so says it, with its reason.
+            // No failure here: the run starts from the state as it is, fails, and says why.
             Err(NoBeginning::Failed(_)) => Ok(self),
             Err(NoBeginning::Apart(at, row, within)) => {
                 let names = [&ports[0].outputs[row], &ports[0].inputs[row], &ports[1].outputs[row]];

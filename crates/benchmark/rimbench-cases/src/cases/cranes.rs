@@ -39,7 +39,7 @@ parameters! {
     /// The crane that sets its load down.
     struct SetDown from "ours" {
         link: Link;
-        ground_height_m: f64 = -0.03, Finite, "height of the ground; the load starts at 0";
+        ground_height_m: f64 = -0.03, Finite, "height of the ground; the load starts at 0".gap();
         jack: Jack;
         spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)".study(0.005..0.05);
         lower_start_s: f64 = 0.2, NotNegative, "start of lowering";

@@ -62,14 +62,14 @@ parameters! {
         push_start_s: f64 = 0.1, NotNegative, "start of pushing";
         spool_ramp_s: f64 = 0.05, Positive, "time in which the spool moves";
         rest: Rest;
-        wall_gap_m: f64 = 0.02, Finite, "distance of the wall from the discs at the start";
+        wall_gap_m: f64 = 0.02, Finite, "distance of the wall from the discs at the start".gap();
     }
 }
 parameters! {
     /// A row of discs.
     struct Row from "ours" {
         discs: u32 = 10, 2..=2500, "number of discs";
-        disc_gap_m: f64 = 5e-3, Finite, "gap between blade, discs and next discs at the start";
+        disc_gap_m: f64 = 5e-3, Finite, "gap between blade, discs and next discs at the start".gap();
         loader: Loader;
     }
 }

@@ -13,7 +13,7 @@ parameters! {
         section_m2: f64 = 3.14e-4, Positive, "cross-section S";
         youngs_modulus_pa: f64 = 210e9, Positive, "Young's modulus E";
         density_kg_m3: f64 = 7800.0, Positive, "density ρ";
-        start_gap_m: f64 = 5e-5, NotNegative, "gap between bar and floor at the start";
+        start_gap_m: f64 = 5e-5, NotNegative, "gap between bar and floor at the start".gap();
         start_velocity_m_s: f64 = -0.1, Finite, "velocity of the bar at the start, upwards";
         carriage: Carriage with |set| set
             .default("spring_stiffness_n_m", 1e6).default("carriage_mass_kg", 0.5)

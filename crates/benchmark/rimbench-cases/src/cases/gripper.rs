@@ -16,8 +16,8 @@ parameters! {
         box_height_m: f64 = 0.4, Positive, "height of the box";
         lower_pad_m: f64 = 0.1, Finite, "height of the lower pads";
         upper_pad_m: f64 = 0.3, Finite, "height of the upper pads";
-        left_clearance_m: f64 = 0.02, Finite, "distance of the left jaw from the box at the start";
-        right_clearance_m: f64 = 0.05, Finite, "distance of the right jaw from the box at the start";
+        left_clearance_m: f64 = 0.02, Finite, "distance of the left jaw from the box at the start".gap();
+        right_clearance_m: f64 = 0.05, Finite, "distance of the right jaw from the box at the start".gap();
         actuator_length_m: f64 = 0.6, Positive, "length of both actuators at the start";
         /// Both cylinders.
         cylinder: Cylinder with |set| set

@@ -202,7 +202,7 @@ fn build(p: &Lift, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         places,
     };
     let mut system = assembly.couple(table, ActuatorGroup::new(units, names), &p.contacts)?;
-    // Of cylinders that are not there.
+    // Columns of cylinders that the table does not have are zero.
     let absent = NAMES[names.len()..].iter().flat_map(columns);
     system.derived.extend(absent.map(|column| DerivedColumn::new(column, ["time_s"], |_| 0.0)));
     Ok(system)

@@ -10,7 +10,7 @@ parameters! {
     /// A mass, its stops and what moves it.
     struct Between from "ours" {
         mass_kg: f64 = 200.0, Positive, "mass m".study(100.0..400.0);
-        clearance_m: f64 = 0.06, NotNegative, "distance d of either stop from the start";
+        clearance_m: f64 = 0.06, NotNegative, "distance d of either stop from the start".gap();
         friction_n: f64 = 0.0, NotNegative, "bound of the friction between mass and floor; 0: none".study(0.0..1500.0);
         actuator_length_m: f64 = 0.8, Positive, "length of the cylinder at the start";
         cylinder: Cylinder with |set| set.default("cylinder_length_m", 1.0).source("cylinder_length_m", "ours");

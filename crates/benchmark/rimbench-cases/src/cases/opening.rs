@@ -214,7 +214,7 @@ pub fn first_outputs(mut sides: Sides<'_>, mut others: Sides<'_>, h: f64) -> Vec
         let t = (BEFORE + TWICE + seen.len()) as f64 * h;
         seen.push(at.y.clone());
         for side in Side::BOTH {
-            // What fails there has failed before.
+            // A failure of this copy is that of the side itself, which has been reported.
             let _ = others[side].step(t, &at.u[side], h);
         }
     });
@@ -387,7 +387,7 @@ fn lost_state(
         let values = || first.iter().map(|y| y[at]);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         let slack = SAME_STEPS * (high - low) + ROUND_OFF * low.abs().max(high.abs());
-        // No number is like another, unless it is none either.
+        // NaN equals only the same NaN.
         let differs = |a: f64, b: f64| !((a - b).abs() <= slack || a.to_bits() == b.to_bits());
         let name = &port.name;
         for (k, (one, other)) in first.iter().zip(&again).enumerate() {

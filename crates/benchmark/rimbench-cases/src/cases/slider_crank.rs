@@ -16,7 +16,7 @@ parameters! {
         rod_length_m: f64 = 0.306, Positive, "length l₂ of the connecting rod";
         slider_half_length_m: f64 = 0.05, Positive, "half the length a of the slider";
         slider_half_height_m: f64 = 0.025, Positive, "half the height b of the slider";
-        clearance_m: f64 = 1e-3, Positive, "play c above and below the slider";
+        clearance_m: f64 = 1e-3, Positive, "play c above and below the slider".gap();
         crank_mass_kg: f64 = 0.038, Positive, "mass m₁ of the crank";
         rod_mass_kg: f64 = 0.038, Positive, "mass m₂ of the rod";
         slider_mass_kg: f64 = 0.076, Positive, "mass m₃ of the slider";

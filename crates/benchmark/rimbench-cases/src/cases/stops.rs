@@ -28,7 +28,7 @@ parameters! {
         mass_kg: f64 = 1.0, Positive, "mass m";
         stiffness_n_m: f64 = 0.0, NotNegative, "stiffness k₀ of a spring to the ground, relaxed at x = 0";
         damping_n_s_m: f64 = 0.0, NotNegative, "damping beside it";
-        stop_position_m: f64 = 0.05, Finite, "position d of the stop";
+        stop_position_m: f64 = 0.05, Finite, "position d of the stop".gap();
         start_position_m: f64 = 0.0, Finite, "position of the mass at the start";
         start_velocity_m_s: f64 = 0.0, Finite, "velocity of the mass at the start";
         carriage: Carriage with |set| set
@@ -43,7 +43,7 @@ parameters! {
     struct Slider from "ours" {
         mass_kg: f64 = 2.0, Positive, "mass m of the slider";
         damping_n_s_m: f64 = 0.0, NotNegative, "damping between slider and ground";
-        clearance_m: f64 = 0.1, NotNegative, "distance d of either stop from x = 0";
+        clearance_m: f64 = 0.1, NotNegative, "distance d of either stop from x = 0".gap();
         start_position_m: f64 = 0.0, Finite, "position of the slider at the start";
         start_velocity_m_s: f64 = 0.0, Finite, "velocity of the slider at the start";
         carriage: Carriage with |set| set

@@ -21,7 +21,7 @@ parameters! {
         ball_pin_y_m: f64 = 0.15, Finite, "joint of the ball in the box frame, y".from("ours");
         ball_pin_z_m: f64 = -0.19, Finite, "joint of the ball in the box frame, z";
         ledge_height_m: f64 = 0.06, NotNegative, "height of the ledge above the floor";
-        ledge_lead_m: f64 = 0.05, NotNegative, "distance of the ledge's corner ahead of the ball's centre at the start".from("ours");
+        ledge_lead_m: f64 = 0.05, NotNegative, "distance of the ledge's corner ahead of the ball's centre at the start".from("ours").gap();
         ramp_slope: f64 = 0.25, NotNegative, "fall over run of the ramp".study(0.15..0.3).from("ours");
         attachment_x_m: f64 = -0.5, Finite, "actuator's end on the box, box frame, x";
         attachment_y_m: f64 = -0.1, Finite, "actuator's end on the box, box frame, y".study(-0.3..0.3).from("ours");

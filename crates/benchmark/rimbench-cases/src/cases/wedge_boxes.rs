@@ -19,7 +19,7 @@ parameters! {
         wedge_tip_x_m: f64 = 0.4, Positive, "right wedge tip in the box frame, x (the left one is mirrored)";
         wedge_tip_y_m: f64 = -0.4, Finite, "wedge tips in the box frame, y";
         ledge_height_m: f64 = 0.06, NotNegative, "height of the ledge above the floor";
-        ledge_lead_m: f64 = 0.1, NotNegative, "distance of the ledge's corner ahead of the disc's centre at the start";
+        ledge_lead_m: f64 = 0.1, NotNegative, "distance of the ledge's corner ahead of the disc's centre at the start".gap();
         ramp_slope: f64 = 0.15, NotNegative, "fall over run of the ramp".study(0.08..0.3);
         attachment_x_m: f64 = -0.5, Finite, "actuator's end on the box, box frame, x";
         attachment_y_m: f64 = 0.3, Finite, "actuator's end on the box, box frame, y";
@@ -324,8 +324,8 @@ parameters! {
             .about("ramp_slope", "fall over run of both ramps");
         left_ledge_height_m: f64 = 0.06, NotNegative, "height of the left disc's ledge above the floor";
         right_ledge_height_m: f64 = 0.06, NotNegative, "height of the right disc's ledge above the floor".from("ours");
-        left_ledge_lead_m: f64 = 0.1, NotNegative, "distance of the left ledge's corner ahead of its disc";
-        right_ledge_lead_m: f64 = 0.2, NotNegative, "distance of the right ledge's corner ahead of its disc".from("ours");
+        left_ledge_lead_m: f64 = 0.1, NotNegative, "distance of the left ledge's corner ahead of its disc".gap();
+        right_ledge_lead_m: f64 = 0.2, NotNegative, "distance of the right ledge's corner ahead of its disc".from("ours").gap();
         pushed: Pushed;
     }
 }
@@ -336,7 +336,7 @@ parameters! {
         height_spread_m: f64 = 0.0, NotNegative, "largest distance of a wedge tip above that of the rightmost";
         washboard_height_m: f64 = 0.0, NotNegative, "height of the waves of the wedges' floor";
         washboard_length_m: f64 = 0.15, Positive, "length of the waves";
-        washboard_lead_m: f64 = 0.05, NotNegative, "distance of the first wave ahead of the right wedge";
+        washboard_lead_m: f64 = 0.05, NotNegative, "distance of the first wave ahead of the right wedge".gap();
         body: Body with |set| set
             .from("as in the wedge box")
             .about("wedge_tip_x_m", "rightmost wedge tip in the box frame, x (the leftmost is mirrored)")

@@ -31,6 +31,8 @@ pub struct Parameter {
     pub study: Option<[f64; 2]>,
     /// The values of other parameters, `[name, value]`, without which it has no use.
     pub only_with: &'static [[&'static str; 2]],
+    /// Whether it is the distance to what is touched first, so that a contact's gap follows it.
+    pub is_gap: bool,
 }
 
 impl Parameter {
@@ -51,7 +53,7 @@ impl Parameter {
         }
         let unit = if matches!(range, Range::OneOf(_)) { "-" } else { unit_of(name) };
         let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-        Parameter { name, unit, default, range, about, source, study: None, only_with: &[] }
+        Parameter { name, unit, default, range, about, source, study: None, only_with: &[], is_gap: false }
     }
 
     /// Gives it a sensible range for studies.
@@ -64,6 +66,12 @@ impl Parameter {
     #[must_use]
     pub fn when(self, only_with: &'static [[&'static str; 2]]) -> Self {
         Parameter { only_with, ..self }
+    }
+
+    /// Says that it is the distance to what is touched first.
+    #[must_use]
+    pub fn gap(self) -> Self {
+        Parameter { is_gap: true, ..self }
     }
 
     /// Gives it a source of its own.
@@ -82,7 +90,17 @@ impl Parameter {
         source: impl Into<Name>,
     ) -> Self {
         let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-        Parameter { name, unit, default: Value::Number(default), range, about, source, study: None, only_with: &[] }
+        Parameter {
+            name,
+            unit,
+            default: Value::Number(default),
+            range,
+            about,
+            source,
+            study: None,
+            only_with: &[],
+            is_gap: false,
+        }
     }
 
     /// Declares a parameter that is one of `names`; the first is the default.
@@ -106,6 +124,7 @@ impl Parameter {
             source: source.into(),
             study: None,
             only_with: &[],
+            is_gap: false,
         }
     }
 }

@@ -98,7 +98,7 @@ impl ProximalGuess {
                     }
                 }
             } else {
-                // The factor is not asked for those before.
+                // Marked beforehand, as the factor cannot be asked for its set while it is replaced.
                 dp.iter_mut().enumerate().for_each(|(i, dp)| *dp = f64::from(factor.contains(i) != changes(factor, i)));
                 factor.factorise(h, mu, 0.0, |i| dp[i] != 0.0);
                 factorisations += 1;

@@ -328,7 +328,7 @@ impl SparseActiveSet {
         let n = b.len();
         let b_max = largest_entry(b);
         let (bland_after, bound) = (stats.pivots + 10 + 5 * n as u32, stats.pivots + 50 * n as u32);
-        // Whether impulses are those of the set, and whether they have come about by changes.
+        // Whether the impulses are solved for the set, and whether by updates of an earlier solution.
         let (mut solved, mut changed) = (false, false);
         loop {
             if self.factorise(h, stats) || !solved {
@@ -341,7 +341,7 @@ impl SparseActiveSet {
                 if !changed {
                     return Ok(());
                 }
-                // Once more, without what rounding has added up.
+                // Solve from scratch: updates add up rounding.
                 solved = false;
                 continue;
             };
@@ -363,7 +363,7 @@ impl SparseActiveSet {
                 if self.factor.contains(j) {
                     continue;
                 }
-                // What entered before has changed it.
+                // A contact that entered in this round has changed the velocity.
                 let w_j = if entered { velocity_of(h, b, p, j) } else { self.w[j] };
                 if w_j >= -negligible || w_j * w_j < least * h.diagonal(j) {
                     continue;

@@ -51,7 +51,8 @@ pub enum Solved {
 /// they did not bounce; the rest is asked again until all last. Of a single contact both say `e |w| > h b`, b its
 /// acceleration towards the surface; of several the forces of those that stay closed are in it. The first one counts no
 /// rebound that is one of others which throw the contact up, the second none that is stopped by others which are still
-/// closing.
+/// closing. Where a step has no solution with its rebounds none lasts: thrown back from one wall a body would be through
+/// the other by its end.
 /// # Shapes and units
 /// Velocities m/s, in rows `[n; t]`, without friction `[n]`.
 /// # Source
@@ -157,9 +158,10 @@ impl Rebounds {
         for row in 0..n {
             self.b[row] = rows.free[row] + self.term_of_row(step, rows, row);
         }
-        solve(&self.b[..n], &mut self.impulses[..n], &mut self.after[..n])?;
-        let mut dropped = false;
-        for moving in [false, true] {
+        let solved = solve(&self.b[..n], &mut self.impulses[..n], &mut self.after[..n]);
+        let trials: &[bool] = if solved.is_ok() { &[false, true] } else { &[] };
+        self.over[..contacts].fill(true);
+        for &moving in trials {
             let mut largest = 0.0_f64;
             for row in 0..n {
                 // Contacts that touch have w⁺ + t = 0.
@@ -179,6 +181,7 @@ impl Rebounds {
                 *over = (*over && moving) || *w <= step.tolerance * largest;
             }
         }
+        let mut dropped = false;
         self.any = false;
         for ((rebounding, over), plastic) in self.rebounding[..contacts].iter_mut().zip(&self.over).zip(&self.plastic) {
             let over = *over && !plastic;
@@ -186,7 +189,7 @@ impl Rebounds {
             *rebounding &= !over;
             self.any |= *rebounding;
         }
-        Ok(dropped)
+        if dropped { Ok(true) } else { solved.map(|()| false) }
     }
 
     /// The terms in the rows of the trial, m/s, in the order of `w`.
@@ -249,7 +252,7 @@ mod tests {
                     }
                 }
                 (0..2).for_each(|i| y[i] = b[i] + h[i][0] * p[0] + h[i][1] * p[1]);
-                Ok::<(), ()>(())
+                if y.iter().all(|y| *y > -1e-9) { Ok(()) } else { Err("no solution") }
             };
             rebounds.look_ahead(&STEP, rows, solve).unwrap();
         }
@@ -265,6 +268,15 @@ mod tests {
         assert_eq!(fall(10.01), [false, false]);
         // What is pulled away rebounds always.
         assert_eq!(fall(-10.0), [true, false]);
+    }
+
+    #[test]
+    fn a_rebound_must_have_room_before_the_opposite_wall() {
+        let walls = [[1.0, -1.0], [-1.0, 1.0]];
+        // Thrown back with 0.5 m/s it moves by 5 mm in the step.
+        let free = |room: f64| rebounding(walls, [0.0, room], [-1.0, 1.0], [-1.0, 1.0]);
+        assert_eq!(free(0.0051), [true, false]);
+        assert_eq!(free(0.0049), [false, false]);
     }
 
     #[test]

@@ -47,7 +47,7 @@ impl<const T: usize> FrictionProblem<'_, T> {
     #[inline(never)]
     fn velocities_of_loaded<const N: usize>(&self, impulses: &[f64], w: &mut [f64]) {
         let (h, b) = (&self.delassus.h.as_chunks::<N>().0[..N], &self.b[..N]);
-        // Not −0, to which zeros that are left out would matter.
+        // +0 and not −0: adding products that are zero, which are left out here, would turn −0 into +0.
         let mut sums: [f64; N] = std::array::from_fn(|row| b[row] + 0.0);
         for (column, &impulse) in impulses[..N].iter().enumerate() {
             if impulse != 0.0 {

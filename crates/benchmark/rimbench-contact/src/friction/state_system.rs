@@ -263,7 +263,7 @@ impl StateSystem {
                 subtract(target, line, factor);
             }
         }
-        // What depended on the pivots must do so still.
+        // Rows beyond the rank must still depend on the pivots.
         for line in &lines[rank..] {
             served &= line[rank..].iter().all(|entry| entry.abs() <= DEPENDENT * largest);
         }
@@ -370,7 +370,7 @@ impl StateSystem {
                 impulses[column.tangential] = column.factor * x;
             }
         }
-        // What slides across its first tangent.
+        // Impulses of sliding contacts along their second tangent.
         for ((row, factor), column) in self.seconds.iter().zip(&self.columns[..self.len]) {
             if *factor != 0.0 {
                 impulses[*row] = factor * impulses[column.row];

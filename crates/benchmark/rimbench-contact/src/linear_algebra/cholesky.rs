@@ -98,7 +98,7 @@ impl Cholesky {
         )
         .map_err(|_| ())?;
         mirror(&mut self.l, self.size, |lower, upper| *lower = *upper);
-        // What a row of L is worth in all, A_ii, against its pivot: as in the plain loops.
+        // A_ii is the sum of the squares of a row of L; its pivot is held against it, as in the plain loops.
         let dependent = self.l.chunks_exact(self.size).enumerate().any(|(i, row)| {
             let diagonal: f64 = row[..=i].iter().map(|l| l * l).sum();
             row[i] * row[i] <= DEPENDENT * diagonal

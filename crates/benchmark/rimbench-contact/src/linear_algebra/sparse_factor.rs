@@ -174,7 +174,7 @@ impl SparseFactor {
             }
             let pivot = std::mem::take(&mut x[k]) + shift;
             let column = starts[k]..starts[k] + counts[k] as usize;
-            // What is not a number is not more.
+            // False for NaN.
             active[k] = pivot > dependent * (m.diagonal(row) + shift);
             let inverse = if active[k] { 1.0 / pivot } else { 0.0 };
             for (l, &position) in l[column.clone()].iter_mut().zip(&positions[column.clone()]) {
@@ -343,7 +343,8 @@ impl SparseFactor {
             let position = order.position_of[row] as usize;
             p[position] = if active[position] { entry } else { 0.0 };
         }
-        // What is reached from a row are the columns with an entry in it, and the way from the first of its own.
+        // A row takes part in the columns with an entry in it, and in those on the path in the elimination tree from the
+        // first of its own column.
         for &column in order.columns_of(k) {
             let y = p[column as usize];
             if y != 0.0 {

@@ -47,7 +47,7 @@ impl CommunicationGrid {
             return Err(Error::invalid("macro_step_s", macro_step, "a finite time above 0 s"));
         }
         if macro_step > duration {
-            // Steps are told in ms, and typed in s: of a number as it is told.
+            // A number that would be a usual step in ms was probably meant so, though the option is in s.
             let told = macro_step >= LEAST_TOLD && 1e-3 * macro_step <= duration;
             let meant = if told { format!("; did you mean {macro_step}ms?") } else { String::new() };
             return Err(Error::invalid(

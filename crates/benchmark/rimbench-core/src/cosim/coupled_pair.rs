@@ -6,16 +6,15 @@ mod late;
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupling_scheme::{CouplingScheme, Sample};
-use super::exchange_data::{NO_FORECAST, NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
+use super::exchange_data::{NO_FORECAST, NO_OIL_LINES, NO_OUTPUT_RATES};
 use super::interface_work::InterfaceWork;
-use super::model_defect::ModelDefect;
+use super::model_defect::{DefectMeter, ModelDefect};
 use super::outcome::Outcome;
 use super::pair_state::PairState;
 use super::run_control::StopFlag;
 use super::setup::{Bounds, Setup};
 use super::side::{PerSide, Side};
-use super::step_rule::StepControl;
-use super::step_size_control::{BondResiduals, ErrorEstimate, MacroInterval};
+use super::step_size_control::{BondResiduals, ErrorEstimate, ErrorMeter, MacroInterval};
 use super::subsystem::Sides;
 use super::work::Work;
 use crate::error::{Cause, Failure};
@@ -76,13 +75,9 @@ impl CoupledPair<'_> {
             return self.exchange_late(step);
         }
         self.fill_attachments(step)?;
-        let PairState { y, exchange, learner, .. } = &mut *self.state;
-        let model = exchange.interface_model.as_ref();
+        let PairState { y, exchange, model, .. } = &mut *self.state;
         let sample = Sample {
-            model: match learner {
-                Some(learner) => model.map(|model| learner.receive(step.index, model)),
-                None => model,
-            },
+            model: model.as_mut().map(|model| model.arrive(step.index)),
             mechanics_steps: self.setup.own_mechanics_steps(step),
             ..Sample::of_outputs(step, &y.mechanics, self.setup.actuator_micro_step(step))
         };
@@ -110,19 +105,9 @@ impl CoupledPair<'_> {
     /// Asks the sides for what the scheme needs besides outputs; a side that offers it must have it at every
     /// communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let asked = std::mem::take(&mut self.state.has_model);
-        let PairState { exchange, u, audit, .. } = &mut *self.state;
-        if let Some(model) = &mut exchange.interface_model
-            && !asked
-            && !self.sides.mechanics.capabilities().interface_model(self.setup.mechanics_step(step), model)?
-        {
-            return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL.into() }.into());
-        }
-        if let (Some(belief), Some(model)) = (&self.setup.belief, &mut exchange.interface_model) {
-            if let Some(audit) = audit {
-                audit.keep_own(model);
-            }
-            belief.distort(model);
+        let PairState { exchange, u, model, .. } = &mut *self.state;
+        if let Some(model) = model {
+            model.fill(self.setup, step, &mut *self.sides.mechanics)?;
         }
         if let Some(rates) = &mut exchange.output_rates
             && !self.sides.actuator.capabilities().output_rates(step.start, &u.actuator, rates)?
@@ -167,7 +152,7 @@ impl CoupledPair<'_> {
             y: self.state.y.as_ref().map(Vec::as_slice),
             received: &self.state.received,
             effective_mass,
-            audit: self.state.audit.as_ref().and_then(|audit| audit.so_far()),
+            audit: self.state.model.as_ref().and_then(|model| model.audit.as_ref()?.so_far()),
             mechanics_step,
             interface_lambda: None,
             interface_residual,
@@ -191,16 +176,13 @@ impl CoupledPair<'_> {
         InterfaceWork { sent_j: self.state.work_sent.sent(), received_j }
     }
 
-    /// Returns what the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of
-    /// the sides unless a rule wants to know.
+    /// Estimates the error of a macro step at its `end` (s) by a meter.
     #[inline]
-    pub(crate) fn estimate(&mut self, by: StepControl, end: f64) -> Result<ErrorEstimate, Failure> {
-        match by {
-            StepControl::None | StepControl::EnergyResidual => Ok(ErrorEstimate::None),
-            StepControl::EnergyResidualLibcosim => self.bond_residuals().map(ErrorEstimate::Powers),
-            StepControl::ModelDefect | StepControl::ModelDefectBlind => {
-                self.model_defect(end).map(ErrorEstimate::Defect)
-            }
+    pub(crate) fn estimate(&mut self, meter: &mut ErrorMeter, end: f64) -> Result<ErrorEstimate, Failure> {
+        match meter {
+            ErrorMeter::Work => Ok(ErrorEstimate::Work),
+            ErrorMeter::Powers => self.bond_residuals().map(ErrorEstimate::Powers),
+            ErrorMeter::Defect(meter) => self.model_defect(meter, end).map(ErrorEstimate::Defect),
         }
     }
 
@@ -219,11 +201,9 @@ impl CoupledPair<'_> {
     /// By how much the motion that the actuator was given by the scheme's model is wrong at the `end` (s) of a macro
     /// step.
     #[cold]
-    fn model_defect(&mut self, end: f64) -> Result<ModelDefect, Failure> {
-        let PairState { own, u, y, defect, .. } = &mut *self.state;
-        let (Some(meter), Some(forecast)) = (defect, self.scheme.forecast()) else {
-            return Err(Cause::NotOffered { what: NO_FORECAST.into() }.into());
-        };
+    fn model_defect(&mut self, meter: &mut DefectMeter, end: f64) -> Result<ModelDefect, Failure> {
+        let PairState { own, u, y, .. } = &mut *self.state;
+        let forecast = self.scheme.forecast().ok_or(Cause::NotOffered { what: NO_FORECAST.into() })?;
         self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         if !self.sides.actuator.capabilities().output_rates(end, &u.actuator, meter.rates())? {

@@ -22,14 +22,13 @@ pub struct ExchangeData {
 
 /// Why a scheme with an interface model cannot be run, or cannot go on.
 pub(crate) const NO_INTERFACE_MODEL: &str = "the mechanics offers no reduced interface model";
-/// Likewise.
+/// Why one that takes the rates of forces cannot.
 pub(crate) const NO_OUTPUT_RATES: &str = "the actuator offers no directional derivatives of its outputs";
-/// Likewise.
+/// Why one with lines in the place of oil cannot.
 pub(crate) const NO_OIL_LINES: &str = "the actuator has no volumes of oil that lines could replace";
 /// Why a force cannot be returned to pieces of a step.
 pub(crate) const NO_PIECES: &str = "the mechanics does not split its steps at events";
-
-/// Likewise.
+/// Why macro steps cannot be set by the defect of the scheme's model.
 pub(crate) const NO_FORECAST: &str = "the scheme moves no model of the mechanics together with the actuator";
 
 impl ExchangeData {

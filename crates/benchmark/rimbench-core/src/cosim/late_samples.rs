@@ -2,7 +2,7 @@
 //! them then.
 
 use super::communication_grid::{MacroStep, MicroStep};
-use super::coupling_scheme::CouplingScheme;
+use super::coupling_scheme::{CouplingScheme, Sample};
 use super::delivery::{Delivery, ForceBridge, LateRule};
 use super::mass_learner::MassLearner;
 use super::output_history::OutputHistory;
@@ -32,8 +32,6 @@ pub(crate) struct LateSamples {
     accelerations: Vec<[f64; 3]>,
     /// Means and their times of the newest two macro steps whose forces have arrived, the newest first.
     arrived: [(f64, Vec<f64>); 2],
-    /// The scheme with samples in time, under the same forces, where what age creates is accounted for.
-    pub(crate) shadow: Option<Shadow>,
 }
 
 /// What is kept of a communication point, and of the macro step that starts there.
@@ -100,7 +98,6 @@ impl LateSamples {
             mean: vec![0.0; forces],
             accelerations: vec![[0.0; 3]; ages[0]],
             arrived: [(f64::NAN, vec![0.0; forces]), (f64::NAN, vec![0.0; forces])],
-            shadow: None,
         }
     }
 
@@ -170,11 +167,6 @@ impl LateSamples {
             kept.inputs.copy_from_slice(inputs);
             actuator.outputs(inputs, &mut kept.outputs)?;
             actuator.capabilities().output_rates(kept.step.start + kept.step.length, inputs, &mut kept.rates)?;
-        }
-        if let Some(mut shadow) = self.shadow.take() {
-            let replayed = shadow.replay(self.kept(k));
-            self.shadow = Some(shadow);
-            replayed?;
         }
         Ok(())
     }
@@ -287,7 +279,7 @@ impl LateSamples {
         let [(last, newest), (before, older)] = &self.arrived;
         let share = (step.start + 0.5 * step.length - last) / (last - before);
         for (u, (newest, older)) in u.iter_mut().zip(newest.iter().zip(older)) {
-            // Until two have arrived there is no line.
+            // The share is finite as soon as two macro steps have arrived.
             *u = if share.is_finite() { newest + share * (newest - older) } else { *newest };
         }
     }
@@ -322,6 +314,7 @@ impl LateSamples {
 #[derive(Debug, Clone)]
 pub(crate) struct Shadow {
     pub(crate) scheme: SchemeCopy,
+    /// What this scheme sends to the actuator.
     u: Vec<f64>,
     /// What the actuator would have sent to this model, J.
     pub(crate) work_sent: WorkMeter,
@@ -332,16 +325,25 @@ impl Shadow {
         Shadow { scheme: SchemeCopy(scheme), u: vec![0.0; actuator.inputs.len()], work_sent: WorkMeter::new(actuator) }
     }
 
-    /// Starts the macro step from the outputs of the mechanics.
-    pub(crate) fn start_from(&mut self, motion: &[f64]) {
-        self.u.copy_from_slice(motion);
+    /// Starts a macro step from the samples of both sides.
+    ///
+    /// # Errors
+    /// Those of the scheme.
+    pub(crate) fn receive(&mut self, mechanics: Sample<'_>, actuator: Sample<'_>) -> Result<(), Failure> {
+        self.scheme.0.receive(Side::Mechanics, &mechanics)?;
+        self.scheme.0.receive(Side::Actuator, &actuator)?;
+        self.u.copy_from_slice(mechanics.y);
+        Ok(())
     }
 
     /// Covers a macro step under the forces that were.
-    fn replay(&mut self, kept: &Kept) -> Result<(), Failure> {
-        let count = kept.history.rows().len();
-        for (j, force) in kept.history.rows().enumerate() {
-            let at = MicroStep::new(kept.step, j, count);
+    ///
+    /// # Errors
+    /// Those of the scheme.
+    pub(crate) fn replay(&mut self, step: MacroStep, forces: &OutputHistory) -> Result<(), Failure> {
+        let count = forces.rows().len();
+        for (j, force) in forces.rows().enumerate() {
+            let at = MicroStep::new(step, j, count);
             self.work_sent.add_half_step(at.length, force, &self.u);
             self.scheme.0.input(Side::Actuator, at, force, &mut self.u)?;
             self.work_sent.add_half_step(at.length, force, &self.u);

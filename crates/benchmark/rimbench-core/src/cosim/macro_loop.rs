@@ -21,8 +21,7 @@ use super::pair_state::PairState;
 use super::report::Report;
 use super::run_control::{RunControl, Timer};
 use super::setup::Setup;
-use super::step_rule::StepControl;
-use super::step_size_control::{ErrorEstimate, MacroInterval, StepSizeControl};
+use super::step_size_control::{ErrorEstimate, ErrorMeter, MacroInterval, StepSizeControl};
 use super::subsystem::Sides;
 use crate::error::Failure;
 
@@ -41,11 +40,11 @@ pub fn cosimulate(
 ) -> Report {
     let inside = control.inside.map(|most| micro_log(setup, &sides, most));
     let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
-    let audited = exchange.interface_model.as_ref().filter(|_| control.audit && averages);
-    let audit = audited.map(|empty| Box::new(ModelAudit::new(empty, setup.belief.is_some())));
-    let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), exchange) };
-    if let (Some(late), Some(_), Some(copy)) = (&mut state.late, &state.audit, scheme.try_clone()) {
-        late.shadow = Some(Shadow::new(copy, sides.actuator.ports()));
+    let state = &mut PairState { inside, ..PairState::new(setup, sides.lend(), exchange) };
+    if let Some(model) = state.model.as_mut().filter(|_| control.audit && averages) {
+        model.audit = Some(ModelAudit::new(&model.model, setup.belief.is_some()));
+        let copy = state.late.as_ref().and_then(|_| scheme.try_clone());
+        model.in_time = copy.map(|copy| Shadow::new(copy, sides.actuator.ports()));
     }
     let pair = CoupledPair { setup, sides: sides.lend(), scheme, state, stop: control.stop };
     cover(MacroInterval::whole, |pair, interval| pair.advance(interval), pair, control.timer, observe)
@@ -112,11 +111,18 @@ impl View<'_> {
         }
     }
 
-    /// No rule sets the macro steps of a star.
-    fn estimate(&mut self, by: StepControl, end: f64) -> Result<ErrorEstimate, Failure> {
+    fn error_meter(&self) -> ErrorMeter {
         match self {
-            View::Pair(pair) => pair.estimate(by, end),
-            View::Star(_) => Ok(ErrorEstimate::None),
+            View::Pair(pair) => ErrorMeter::of(pair.setup.step_rule, pair.sides.actuator.ports()),
+            // No rule sets the macro steps of a star.
+            View::Star(_) => ErrorMeter::Work,
+        }
+    }
+
+    fn estimate(&mut self, meter: &mut ErrorMeter, end: f64) -> Result<ErrorEstimate, Failure> {
+        match self {
+            View::Pair(pair) => pair.estimate(meter, end),
+            View::Star(_) => Ok(ErrorEstimate::Work),
         }
     }
 }
@@ -132,11 +138,9 @@ pub(crate) fn macro_steps<P>(
     log: &mut Log,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
-    let (grid, step_rule) = {
-        let view = lend(run);
-        (view.setup().grid, view.setup().step_rule)
-    };
-    let mut control = StepSizeControl::new(grid, step_rule);
+    let view = lend(run);
+    let mut meter = view.error_meter();
+    let mut control = StepSizeControl::new(view.setup().grid, view.setup().step_rule);
     let mut next = control.first();
     let mut effective_mass = None;
     loop {
@@ -152,7 +156,7 @@ pub(crate) fn macro_steps<P>(
         log.stopwatch.end();
         let mut after = lend(run);
         effective_mass = after.effective_mass();
-        let estimate = after.estimate(control.control(), next.end)?;
+        let estimate = after.estimate(&mut meter, next.end)?;
         if let ErrorEstimate::Defect(defect) = &estimate {
             log.record_defect(next.end, defect.force);
         }

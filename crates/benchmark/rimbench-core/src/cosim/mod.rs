@@ -42,6 +42,7 @@ mod pair_state;
 mod ports;
 mod report;
 mod run_control;
+mod sent_model;
 mod setup;
 mod side;
 mod step_rule;

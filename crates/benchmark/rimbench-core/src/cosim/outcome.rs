@@ -176,7 +176,7 @@ impl Outcome {
                 Outcome::SolverFailed { at_s, cause }
             }
             cause @ Cause::NotCopied => Outcome::Skipped { reason: cause.to_string() },
-            // What was never there is no failure of the run.
+            // Missing from the start: the run is skipped. Missing later: it has failed.
             cause @ Cause::NotOffered { .. } if at_s == 0.0 => Outcome::Skipped { reason: cause.to_string() },
             cause @ (Cause::NotOffered { .. } | Cause::Reported { .. }) => Outcome::SubsystemFailed { at_s, cause },
             cause @ Cause::SchemeReported { .. } => Outcome::SchemeFailed { at_s, cause },

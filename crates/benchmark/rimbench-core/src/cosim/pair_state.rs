@@ -2,14 +2,13 @@
 
 use super::communication_grid::division;
 use super::exchange_data::ExchangeData;
+use super::force_return::ForceReturn;
 use super::integrators::ActuatorIntegrator;
 use super::late_samples::LateSamples;
-use super::mass_learner::MassLearner;
-use super::model_audit::ModelAudit;
-use super::model_defect::DefectMeter;
 use super::outcome::Outcome;
 use super::output_history::OutputHistory;
 use super::output_rates::OutputRates;
+use super::sent_model::SentModel;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::subsystem::Sides;
@@ -26,6 +25,9 @@ pub(crate) struct PairState {
     pub(crate) without_feedthrough: Side,
     /// Whether a side integrates polynomials and is told the polynomials of its inputs.
     pub(crate) takes_polynomial: PerSide<bool>,
+    /// The mechanics' interface model, where the scheme takes one.
+    pub(crate) model: Option<Box<SentModel>>,
+    /// What else is exchanged.
     pub(crate) exchange: ExchangeData,
     pub(crate) y: PerSide<Vec<f64>>,
     pub(crate) u: PerSide<Vec<f64>>,
@@ -36,10 +38,10 @@ pub(crate) struct PairState {
     /// The actuator's outputs at the end of the macro step, for the force return `end`.
     pub(crate) end: Vec<f64>,
     pub(crate) received: Vec<f64>,
+    /// The actuator's outputs by micro step, where the force return, late samples or other bonds take them.
     pub(crate) history: OutputHistory,
+    pub(crate) keeps_history: bool,
     pub(crate) work_sent: WorkMeter,
-    /// By how much the scheme's model is wrong, where that sets the macro steps.
-    pub(crate) defect: Option<DefectMeter>,
     pub(crate) time: f64,
     pub(crate) counters: CosimCounters,
     /// Where steps of the mechanics are tried.
@@ -47,16 +49,8 @@ pub(crate) struct PairState {
     pub(crate) diverged: Option<Outcome>,
     /// The micro steps of the actuator, where it is recorded.
     pub(crate) inside: Option<Trajectory>,
-    /// The account of the scheme's interface model, where it is kept.
-    pub(crate) audit: Option<Box<ModelAudit>>,
     /// Samples on their way, where they may be late.
     pub(crate) late: Option<Box<LateSamples>>,
-    /// Whether other bonds are told of its forces.
-    pub(crate) is_told_of: bool,
-    /// Whether the interface model of the next communication point is in the exchange already.
-    pub(crate) has_model: bool,
-    /// What the actuator learns of the mass, where it does.
-    pub(crate) learner: Option<Box<MassLearner>>,
 }
 
 impl PairState {
@@ -73,18 +67,17 @@ impl PairState {
         let ports = sides.ports();
         let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];
         let to_mechanics = ports.actuator.outputs.len();
-        let by_defect = setup.step_rule.is_some_and(|rule| rule.control.by_defect());
         let midpoint = setup.actuator_integrator == ActuatorIntegrator::Midpoint;
         let late = setup
             .delivery
             .as_ref()
             .map(|delivery| Box::new(LateSamples::new(delivery, setup, ports, exchange.interface_model.as_ref())));
-        let learner = setup.mass_learning.zip(exchange.interface_model.as_ref());
-        let learner = learner.map(|(rule, empty)| Box::new(MassLearner::new(rule, empty)));
+        let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces);
         PairState {
             without_feedthrough: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
             takes_polynomial,
             trials: exchange.trials.then(Box::default),
+            model: exchange.interface_model.take().map(|empty| Box::new(SentModel::new(setup, empty))),
             exchange,
             rates: midpoint.then(|| OutputRates::zeros(to_mechanics, ports.actuator.inputs.len())),
             y: PerSide::from_fn(zeros),
@@ -93,17 +86,13 @@ impl PairState {
             end: vec![0.0; to_mechanics],
             received: vec![0.0; to_mechanics],
             history: OutputHistory::new(to_mechanics, micro_steps),
+            keeps_history: averages || late.is_some(),
             work_sent: WorkMeter::new(ports.actuator),
-            defect: by_defect.then(|| DefectMeter::new(ports.actuator)),
             time: 0.0,
             counters: CosimCounters::default(),
             diverged: None,
             inside: None,
-            audit: None,
             late,
-            is_told_of: false,
-            has_model: false,
-            learner,
         }
     }
 }

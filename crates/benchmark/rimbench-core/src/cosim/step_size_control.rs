@@ -2,7 +2,8 @@
 
 use super::communication_grid::{CommunicationGrid, MacroStep, MicroStep};
 use super::interface_work::InterfaceWork;
-use super::model_defect::ModelDefect;
+use super::model_defect::{DefectMeter, ModelDefect};
+use super::ports::Ports;
 use super::step_rule::{StepControl, StepRule};
 
 /// Differences of the powers that both sides say cross a row of the interface at the end of a macro step, W.
@@ -19,7 +20,7 @@ impl BondResiduals {
     pub(crate) fn of(rows: impl Iterator<Item = f64>) -> Self {
         let (mut largest, mut squares, mut count) = (0.0_f64, 0.0, 0);
         for residual in rows {
-            // What is not a number is none of the largest, and makes the mean one.
+            // `max` passes over a NaN; the sum keeps it, so that the mean is NaN.
             largest = largest.max(residual.abs());
             squares += residual * residual;
             count += 1;
@@ -45,7 +46,7 @@ impl MacroInterval {
     /// Returns one of so many equal parts of it, from 0.
     pub(crate) fn part(self, index: usize, count: usize) -> Self {
         let [at, next] = [index, index + 1].map(|index| MicroStep::new(self.step, index, count));
-        // What is done at the start of a run is not done again.
+        // The index goes on over parts: 0, at which a run is initialised, comes once.
         let step = MacroStep { index: self.step.index * count + index, start: at.start, length: at.length };
         MacroInterval { step, end: if index + 1 < count { next.start } else { self.end } }
     }
@@ -56,10 +57,30 @@ impl MacroInterval {
     }
 }
 
-/// An estimate that the rule of the macro steps looks at besides the work across the interface.
+/// How the error of a macro step is estimated for the rule that sets the next.
+#[derive(Debug)]
+pub(crate) enum ErrorMeter {
+    /// By the work across the interface alone, which is counted anyway; so where there is no rule.
+    Work,
+    Powers,
+    Defect(DefectMeter),
+}
+
+impl ErrorMeter {
+    /// Returns that of a rule, for an actuator with these ports.
+    pub(crate) fn of(rule: Option<StepRule>, actuator: &Ports) -> Self {
+        match rule.map_or(StepControl::None, |rule| rule.control) {
+            StepControl::None | StepControl::EnergyResidual => ErrorMeter::Work,
+            StepControl::EnergyResidualLibcosim => ErrorMeter::Powers,
+            StepControl::ModelDefect | StepControl::ModelDefectBlind => ErrorMeter::Defect(DefectMeter::new(actuator)),
+        }
+    }
+}
+
+/// What it says of a macro step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ErrorEstimate {
-    None,
+    Work,
     Powers(BondResiduals),
     Defect(ModelDefect),
 }
@@ -106,12 +127,6 @@ pub(crate) struct StepSizeControl {
 }
 
 impl StepSizeControl {
-    /// Returns by what the next macro step is found, if not by the grid.
-    #[inline]
-    pub(crate) fn control(&self) -> StepControl {
-        self.rule.map_or(StepControl::None, |rule| rule.control)
-    }
-
     /// Makes the macro steps of `grid`, or with a rule those that keep to it.
     pub(crate) fn new(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
         StepSizeControl {
@@ -163,7 +178,7 @@ impl StepSizeControl {
                 self.length_before_cut = cut.map(|_| length);
                 return following(done.step.index + 1, done.end, cut.unwrap_or(length), self.grid.duration());
             }
-            ErrorEstimate::None => {
+            ErrorEstimate::Work => {
                 let error = self.error(rule, done.step.length, work);
                 let last = self.last_error.replace(error).unwrap_or(error);
                 change(SAFETY, rule.order, [error, last])
@@ -246,16 +261,16 @@ mod tests {
         let mut control = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let work = |sent, received| InterfaceWork { sent_j: Some(sent), received_j: Some(received) };
         // 10 W against 9 W of 10 W: ε = 1, H ← 0.8 H.
-        let second = control.after(control.first(), work(1.0, 0.9), ErrorEstimate::None).unwrap();
+        let second = control.after(control.first(), work(1.0, 0.9), ErrorEstimate::Work).unwrap();
         approx::assert_relative_eq!(second.step.length, 0.08, max_relative = 1e-14);
         // 10 W against 6 W: ε = 4 after 1, H ← 0.8 · 4^(−0.35) H.
-        let third = control.after(second, work(1.8, 0.9 + 0.48), ErrorEstimate::None).unwrap();
+        let third = control.after(second, work(1.8, 0.9 + 0.48), ErrorEstimate::Work).unwrap();
         approx::assert_relative_eq!(third.step.length, 0.08 * 0.8 * libm::pow(4.0_f64, -0.35), max_relative = 1e-12);
         // No residual at all: ε counts as 1e-3, and the step grows by no more than half.
-        let fourth = control.after(third, work(1.9, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
+        let fourth = control.after(third, work(1.9, 0.9 + 0.48 + 0.1), ErrorEstimate::Work).unwrap();
         approx::assert_relative_eq!(fourth.step.length, 1.5 * third.step.length, max_relative = 1e-9);
         // Ten times the tolerance and more: no shorter than a fifth.
-        let fifth = control.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
+        let fifth = control.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), ErrorEstimate::Work).unwrap();
         approx::assert_relative_eq!(fifth.step.length, 0.2 * fourth.step.length, max_relative = 1e-9);
     }
 

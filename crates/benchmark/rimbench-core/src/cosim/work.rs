@@ -61,3 +61,49 @@ impl Work {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Work whose counts all differ.
+    fn counted(mut last: u64) -> Work {
+        let mut count = || {
+            last += 7;
+            last
+        };
+        let cosim = CosimCounters {
+            macro_steps: count(),
+            repeated_macro_steps: count(),
+            exchanges: count(),
+            catch_up_steps: count(),
+        };
+        let mut solver = || SolverCounters {
+            solves: count(),
+            pivots: count(),
+            factorisations: count(),
+            fallbacks: count(),
+            parametric: count(),
+            failures: count(),
+            worst_residual: 0.0,
+        };
+        let mut side = |micro_steps: u64| SubsystemCounters {
+            micro_steps,
+            eliminations: micro_steps + 1,
+            splits: micro_steps + 2,
+            split_fallbacks: micro_steps + 3,
+            solver: solver(),
+        };
+        let sides = PerSide { mechanics: side(1000), actuator: side(2000) };
+        Work { cosim, sides, scheme: solver() }
+    }
+
+    #[test]
+    fn what_is_done_since_a_moment_is_what_was_added_to_the_work_before_it() {
+        let (before, more) = (counted(0), counted(3));
+        let mut all = before;
+        all.add(&more);
+        assert_eq!(all.since(&before), more);
+        assert_eq!(all.since(&more), before);
+    }
+}

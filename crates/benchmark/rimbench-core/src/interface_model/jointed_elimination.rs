@@ -52,7 +52,7 @@ impl JointedElimination {
                 *count += usize::from(std::mem::replace(last, contact) != contact);
             }
         }
-        // From above, and before anything of that size is taken.
+        // An upper bound of its entries, before that much memory is taken.
         let most: usize = knowing.iter().map(|(count, _)| count * count).sum();
         if most > contacts.len() * contacts.len() / ENTRIES_PER_MEETING {
             return None;

@@ -492,7 +492,7 @@ impl ReducedInterfaceModel {
             (self.unsymmetric, self.own_steps) = (other.unsymmetric, other.own_steps);
             self.targets.copy_from_slice(&other.targets);
         }
-        // What a model has none of is not asked for: to copy nothing is a call as well.
+        // Without friction these are empty, and copying an empty list is a call as well.
         if other.has_friction() {
             self.friction.copy_from_slice(&other.friction);
             self.states.copy_from_slice(&other.states);

@@ -118,7 +118,7 @@ impl Signal {
             let slope = if self.count > 1 { (y0 - y1) / (t0 - t1) } else { 0.0 };
             let value = |t: f64| y0 + slope * (t - t0);
             (variable.end, variable.end_slope) = (value(end), slope);
-            // While samples are too few, what the input ended with is of a lower order than what is known now.
+            // With one more sample the extrapolation has a higher order than that at which the input ended.
             if self.count > before {
                 (variable.start, variable.start_slope) = (value(sample.step.start), slope);
             }

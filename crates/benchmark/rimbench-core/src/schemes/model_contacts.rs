@@ -21,7 +21,7 @@ use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 pub(super) use rimbench_contact::affine_step::ModelState;
 use rimbench_contact::affine_step::{AffineStep, ForceRegion, StepContactLaw};
-use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
+use rimbench_contact::complementarity::{SolverCounters, SparseSolver, Unsolved};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
 /// Eq. 4 and the contact law, which are constant over micro steps.
@@ -180,12 +180,12 @@ impl<S: ContactSolver> Complementarity<S> {
         let rows = n + lambda.len();
         let (bare, b) = (&mut bare[..rows], &mut self.b[..n]);
         discretised.free_velocity(&state.w[..rows], lambda, bare);
-        // With rebounds `b` is still that of the step.
+        // With rebounds `b` keeps the impact terms of the step.
         if !self.rebounds.any() {
             b.copy_from_slice(&bare[..n]);
             b[..m].iter_mut().zip(&state.gap).for_each(|(b, gap)| *b += law.rates.velocity(*gap));
         }
-        // What comes next has another cone, and an active set of its own.
+        // The next problem has friction again: the active set found here is not one to start from.
         self.matrix_changed = true;
         let solved = self.solver.solve_without_friction(Posed { model: discretised, changed: true, b }, impulses);
         if solved.is_ok() {
@@ -251,7 +251,7 @@ impl<S: ContactSolver> Complementarity<S> {
             w_displacement[..n].copy_from_slice(b);
             discretised.add_impulses(impulses, &mut w_displacement[..rows]);
             velocities.copy_from_slice(&w_displacement[..n]);
-            Ok::<(), Failure>(())
+            Ok::<(), Unsolved>(())
         })?;
         if lasts {
             self.pose(model, state, Solved::Displacement);

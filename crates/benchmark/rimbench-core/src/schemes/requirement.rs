@@ -84,7 +84,7 @@ impl Requirement {
                 if matches!(&offered, Err(failure) if matches!(failure.cause(), Cause::NotOffered { .. })) {
                     return Some(missing(NO_OUTPUT_RATES, &offered));
                 }
-                // One that fails offers them, and will fail in the run, with its reason.
+                // An error here is no refusal: the run will fail with it and say why.
                 (offered.unwrap_or(true), NO_OUTPUT_RATES)
             }
             Requirement::Copies => {

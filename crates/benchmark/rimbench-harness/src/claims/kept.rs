@@ -1,7 +1,7 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
 use super::witnesses::OfFailed;
-use crate::experiment::{Claim, Experiment, Statistic, Witnesses, plan_sha256};
+use crate::experiment::{Claim, Experiment, Statistic, Witnesses};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
@@ -35,7 +35,7 @@ pub struct KeptClaims {
 pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<KeptClaims> {
     let summary = read_summary(folder)?;
     let planned = experiment.plan_at_first_draw(catalogue, false)?;
-    Digest::read(folder)?.check_plan(folder, planned.len(), &plan_sha256(experiment, &planned))?;
+    Digest::read(folder)?.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, false)?)?;
     let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
     let Some((path, written)) = written_claims(experiment, folder)? else { return Ok(kept) };
     let wrong = |message: String| Err(Error::file(&path, format!("{message}: {}", remedy(experiment))));
@@ -82,7 +82,7 @@ pub(super) fn check_written(experiment: &Experiment, folder: &Path, measured: &[
     }
     let Some((path, written)) = written_claims(experiment, folder)? else { return Ok(()) };
     for (own, written) in measured.iter().zip(written) {
-        // What was found before is the experiment file's to say.
+        // `finding` and ids are those of the experiment file and of the rows, no part of the table.
         let same = CheckedClaim { finding: own.finding, run_ids: own.run_ids.clone(), ..written };
         if same != *own {
             let message = format!("says something else of `{}` than the rows: {}", own.id, remedy(experiment));
@@ -127,7 +127,7 @@ impl Claim {
     /// runs of one row, or about ratios of two rows of which no run failed.
     fn said_by(&self, summary: &[SummaryRow]) -> Option<(f64, usize)> {
         let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric.name())?;
-        // Of pooled settings the summary has no single problem.
+        // A summary pools drawn settings: medians of single problems are not in it.
         let is_pooled = summary.iter().any(|row| row.worst.is_some());
         // It holds medians with their sign.
         let counts = self.above.is_some() || self.within.is_some() || self.witnesses == Some(Witnesses::All);

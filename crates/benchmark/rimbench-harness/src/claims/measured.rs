@@ -35,7 +35,7 @@ pub(super) fn check(
     let values = Values::of(claim, &all)?;
     let is_known = |row: usize| !values.value[row].is_nan();
     let known = all.select(is_known);
-    // A macro step beyond those of an order is none on the way to H = 0.
+    // For an order failures count only below the largest macro step with a value, on the way to H = 0.
     let fitted = known.iter().map(|run| run.macro_step_s).fold(0.0, f64::max);
     let is_fitted = |row| claim.statistic != Statistic::Order || runs.macro_step(row) < fitted;
     let has_failed = |row| runs.class(row) == OutcomeClass::Failed;

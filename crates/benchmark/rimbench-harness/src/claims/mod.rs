@@ -10,7 +10,7 @@ mod measured;
 mod witnesses;
 
 pub use kept::{KeptClaims, check_kept_claims};
-pub use rimbench_results::claims::{CheckedClaim, write_claims};
+pub use rimbench_results::claims::{CheckedClaim, claims_score, write_claims};
 
 use super::checked_results::{Trust, checked_runs};
 use super::experiment::Experiment;

@@ -4,7 +4,7 @@ use super::claims_of_plan::check_claims_against_plan;
 use super::draw::{Drawn, Search};
 use super::planned_run::PlannedRun;
 use super::scheme_row::SchemeRow;
-use super::{CaseEntry, Experiment};
+use super::{BeliefEntry, CaseEntry, Experiment};
 use crate::grid::{MOST_PLANNED, MOST_RUNS, MacroSteps, PART, grid_point, points_of_grid};
 use crate::references::content_key;
 use rayon::prelude::*;
@@ -20,6 +20,9 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::sync::Arc;
+
+/// Where a macro step starts (s), and the runs whose beliefs within it are stored, each with its label.
+type Beliefs = (f64, Vec<(String, RunSpec)>);
 
 impl Experiment {
     /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the
@@ -109,6 +112,42 @@ impl Experiment {
         let schemes = self.schemes.iter().take(1).cloned().collect();
         let first = Experiment { schemes, audit: false, claims: Vec::new(), ..self.clone() };
         Ok(first.plan_at_first_draw(catalogue, false)?.into_iter().map(|run| run.spec).collect())
+    }
+
+    /// The runs whose beliefs are stored, macro step by macro step: its start (s), and each run with its label.
+    ///
+    /// # Errors
+    /// Names, values or combinations that are not valid, with the place of the entry.
+    pub(crate) fn beliefs(&self, catalogue: &Catalogue) -> Result<Vec<Beliefs>> {
+        let entry = |(index, entry): (usize, &BeliefEntry)| {
+            let of_label = |label: &String| {
+                let row = self.schemes.iter().find(|row| row.label == *label).map(|row| row.request.clone());
+                let request =
+                    row.unwrap_or_else(|| RunRequest { scheme: Some(label.clone()), ..RunRequest::default() });
+                let request =
+                    RunRequest { case: Some(entry.case.clone()), ..request }.at_macro_step(entry.macro_step_s);
+                Ok((label.clone(), request.resolve(catalogue)?))
+            };
+            match entry.schemes.iter().map(of_label).collect::<Result<Vec<_>>>() {
+                Ok(runs) if runs.is_empty() => Err(Error::invalid("schemes", "[]", "labels of schemes, one at least")),
+                runs => Ok((entry.at_s, runs?)),
+            }
+            .map_err(|error| Error::Incompatible(format!("[[beliefs]] {}: {error}", index + 1)))
+        };
+        self.beliefs.iter().enumerate().map(entry).collect()
+    }
+
+    /// Returns the checksum of a plan, full or quick: which runs under which labels, held against which reference.
+    /// Where settings must have an event, it is that of the first draw and of the event, which say which settings these
+    /// are without a search.
+    ///
+    /// # Errors
+    /// Those of the plan.
+    pub(crate) fn sum_of_plan(&self, catalogue: &Catalogue, planned: &[PlannedRun], quick: bool) -> Result<String> {
+        let events: String = self.events_required().map(|event| format!("requires {}\n", event.name())).collect();
+        let first = (!events.is_empty()).then(|| self.plan_at_first_draw(catalogue, quick)).transpose()?;
+        let runs = first.as_deref().unwrap_or(planned).iter().map(|run| format!("{} {}\n", run.id, run.label));
+        Ok(sha256([self.reference_identity() + "\n", events].into_iter().chain(runs).collect::<String>()))
     }
 
     fn in_file(&self, error: Error) -> Error {
@@ -293,7 +332,7 @@ impl Experiment {
                     for (macro_step, request) in
                         steps.iter().flat_map(|step| requests.iter().map(move |of| (*step, of)))
                     {
-                        // Phases are what there may be many of. The first error is that of the first phase.
+                        // In parallel over phases, as there may be many; `collect` returns the error of the first.
                         let of_phase = |&phase: &f64| {
                             let mut request = self.request(entry, request, macro_step, phase, as_one);
                             if row.has_logs() {
@@ -435,7 +474,7 @@ impl CaseEntry {
             }
             Ok(happens)
         };
-        // Without an event nothing has to be found out.
+        // Only a required event needs a search.
         let search = if search && draw.requires.is_some() {
             let runs = (0..points).map(|index| Ok(content_key(&any_run(&point(index)?)?)));
             Some(Search { has_event: &has_event, key: runs.collect::<Result<Vec<_>>>()?.concat() })
@@ -445,14 +484,6 @@ impl CaseEntry {
         let drawn = draw.settings(case, &self.set, search.as_ref())?;
         Ok(Settings { set: &self.set, points, drawn: Some(drawn) })
     }
-}
-
-/// Checksum of a plan: which runs under which labels, held against which reference. Where settings must have an event,
-/// it is that of the first draw and of the event, which say which settings these are without a search.
-pub(crate) fn plan_sha256(experiment: &Experiment, planned_at_first_draw: &[PlannedRun]) -> String {
-    let events = experiment.events_required().map(|event| format!("requires {}\n", event.name()));
-    let runs = planned_at_first_draw.iter().map(|run| format!("{} {}\n", run.id, run.label));
-    sha256(std::iter::once(experiment.reference_identity() + "\n").chain(events).chain(runs).collect::<String>())
 }
 
 /// Refuses a plan that holds one run twice under one label: its rows could not be told apart. Under two labels it is

@@ -2,7 +2,6 @@
 
 use crate::experiment::PlannedRun;
 use crate::folder::Folder;
-use crate::grid::MOST_RUNS;
 use crate::job::Job;
 use rimbench_core::error::Result;
 use std::collections::BTreeMap;
@@ -101,13 +100,9 @@ pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
         }
         Ok(())
     };
-    if size > MOST_RUNS {
-        for part in job.experiment.parts(job.catalogue, job.quick, 0..size) {
-            let (first, planned) = part?;
-            divide(first, planned)?;
-        }
-    } else {
-        divide(0, job.experiment.plan(job.catalogue, job.quick)?)?;
+    for part in job.plans(size, Some(0..size)) {
+        let (first, planned) = part?;
+        divide(first, planned)?;
     }
     Ok(chunking)
 }

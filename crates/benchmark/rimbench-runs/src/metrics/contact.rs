@@ -15,7 +15,7 @@ metrics! {
     "Largest over smallest effective mass at a communication point; inf for an interface that is locked at some of them, 1 for one that is at all"
     => |evidence| {
         let [low, high] = evidence.sums.masses?;
-        // What is locked from the first point to the last does not vary: equal, and not infinity over itself.
+        // Locked throughout, the mass is infinite and constant: the ratio is 1, not ∞/∞.
         Some(if low == high { 1.0 } else { high / low })
     };
 

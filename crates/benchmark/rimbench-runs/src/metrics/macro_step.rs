@@ -9,7 +9,7 @@ metrics! {
     "Rank correlation of the model's defect in each macro step with the force error at its end; with step control model-defect"
     => |evidence| {
         let defects = evidence.report.model_defect.iter().map(|[_, defect]| *defect);
-        // What the run started from is the end of no macro step.
+        // The first error is that at the start, where no macro step ends.
         let errors = evidence.sums.force_errors.iter().copied().skip(1);
         rank_correlation(&defects.zip(errors).map(|(defect, error)| [defect, error]).collect::<Vec<_>>())
     };

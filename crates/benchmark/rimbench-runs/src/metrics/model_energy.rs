@@ -51,7 +51,7 @@ metrics! {
     HEAVINESS: "heaviness_max" in "-" (signed) of Audit,
     "Largest eigenvalue of H_mech − H_model over the run, relative to H_ii: above 0 the model was heavier than the mechanics"
     => |evidence| {
-        // What was asked for and could not be found is no number, which is not the same as no cell.
+        // NaN where the audit was asked for and failed; no cell where it was not asked for.
         evidence.report.audit.model.map(|model| model.heaviness).or(evidence.audited.then_some(f64::NAN))
     };
 }

@@ -62,7 +62,7 @@ pub(super) struct Errors {
 
 impl Default for Errors {
     fn default() -> Self {
-        // The larger of no number and another is the other.
+        // `NaN.max(x)` is x.
         Errors { count: 0, magnitudes: 0.0, squares: 0.0, largest: f64::NAN, last: f64::NAN }
     }
 }

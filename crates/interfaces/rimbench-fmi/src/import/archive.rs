@@ -164,7 +164,7 @@ mod tests {
             writer.write_all(&[0; 600_000]).unwrap();
         }
         let mut archive = ZipArchive::new(Cursor::new(writer.finish().unwrap().into_inner())).unwrap();
-        // It is small as it is.
+        // Zeros: the archive itself is small.
         assert!(archive.decompressed_size().unwrap() == 1_200_000);
         assert_eq!(check_size(&mut archive, 1_200_000), Ok(()));
         assert!(check_size(&mut archive, 1_199_999).unwrap_err().contains("more than 1199999 bytes"));

@@ -326,7 +326,7 @@ mod tests {
             }
         }
         assert!(tried > 100, "{tried}");
-        // What it may say is taken.
+        // Values that the standard allows are accepted.
         for (of, name, value) in [
             (Of::Model, "fmiVersion", "3.1"),
             (Of::Model, "fmiVersion", "3.0.2"),

@@ -100,7 +100,7 @@ impl Member {
     /// The steps that it takes.
     fn steps(&self) -> PossibleSteps {
         let any = !matches!(self, Member::Fmu(fmu) if !fmu.unpacked.description.any_step);
-        // Of one that takes steps of any length its own step is a wish.
+        // An FMU that takes steps of any length only recommends its own step.
         PossibleSteps { equal: !any, multiple_of: self.own_step().filter(|_| !any) }
     }
 
@@ -212,7 +212,7 @@ pub fn read_case(path: &Path, programs: Programs) -> Result<Case> {
     let process = match (file.process, programs.worker) {
         (ProcessKind::Own, Some(worker)) => Process::Own {
             worker,
-            // What is longer is for ever.
+            // `Duration` has an upper bound.
             answer_within: Duration::from_secs_f64(file.answer_within_s.min(1e9)),
         },
         _ => Process::Same,

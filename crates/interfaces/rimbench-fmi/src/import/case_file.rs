@@ -494,7 +494,7 @@ impl Row {
         match &self.mechanics.position {
             Some(End::Integral { start }) if start.is_finite() => Ok(Some(*start)),
             Some(End::Integral { start }) => Err(format!("position = {{ start = {start} }} is not valid; valid: a finite number")),
-            // Nobody looks at it.
+            // The actuator takes no position: any value will do.
             None if self.actuator.position.is_none() => Ok(Some(0.0)),
             None => Err("the mechanics has no position, and the actuator takes one; valid: position = \"…\", or position = { start = … }, \
                          from which it is the integral of the velocity".to_owned()),

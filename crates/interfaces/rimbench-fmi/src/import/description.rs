@@ -211,7 +211,7 @@ impl Description {
             }
         }
         let time_unit = unit_of_time(&variables)?;
-        // In FMI 2.0 what is named is named by its place, from 1.
+        // FMI 2.0 refers to variables by their place, from 1, and not by their reference.
         let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
         let mut places = BTreeMap::new();
         for (place, variable) in variables.iter_mut().enumerate() {

@@ -293,7 +293,7 @@ impl Finder<'_> {
     pub(super) fn heading(&self, name: &str) -> String {
         let unit = self.look_up(name, "output").map_or(String::new(), |found| found.variable.unit.trim().to_owned());
         let ending = unit.replace(|c: char| !c.is_alphanumeric(), "_");
-        // Data call a newton `n`; of units with a prefix that would be ambiguous.
+        // Columns are named with `n` for N; in lower case units with a prefix would be ambiguous (MPa, mPa).
         let ending = if ["N", "J", "Pa", "W", "K", "N.m"].contains(&&*unit) { ending.to_lowercase() } else { ending };
         let says = |ending: &str| name.strip_suffix(ending).is_some_and(|before| before.ends_with('_'));
         if ["", "1", "-"].contains(&&*unit) || says(&ending) { name.to_owned() } else { format!("{name} [{unit}]") }

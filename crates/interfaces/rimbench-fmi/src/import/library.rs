@@ -567,7 +567,7 @@ impl Loaded {
             return Ok(());
         }
         if ask == Ask::Drop {
-            // Its room is for the next copy.
+            // The next copy takes its place.
             self.copies.get_mut(id as usize).ok_or("there is no such copy")?.used = false;
             return Ok(());
         }

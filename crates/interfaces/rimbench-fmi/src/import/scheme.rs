@@ -23,7 +23,7 @@ use std::time::Duration;
 pub fn read_scheme(file: &SchemeFile, programs: &Programs) -> Result<SchemeEntry> {
     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
     let wrong = |message: String| {
-        // Of what became of its process the file is said already.
+        // A message about its process begins with the name of the file already.
         Error::file(&file.path, message.strip_prefix(&format!("{name}: ")).unwrap_or(&message))
     };
     let text = read_text(&file.path)?;

@@ -52,7 +52,7 @@ pub(super) struct Shape {
     pub(super) taken: Vec<usize>,
 }
 
-/// What it can do besides.
+/// Capabilities of a foreign side beyond outputs and steps.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Offers {
     pub(super) rates: bool,
@@ -413,7 +413,7 @@ impl Subsystem for ImportedSide {
             self.y[*row] = *position;
         }
         self.jumps.see(h, &self.y, &self.ports).map_err(|jump| Failure::reported(self.errors.of_file(&jump)))?;
-        // Of several steps of its own the first.
+        // The forecast is for one step of the length foreseen: of several own steps for the first.
         if (h - self.foreseen.step).abs() <= 1e-9 * h {
             self.errors.note(self.foreseen.miss(u, &self.y[rows..]));
         }

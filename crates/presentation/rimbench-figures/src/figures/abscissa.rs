@@ -103,7 +103,7 @@ fn parameter_values(parameter: &str, runs: &Runs<'_>, folder: &Path) -> Result<V
     let option = if parameter == MARGIN { "contact_detection:margin" } else { parameter };
     if let Some((column, part)) = option.split_once(':') {
         let place = runs.table().setting(column)?;
-        // What is not said of a run: no margin, the true mass, no delay.
+        // The value of a part that a run does not give: no margin, the true mass, no delay.
         let absent = match part {
             "margin" => f64::NAN,
             "mass" | "friction" => 1.0,

@@ -220,7 +220,7 @@ impl StabilityFigure {
             let own = runs.of_label(label);
             let cells = steps.iter().map(|&step| self.cell(&own, step)).collect::<Result<Vec<_>>>()?;
             let accurate = cells.iter().take_while(|cell| **cell == Cell::Right).count() as f64;
-            // Of equals the one that stays stable longer, then the one that loses fewer runs.
+            // Ties go to the scheme that is stable up to a larger step, then to the one that loses fewer runs.
             let kept = cells.iter().map(|cell| match cell {
                 Cell::Right | Cell::Wrong => 1.0,
                 Cell::Lost(share) => 0.5 * (1.0 - share),

@@ -144,7 +144,7 @@ impl FigureOptions for XyFigure {
                 _ => spec.only.one_of(&all)?,
             };
             let (unit, factor) = if spec.x.is_macro_step() { unit_of(&runs) } else { ("", 1.0) };
-            // A logarithmic axis has no place for what is in time, or loses nothing.
+            // A logarithmic axis has no place for 0 (samples in time, none lost).
             let from_zero = matches!(&abscissa, Abscissa::Parameter(values) if values.contains(&0.0));
             let across = if from_zero { Axis::linear } else { Axis::log10 };
             let x_axis = across(spec.x.heading(unit)).within(spec.x.range);

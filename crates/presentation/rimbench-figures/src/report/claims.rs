@@ -10,7 +10,7 @@ use crate::style::labels_in_words;
 use crate::vector::escaped;
 use rimbench_cases::parameter::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
-use rimbench_results::claims::{CheckedClaim, Claimant, Verdict, digits_of};
+use rimbench_results::claims::{CheckedClaim, Claimant, Verdict, claims_score, digits_of};
 use std::fmt::Write;
 
 /// The class of a verdict, its sign, and what it is called.
@@ -220,7 +220,7 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         return unchecked;
     }
     claims.sort_by_key(|(_, claim)| claim.verdict);
-    let parts = CLAIMANTS.map(|(by, name, _)| match tally(report, Some(by)) {
+    let parts = CLAIMANTS.map(|(by, name, _)| match tally(report, by) {
         [_, 0] => String::new(),
         [good, all] => format!("{name} {good} of {all}"),
     });
@@ -248,17 +248,14 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     text + "</ul>\n" + &unchecked
 }
 
-/// How many of the claims reproduce, superseded ones and variants aside; nothing where there is none.
+/// How many of the claims reproduce, the paper's first.
 pub(super) fn score(report: &Report<'_>) -> String {
-    match tally(report, None) {
-        [_, 0] => String::new(),
-        [reproduced, all] => format!("{reproduced} of {all} claims reproduce"),
-    }
+    claims_score(claims(report).map(|(_, claim)| claim))
 }
 
-/// How many of the claims that count reproduce, and how many there are: the paper's, ours, or all.
-fn tally(report: &Report<'_>, by: Option<Claimant>) -> [usize; 2] {
-    let wanted = |claim: &&CheckedClaim| claim.counts() && by.is_none_or(|by| claim.by == by);
+/// How many of the claims of one kind that count reproduce, and how many there are.
+fn tally(report: &Report<'_>, by: Claimant) -> [usize; 2] {
+    let wanted = |claim: &&CheckedClaim| claim.counts() && claim.by == by;
     let counted = claims(report).map(|(_, claim)| claim).filter(wanted);
     counted.fold([0, 0], |[good, all], claim| [good + usize::from(claim.verdict == Verdict::Reproduced), all + 1])
 }
@@ -393,6 +390,11 @@ mod tests {
         let study = Study { claims: vec![claim.clone()], ..study };
         assert!(under(&study).contains("is 0.895, expected ≥ 0.9"), "{}", under(&study));
         assert!(claims_table::claims_markdown(&[claim.clone()]).contains("| 0.895 | ≥ 0.9 |"));
+        // The name of a scheme does not end twice.
+        assert_eq!(
+            labels_in_words("it agrees with the monolithic solution, and monolithic beside rim-smooth (model)"),
+            "It agrees with the monolithic solution, and monolithic solution beside smooth model (model)"
+        );
         // Runs are counted, lengths have units that a person would use, schemes have their names.
         let of = |quantity: &str, measured: f64, expected: &str| {
             let [quantity, expected] = [quantity, expected].map(str::to_owned);

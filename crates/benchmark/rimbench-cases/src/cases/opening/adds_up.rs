@@ -96,7 +96,7 @@ pub(super) fn position_over_velocity(moves: &[Move], row: usize) -> Option<f64> 
         let [v, w] = [before[rows + row], after[rows + row]];
         let (moved, noise) = (y - x, ROUND_OFF * x.abs().max(y.abs()));
         if moved == 0.0 && v == w && v != 0.0 {
-            // Its own steps are longer, or it waits for something.
+            // It has not stepped: its own steps are longer than h, or it acts with a delay.
             return None;
         }
         let (least, most) = (h * v.min(w), h * v.max(w));
@@ -108,7 +108,7 @@ pub(super) fn position_over_velocity(moves: &[Move], row: usize) -> Option<f64> 
         let fits = match one_way {
             true if least > 0.0 => within(least / OFF, OFF * most),
             true => within(OFF * least, most / OFF),
-            // From rest, or turning: it may be anything in between.
+            // The velocity starts at zero or changes its sign: the motion may be anything between the bounds.
             false => within(OFF * least, OFF * most),
         };
         judged += usize::from(one_way || !fits);
@@ -180,12 +180,12 @@ pub(super) fn answer_over_model(
     let entry = |i: usize, j: usize| model.entry(start + i, start + j);
     let said = entry(row, push.input) * push.h;
     let measured = answer(push, rows + row)?;
-    // Of others a row feels what it feels, or next to nothing beside its own.
+    // A coupling of two rows below 5 % of their own entries is not judged.
     let own = (entry(row, row) * entry(push.input, push.input)).abs().sqrt() * push.h;
     if row != push.input && said.abs().max(measured.abs()) <= 0.05 * own {
         return None;
     }
-    // No answer at all is one that comes later, or of what is held.
+    // A zero answer says nothing: the row is locked, or answers later.
     let noise = (NO_CHANGE * before[rows + row].abs() + AT_REST) / push.change;
     (measured != 0.0 && measured.abs().max(said.abs()) > noise && said.is_finite()).then_some(Ratio { measured, said })
 }
@@ -206,7 +206,7 @@ pub(super) fn step_over_model(step: &Move, model: &ReducedInterfaceModel, row: u
     );
     let [v, w] = [step.before[rows + row], step.after[rows + row]];
     let (measured, noise) = (w - v, CANCELLED * size + NO_CHANGE * v.abs().max(w.abs()));
-    // What stands is held, or waits.
+    // A velocity that does not change at all is locked, or answers later.
     let stands = measured == 0.0;
     (said.is_finite() && !stands && measured.abs().max(said.abs()) > noise).then_some(Ratio { measured, said })
 }

@@ -97,14 +97,14 @@ pub(super) fn answer_of(
         for input in [row, rows + row] {
             let push = push(actuator, input, &as_is, tried.h)?;
             let [less, more] = [push.after[0][row], push.after[2][row]];
-            // What is beyond round-off.
+            // Only changes beyond round-off have a sign.
             if (more - less).abs() > 1e-9 * more.abs().max(less.abs()) {
                 seen[usize::from(more > less)] = true;
             }
             pushes.push(push);
         }
     }
-    // As it was.
+    // Bring the actuator back to its outputs under the inputs at hand.
     let mut now = vec![0.0; rows];
     actuator.outputs(u, &mut now)?;
     let mut rates = OutputRates::zeros(rows, ports.inputs.len());
@@ -122,7 +122,7 @@ pub(super) fn answer_of(
             Some((row, input, ratio)).filter(|_| ratio.is_out())
         });
         if let Some((row, input, ratio)) = { out }.next() {
-            // What is stiff answers otherwise in shorter steps.
+            // A stiff state answers differently in a shorter step: the ratio is checked there as well.
             let shorter = if tried.any_step.actuator { SHORTER * tried.h } else { tried.h };
             let as_is = after(actuator, u, shorter)?;
             let second = match input {
@@ -131,7 +131,7 @@ pub(super) fn answer_of(
             };
             let force = &ports.outputs[row].name;
             let of = input.map_or_else(String::new, |input| format!(" by {}", ports.inputs[input].name));
-            // In a shorter step a rate makes less, and what was put out a step late as much.
+            // A rate changes the output in proportion to the step; an output that is a step late changes as much.
             let by_step = |second: Ratio| {
                 let less = (second.measured / ratio.measured) / (shorter / tried.h);
                 input.is_some() || (0.5..=2.0).contains(&less)

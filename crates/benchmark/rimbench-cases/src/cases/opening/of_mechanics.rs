@@ -65,7 +65,7 @@ impl Place {
     /// The first relation that does not hold, answers first.
     pub(super) fn out(&self) -> Option<(Relation, usize, Ratio)> {
         let rows = self.before.len() / 2;
-        // What does not answer within a step puts out what was a step ago, or is held.
+        // No row answers within the step: outputs are a step late, or the interface is locked.
         if self.pushes.iter().all(|push| answer(push, rows + push.input) == Some(0.0)) {
             return None;
         }

@@ -27,7 +27,7 @@ impl ActiveSet {
     fn make_feasible(&mut self, lcp: Lcp<'_>) -> u32 {
         let mut dropped = 0;
         loop {
-            // Of the forward substitution those entries stay whose rows of the factor do.
+            // Forward substitution is repeated only for rows of the factor that have changed.
             let (known, forward) = (self.forward_known, &mut self.forward[..self.len]);
             for (forward, &i) in forward.iter_mut().zip(&self.set[..]).skip(known) {
                 *forward = -lcp.b[i];

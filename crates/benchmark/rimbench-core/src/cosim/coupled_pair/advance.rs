@@ -9,6 +9,7 @@ use crate::cosim::interface_work::InterfaceWork;
 use crate::cosim::micro_log::{record_micro_step, record_midpoint};
 use crate::cosim::output_history::ForceProfile;
 use crate::cosim::pair_state::PairState;
+use crate::cosim::sent_model::SentModel;
 use crate::cosim::side::Side;
 use crate::cosim::step_size_control::MacroInterval;
 use crate::cosim::subsystem::Subsystem;
@@ -33,7 +34,7 @@ impl CoupledPair<'_> {
             }
         }
         self.state.counters.macro_steps += 1;
-        if self.state.audit.is_some() {
+        if self.state.model.as_ref().is_some_and(|model| model.audit.is_some()) {
             self.audit(step);
         }
         Ok(())
@@ -43,16 +44,14 @@ impl CoupledPair<'_> {
     #[cold]
     fn audit(&mut self, step: MacroStep) {
         let InterfaceWork { sent_j, received_j } = self.interface_work();
-        let PairState { audit, exchange, history, late, .. } = &mut *self.state;
-        if let (Some(audit), Some(model)) = (audit, &exchange.interface_model) {
-            let shadow = late.as_mut().and_then(|late| late.shadow.as_mut());
-            let Some(shadow) = shadow else {
-                return audit.finish(model, step, history, &mut *self.scheme, [sent_j, received_j]);
-            };
-            let in_time = shadow.work_sent.sent();
-            audit.finish(model, step, history, &mut *shadow.scheme.0, [in_time, received_j]);
-            audit.set_age(in_time.zip(sent_j).map(|(in_time, sent)| in_time - sent));
-        }
+        let PairState { model, history, .. } = &mut *self.state;
+        let Some(SentModel { model, audit: Some(audit), in_time, .. }) = model.as_deref_mut() else { return };
+        let Some(in_time) = in_time else {
+            return audit.finish(model, step, history, &mut *self.scheme, [sent_j, received_j]);
+        };
+        let sent_in_time = in_time.work_sent.sent();
+        audit.finish(model, step, history, &mut *in_time.scheme.0, [sent_in_time, received_j]);
+        audit.set_age(sent_in_time.zip(sent_j).map(|(in_time, sent)| in_time - sent));
     }
 
     /// Lets one side cover a macro step.
@@ -76,7 +75,7 @@ impl CoupledPair<'_> {
         self.advance_actuator_part(step, 0..self.setup.actuator_steps(step))
     }
 
-    /// The same of some of its micro steps, the next ones.
+    /// Lets the actuator cover the next micro steps, some of those of a macro step.
     pub(crate) fn advance_actuator_part(&mut self, step: MacroStep, part: Range<usize>) -> Result<(), Failure> {
         let ports = (self.state.own.actuator.len(), self.state.u.actuator.len());
         match (self.state.rates.is_some(), ports) {
@@ -97,13 +96,10 @@ impl CoupledPair<'_> {
         ports: (usize, usize),
     ) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
-        let averaged =
-            matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces)
-                || self.state.late.is_some()
-                || self.state.is_told_of;
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.actuator;
-        let PairState { own, u, history, work_sent, end, rates, inside, late, trials, learner, .. } = &mut *self.state;
+        let keeps_history = self.state.keeps_history;
+        let PairState { own, u, history, work_sent, end, rates, inside, late, trials, model, .. } = &mut *self.state;
         let covered = (step, self.setup.own_mechanics_steps(step));
         let mut trials =
             trials.as_mut().map(|room| TrialSteps::new(&mut *self.sides.mechanics, covered, room, self.setup.trials));
@@ -145,7 +141,7 @@ impl CoupledPair<'_> {
             if takes_polynomial {
                 takes_polynomial = send_polynomial(scheme, Side::Actuator, at, actuator);
             }
-            if averaged || ORDER == 2 {
+            if keeps_history || ORDER == 2 {
                 history.push(own);
             }
             actuator.step(at.start, u, at.length)?;
@@ -159,8 +155,8 @@ impl CoupledPair<'_> {
         if self.setup.force_return == ForceReturn::End {
             actuator.outputs(u, end)?;
         }
-        if let Some(learner) = learner {
-            learner.forecast(step, history, &u[u.len() / 2..]);
+        if let Some(model) = model {
+            model.follow(step, history, &u[u.len() / 2..])?;
         }
         match late {
             Some(late) => late.keep_history(step.index, history, actuator, u),
@@ -177,14 +173,14 @@ impl CoupledPair<'_> {
             let at = MicroStep::new(step, i, count);
             self.return_force(step, at)?;
             let mechanics = &mut *self.sides.mechanics;
-            let PairState { u, history, received, audit, exchange, .. } = &mut *self.state;
+            let PairState { u, history, received, model, .. } = &mut *self.state;
             let u = &mut u.mechanics[..];
             if in_pieces {
                 step_in_pieces(mechanics, history.profile(i, count, u), at.length)?;
             } else {
                 mechanics.step(at.start, u, at.length)?;
             }
-            if let (Some(audit), Some(model)) = (&mut *audit, &exchange.interface_model) {
+            if let Some(SentModel { model, audit: Some(audit), .. }) = model.as_deref_mut() {
                 let contacts = mechanics.capabilities().contact_mechanics();
                 audit.add_step(model, at, u, contacts.and_then(|contacts| contacts.contact_impulses()));
             }

@@ -6,6 +6,7 @@ use crate::cosim::coupling_scheme::Sample;
 use crate::cosim::delivery::LateRule;
 use crate::cosim::force_return::ForceReturn;
 use crate::cosim::pair_state::PairState;
+use crate::cosim::sent_model::SentModel;
 use crate::cosim::side::Side;
 use crate::cosim::step_size_control::MacroInterval;
 use crate::error::Failure;
@@ -29,9 +30,13 @@ impl CoupledPair<'_> {
             self.state.u.actuator.copy_from_slice(&late.kept(known).motion);
         }
         self.fill_attachments(step)?;
-        let PairState { y, u, own, exchange, late, learner, counters, .. } = &mut *self.state;
+        let PairState { y, u, own, exchange, late, model, counters, .. } = &mut *self.state;
         let Some(late) = late else { return Ok(()) };
-        let (model, scheme) = (exchange.interface_model.as_ref(), &mut *self.scheme);
+        let scheme = &mut *self.scheme;
+        let (model, mut learner, in_time) = match model.as_deref_mut() {
+            Some(SentModel { model, learner, in_time, .. }) => (Some(&*model), learner.as_mut(), in_time.as_mut()),
+            None => (None, None, None),
+        };
         late.keep(step, (micro_step, mechanics_steps), &y.mechanics, model);
         if known < k {
             late.compare_accelerations(known, k);
@@ -43,12 +48,11 @@ impl CoupledPair<'_> {
             true => (kept.step, kept.micro_step, kept.mechanics_steps),
             false => (step, micro_step, mechanics_steps),
         };
-        let known_model = kept.model.as_ref().filter(|_| model.is_some());
         let sample = Sample {
             time: shown(kept.time),
-            model: match learner {
-                Some(learner) => known_model.map(|model| learner.receive(known, model)),
-                None => known_model,
+            model: match &mut learner {
+                Some(learner) => kept.model.as_ref().map(|model| learner.receive(known, model)),
+                None => kept.model.as_ref(),
             },
             mechanics_steps,
             ..Sample::of_outputs(at, &kept.motion, length)
@@ -56,7 +60,7 @@ impl CoupledPair<'_> {
         scheme.receive(Side::Mechanics, &sample)?;
         if goes_on {
             scheme.receive(Side::Actuator, &Sample { y: &kept.force, model: None, ..sample })?;
-            counters.catch_up_steps += late.run_forward(known, k, scheme, learner.as_deref_mut(), &mut u.actuator)?;
+            counters.catch_up_steps += late.run_forward(known, k, scheme, learner, &mut u.actuator)?;
         }
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         late.keep_force(k, &own.actuator);
@@ -69,13 +73,11 @@ impl CoupledPair<'_> {
             let sample = Sample { time, rates, ..Sample::of_outputs(step, &kept.force, micro_step) };
             scheme.receive(Side::Actuator, &sample)?;
         }
-        if let Some(shadow) = &mut late.shadow {
+        if let Some(in_time) = in_time {
             let mechanics_steps = self.setup.own_mechanics_steps(step);
             let sample = Sample { model, mechanics_steps, ..Sample::of_outputs(step, &y.mechanics, micro_step) };
-            shadow.scheme.0.receive(Side::Mechanics, &sample)?;
             let rates = exchange.output_rates.as_ref();
-            shadow.scheme.0.receive(Side::Actuator, &Sample { y: &own.actuator, model: None, rates, ..sample })?;
-            shadow.start_from(&y.mechanics);
+            in_time.receive(sample, Sample { y: &own.actuator, model: None, rates, ..sample })?;
         }
         counters.exchanges += 1;
         Ok(())

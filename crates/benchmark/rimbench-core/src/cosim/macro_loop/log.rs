@@ -64,11 +64,12 @@ impl Log {
         let outcome = self.outcome(at_s, pair.state.diverged.take(), ended);
         let of_interface = pair.interface_work();
         let mut report = self.of_sides(outcome, at_s, pair.sides.lend(), of_interface);
-        report.audit.model = pair.state.audit.as_ref().and_then(|audit| audit.energy());
+        let model = pair.state.model.as_ref();
+        report.audit.model = model.and_then(|model| model.audit.as_ref()?.energy());
         Report {
             work,
             scheme: pair.scheme.report(),
-            learned_mass: pair.state.learner.as_ref().map(|learner| learner.mass_factor()),
+            learned_mass: model.and_then(|model| Some(model.learner.as_ref()?.mass_factor())),
             late_acceleration_correlation: pair.state.late.as_ref().and_then(|late| late.acceleration_correlation()),
             inside: pair.state.inside.take(),
             ..report

@@ -136,7 +136,8 @@ impl Star {
             let (scheme, exchange) = couple(index, pair.lend())?;
             let mut state = PairState::new(&setup, pair, exchange);
             state.work_sent = WorkMeter::of_rows(&ports.actuator, rows);
-            state.is_told_of = true;
+            // Other bonds are told of its forces.
+            state.keeps_history = true;
             let share = (plan.share, plan.factor(index, &layout));
             let scheme = SharedModel::of(scheme, share, rows, n, plan.known == Known::Nothing);
             bonds.push(Bond {
@@ -167,7 +168,7 @@ impl Star {
                 }
             }
         }
-        let model = bonds.iter().find_map(|bond| bond.state.exchange.interface_model.clone());
+        let model = bonds.iter().find_map(|bond| bond.state.model.as_ref().map(|own| own.model.clone()));
         let state = StarState {
             time: 0.0,
             counters: CosimCounters::default(),
@@ -379,9 +380,8 @@ impl RunningStar<'_> {
                 bond.step = MacroStep { index: k / whole, start: step.start, length };
             }
             bond.state.u.mechanics.copy_from_slice(&state.u);
-            if let (Some(own), Some(model)) = (&mut bond.state.exchange.interface_model, &state.model) {
-                own.copy_from(model);
-                bond.state.has_model = true;
+            if let (Some(own), Some(model)) = (&mut bond.state.model, &state.model) {
+                own.take(model);
             }
             let begun = bond.step;
             bond.pair(self.sides.mechanics, self.sides.actuator, stop, |mut pair| pair.exchange(begun))?;

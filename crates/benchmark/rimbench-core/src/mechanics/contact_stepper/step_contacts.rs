@@ -15,7 +15,7 @@ use super::{ContactLaw, Rebounding};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use coulomb::CoulombStep;
-use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
+use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver, Unsolved};
 use rimbench_contact::contact_law::{Solved, gap_velocity};
 use rimbench_contact::known_size;
 use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot, largest_entry};
@@ -192,7 +192,7 @@ impl StepContacts {
         b: &[f64],
         impulses: &mut [f64],
         velocities: &mut [f64],
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Unsolved> {
         match self {
             StepContacts::Signorini { problem: DenseProblem { h, .. }, solver } => {
                 solver.solve(Lcp::new(h, b), impulses)?;

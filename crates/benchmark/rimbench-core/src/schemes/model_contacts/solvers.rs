@@ -2,12 +2,11 @@
 
 use super::super::coulomb_contacts::{CoulombContacts, SpaceContacts};
 use super::super::recorded_modes::RecordedModes;
-use crate::error::Failure;
 use crate::interface_model::{ReducedInterfaceModel, closed_in_space};
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
 use rimbench_contact::complementarity::{
-    Checked, Lcp, ProposeImpulses, Solver, SolverCounters, SparseActiveSet, SparseLcp, SparseSolver,
+    Checked, Lcp, ProposeImpulses, Solver, SolverCounters, SparseActiveSet, SparseLcp, SparseSolver, Unsolved,
 };
 use rimbench_contact::friction::space::{SemismoothNewton, SpaceProblem, SpaceSolver};
 use rimbench_contact::friction::{FrictionProblem, FrictionSolver, WarmStates};
@@ -37,13 +36,13 @@ pub(crate) trait ContactSolver: Clone {
     ///
     /// # Errors
     /// If no answer was found whose natural residual is within the tolerance.
-    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure>;
+    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved>;
 
     /// Solves a trial, which leaves coefficients of friction as they are.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
-    fn try_solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn try_solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         self.solve(posed, impulses)
     }
 
@@ -51,7 +50,7 @@ pub(crate) trait ContactSolver: Clone {
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
-    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         self.solve(posed, impulses)
     }
 
@@ -92,7 +91,7 @@ impl ContactSolver for Signorini {
     type Method = Solver;
 
     #[inline(always)]
-    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         let lcp = Lcp::new(posed.model.h_uu(), posed.b);
         if posed.changed { self.0.solve(lcp, impulses) } else { self.0.solve_again(lcp, impulses) }?;
         Ok(())
@@ -111,7 +110,7 @@ impl ContactSolver for SparseSolver {
     type Factor = SparseSetFactor;
     type Method = SparseActiveSet;
 
-    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         let rows = posed.model.contact_rows().expect("a sparse solver has a sparse Delassus matrix");
         if posed.changed {
             self.solver.change_pattern(rows.pattern);
@@ -136,7 +135,7 @@ impl ContactSolver for CoulombContacts {
     type Method = WarmStates;
     const ROWS: usize = 2;
 
-    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         self.try_solve(posed, impulses)?;
         if let Some(stiction) = self.stiction {
             let (m, h, b) = (self.friction.len(), posed.model.h_uu(), posed.b);
@@ -150,7 +149,7 @@ impl ContactSolver for CoulombContacts {
         Ok(())
     }
 
-    fn try_solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn try_solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         let problem = FrictionProblem::with_friction(posed.model.h_uu(), posed.b, &self.friction);
         // Coefficients that change make another problem of the same matrix.
         let same = !posed.changed && self.stiction.is_none();
@@ -158,7 +157,7 @@ impl ContactSolver for CoulombContacts {
         Ok(())
     }
 
-    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         let n = posed.b.len();
         let problem = FrictionProblem::with_friction(posed.model.h_uu(), posed.b, &self.none[..self.friction.len()]);
         self.solver.solve(problem, &mut impulses[..n])?;
@@ -197,7 +196,7 @@ impl ContactSolver for SpaceContacts {
     type Method = SemismoothNewton;
     const ROWS: usize = 3;
 
-    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         if posed.changed {
             for (impulse, force) in impulses.iter_mut().zip(&self.forces) {
                 *impulse = posed.model.length() * force;
@@ -208,7 +207,7 @@ impl ContactSolver for SpaceContacts {
         Ok(())
     }
 
-    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+    fn solve_without_friction(&mut self, posed: Posed<'_>, impulses: &mut [f64]) -> Result<(), Unsolved> {
         let n = posed.b.len();
         let problem = SpaceProblem::with_friction(posed.model.h_uu(), posed.b, &self.none[..self.friction.len()]);
         self.solver.solve(problem, &mut impulses[..n])?;

@@ -47,21 +47,15 @@ pub(super) struct OwnStep {
     micro_steps: usize,
     taken: usize,
     part: usize,
-    /// Whether it has had a micro step.
-    begun: bool,
-    by_micro_steps: bool,
-    /// Whether a contact is hit in it, where contacts rebound.
-    hit: bool,
-    /// What contacts do in the last answer; whether that has changed within the part, and by friction; in how many parts
-    /// of the macro step before it has, and whether in most of each of the last two macro steps.
+    course: Course,
+    /// What contacts do in the last answer, of which of them that has changed, and by which impulses they push, N·s.
     doing: Vec<Doing>,
-    /// Those of which it has changed; and by which impulses they push, N·s.
     differ: Vec<bool>,
     pushed: Vec<f64>,
-    changed: bool,
-    bent: bool,
+    /// In how many parts of the macro step that has changed, and how many macro steps there are without a break up to
+    /// the last in each of which it has in most parts.
     parts_changed: usize,
-    unsteady: [bool; 2],
+    unsteady: usize,
     /// `Σ σ` over the micro steps of the part that are not on the present region, σ the share of each.
     elapsed: f64,
     /// Velocity of the interface, m/s.
@@ -84,6 +78,30 @@ pub(super) struct OwnStep {
     rebound: Box<[f64]>,
     rebounds: Vec<f64>,
 }
+
+/// How a part goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Course {
+    /// No force has been answered yet.
+    Ahead,
+    /// By answers over the whole step of the mechanics: whether a contact is hit in the last one, where contacts
+    /// rebound, and whether contacts do something else than in the first.
+    OverStep { hit: bool, changed: bool },
+    /// What is left of it by micro steps.
+    ByMicroSteps,
+}
+
+/// What came of a force that was answered.
+enum Answer {
+    /// It is affine in the force.
+    Affine,
+    Solved,
+    /// Velocity is no longer linear over the step: what is left of it is to go by micro steps.
+    Bent,
+}
+
+/// Unsteady macro steps on end from which a change is answered by micro steps.
+const UNSTEADY: usize = 2;
 
 /// What a contact does in an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,16 +139,12 @@ impl OwnStep {
             micro_steps: 0,
             taken: 0,
             part: 0,
-            begun: false,
-            by_micro_steps: false,
-            hit: false,
+            course: Course::Ahead,
             doing: vec![Doing::Nothing; contacts],
             differ: vec![false; contacts],
             pushed: vec![0.0; contacts],
-            changed: false,
-            bent: false,
             parts_changed: 0,
-            unsteady: [false; 2],
+            unsteady: 0,
             elapsed: 0.0,
             w: of_interface(),
             mean: of_interface(),
@@ -155,16 +169,15 @@ impl OwnStep {
 
     /// Starts part `part` from `state.position` and `state.w_plus`, which has so many contact rows.
     pub(super) fn start_part(&mut self, state: &mut ModelState, contact_rows: usize, part: usize) {
-        self.parts_changed += usize::from(self.changed);
         if part == 0 {
-            self.unsteady = [self.unsteady[1], self.parts_changed > 0 && 2 * self.parts_changed >= self.steps];
+            let is_unsteady = self.parts_changed > 0 && 2 * self.parts_changed >= self.steps;
+            self.unsteady = if is_unsteady { self.unsteady + 1 } else { 0 };
             self.parts_changed = 0;
         }
         std::mem::swap(&mut state.w, &mut state.w_plus);
         self.w.copy_from_slice(&state.w[contact_rows..contact_rows + self.mean.len()]);
         self.start.copy_from_slice(&state.position);
-        (self.part, self.begun, self.by_micro_steps, self.hit) = (part, false, false, false);
-        (self.changed, self.bent) = (false, false);
+        (self.part, self.course) = (part, Course::Ahead);
         self.region.clear();
         (self.share, self.elapsed) = (0.0, 0.0);
         for sums in [&mut self.mean, &mut self.forces, &mut self.changes, &mut self.rebounds] {
@@ -179,7 +192,7 @@ impl OwnStep {
 
     /// Returns the time that gaps are behind velocities at the end of the macro step, s.
     pub(super) fn gaps_behind(&self) -> f64 {
-        if self.by_micro_steps { 0.0 } else { self.length }
+        if self.course == Course::ByMicroSteps { 0.0 } else { self.length }
     }
 
     /// Tells whether positions are where the part's start and the present velocity lead: with an engine's rows, whose
@@ -187,7 +200,7 @@ impl OwnStep {
     /// correct the difference at each exchange.
     #[inline(always)]
     fn moves_with_end(&self, of: &StepContacts<'_>) -> bool {
-        !self.by_micro_steps || of.frozen.received.has_targets
+        self.course != Course::ByMicroSteps || of.frozen.received.has_targets
     }
 
     /// Takes a micro step wholly inside the part that keeps the active set, from the velocities `start` of the
@@ -220,7 +233,7 @@ impl OwnStep {
                 self.end_part(&mut of, part)?;
             }
             let share = overlap as f64 / self.micro_steps as f64;
-            if !self.begun {
+            if self.course == Course::Ahead {
                 self.begin(&mut of, lambda)?;
             }
             self.take(&mut of, share, lambda)?;
@@ -230,8 +243,9 @@ impl OwnStep {
 
     /// Finds out how a part goes whose first force is `lambda` (N).
     fn begin(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<(), Failure> {
-        self.answer(of, lambda)?;
-        self.begun = true;
+        if let Answer::Affine = self.answer(of, lambda)? {
+            self.course = Course::OverStep { hit: false, changed: false };
+        }
         if of.ends_a_slip(&self.pushed, lambda, self.length) {
             self.go_by_micro_steps(of);
         }
@@ -243,11 +257,11 @@ impl OwnStep {
     fn go_by_micro_steps(&mut self, of: &mut StepContacts<'_>) {
         let StepContacts { contacts, state, frozen, targets, .. } = of;
         let n = frozen.discretised.contacts();
-        self.by_micro_steps = true;
+        self.course = Course::ByMicroSteps;
         self.write_contacts(state, n);
         state.w_plus[n..n + self.w.len()].copy_from_slice(&self.w);
         if targets.is_on() {
-            // They ask for it little by little, and not at the start.
+            // From here micro steps ask for their share each: what was asked for beforehand is taken back.
             targets.add_more(-(1.0 - self.elapsed) * self.length, &mut state.w_plus[..n]);
         }
         let half = 0.5 * self.elapsed * frozen.law.gap_step;
@@ -268,29 +282,26 @@ impl OwnStep {
         Ok(())
     }
 
-    /// Writes the answer to the force `lambda` (N), which leaves positions as they are; says whether it is affine in
-    /// the force.
-    fn answer(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<bool, Failure> {
+    /// Writes the answer to the force `lambda` (N), which leaves positions as they are.
+    fn answer(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) -> Result<Answer, Failure> {
         let law = self.trial_law(of.frozen.law);
         let StepContacts { contacts, state, frozen, .. } = of;
         std::mem::swap(&mut state.position, &mut self.rebound);
         state.position.fill(0.0);
-        let affine = contacts.step_in_region(frozen.discretised, &law, state, lambda, ALONE);
-        if !affine {
-            self.leave_region(contacts, state, frozen.discretised.contacts());
-            self.hit = contacts.try_solve(FrozenModel { law: &law, ..*frozen }, state, lambda)?;
+        if contacts.step_in_region(frozen.discretised, &law, state, lambda, ALONE) {
+            std::mem::swap(&mut state.position, &mut self.rebound);
+            return Ok(Answer::Affine);
         }
+        self.leave_region(contacts, state, frozen.discretised.contacts());
+        let hit = contacts.try_solve(FrozenModel { law: &law, ..*frozen }, state, lambda)?;
         std::mem::swap(&mut state.position, &mut self.rebound);
-        if !affine {
-            self.record(of, lambda);
-        }
-        Ok(affine)
+        Ok(self.record(of, lambda, hit))
     }
 
-    /// Records what contacts do in an answer, and whether that has changed within the part.
-    fn record(&mut self, of: &mut StepContacts<'_>, lambda: &[f64]) {
+    /// Records what contacts do in an answer in which one is `hit` or none.
+    fn record(&mut self, of: &mut StepContacts<'_>, lambda: &[f64], hit: bool) -> Answer {
         let (m, rows) = of.contacts_and_rows();
-        let mut changed = false;
+        let (begun, mut changed) = (self.course != Course::Ahead, false);
         for (contact, doing) in self.doing[..m].iter_mut().enumerate() {
             let now = if of.state.impulses[contact] <= 0.0 {
                 Doing::Nothing
@@ -299,27 +310,29 @@ impl OwnStep {
             } else {
                 Doing::Pushing
             };
-            self.differ[contact] = self.begun && *doing != now;
+            self.differ[contact] = begun && *doing != now;
             changed |= self.differ[contact];
             *doing = now;
         }
         for (pushed, impulse) in self.pushed.iter_mut().zip(&of.state.impulses[..m]) {
             *pushed = impulse.max(*pushed);
         }
-        self.changed |= changed;
+        let before = matches!(self.course, Course::OverStep { changed: true, .. });
+        self.parts_changed += usize::from(changed && !before);
+        self.course = Course::OverStep { hit, changed: before || changed };
         let (pushed, differ) = (&self.pushed, &self.differ);
-        self.bent |=
-            changed && rows > 1 && of.friction_bends(pushed, lambda, self.length, |_, contact| differ[contact]);
+        let bends = changed && rows > 1 && of.friction_bends(pushed, lambda, self.length, |_, contact| differ[contact]);
         self.pushed.iter_mut().zip(&of.state.impulses[..m]).for_each(|(pushed, impulse)| *pushed = *impulse);
+        if bends || changed && self.unsteady >= UNSTEADY { Answer::Bent } else { Answer::Solved }
     }
 
     /// Takes a share of the mechanics' own step under the force `lambda` (N).
     fn take(&mut self, of: &mut StepContacts<'_>, share: f64, lambda: &[f64]) -> Result<(), Failure> {
-        if self.by_micro_steps {
+        if self.course == Course::ByMicroSteps {
             return self.take_micro_step(of, share, lambda);
         }
-        let affine = self.answer(of, lambda)?;
-        if self.changed && (self.bent || self.unsteady == [true; 2]) {
+        let answer = self.answer(of, lambda)?;
+        if let Answer::Bent = answer {
             if of.targets.is_on() {
                 self.push_so_far(of)?;
             }
@@ -334,7 +347,7 @@ impl OwnStep {
         for (w, (answer, start)) in self.w.iter_mut().zip(state.w_plus[n..].iter().zip(&state.w[n..])) {
             *w += share * (answer - start);
         }
-        if !affine {
+        if let Answer::Solved = answer {
             self.elapsed += share;
             self.mean.iter_mut().zip(lambda).for_each(|(sum, force)| *sum += share * force);
             self.add_changes(share, state, n);
@@ -382,10 +395,9 @@ impl OwnStep {
     /// Ends a part where the mechanics' own step ends under the mean force, or where its micro steps have come to, and
     /// starts another.
     fn end_part(&mut self, of: &mut StepContacts<'_>, next: usize) -> Result<(), Failure> {
-        let law = self.trial_law(of.frozen.law);
         let StepContacts { contacts, state, frozen, targets, .. } = of;
         let n = frozen.discretised.contacts();
-        if self.by_micro_steps {
+        if self.course == Course::ByMicroSteps {
             contacts.leave_region(&self.micro.law, state);
             if frozen.received.has_targets {
                 state.position.copy_from_slice(&self.start);
@@ -395,6 +407,7 @@ impl OwnStep {
             self.start_part(state, n, next);
             return Ok(());
         }
+        let law = self.trial_law(frozen.law);
         self.leave_region(contacts, state, n);
         state.position.copy_from_slice(&self.start);
         if contacts.step_in_region(frozen.discretised, &law, state, &self.mean, ALONE) {
@@ -432,7 +445,8 @@ impl OwnStep {
     /// Returns the contact law of a trial from the start of the part: gaps stay, and where no contact is hit none
     /// rebounds.
     fn trial_law(&self, law: &StepContactLaw) -> StepContactLaw {
-        let restitution = if self.begun && !self.hit { 0.0 } else { law.restitution };
+        let rebounds = matches!(self.course, Course::Ahead | Course::OverStep { hit: true, .. });
+        let restitution = if rebounds { law.restitution } else { 0.0 };
         StepContactLaw { gap_step: 0.0, restitution, ..*law }
     }
 
@@ -580,7 +594,7 @@ impl ReducedInterface {
     /// Brings the contacts to where the last micro step ends.
     pub(super) fn bring_contacts_up_to_date(&mut self) {
         let Some((own, StepContacts { contacts, state, frozen, .. })) = self.own_step() else { return };
-        if !own.by_micro_steps {
+        if own.course != Course::ByMicroSteps {
             let n = frozen.discretised.contacts();
             own.leave_region(contacts, state, n);
             own.write_contacts(state, n);

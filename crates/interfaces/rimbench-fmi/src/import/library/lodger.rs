@@ -219,7 +219,7 @@ impl Arithmetic {
             std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut vector, options(nostack, preserves_flags));
             std::arch::asm!("fnstcw [{}]", in(reg) &raw mut stack, options(nostack, preserves_flags));
         }
-        // Without what has happened so far.
+        // Without the flags of exceptions that have occurred.
         Arithmetic { vector: vector & !0x3f, stack }
     }
 

@@ -8,7 +8,7 @@ use crate::interface_model::{
     rank_of_normal_rows,
 };
 use crate::name::Name;
-use rimbench_contact::complementarity::SolverCounters;
+use rimbench_contact::complementarity::{SolverCounters, Unsolved};
 use rimbench_contact::contact_law::Solved;
 use rimbench_contact::friction::space::{SpaceProblem, SpaceSolver};
 use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
@@ -183,7 +183,7 @@ impl CoulombStep {
         b: &[f64],
         impulses: &mut [f64],
         velocities: &mut [f64],
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Unsolved> {
         let ConeSolver::Plane(solver) = &mut self.solver else { unreachable!("in space nothing rebounds") };
         let problem = FrictionProblem::with_friction(&self.problem.h, b, &self.friction);
         solver.solve(problem, impulses)?;

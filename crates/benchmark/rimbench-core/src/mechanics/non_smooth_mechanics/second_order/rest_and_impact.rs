@@ -70,7 +70,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let mut found = self.first_event(steps, left);
         for _ in 0..=MOST_CORRECTIONS {
             let Some((time, _)) = found else { break };
-            // At its very end the piece stands as it is.
+            // An event in the last billionth of a piece is one at its end.
             let time = if time < left * (1.0 - 1e-9) { time } else { left };
             if time == tried {
                 break;
@@ -115,7 +115,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let turned = before * value > 0.0 && value * rate >= 0.0;
         let later = if turned { f64::INFINITY } else { -value / rate };
         match later > close {
-            // It is not in this step at all.
+            // Beyond the end of the step.
             true if time >= left => None,
             true => Some(((time + later).min(left), event)),
             false => Some((time, event)),
