@@ -48,16 +48,19 @@ def begin(model):
     return data
 
 
+def inertia(model, data):
+    """Of each joint behind the free one, that of its unit acceleration alone, kg m²."""
+    joints = range(6, model.nv)
+    moved, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
+    for joint in joints:
+        mujoco.mj_mulM(model, data, moved[joint], unit[joint])
+    return np.array([moved[joint, joint] for joint in joints])
+
+
 def gains(kp):
-    """kp for all joints, and the damping that is critical for a joint's inertia, that of its unit acceleration alone."""
+    """kp for all joints, and the damping that is critical for a joint's inertia."""
     model = robot()
-    data, inertia, unit = begin(model), np.zeros(12), np.zeros(model.nv)
-    for joint in range(12):
-        moved, unit[:] = np.zeros(model.nv), 0.0
-        unit[6 + joint] = 1.0
-        mujoco.mj_mulM(model, data, moved, unit)
-        inertia[joint] = moved[6 + joint]
-    return np.full(12, kp), 2.0 * np.sqrt(kp * inertia)
+    return np.full(12, kp), 2.0 * np.sqrt(kp * inertia(model, begin(model)))
 
 
 def target(t, size, frequency):
