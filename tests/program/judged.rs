@@ -53,6 +53,10 @@ fn named() -> Named {
     for group in ["paper", "published", "study"] {
         for file in std::fs::read_dir(root().join("experiments").join(group)).unwrap() {
             let path = file.unwrap().path();
+            // What stands in folders are cases and sides.
+            if path.is_dir() {
+                continue;
+            }
             let experiment: Table = read(&path).parse().unwrap();
             let drawn = drawn(&figures, &format!("{group}/{}", path.file_stem().unwrap().to_str().unwrap()));
             let mut labels: BTreeSet<&str> = BTreeSet::new();

@@ -231,7 +231,7 @@ struct Perf {
 }
 
 /// What the cases of an experiment need that not every machine has.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Needs {
     /// Modules of Python.

@@ -1,7 +1,7 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
 use super::witnesses::OfFailed;
-use crate::experiment::{Claim, Experiment, Statistic, Witnesses};
+use crate::experiment::{Claim, Experiment, Needs, Statistic, Witnesses};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
@@ -26,7 +26,7 @@ pub struct KeptClaims {
 }
 
 /// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which
-/// must be that of its digest, and the digest of the experiment's plan. Each verdict must follow from what was
+/// must be that of its digest, and the digest of the experiment's plan, where the machine has what that needs. Each verdict must follow from what was
 /// measured; claims about other statistics than a median, or about what failed runs had come to, need the rows.
 ///
 /// # Errors
@@ -34,8 +34,15 @@ pub struct KeptClaims {
 /// those of the experiment, and for a number that is not that of the summary.
 pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<KeptClaims> {
     let summary = read_summary(folder)?;
-    let planned = experiment.plan_at_first_draw(catalogue, false)?;
-    Digest::read(folder)?.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, false)?)?;
+    let digest = Digest::read(folder)?;
+    match experiment.plan_at_first_draw(catalogue, false) {
+        Ok(planned) => {
+            digest.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, false)?)?;
+        }
+        // What needs something that is not on every machine has no plan where that is not.
+        Err(_) if experiment.needs != Needs::default() => {}
+        Err(error) => return Err(error),
+    }
     let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
     let Some((path, written)) = written_claims(experiment, folder)? else { return Ok(kept) };
     let wrong = |message: String| Err(Error::file(&path, format!("{message}: {}", remedy(experiment))));
