@@ -127,18 +127,16 @@ impl CheckedClaim {
     }
 }
 
+/// Counts how many of the claims that count reproduce, and how many there are: of all, or of one kind.
+pub fn tally<'a>(claims: impl Iterator<Item = &'a CheckedClaim>, by: Option<Claimant>) -> [usize; 2] {
+    let counted = claims.filter(|claim| claim.counts() && by.is_none_or(|by| claim.by == by));
+    counted.fold([0, 0], |[good, all], claim| [good + usize::from(claim.verdict == Verdict::Reproduced), all + 1])
+}
+
 /// Says how many of the claims that count reproduce, those of the paper first: `12 of 15 sentences of the paper and 24 of all 33
 /// claims reproduce`; nothing where none counts.
-pub fn claims_score<'a>(claims: impl Iterator<Item = &'a CheckedClaim>) -> String {
-    let (mut paper, mut all) = ([0, 0], [0, 0]);
-    for claim in claims.filter(|claim| claim.counts()) {
-        let one = [usize::from(claim.verdict == Verdict::Reproduced), 1];
-        all = [all[0] + one[0], all[1] + one[1]];
-        if claim.by == Claimant::Paper {
-            paper = [paper[0] + one[0], paper[1] + one[1]];
-        }
-    }
-    match (paper, all) {
+pub fn claims_score<'a>(claims: impl Iterator<Item = &'a CheckedClaim> + Clone) -> String {
+    match (tally(claims.clone(), Some(Claimant::Paper)), tally(claims, None)) {
         (_, [_, 0]) => String::new(),
         ([_, own], [good, count]) if own == 0 || own == count => format!("{good} of {count} claims reproduce"),
         ([good, own], [reproduced, count]) => {

@@ -10,7 +10,7 @@ use crate::style::labels_in_words;
 use crate::vector::escaped;
 use rimbench_cases::parameter::without_unit;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
-use rimbench_results::claims::{CheckedClaim, Claimant, Verdict, claims_score, digits_of};
+use rimbench_results::claims::{CheckedClaim, Claimant, Verdict, claims_score, digits_of, tally};
 use std::fmt::Write;
 
 /// The class of a verdict, its sign, and what it is called.
@@ -220,7 +220,7 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         return unchecked;
     }
     claims.sort_by_key(|(_, claim)| claim.verdict);
-    let parts = CLAIMANTS.map(|(by, name, _)| match tally(report, by) {
+    let parts = CLAIMANTS.map(|(by, name, _)| match tally(self::claims(report).map(|(_, claim)| claim), Some(by)) {
         [_, 0] => String::new(),
         [good, all] => format!("{name} {good} of {all}"),
     });
@@ -253,11 +253,12 @@ pub(super) fn score(report: &Report<'_>) -> String {
     claims_score(claims(report).map(|(_, claim)| claim))
 }
 
-/// How many of the claims of one kind that count reproduce, and how many there are.
-fn tally(report: &Report<'_>, by: Claimant) -> [usize; 2] {
-    let wanted = |claim: &&CheckedClaim| claim.counts() && claim.by == by;
-    let counted = claims(report).map(|(_, claim)| claim).filter(wanted);
-    counted.fold([0, 0], |[good, all], claim| [good + usize::from(claim.verdict == Verdict::Reproduced), all + 1])
+/// The same where there is room for the paper's sentences alone, if there are any.
+pub(super) fn short_score(report: &Report<'_>) -> String {
+    match tally(claims(report).map(|(_, claim)| claim), Some(Claimant::Paper)) {
+        [_, 0] => score(report),
+        [good, all] => format!("{good} of {all} sentences reproduce"),
+    }
 }
 
 /// Claims that could not be checked, a line for each study that has some.
@@ -278,7 +279,7 @@ fn unchecked(report: &Report<'_>) -> String {
     studies.map(line).collect()
 }
 
-fn claims<'a>(report: &'a Report<'_>) -> impl Iterator<Item = (&'a Study, &'a CheckedClaim)> {
+fn claims<'a>(report: &'a Report<'_>) -> impl Iterator<Item = (&'a Study, &'a CheckedClaim)> + Clone {
     report.studies.iter().flat_map(|study| study.claims.iter().map(move |claim| (study, claim)))
 }
 

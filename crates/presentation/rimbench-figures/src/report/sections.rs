@@ -68,10 +68,7 @@ impl Report<'_> {
         let beginning = match is_paper {
             // The first screen is the question, the simulator and the score.
             true => {
-                let (score, around) = (claims::score(self), around(&title));
-                // There is room for the paper's sentences alone.
-                let score =
-                    score.split_once(" of the paper and").map_or(score.clone(), |(own, _)| format!("{own} reproduce"));
+                let (score, around) = (claims::short_score(self), around(&title));
                 let link = if score.is_empty() { score } else { format!("<a href=\"#claims\">{score}</a>") };
                 format!(
                     "<header class=\"brand\"><h1>rimbench: {title}</h1>{around} {link}</header>\n<main id=\"main\">\n{live}\n<div>\n{about}</div>\n"
