@@ -5,7 +5,7 @@ use super::interruption::Interruption;
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
-use super::{INTERRUPTED, print, python, warn_of_cache};
+use super::{INTERRUPTED, print, warn_of_cache};
 use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
@@ -15,16 +15,13 @@ use rimbench::error::{Error, Result};
 use rimbench::figures::report::DATE_LINE;
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, has_markers};
-use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Needs, check_fresh_claims, run_job_until, write_claims};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, check_fresh_claims, run_job_until, write_claims};
 use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::Instant;
-
-/// Names the folder of the data of others.
-const DATA_OF_OTHERS: &str = "RIMBENCH_DATA_OF_OTHERS";
 
 /// The group whose claims and page stand together.
 const PAPER: &str = "paper";
@@ -45,7 +42,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let mut left = Vec::new();
     let mut ready = Vec::new();
     for experiment in experiments {
-        match lacking(&experiment) {
+        match experiment.needs.lacking() {
             Some(what) if !only.is_empty() => return Err(Error::file(experiment.path(), what).into()),
             Some(what) => left.push(format!("skipped: {}: {what}", experiment.full_name())),
             None => ready.push(experiment),
@@ -134,22 +131,6 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         remade.files,
     ))?;
     Ok(if remade.differing.is_empty() && changed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// What an experiment needs that is not here, in words.
-fn lacking(experiment: &Experiment) -> Option<String> {
-    let Needs { modules, data } = &experiment.needs;
-    let folder = std::env::var_os(DATA_OF_OTHERS).map(PathBuf::from).unwrap_or_default();
-    if let Some(file) = data.iter().find(|file| !folder.join(file).is_file()) {
-        return Some(format!("needs {} in the folder that {DATA_OF_OTHERS} names", file.display()));
-    }
-    let python = python().unwrap_or_else(|| "python3".into());
-    let program = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module(name)";
-    let imported = || Command::new(&python).args(["-c", program]).args(modules).output();
-    if modules.is_empty() || imported().is_ok_and(|output| output.status.success()) {
-        return None;
-    }
-    Some(format!("needs the modules of Python {}, which {} has not", modules.join(", "), python.display()))
 }
 
 /// Those of the experiments that are asked for.

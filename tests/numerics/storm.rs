@@ -193,6 +193,8 @@ fn of_whatever_is_drawn_energy_impulse_contacts_ids_store_and_page_hold() {
     let mut found = Vec::new();
     for (completes, broken) in seeds.map(weathered) {
         completed += u64::from(completes);
+        // At once: thousands of seeds take long.
+        broken.iter().for_each(|found| println!("{found}"));
         found.extend(broken);
     }
     assert!(found.is_empty(), "{}", found.join("\n"));

@@ -3,6 +3,7 @@
 mod claim;
 mod claims_of_plan;
 mod draw;
+mod needs;
 mod plan;
 mod planned_run;
 mod scheme_row;
@@ -10,6 +11,7 @@ mod scheme_row;
 pub use claim::Claim;
 pub(crate) use claim::{AtEqual, Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
+pub use needs::Needs;
 pub use planned_run::PlannedRun;
 
 use super::grid::{MacroSteps, Phases, one_phase};
@@ -228,18 +230,6 @@ struct Perf {
     schemes: Vec<String>,
     /// All of theirs if absent.
     macro_steps_s: Option<MacroSteps>,
-}
-
-/// What the cases of an experiment need that not every machine has.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Needs {
-    /// Modules of Python.
-    #[serde(default)]
-    pub modules: Vec<String>,
-    /// Files in the folder of the data of others.
-    #[serde(default)]
-    pub data: Vec<PathBuf>,
 }
 
 /// What `--quick` replaces.

@@ -1,7 +1,7 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
 use super::witnesses::OfFailed;
-use crate::experiment::{Claim, Experiment, Needs, Statistic, Witnesses};
+use crate::experiment::{Claim, Experiment, Statistic, Witnesses};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::claims::{CheckedClaim, read_claims};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
@@ -26,8 +26,9 @@ pub struct KeptClaims {
 }
 
 /// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which
-/// must be that of its digest, and the digest of the experiment's plan, where the machine has what that needs. Each verdict must follow from what was
-/// measured; claims about other statistics than a median, or about what failed runs had come to, need the rows.
+/// must be that of its digest, and the digest of the experiment's plan, where the machine has what that needs. Each
+/// verdict must follow from what was measured; claims about other statistics than a median, or about what failed runs
+/// had come to, need the rows.
 ///
 /// # Errors
 /// [`Error::File`] for a file that is missing, damaged, or of another numerics version; for runs or claims that are not
@@ -40,7 +41,7 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
             digest.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, false)?)?;
         }
         // What needs something that is not on every machine has no plan where that is not.
-        Err(_) if experiment.needs != Needs::default() => {}
+        Err(_) if experiment.needs.lacking().is_some() => {}
         Err(error) => return Err(error),
     }
     let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
