@@ -7,6 +7,7 @@
 
 mod calls;
 mod case;
+mod engine_rows;
 mod errors;
 mod interruption;
 mod model;
@@ -31,6 +32,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", rimbench::BUILD.version)?;
     module.add_class::<case::PyCase>()?;
     module.add_class::<scheme::PyScheme>()?;
+    module.add_class::<engine_rows::EngineRows>()?;
     module.add_class::<scheme::PySample>()?;
     module.add_class::<scheme::PyMicroStep>()?;
     module.add_function(wrap_pyfunction!(case::open_case, module)?)?;

@@ -29,16 +29,19 @@ pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInt
     Ok(model)
 }
 
-/// Copies the numbers of `part`, of which errors say that it is `what`.
-fn copy(what: &str, part: &Bound<'_, PyAny>, to: &mut [f64]) -> PyResult<()> {
+/// Copies the numbers of `part`, of which errors say that it is `name` of what `whose` gives.
+fn copy(whose: &str, name: &str, part: &Bound<'_, PyAny>, to: &mut [f64]) -> PyResult<()> {
     let array: Result<PyArrayLikeDyn<'_, f64, AllowTypeChange>, _> = part.extract();
-    let array = array.map_err(|_| wrong_kind(what, part, "an array of numbers"))?;
+    let array = array.map_err(|_| wrong_kind(&format!("{whose}: `{name}`"), part, "an array of numbers"))?;
     let array = array.as_array();
     if array.len() != to.len() {
-        let message = format!("{what} has {} numbers instead of {}", array.len(), to.len());
+        let message = format!("{whose}: `{name}` has {} numbers instead of {}", array.len(), to.len());
         return Err(PyValueError::new_err(message));
     }
-    to.iter_mut().zip(array.iter()).for_each(|(to, number)| *to = *number);
+    match array.as_slice() {
+        Some(numbers) => to.copy_from_slice(numbers),
+        None => to.iter_mut().zip(array.iter()).for_each(|(to, number)| *to = *number),
+    }
     Ok(())
 }
 
@@ -49,7 +52,7 @@ pub fn read(value: &Bound<'_, PyAny>, h: f64, most: usize, model: &mut ReducedIn
         let found = dict.get_item(name)?;
         found.ok_or_else(|| PyKeyError::new_err(format!("interface_model gives no `{name}`")))
     };
-    let copy = |name: &str, to: &mut [f64]| copy(&format!("interface_model: `{name}`"), &part(name)?, to);
+    let copy = |name: &str, to: &mut [f64]| copy("interface_model", name, &part(name)?, to);
     if model.has_targets {
         let rows = part("compliance")?.len()?;
         if rows > most {
@@ -136,7 +139,7 @@ pub fn read_rates(value: &Bound<'_, PyAny>, into: &mut OutputRates) -> PyResult<
     let parts = [("rate", &mut into.rate), ("feedthrough", &mut into.feedthrough), ("rate_gain", &mut into.rate_gain)];
     for (name, to) in parts {
         match dict.get_item(name)? {
-            Some(part) => copy(&format!("output_rates: `{name}`"), &part, to)?,
+            Some(part) => copy("output_rates", name, &part, to)?,
             None if name == "rate_gain" => to.fill(0.0),
             None => return Err(PyKeyError::new_err(format!("output_rates gives no `{name}`"))),
         }

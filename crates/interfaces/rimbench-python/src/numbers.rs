@@ -1,6 +1,7 @@
 //! Values that a call gives or a callback returns.
 
 use crate::errors::RimbenchError;
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -61,8 +62,15 @@ pub fn fill(value: &Bound<'_, PyAny>, what: &str, to: &mut [f64]) -> PyResult<()
         let read = item.extract().map_err(|_| wrong_kind(&format!("a number that {what} gives"), item, "a number"));
         read.map(|number| *to = number)
     };
-    // Tuples and lists are read in place; any other sequence, such as an array, is copied.
-    if let Ok(tuple) = value.cast::<PyTuple>() {
+    // Tuples, lists and arrays are read in place; any other sequence is copied.
+    if let Some(array) = value.cast::<PyArray1<f64>>().ok().and_then(|array| array.try_readonly().ok()) {
+        let array = array.as_array();
+        if array.len() != wanted {
+            return Err(wrong(array.len()));
+        }
+        to.iter_mut().zip(array).for_each(|(to, number)| *to = *number);
+        Ok(())
+    } else if let Ok(tuple) = value.cast::<PyTuple>() {
         if tuple.len() != wanted {
             return Err(wrong(tuple.len()));
         }

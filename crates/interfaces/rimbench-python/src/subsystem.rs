@@ -3,6 +3,7 @@
 use crate::errors::failure;
 use crate::model;
 use crate::numbers::{attribute, copied, fill, given, method, number};
+use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -30,10 +31,15 @@ pub struct PySubsystem {
     /// How the outputs move.
     rates: Option<Py<PyAny>>,
     /// An empty interface model, and the method that fills it.
-    model: Option<(ReducedInterfaceModel, Py<PyAny>)>,
+    model: Option<(Arc<ReducedInterfaceModel>, Py<PyAny>)>,
     /// Why it has none, where it says so; and the shortest step in which it is one, s.
     without_model: Option<String>,
     model_from_s: f64,
+    /// Its last input, and that as Python has it: a step begins with the input that outputs were asked for after the last.
+    u: Vec<f64>,
+    u_of_python: Option<Py<PyTuple>>,
+    /// Whether it wants arrays instead.
+    takes_arrays: bool,
     /// Outputs that `step` has returned, if it has.
     known: Vec<f64>,
     is_known: bool,
@@ -66,6 +72,17 @@ impl PySubsystem {
     /// # Errors
     /// Methods that are missing, attributes that are no numbers.
     pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str, doubted: Arc<Doubted>) -> PyResult<Self> {
+        Self::with_model(object, ports, whose, doubted, None)
+    }
+
+    /// The same of a copy, whose empty model is that `of_original`.
+    fn with_model(
+        object: &Bound<'_, PyAny>,
+        ports: &Ports,
+        whose: &str,
+        doubted: Arc<Doubted>,
+        of_original: Option<Arc<ReducedInterfaceModel>>,
+    ) -> PyResult<Self> {
         let feedthrough = attribute(object, "direct_feedthrough")?;
         let direct_feedthrough = feedthrough.map_or(Ok(ports.direct_feedthrough), |value| value.is_truthy())?;
         let names = attribute(object, "observables")?;
@@ -84,7 +101,11 @@ impl PySubsystem {
             Some(_) => {
                 let filled = method(object, "interface_model", whose)?;
                 let forces = ports.inputs.len().min(ports.outputs.len());
-                Some((model::empty(object, forces)?, filled))
+                let empty = match of_original {
+                    Some(empty) => empty,
+                    None => Arc::new(model::empty(object, forces)?),
+                };
+                Some((empty, filled))
             }
             None => None,
         };
@@ -99,6 +120,9 @@ impl PySubsystem {
             outputs: method(object, "outputs", whose)?,
             step: method(object, "step", whose)?,
             object: object.clone().unbind(),
+            u: Vec::with_capacity(ports.inputs.len()),
+            u_of_python: None,
+            takes_arrays: attribute(object, "takes_arrays")?.map_or(Ok(false), |value| value.is_truthy())?,
             known: vec![0.0; ports.outputs.len()],
             is_known: false,
             told: vec![0.0; ports.outputs.len()],
@@ -126,6 +150,24 @@ impl PySubsystem {
         }
         Python::attach(|py| back(self, py).map_err(|error| failure(py, error)))
     }
+
+    /// The input as Python has it, made anew if a bit of it is another one.
+    fn input<'py>(&mut self, py: Python<'py>, u: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+        if self.takes_arrays {
+            return Ok(PyArray1::from_slice(py, u).into_any());
+        }
+        let is_same = u.len() == self.u.len() && u.iter().zip(&self.u).all(|(one, own)| one.to_bits() == own.to_bits());
+        match &self.u_of_python {
+            Some(tuple) if is_same => Ok(tuple.bind(py).clone().into_any()),
+            _ => {
+                self.u.clear();
+                self.u.extend_from_slice(u);
+                let tuple = PyTuple::new(py, u)?;
+                self.u_of_python = Some(tuple.clone().unbind());
+                Ok(tuple.into_any())
+            }
+        }
+    }
 }
 
 impl Subsystem for PySubsystem {
@@ -136,7 +178,8 @@ impl Subsystem for PySubsystem {
             y.copy_from_slice(&self.known);
         } else {
             self.call(|this, py| {
-                let value = this.outputs.bind(py).call1((PyTuple::new(py, u)?,))?;
+                let u = this.input(py, u)?;
+                let value = this.outputs.bind(py).call1((u,))?;
                 fill(&value, "outputs", y)
             })?;
         }
@@ -154,7 +197,8 @@ impl Subsystem for PySubsystem {
         self.since += h;
         (self.is_known, self.is_told) = (false, false);
         self.call(|this, py| {
-            let value = this.step.bind(py).call1((t, PyTuple::new(py, u)?, h))?;
+            let u = this.input(py, u)?;
+            let value = this.step.bind(py).call1((t, u, h))?;
             if value.is_none() {
                 return Ok(());
             }
@@ -174,7 +218,9 @@ impl Subsystem for PySubsystem {
         }
         let object = copied(&self.object).ok_or(Cause::NotCopied)?;
         let doubted = self.doubted.clone();
-        let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", doubted));
+        let empty = self.model.as_ref().map(|(empty, _)| empty.clone());
+        let copy =
+            Python::attach(|py| PySubsystem::with_model(object.bind(py), &self.ports, "the copy", doubted, empty));
         let copy = copy.map_err(|_| Cause::NotCopied)?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
         let (told, is_told) = (self.told.clone(), self.is_told);
@@ -188,7 +234,7 @@ impl Capabilities for PySubsystem {
         if self.doubted.model.get().is_some() {
             return None;
         }
-        self.model.as_ref().map(|(empty, _)| empty.clone())
+        self.model.as_ref().map(|(empty, _)| empty.as_ref().clone())
     }
 
     fn interface_model(&mut self, h: f64, into: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
@@ -217,9 +263,12 @@ impl Capabilities for PySubsystem {
         if self.rates.is_none() {
             return Ok(false);
         }
-        self.call(|this, py| match &this.rates {
-            Some(rates) => model::read_rates(&rates.bind(py).call1((t, PyTuple::new(py, u)?))?, into),
-            None => Ok(()),
+        self.call(|this, py| {
+            let u = this.input(py, u)?;
+            match &this.rates {
+                Some(rates) => model::read_rates(&rates.bind(py).call1((t, u))?, into),
+                None => Ok(()),
+            }
         })?;
         Ok(true)
     }

@@ -1,5 +1,7 @@
 """Measures what Python costs, as ratios of wall times: the table of docs/guide/python.md. By hand: no test looks at times."""
 
+import copy
+import os
 import statistics
 import sys
 import time
@@ -83,58 +85,91 @@ for name, found in ratios.items():
     print(f"{name}: median {statistics.median(found):.2f}, quartiles {low:.2f} to {high:.2f}")
 
 
-def of_an_engine():
-    """Parts of a macro step of a quadruped on servos, each over `mj_step` of the same state in between; H = 10 ms, 40 micro steps."""
+def of_an_engine(machine, rows, parameters, arrays):
+    """Parts of a macro step of a machine on servos, each over `mj_step` of the same states in between; H = 10 ms, 40 micro steps. Times are
+    those of the run's own thread, to which what else this machine does adds nothing."""
+    spent, now = {}, time.thread_time
+
+    def timed(part, call, *given):
+        begun = now()
+        told = call(*given)
+        spent[part] = spent.get(part, 0.0) + now() - begun
+        return told
+
+    class Robot(getattr(sides, machine)):
+        def look(self, u, h):
+            self._take_steps_of(h)
+            other = spent["other"] if "other" in spent else spent.setdefault("other", mujoco.MjData(self.model))
+            mujoco.mj_copyData(other, self.model, self.data)
+            other.qfrc_applied[6:] = u
+            timed("mj_step", mujoco.mj_step, self.model, other)
+            timed("a copy of the side", copy.deepcopy, self)
+
+        def step(self, t, u, h):
+            timed("looks", self.look, u, h)
+            told = timed("side", super().step, t, u, h)
+            spent["end"] = now()
+            return told
+
+        def interface_model(self, h):
+            spent.setdefault("begin", now())
+            return timed("model", super().interface_model, h)
+
+    class Servos(getattr(sides, f"{machine}Servos")):
+        takes_arrays = arrays
+
+    class Timed(Servos):
+        calls = []
+
+        def outputs(self, u):
+            begun = time.perf_counter()
+            told = super().outputs(u)
+            self.calls.append(time.perf_counter() - begun)
+            return told
+
+    def runs(servos):
+        engine = rimbench.Case(
+            "engine", mechanics=Robot, actuator=servos, parameters={"kp_n_m_rad": 1000.0, **parameters},
+            interface=[(f"q{row}_m", f"v{row}_m_s", f"force{row}_n") for row in range(rows)], duration_s=1.0, macro_step_s=0.01,
+            micro_step_s=2.5e-4, reference_step_s=2.5e-4,
+        )  # fmt: skip
+        while True:
+            spent.clear()
+            yield rimbench.simulate(engine, "rim-nonsmooth", contacts_act="mechanics-step", divide_error=False)
+
+    parts, plain, looked_at = {}, runs(Servos), runs(Timed)
+    next(plain), next(looked_at)
+    for _ in range(ROUNDS):
+        Timed.calls.clear()
+        next(looked_at)
+        run = next(plain)
+        assert run.completed, run.reason
+        found = {part: spent[part] for part in ("model", "side", "a copy of the side")}
+        # Of each call what it mostly takes, without those in which others had the processor.
+        found["actuator in Python"] = statistics.median(Timed.calls) * run.counters["actuator_micro_steps"]
+        known = sum(spent[part] for part in ("model", "side", "looks")) + found["actuator in Python"]
+        found["scheme and calls"] = spent["end"] - spent["begin"] - known
+        found["model, side, scheme and calls"] = found["model"] + found["side"] + found["scheme and calls"]
+        for part, time_s in found.items():
+            parts.setdefault(part, []).append(time_s / spent["mj_step"])
+    return parts
+
+
+try:
     import mujoco
 
     sys.path.insert(0, str(Path(__file__).parents[4] / "experiments" / "study" / "servos"))
     import sides
-
-    spent = dict.fromkeys(("mj_step", "model", "side", "servos"), 0.0)
-
-    def timed(part, call, *given):
-        begun = time.perf_counter()
-        told = call(*given)
-        spent[part] += time.perf_counter() - begun
-        return told
-
-    class Robot(sides.Quadruped):
-        def step(self, t, u, h):
-            other = self.__dict__.setdefault("other", mujoco.MjData(self.model))
-            self._take_steps_of(h)
-            mujoco.mj_copyData(other, self.model, self.data)
-            other.qfrc_applied[6:] = u
-            timed("mj_step", mujoco.mj_step, self.model, other)
-            return timed("side", super().step, t, u, h)
-
-        def interface_model(self, h):
-            return timed("model", super().interface_model, h)
-
-    class Servos(sides.QuadrupedServos):
-        def outputs(self, u):
-            return timed("servos", super().outputs, u)
-
-    rows = [(f"angle{row}_m", f"rate{row}_m_s", f"torque{row}_n") for row in range(12)]
-    engine = rimbench.Case(
-        "engine", mechanics=Robot, actuator=Servos, interface=rows, parameters={"kp_n_m_rad": 1000.0, "feet_condim": 3.0},
-        duration_s=2.0, macro_step_s=0.01, micro_step_s=2.5e-4, reference_step_s=2.5e-4,
-    )  # fmt: skip
-    rimbench.simulate(engine, "zero-order-hold", 0.01)
-    parts = {}
-    for _ in range(ROUNDS):
-        spent.update(dict.fromkeys(spent, 0.0))
-        run = rimbench.simulate(engine, "rim-nonsmooth", contacts_act="mechanics-step", divide_error=False)
-        spent["scheme and conversion"] = run.costs["wall_s"] - sum(spent.values())
-        for part, time_s in spent.items():
-            parts.setdefault(part, []).append(time_s / spent["mj_step"])
-        del spent["scheme and conversion"]
-    return {part: found for part, found in parts.items() if part != "mj_step"}
-
-
-try:
-    of_parts = of_an_engine()
 except ImportError:
     print("skipped: the package `mujoco` is not there")
+    sys.exit()
+machines = [("Quadruped", 12, {"feet_condim": 3.0})]
+if Path(os.environ.get("RIMBENCH_DATA_OF_OTHERS", ""), "mujoco/humanoid.xml").is_file():
+    machines.append(("Humanoid", 21, {}))
 else:
-    for part, found in of_parts.items():
-        print(f"{part}, to mj_step: median {statistics.median(found):.2f}")
+    print("skipped: RIMBENCH_DATA_OF_OTHERS has no mujoco/humanoid.xml")
+for machine, rows, parameters in machines:
+    for arrays in (False, True):
+        for part, found in of_an_engine(machine, rows, parameters, arrays).items():
+            name = f"{machine}, inputs as {'arrays' if arrays else 'tuples'}, {part}, to mj_step"
+            print(f"{name}: median {statistics.median(found):.2f}")

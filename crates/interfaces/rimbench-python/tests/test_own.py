@@ -273,6 +273,27 @@ def test_the_limit_of_a_case_in_python(example):
     assert found.first_unstable_s is not None and found.last_stable_s < found.first_unstable_s <= 0.1
 
 
+def test_inputs_as_arrays_are_the_same_numbers(example):
+    own, told = example("own_mechanics"), {False: set(), True: set()}
+
+    def run(arrays):
+        class Side(own.Mass):
+            takes_arrays = arrays
+
+            def step(self, t, u, h):
+                told[arrays].add(type(u))
+                return super().step(t, u, h)
+
+        case = rimbench.Case("arrays", like="linear-oscillator", mechanics=Side, reference="original")
+        return rimbench.simulate(case, "zero-order-hold", 1e-3, mechanics_steps=2, duration_s=0.05)
+
+    tuples, arrays = run(False), run(True)
+    assert told == {False: {tuple}, True: {np.ndarray}}
+    assert tuples.completed and arrays.completed
+    for column in tuples.trace:
+        np.testing.assert_array_equal(tuples[column], arrays[column])
+
+
 def test_a_scheme_gets_the_interface_model(example):
     seen = []
 

@@ -394,9 +394,11 @@ impl ReducedInterfaceModel {
                 }
                 continue;
             }
-            for below in row + 1..n {
-                let factor = left[below * n + row] / pivot;
-                (row + 1..n).for_each(|column| left[below * n + column] -= factor * left[row * n + column]);
+            let (done, rest) = left.split_at_mut((row + 1) * n);
+            let eliminated = &done[row * n + row + 1..];
+            for below in rest.chunks_exact_mut(n) {
+                let factor = below[row] / pivot;
+                below[row + 1..].iter_mut().zip(eliminated).for_each(|(left, own)| *left -= factor * own);
             }
         }
         Ok(())

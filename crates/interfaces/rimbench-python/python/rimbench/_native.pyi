@@ -3,7 +3,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypedDict
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 __version__: str
@@ -14,7 +15,7 @@ class RimbenchError(ValueError):
 class Subsystem(Protocol):
     """What `mechanics` and `actuator` of a `Case` return.
 
-    It may have more: `direct_feedthrough` (bool); `observables` (names) and `observe()`, their values; `interface_work()`, the work
+    It may have more: `direct_feedthrough` (bool); `takes_arrays` (bool), to be given inputs as arrays; `observables` (names) and `observe()`, their values; `interface_work()`, the work
     received through the interface since the start (J); and `interface_model(h)`, the system reduced to its interface for its own step h
     (s), with the number of `contacts`, their `stabilisation` and `restitution` (pure numbers in [0, 1]). It returns a dictionary:
     `H` (1/kg), `a` (m/s²), `w` (m/s), rows of contacts first, then of the interface; `gap` (m) of the contacts, `position` (m) of the
@@ -71,6 +72,15 @@ class Scheme:
     ) -> Self: ...
     @property
     def name(self) -> str: ...
+
+class EngineRows:
+    """The constraint rows of a model of MuJoCo as an interface model: kinds of rows are those of equalities and of edges of pyramids."""
+
+    def __new__(cls, model: Any, kinds: list[int], /) -> Self: ...
+    def of(
+        self, data: Any, interface: NDArray[np.float64], speeds: NDArray[np.float64], is_sparse: bool, damped: bool, /
+    ) -> dict[str, Any]:
+        """The model as it is in `data`, without `position` and `steps`, by the factors of M + h D if that is `damped`."""
 
 class Sample:
     """What one side sends at a communication point: time (s), outputs `y`, and the macro step that starts here (s)."""

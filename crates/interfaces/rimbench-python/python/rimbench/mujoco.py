@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _native
 from ._native import RimbenchError
 
 __all__ = ["Mechanics"]
@@ -71,6 +72,12 @@ def _dense(values: Numbers, width: int, sparse: tuple[Any, Any, Any] | None) -> 
     return rows
 
 
+def _span(places: Any) -> Any:
+    """Places in an array, as a slice where they follow one another: that is taken out three times as fast."""
+    first = int(places[0])
+    return slice(first, first + len(places)) if (np.diff(places) == 1).all() else places
+
+
 class Mechanics:
     """A side made of a model of MuJoCo.
 
@@ -94,6 +101,7 @@ class Mechanics:
     """
 
     stabilisation = 0.0
+    takes_arrays = True
 
     def __init__(
         self,
@@ -148,10 +156,15 @@ class Mechanics:
         self._turns = any(row[0] != "joint" for row in interface)
         if not self._turns:
             numbers = [_find(self.model, "joint", row[1]) for row in interface]
-            self._joints = self.model.jnt_qposadr[numbers], self.model.jnt_dofadr[numbers], np.array([(*row, 1.0)[2] for row in interface])
+            places, dofs = (_span(of[numbers]) for of in (self.model.jnt_qposadr, self.model.jnt_dofadr))
+            self._joints = places, dofs, np.array([(*row, 1.0)[2] for row in interface], dtype=float)
             self._rows = np.array([row(self.data)[1] for row in self._interface])
-        #: Kinds of rows of the engine.
-        self._equality, self._pyramid = (int(getattr(engine.mjtConstraint, f"mjCNSTR_{kind}")) for kind in ("EQUALITY", "CONTACT_PYRAMIDAL"))
+        self._equality, pyramid = (int(getattr(engine.mjtConstraint, f"mjCNSTR_{kind}")) for kind in ("EQUALITY", "CONTACT_PYRAMIDAL"))
+        self._engine_rows = _native.EngineRows(self.model, [self._equality, pyramid])
+        self._euler = int(engine.mjtIntegrator.mjINT_EULER)
+        self._undamped = int(engine.mjtDisableBit.mjDSBL_EULERDAMP | engine.mjtDisableBit.mjDSBL_DAMPER)
+        self._whole = int(engine.mjtState.mjSTATE_INTEGRATION)
+        self._kept = np.zeros(engine.mj_stateSize(self.model, self._whole))
         if self.no_interface_model:
             self.interface_model = None  # type: ignore[assignment]
         self._wide: list[Any] = []
@@ -302,7 +315,8 @@ class Mechanics:
             positions, self._speeds = [float(position) for position, _ in rows], self._rows @ self.data.qvel
         else:
             places, dofs, levers = self._joints
-            positions, self._speeds = (levers * self.data.qpos[places]).tolist(), levers * self.data.qvel[dofs]
+            data = self.data
+            positions, self._speeds = (levers * data.qpos[places]).tolist(), levers * data.qvel[dofs]
         self._outputs = (*positions, *self._speeds.tolist())
 
     def outputs(self, u: Sequence[float]) -> Sequence[float]:
@@ -337,18 +351,18 @@ class Mechanics:
 
     def step(self, t: float, u: Sequence[float], h: float) -> Sequence[float]:
         engine, model, data = _engine(), self.model, self.data
-        count, force = self._steps_in(h), np.array(u)
+        count, force = self._steps_in(h), np.asarray(u)
         for index in range(count):
             self._take_steps_of(h / count)
             self.control(t + index * h / count)
             before = self._speeds
             # What a subclass has applied is its own.
             own = data.qfrc_applied.copy()
-            data.qfrc_applied += force @ self._rows
+            data.qfrc_applied += force.dot(self._rows)
             engine.mj_step2(model, data)
             data.qfrc_applied[:] = own
             self._see()
-            self._work += 0.5 * h / count * float(force @ (before + self._speeds))
+            self._work += 0.5 * h / count * float(force.dot(before + self._speeds))
         bad = (engine.mjtWarning.mjWARN_BADQPOS, engine.mjtWarning.mjWARN_BADQVEL, engine.mjtWarning.mjWARN_BADQACC)
         for warning in bad if data.warning.number.any() else ():
             if data.warning[warning].number:
@@ -362,22 +376,15 @@ class Mechanics:
 
     # Copies, and the exact model.
 
-    _SHARED = ("model", "_interface", "_pairs", "_limits", "_rows", "_joints", "_speeds", "_outputs", "_wide", "_spare", "interface_model")
-
-    def _state(self) -> Numbers:
-        engine = _engine()
-        kind = engine.mjtState.mjSTATE_INTEGRATION
-        state = np.zeros(engine.mj_stateSize(self.model, kind))
-        engine.mj_getState(self.model, self.data, state, kind)
-        return state
+    #: What copies share: what does not change after it is made, and room for what is not kept.
+    _SHARED = frozenset(
+        "model _interface _pairs _limits _rows _joints _speeds _outputs _wide _spare _kept _engine_rows interface_model".split()
+    )
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Mechanics:
         engine = _engine()
         fresh = type(self).__new__(type(self))
         memo[id(self)] = fresh
-        for name in self._SHARED:
-            if name in self.__dict__:
-                setattr(fresh, name, self.__dict__[name])
         # To make one takes as long as tens of steps.
         try:
             fresh.data = self._spare.pop()
@@ -385,8 +392,10 @@ class Mechanics:
             fresh.data = engine.MjData(self.model)
         # The rows ask the side for Jacobians of the data that they are given, and for nothing else.
         for name, value in self.__dict__.items():
-            if name not in self._SHARED and name != "data":
-                setattr(fresh, name, copy.deepcopy(value, memo))
+            if name in self._SHARED or type(value) in (bool, int, float, str):
+                fresh.__dict__[name] = value
+            elif name != "data":
+                fresh.__dict__[name] = copy.deepcopy(value, memo)
         engine.mj_copyData(fresh.data, self.model, self.data)
         return fresh
 
@@ -451,7 +460,8 @@ class Mechanics:
     def _exact(self, wide: Any, data: Any) -> dict[str, Any]:
         """The exact model of a model whose contacts are within reach, by data of its own."""
         engine = _engine()
-        engine.mj_setState(wide, data, self._state(), engine.mjtState.mjSTATE_INTEGRATION)
+        engine.mj_getState(wide, self.data, self._kept, self._whole)
+        engine.mj_setState(wide, data, self._kept, self._whole)
         for stage in (engine.mj_fwdPosition, engine.mj_fwdVelocity, engine.mj_fwdActuation, engine.mj_fwdAcceleration):
             stage(wide, data)
         gaps, rows, marks = self._all_rows(data)
@@ -485,77 +495,35 @@ class Mechanics:
             "position": self._outputs[: len(self._interface)],
         }
 
-    def _at_end(self, rows: Numbers) -> tuple[Numbers, bool]:
-        """How velocities at the end of a step answer to rows, and whether as accelerations do: by the factors that the engine's integrator
-        makes of the metric M_h = M + h D of damping that it takes implicitly."""
-        engine, model, data, answers = _engine(), self.model, self.data, np.zeros(rows.shape)
-        if int(model.opt.integrator) == int(engine.mjtIntegrator.mjINT_EULER):
-            off = model.opt.disableflags & (engine.mjtDisableBit.mjDSBL_EULERDAMP | engine.mjtDisableBit.mjDSBL_DAMPER)
-            damped, integrate = not off and model.dof_damping.any(), engine.mj_Euler
-        else:
-            damped, integrate = True, engine.mj_implicit
-        if damped:
-            # It moves positions and velocities and nothing that depends on them.
-            state = self._state()
-            integrate(model, data)
-            engine.mj_setState(model, data, state, engine.mjtState.mjSTATE_INTEGRATION)
-            damped = integrate is engine.mj_Euler or data.qDeriv.any()
-        if not damped:
-            engine.mj_solveM(model, data, answers, rows)
-            return answers, True
-        own = data.qLD.copy(), data.qLDiagInv.copy()
-        data.qLD[:], data.qLDiagInv[:] = data.qH, data.qHDiagInv
-        engine.mj_solveM(model, data, answers, rows)
-        data.qLD[:], data.qLDiagInv[:] = own
-        return answers, False
+    def _damps(self) -> bool:
+        """Makes the factors of the metric M_h = M + h D of damping that the engine's integrator takes implicitly; whether there is any."""
+        engine, model, data = _engine(), self.model, self.data
+        if euler := int(model.opt.integrator) == self._euler:
+            if model.opt.disableflags & self._undamped or not model.dof_damping.any():
+                return False
+        # It moves positions and velocities and nothing that depends on them.
+        engine.mj_getState(model, data, self._kept, self._whole)
+        (engine.mj_Euler if euler else engine.mj_implicit)(model, data)
+        engine.mj_setState(model, data, self._kept, self._whole)
+        return euler or bool(data.qDeriv.any())
 
     def _of_rows(self, h: float) -> dict[str, Any]:
         """The engine's constraint rows over its own steps in h, and the interface.
 
         M a = τ + J' f with J a - aref + R f >= 0 complementary to f >= 0, then M_h v+ = M_h v + h M a with the metric M_h = M + h D of the
-        integrator. Equality rows are springs that always push: M + J' J / R for M, τ + J' aref / R for τ.
+        integrator. Equality rows are springs that always push, and are eliminated.
         """
         engine, model, data = _engine(), self.model, self.data
         steps = self._steps_in(h)
         self._take_steps_of(h / steps)
         engine.mj_fwdActuation(model, data)
         engine.mj_fwdAcceleration(model, data)
-        n, nv, interface = data.nefc, model.nv, self._rows
-        sparse = (data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind) if engine.mj_isSparse(model) else None
-        rows = _dense(data.efc_J[: n * nv] if sparse is None else data.efc_J, nv, sparse)[:n] if n else np.zeros((0, nv))
-        kinds, compliance = data.efc_type[:n], 1.0 / data.efc_D[:n]
-        stiffness, damping, impedance = data.efc_KBIP[:n, :3].T
-        distance, speeds = data.efc_pos[:n] - data.efc_margin[:n], data.efc_vel[:n]
-        free, force, answers = data.qacc_smooth, data.qfrc_smooth, np.zeros((n, nv))
-        engine.mj_solveM(model, data, answers, rows)
-        ends, symmetric = self._at_end(interface)
-        pushed, held = np.concatenate([rows, interface]), kinds == self._equality
-        if held.any():
-            joints, of_joints, others = rows[held], answers[held], ~held
-            springs = np.linalg.inv(joints @ of_joints.T + np.diag(compliance[held]))
-            pull = springs @ (data.efc_aref[:n][held] - joints @ free)
-            free, force = free + pull @ of_joints, force + pull @ joints
-            rows, kinds, compliance, distance, speeds = (part[others] for part in (rows, kinds, compliance, distance, speeds))
-            stiffness, damping, impedance = stiffness[others], damping[others], impedance[others]
-            pushed = np.concatenate([rows, interface])
-            share = pushed @ of_joints.T @ springs
-            pushed, answers = pushed - share @ joints, answers[others] - share[: len(rows)] @ of_joints
-        accelerations = np.concatenate([rows @ free, ends @ force])
+        damped = self._damps()
+        told: dict[str, Any] = self._engine_rows.of(data, self._rows, self._speeds, bool(engine.mj_isSparse(model)), damped)
         if self._turns:
-            accelerations[len(rows) :] += self._turning()
-        return {
-            "H": np.concatenate([np.concatenate([rows @ answers.T, answers @ interface.T], axis=1), ends @ pushed.T]),
-            "a": accelerations, "w": np.concatenate([speeds, self._speeds]), "gap": distance, "position": self._outputs[: len(interface)],
-            "compliance": compliance, "damping": damping, "stiffness": stiffness * impedance, "opposite": self._opposite(kinds),
-            "steps": steps, "symmetric": symmetric,
-        }
-
-    def _opposite(self, kinds: Numbers) -> Numbers:
-        """The other edge of a pyramid in the same direction, which is its neighbour, and of all else the row itself."""
-        rows = np.arange(float(len(kinds)))
-        edges = np.flatnonzero(kinds == self._pyramid)
-        rows[edges[::2]], rows[edges[1::2]] = edges[1::2], edges[::2]
-        return rows
+            told["a"][len(told["gap"]) :] += self._turning()
+        told.update(position=self._outputs[: len(self._interface)], steps=steps, symmetric=not damped)
+        return told
 
     def _turning(self) -> Numbers:
         """Accelerations of the interface because its rows turn, m/s²."""
