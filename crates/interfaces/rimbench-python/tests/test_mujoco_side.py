@@ -276,6 +276,15 @@ def test_without_the_engine_one_line_says_what_to_install(monkeypatch):
     assert str(raised.value).endswith("valid: pip install mujoco") and "\n" not in str(raised.value)
 
 
+def test_an_engine_that_is_too_old_is_told_with_both_versions(monkeypatch):
+    for version in ("3.3.0", "3.9.0"):
+        monkeypatch.setattr(mujoco, "__version__", version)
+        with pytest.raises(rimbench.RimbenchError, match=f"needs MuJoCo 3.10 or newer, and this is {version}; valid: .*mujoco>=3.10"):
+            Mechanics(SLIDE.format(more=""), [("joint", "s")])
+    monkeypatch.setattr(mujoco, "__version__", "3.10.0")
+    assert Mechanics(SLIDE.format(more=""), [("joint", "s")]).outputs(()) == (0.0, 0.0)
+
+
 FILE = """
 name = "hopping"
 duration_s = 0.2

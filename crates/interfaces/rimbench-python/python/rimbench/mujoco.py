@@ -24,6 +24,8 @@ __all__ = ["Mechanics"]
 
 Numbers = NDArray[np.float64]
 
+#: The oldest version of MuJoCo with which all tests pass.
+OLDEST = 3, 10
 #: Most contacts of a pair in the engine, by the kinds of both; of others `OTHERS`. One of a sphere or an ellipsoid has one.
 MOST = {("PLANE", "CAPSULE"): 2, ("CAPSULE", "CAPSULE"): 2, ("CAPSULE", "BOX"): 2, ("BOX", "BOX"): 8}
 OTHERS = 4
@@ -114,6 +116,9 @@ class Mechanics:
         keyframe: str | None = None,
     ) -> None:
         engine = _engine()
+        if tuple(int(part) for part in engine.__version__.split(".")[:2]) < OLDEST:
+            found = f"rimbench.mujoco needs MuJoCo 3.10 or newer, and this is {engine.__version__}"
+            raise RimbenchError(f'{found}; valid: pip install "mujoco>=3.10"')
         self.model = self._read(engine, model)
         if int(self.model.opt.integrator) == int(engine.mjtIntegrator.mjINT_RK4):
             raise RimbenchError(
