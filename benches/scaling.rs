@@ -8,8 +8,7 @@
 //!   closed;
 //! - `disc-row` pushed against the wall: n + 1 bodies, 2n + 1 contacts, all of them needed;
 //! - `disc-pile` against the wall: a heap whose contacts are redundant;
-//! - `packed-box` with its wall let out: n discs in layers, 2n of the contacts closed, all of them needed;
-//! - `falling-chain` on its scale: 2n − 1 contacts, of which n are closed, and 3n joints where beads have four pieces.
+//! - `packed-box` with its wall let out: n discs in layers, 2n of the contacts closed, all of them needed.
 //!
 //! With n velocities, n_b joint rows and n_u contacts the elimination is `n_u² n` products at most (less by what is
 //! zero), the model's copy and packing `n_u²`, a micro step of the model `2 n_u²` with a warm active set plus what its
@@ -23,15 +22,11 @@
 //! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the
 //! mechanics itself reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall.
 //! Without `--bench` only that is done, on the small systems. `--case NAME` leaves the other families out, `--bodies N`
-//! the systems with more (the largest heap takes half an hour), but not out of what `--csv` prints; `--joints` compares
-//! eliminations only.
+//! the systems with more (the largest heap takes half an hour), but not out of what `--csv` prints.
 
-use rimbench::cases::Chain;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, RunControl, Sample, Side, Subsystem};
-use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
-use rimbench::mechanics::{MechanicalModel, Sparsity};
-use rimbench::models::LineMasses;
+use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::parameter::ParameterSet;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{Pool, order_of_convergence};
@@ -68,7 +63,7 @@ struct Family {
     sizes: Vec<Size>,
 }
 
-fn families(whole: bool) -> [Family; 7] {
+fn families(whole: bool) -> [Family; 5] {
     let up_to = |sizes: &[usize]| sizes[..if whole { sizes.len() } else { 2 }].to_vec();
     let box_of = |supports| Size {
         set: vec![("supports", supports)],
@@ -91,9 +86,6 @@ fn families(whole: bool) -> [Family; 7] {
             contact_force: None,
         }
     };
-    let chains = up_to(&[4, 16, 32, 64, 128, 256, 512, 1024, 2500]);
-    let chain_of =
-        |links: usize, pieces| Size { set: vec![("links", links)], bodies: 1 + pieces * links, contact_force: None };
     // Lighter discs in the larger ones, or the cylinder cannot hold the wall.
     let packing_of = |columns: usize, layers: usize, mass| Size {
         set: vec![("columns", columns), ("layers", layers), ("disc_mass_kg", mass)],
@@ -135,18 +127,6 @@ fn families(whole: bool) -> [Family; 7] {
                 .iter()
                 .map(|&(c, l, m)| packing_of(c, l, m))
                 .collect(),
-        },
-        Family {
-            case: "falling-chain",
-            set: &[],
-            settled_s: 0.6,
-            sizes: chains.iter().map(|&links| chain_of(links, 1)).collect(),
-        },
-        Family {
-            case: "falling-chain",
-            set: &[("bead_pieces", "4")],
-            settled_s: 0.6,
-            sizes: chains.iter().map(|&links| chain_of(links, 4)).collect(),
         },
     ]
 }
@@ -360,10 +340,8 @@ const LARGEST_COMPARED: usize = 5100;
 /// many; moving, the median over the macro steps, each the shortest of its passes.
 fn print_csv(only: Option<&str>) {
     println!("case,parameters,state,contacts,closed,push_n,contact_force_n,build_us,take_us,use_us,step_us");
-    // The other engines have neither packings nor chains.
-    let compared = |family: &Family| {
-        !["packed-box", "falling-chain"].contains(&family.case) && only.is_none_or(|case| case == family.case)
-    };
+    // The other engines have no packings.
+    let compared = |family: &Family| family.case != "packed-box" && only.is_none_or(|case| case == family.case);
     for family in families(true).into_iter().filter(compared) {
         for size in &family.sizes {
             let mut stopped = Stopped::new(&family, size);
@@ -389,101 +367,12 @@ fn print_csv(only: Option<&str>) {
     }
 }
 
-/// A chain of so many beads of so many pieces, at rest over a platform: Eq. 3 with all entries of its rows, or those
-/// that they know.
-fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
-    let chain = Chain { links, bead_pieces: pieces, ..Chain::defaults() };
-    let mut model = LineMasses::new(chain.above_platform()).unwrap();
-    let (size, (q, v)) = (model.size(), model.initial_state());
-    let Sparsity { bilateral, unilateral } = model.sparsity();
-    let rows = |count: usize, columns: Option<Vec<Vec<usize>>>| match columns.filter(|_| known) {
-        Some(columns) => Rows::in_columns(size.velocities, &columns),
-        None => Rows::zeros(count, size.velocities),
-    };
-    let mut eq3 = Linearisation {
-        mass: MassMatrix::zeros(size.velocities, size.mass),
-        force: vec![0.0; size.velocities],
-        bilateral: rows(size.bilateral, bilateral),
-        unilateral: rows(size.unilateral, unilateral),
-        tangential: Rows::zeros(0, size.velocities),
-        interface: Rows::zeros(1, size.velocities),
-    };
-    model.prepare(&q, &v);
-    model.mass_matrix(&q, eq3.mass.entries_mut());
-    model.forces(&q, &v, &mut eq3.force);
-    model.bilateral(&q, &v, &mut eq3.bilateral);
-    model.unilateral(&q, &v, &mut eq3.unilateral);
-    model.interface(&q, &v, &mut eq3.interface);
-    eq3
-}
-
-/// Time of one elimination with the velocities after it, s; what these are.
-fn eliminate(eq3: &Linearisation) -> (f64, Vec<f64>) {
-    let mut elimination = Elimination::new(eq3);
-    let mut model = match Elimination::delassus_pattern(eq3) {
-        Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, 1),
-        None => ReducedInterfaceModel::zeros(eq3.unilateral.len(), 1),
-    };
-    let (v, impulses) = (vec![0.1; eq3.velocities()], vec![0.5; eq3.unilateral.len() + 1]);
-    let (mut after, mut p_b) = (v.clone(), vec![0.0; eq3.bilateral.len()]);
-    let time = repeated(shortest, || {
-        timed(|| {
-            elimination.reduce(black_box(eq3), &v, H, 0.2, &mut model).unwrap();
-            elimination.velocity_after(H, &impulses, &mut after);
-            elimination.bilateral_impulses(H, &impulses, &mut p_b);
-        })
-    });
-    (time, after)
-}
-
-/// Largest number of joints whose entries are all kept, for a comparison.
-const MOST_WITH_ALL: usize = 600;
-
-/// Prints what an elimination takes with all entries of joints and contacts, and with those that they know.
-fn print_joints(whole: bool) {
-    println!(
-        "\nElimination and velocities after it, ns, with all entries of joints and contacts and with those that they know:"
-    );
-    println!("  joints contacts groups        all      known  all/known");
-    let one_group = [3, 5, 7, 9, 13, 17, 33, 65, 129, 513, 1000].map(|pieces| (2, pieces));
-    let many_groups = [2, 4, 6, 8, 12, 16, 32, 64, 256, 1024, 2500].map(|links| (links, 3));
-    for sizes in [one_group, many_groups] {
-        let mut points = Vec::new();
-        for (links, pieces) in sizes.into_iter().take(if whole { sizes.len() } else { 2 }) {
-            let eq3 = [false, true].map(|known| {
-                let joints = (links * (pieces - 1)) as usize;
-                (known || joints <= MOST_WITH_ALL).then(|| jointed(links, pieces, known))
-            });
-            let [all, known] = eq3.each_ref().map(|eq3| eq3.as_ref().map(eliminate));
-            let (Some(eq3), Some((time, after))) = (&eq3[1], known) else { continue };
-            if let Some((_, expected)) = &all {
-                let off = expected.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                assert!(off < 1e-9, "{links} links of {pieces}: velocities off by {off:e} m/s");
-            }
-            let joints = eq3.bilateral.len();
-            print!("  {joints:6} {:8} {links:6}", eq3.unilateral.len());
-            match all {
-                Some((all, _)) => println!(" {:10.0} {:10.0} {:10.2}", 1e9 * all, 1e9 * time, all / time),
-                None => println!("          – {:10.0}          –", 1e9 * time),
-            }
-            if joints >= LARGE {
-                points.push((joints as f64, time));
-            }
-        }
-        println!("  exponent in joints, from {LARGE} on: {:.2}", order_of_convergence(&points).unwrap_or(f64::NAN));
-    }
-}
-
 fn main() {
     let asked = |name: &str| std::env::args().any(|argument| argument == name);
     let after = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
     let whole = asked("--bench");
     if asked("--csv") {
         return print_csv(after("--case").as_deref());
-    }
-    print_joints(whole);
-    if asked("--joints") {
-        return;
     }
     println!(
         "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"

@@ -50,10 +50,6 @@ packed-box | packing_angle_rad=1.1 | π/3 = 1.047198
 packed-box | columns=2 layers=1 packing_angle_rad=0.59 | packing_angle_rad = 0.59 is not valid; valid: above 0.600 … layers = 1
 packed-box | disc_mass_kg=1000 | N needs chamber pressures of
 packed-box | release_end_s=0.05 | release_end_s = 0.05 is not valid; valid: at least 0.12
-falling-chain | drop_height_m=1e300 | at most 1e6 m above the scale
-falling-chain | chain_length_m=1e7 | at most 1e6 m above the scale
-falling-chain | bead_share=1 | bead_share = 1 is not valid; valid: below 1
-falling-chain | links=1 | a whole number from 2 to 2500
 woodpecker | friction=0 | above 0
 woodpecker | friction=-0.3 | above 0
 woodpecker | sleeve_radius_m=2e-3 | does not go over a pole

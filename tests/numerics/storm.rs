@@ -34,7 +34,7 @@ const OPTIONS: [(&str, &[&str]); 17] = [
 ];
 
 /// Cases of which a step takes a hundred times as long as one of the others.
-const SLOW: [&str; 3] = ["disc-pile", "falling-chain", "elastic-bar"];
+const SLOW: [&str; 2] = ["disc-pile", "elastic-bar"];
 
 fn drawn(seed: u64) -> (RunRequest, RunSpec) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);

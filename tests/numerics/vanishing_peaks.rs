@@ -64,7 +64,7 @@ fn a_force_that_is_not_known_must_be_told_from_no_force_and_from_no_reference() 
 
 #[test]
 fn a_stiffness_beyond_every_machine_must_end_at_once() {
-    let spec = spec_with("falling-chain", "zero-order-hold", &[], &[("base_stiffness_n_m", "1e300")]);
+    let spec = spec_with("cradle", "zero-order-hold", &[], &[("base_stiffness_n_m", "1e300")]);
     match Reference::compute(&spec, StopFlag::never()) {
         Err(Error::Incompatible(reason)) => assert!(reason.contains("carriage_position_m is not finite"), "{reason}"),
         other => panic!("{:?}", other.map(|reference| reference.uncertainty)),

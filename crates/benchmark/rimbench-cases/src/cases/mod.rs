@@ -16,7 +16,6 @@ mod drawing;
 mod elastic_bar;
 mod event_driven;
 mod excavator_arm;
-mod falling_chain;
 mod gripper;
 mod half_car;
 mod hardware_contact;
@@ -51,7 +50,6 @@ pub use case::{
 pub use contacts::Contacts;
 pub use discs::wall_forces;
 pub use drawing::{Channel, DrawCase, Drawing, Fill, Form, Frame, Point, Shape, Solid, camera, offered_steps_ms};
-pub use falling_chain::Chain;
 pub use gripper::{Clamp, Gripper};
 pub use half_car::{Car, HalfCar};
 pub use jumps::JumpWatch;
@@ -103,7 +101,6 @@ pub fn standard_cases() -> Vec<Case> {
         discs::row().scaled(1.6, 0.12, 10e3).shown_at(2.5),
         discs::pile().scaled(1.5, 0.11, 10e3).shown_at(4.0),
         discs::packed_box().scaled(1.5, 0.064, 3100.0).shown_at(6.0),
-        falling_chain::entry().scaled(2.2e-3, 0.1, 70.0).shown_at(6.0),
         random_body::entry().scaled(1.2e-3, 0.2, 76.0).shown_at(2.5),
         stops::bouncing_ball().scaled(1.0, 4.2, 2.9).shown_at(20.0),
         elastic_bar::entry().scaled(1.0, 0.16, 85.0).shown_at(0.01),

@@ -4,7 +4,7 @@ use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::Rows;
-use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, Sparsity};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize};
 
 /// Masses, geometry and start of [`Discs`].
 #[derive(Debug, Clone, PartialEq)]
@@ -339,14 +339,14 @@ impl MechanicalModel for Discs {
         }
     }
 
-    fn sparsity(&self) -> Sparsity {
+    fn contact_columns(&self) -> Option<Vec<Vec<usize>>> {
         let known = |&contact: &Option<Contact>| match contact {
             Some(contact @ (Contact::Blade(_) | Contact::Bump(..))) => self.columns(contact)[..2].to_vec(),
             Some(contact @ (Contact::Wall(_) | Contact::Floor(_))) => self.columns(contact)[..1].to_vec(),
             Some(contact @ Contact::Pair(..)) => self.columns(contact).to_vec(),
             None => Vec::new(),
         };
-        Sparsity { unilateral: Some(self.contacts.rows().iter().map(known).collect()), ..Sparsity::default() }
+        Some(self.contacts.rows().iter().map(known).collect())
     }
 
     fn remap_contacts(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {

@@ -1,9 +1,8 @@
-//! Point masses on one axis, with springs between them and to the ground, joints among them, and contacts among them
-//! and with stops.
+//! Point masses on one axis, with springs between them and to the ground, and contacts among them and with stops.
 
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, MatrixForm, Rows};
-use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, Sparsity, StiffForces};
+use rimbench_core::mechanics::{MechanicalModel, ModelNames, ModelSize, StiffForces};
 use rimbench_core::name::Name;
 
 /// One mass.
@@ -41,11 +40,7 @@ pub struct LineSpring {
     pub length: f64,
 }
 
-/// A contact between neighbours, or a joint; no mass stands for the ground, which is at 0.
-///
-/// ```text
-/// g = x_above − x_below − d          contact: g ≥ 0; joint: g = 0
-/// ```
+/// A contact between neighbours, `g = x_above − x_below − d ≥ 0`; no mass stands for the ground, which is at 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineContact {
     /// The lower mass.
@@ -57,24 +52,15 @@ pub struct LineContact {
 }
 
 impl LineContact {
-    /// The masses that it knows, with their signs in its gap.
-    #[inline]
-    fn known(&self) -> impl Iterator<Item = (usize, f64)> {
-        [(self.above, 1.0), (self.below, -1.0)].into_iter().filter_map(|(mass, sign)| Some((mass?, sign)))
-    }
-
     fn write(&self, row: usize, q: &[f64], rows: &mut Rows) {
         let mut gap = -self.distance;
-        for (slot, (mass, sign)) in self.known().enumerate() {
-            rows.set(row, slot, mass, sign);
-            gap += sign * q[mass];
+        for (slot, (mass, sign)) in [(self.above, 1.0), (self.below, -1.0)].into_iter().enumerate() {
+            if let Some(mass) = mass {
+                rows.set(row, slot, mass, sign);
+                gap += sign * q[mass];
+            }
         }
         rows.position[row] = gap;
-    }
-
-    /// The masses that each of them knows.
-    fn columns(all: &[Self]) -> Vec<Vec<usize>> {
-        all.iter().map(|one| one.known().map(|(mass, _)| mass).collect()).collect()
     }
 }
 
@@ -85,8 +71,6 @@ pub struct LineDescription {
     pub masses: Vec<LineMass>,
     /// Springs between them.
     pub springs: Vec<LineSpring>,
-    /// Masses that keep their distance.
-    pub joints: Vec<LineContact>,
     /// Contacts, in the order of the names.
     pub contacts: Vec<LineContact>,
     /// The mass that the actuator holds.
@@ -117,7 +101,7 @@ impl LineMasses {
     pub fn new(line: LineDescription) -> Result<Self> {
         let model = LineMasses { line };
         let (q, v) = model.initial_state();
-        let mut rows = Rows::in_columns(q.len(), &LineContact::columns(&model.line.contacts));
+        let mut rows = Rows::zeros(model.line.contacts.len(), q.len());
         model.unilateral(&q, &v, &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
@@ -139,7 +123,6 @@ impl MechanicalModel for LineMasses {
     fn size(&self) -> ModelSize {
         ModelSize {
             velocities: self.line.masses.len(),
-            bilateral: self.line.joints.len(),
             unilateral: self.line.contacts.len(),
             interface: 1,
             stiff_forces: (!self.line.springs.is_empty()).then_some(MatrixForm::Dense),
@@ -171,18 +154,8 @@ impl MechanicalModel for LineMasses {
         }
     }
 
-    fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
-        self.line.joints.iter().enumerate().for_each(|(row, joint)| joint.write(row, q, rows));
-    }
-
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.line.contacts.iter().enumerate().for_each(|(row, contact)| contact.write(row, q, rows));
-    }
-
-    fn sparsity(&self) -> Sparsity {
-        let [bilateral, unilateral] =
-            [&self.line.joints, &self.line.contacts].map(|rows| Some(LineContact::columns(rows)));
-        Sparsity { bilateral, unilateral }
     }
 
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {

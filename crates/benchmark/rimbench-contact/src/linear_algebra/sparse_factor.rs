@@ -383,27 +383,6 @@ impl SparseFactor {
             }
         }
     }
-
-    /// Solves among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only
-    /// theirs of `b` are read and replaced, and it costs no more than they do.
-    pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
-        for &row in rows {
-            let k = self.order.position_of[row as usize] as usize;
-            let column = self.column(k);
-            self.x[k] += if self.active[k] { b[row as usize] } else { 0.0 };
-            if self.x[k] != 0.0 {
-                scatter(&self.l[column.clone()], self.x[k], &self.positions[column], &mut self.x);
-            }
-        }
-        for &row in rows.iter().rev() {
-            let k = self.order.position_of[row as usize] as usize;
-            let column = self.column(k);
-            self.x[k] = less_gathered(self.x[k] / self.d[k], &self.l[column.clone()], &self.positions[column], &self.x);
-        }
-        for &row in rows {
-            b[row as usize] = std::mem::take(&mut self.x[self.order.position_of[row as usize] as usize]);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -543,32 +522,6 @@ mod tests {
             }
         }
         check(m, shift, &mut factor);
-    }
-
-    #[test]
-    fn rows_that_nothing_ties_to_others_are_solved_for_among_themselves() {
-        // Two chains of four rows.
-        let neighbours: Vec<Vec<usize>> = (0..8)
-            .map(|i: usize| [i.wrapping_sub(1), i + 1].into_iter().filter(|&j| j < 8 && j / 4 == i / 4).collect())
-            .collect();
-        let pattern = SymmetricPattern::new(&neighbours);
-        let entries: Vec<f64> = (0..8)
-            .flat_map(|i| pattern.columns(i).iter().map(move |&j| if j as usize == i { 3.0 } else { -1.0 }))
-            .collect();
-        let m = SymmetricRows { pattern: &pattern, entries: &entries };
-        let mut factor = SparseFactor::new(&pattern);
-        // Row 6 is not in the set.
-        factor.factorise(m, 0.0, 0.0, |i| i != 6);
-        let mut rows = [4, 5, 6, 7];
-        pattern.elimination_order().sort(&mut rows);
-        let mut b: Vec<f64> = (0..8).map(|i| 1.0 + i as f64).collect();
-        let mut all = b.clone();
-        factor.solve_among(&rows, &mut b);
-        check_lists(&factor);
-        factor.solve(&mut all);
-        assert_eq!(b[..4], [1.0, 2.0, 3.0, 4.0], "what is of others stays");
-        assert_eq!(b[4..], all[4..]);
-        assert_eq!(b[6], 0.0);
     }
 
     #[test]

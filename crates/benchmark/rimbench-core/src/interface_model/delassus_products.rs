@@ -13,27 +13,14 @@ pub(super) struct DelassusProducts {
 }
 
 impl DelassusProducts {
-    /// Returns which rows are coupled: those that share one of the `places`, to which `position_of` sends the columns.
-    pub(super) fn pattern(
-        starts: &[usize],
-        columns: &[u32],
-        places: usize,
-        position_of: impl Fn(usize) -> usize,
-    ) -> SymmetricPattern {
-        let mut knowing = vec![Vec::new(); places];
-        let known = |bounds: &[usize]| -> Vec<usize> {
-            columns[bounds[0]..bounds[1]].iter().map(|&column| position_of(column as usize)).collect()
-        };
+    /// Returns which rows are coupled: those that share one of so many velocities.
+    pub(super) fn pattern(starts: &[usize], columns: &[u32], velocities: usize) -> SymmetricPattern {
+        let mut knowing = vec![Vec::new(); velocities];
+        let known = |bounds: &[usize]| columns[bounds[0]..bounds[1]].iter().map(|&column| column as usize);
         for (row, bounds) in starts.windows(2).enumerate() {
-            known(bounds).into_iter().for_each(|place| {
-                // A row may come to one place by several of its columns.
-                if knowing[place].last() != Some(&row) {
-                    knowing[place].push(row);
-                }
-            });
+            known(bounds).for_each(|velocity| knowing[velocity].push(row));
         }
-        let others =
-            |bounds: &[usize]| known(bounds).into_iter().flat_map(|place| knowing[place].iter().copied()).collect();
+        let others = |bounds: &[usize]| known(bounds).flat_map(|velocity| knowing[velocity].iter().copied()).collect();
         SymmetricPattern::new(&starts.windows(2).map(others).collect::<Vec<_>>())
     }
 

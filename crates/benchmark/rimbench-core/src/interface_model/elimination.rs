@@ -3,7 +3,6 @@
 mod two_bodies;
 mod two_in_space;
 
-use super::jointed_elimination::JointedElimination;
 use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
 use super::reduced_interface_model::ReducedInterfaceModel;
@@ -49,8 +48,6 @@ pub struct Elimination {
     y: Vec<f64>,
     /// In place of all that follows, where `H_uu` is sparse.
     local: Option<LocalElimination>,
-    /// In place of all, where there are many joints with few non-zeros each.
-    jointed: Option<Box<JointedElimination>>,
     /// `G A_xᵀ`, transposed; (n_u+n_i)×n.
     g_rows: Vec<f64>,
     /// `C_xᵀ`, n_b×(n_u+n_i).
@@ -74,21 +71,12 @@ impl Elimination {
 
     /// Makes the elimination for a system whose [pattern](Self::delassus_pattern) is known.
     pub fn with_pattern(linearisation: &Linearisation, pattern: Option<&SymmetricPattern>) -> Self {
-        let n = linearisation.velocities();
-        let jointed = match linearisation.mass {
-            MassMatrix::Diagonal(_) => JointedElimination::new(linearisation, pattern).map(Box::new),
-            MassMatrix::Dense(_) => None,
-        };
-        let n_b = if jointed.is_some() { 0 } else { linearisation.bilateral.len() };
+        let (n, n_b) = (linearisation.velocities(), linearisation.bilateral.len());
         let rows = linearisation.unilateral.len() + linearisation.tangential.len() + linearisation.interface.len();
-        let local = match &jointed {
-            None => pattern.and_then(|pattern| LocalElimination::new(linearisation, pattern)),
-            Some(_) => None,
-        };
-        let rows = if local.is_some() || jointed.is_some() { 0 } else { rows };
+        let local = pattern.and_then(|pattern| LocalElimination::new(linearisation, pattern));
+        let rows = if local.is_some() { 0 } else { rows };
         Elimination {
             local,
-            jointed,
             velocities: n,
             bilateral: n_b,
             rows,
@@ -106,16 +94,10 @@ impl Elimination {
         }
     }
 
-    /// Returns the pattern of `H_uu`, if unilateral and bilateral rows of Eq. 3 keep only their non-zeros and it is
-    /// then sparse; the mass must be diagonal, and the model that is filled must have this pattern.
+    /// Returns the pattern of `H_uu`, if unilateral rows of Eq. 3 keep only their non-zeros; the mass must be diagonal,
+    /// there must be no joints, and the model that is filled must have this pattern.
     pub fn delassus_pattern(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
-        let Linearisation { bilateral, unilateral, .. } = linearisation;
-        let pattern = if bilateral.is_empty() {
-            LocalElimination::delassus_pattern(unilateral, linearisation.velocities())
-        } else {
-            JointedElimination::delassus_pattern(unilateral, bilateral, linearisation.velocities())
-        };
-        pattern.map(Arc::new)
+        LocalElimination::delassus_pattern(&linearisation.unilateral, linearisation.velocities()).map(Arc::new)
     }
 
     /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` (s) with joint stabilisation `γ`.
@@ -138,9 +120,6 @@ impl Elimination {
         if let Some(local) = &mut self.local {
             self.start_velocity.copy_from_slice(v);
             local.reduce(eq3, v, &mut self.free_acceleration, model);
-        } else if let Some(jointed) = &mut self.jointed {
-            let state = [&mut self.start_velocity[..], &mut self.free_acceleration[..]];
-            jointed.reduce(eq3, v, [h, stabilisation], state, model)?;
         } else {
             self.reduce_all(eq3, v, h, stabilisation, model)?;
         }
@@ -175,16 +154,11 @@ impl Elimination {
 
     /// Recovers `v⁺` after a step `h` from the stacked impulses `[P_u; h λ_i]` (N·s).
     pub fn velocity_after(&mut self, h: f64, impulses: &[f64], v: &mut [f64]) {
-        if self.local.is_some() || self.jointed.is_some() {
+        if let Some(local) = &self.local {
             for (v, (start, free)) in v.iter_mut().zip(self.start_velocity.iter().zip(&self.free_acceleration)) {
                 *v = start + h * free;
             }
-        }
-        if let Some(local) = &self.local {
             return local.add_impulses(impulses, v);
-        }
-        if let Some(jointed) = &mut self.jointed {
-            return jointed.add_impulses(impulses, v);
         }
         if self.velocity_of_two_bodies(h, impulses, v).is_some() {
             return;
@@ -199,9 +173,6 @@ impl Elimination {
 
     /// Recovers the bilateral impulses `P_b` (N·s) of that step.
     pub fn bilateral_impulses(&mut self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
-        if let Some(jointed) = &mut self.jointed {
-            return jointed.bilateral_impulses(h, impulses, p_b);
-        }
         match (self.bilateral, self.rows) {
             (2, 5) => self.bilateral_of(2, 5, h, impulses, p_b),
             (3, 19) => self.bilateral_of(3, 19, h, impulses, p_b),

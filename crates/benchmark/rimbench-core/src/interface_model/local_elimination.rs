@@ -29,7 +29,7 @@ impl LocalElimination {
     /// Returns the contacts that are coupled: those that share a velocity.
     pub(super) fn delassus_pattern(rows: &Rows, velocities: usize) -> Option<SymmetricPattern> {
         let (starts, columns) = rows.columns_by_row()?;
-        Some(DelassusProducts::pattern(starts, columns, velocities, |column| column))
+        Some(DelassusProducts::pattern(starts, columns, velocities))
     }
 
     /// Lists the products of every meeting; none if the rows keep all their entries.

@@ -31,8 +31,6 @@ mod delassus_products;
 mod elimination;
 mod frictional_condensation;
 mod independent_rows;
-mod jointed_elimination;
-mod joints;
 mod linearisation;
 mod local_elimination;
 mod reduced_interface_model;

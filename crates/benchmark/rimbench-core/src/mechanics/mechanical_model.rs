@@ -38,19 +38,6 @@ pub struct ModelSize {
     pub relists: bool,
 }
 
-/// Columns of the velocities that each row can involve, in the order of the slots that [`Rows::set`] is given, where a
-/// row involves few of many; none where all rows may involve all.
-///
-/// With many contacts or joints and a diagonal mass only those entries are then kept, of contacts if joints say so too
-/// or there are none: the rows must be written by [`Rows::set`].
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Sparsity {
-    /// Of bilateral rows.
-    pub bilateral: Option<Vec<Vec<usize>>>,
-    /// Of unilateral rows.
-    pub unilateral: Option<Vec<Vec<usize>>>,
-}
-
 /// Names of what a model shows.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ModelNames {
@@ -115,9 +102,13 @@ pub trait MechanicalModel: Send {
     /// Writes `A_u`, `Ȧ_u v` and gaps.
     fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Lists the velocities that rows can involve, as those of contacts are now.
-    fn sparsity(&self) -> Sparsity {
-        Sparsity::default()
+    /// Lists the columns of the velocities that each unilateral row can involve as it stands now, in the order of the
+    /// slots that [`Rows::set`] is given, where a row involves few of many; none where all rows may involve all.
+    ///
+    /// With many contacts, no joints and a diagonal mass only those entries are then kept: the rows must be written by
+    /// [`Rows::set`].
+    fn contact_columns(&self) -> Option<Vec<Vec<usize>>> {
+        None
     }
 
     /// Lists the possible contacts anew if bodies have moved so far that some which are not listed may close within a

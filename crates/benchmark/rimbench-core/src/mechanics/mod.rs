@@ -14,8 +14,8 @@ mod stiff_forces;
 
 pub use contact_stepper::{ContactLaw, Friction, is_contact_state};
 pub use energy_ledger::EnergyLedger;
-pub use mechanical_model::{MechanicalModel, ModelNames, ModelSize, Sparsity};
-pub use memory::{MANY_JOINTS, bytes_needed, solver_memory};
+pub use mechanical_model::{MechanicalModel, ModelNames, ModelSize};
+pub use memory::{bytes_needed, solver_memory};
 pub use monolithic::{Due, ReferenceSteps, monolithic, monolithic_with_events};
 pub use non_smooth_mechanics::NonSmoothMechanics;
 pub use stiff_forces::StiffForces;

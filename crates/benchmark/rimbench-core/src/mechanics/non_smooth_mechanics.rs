@@ -223,7 +223,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         let kinetic = (!self.model.size().constant_mass).then(|| self.stepper.kinetic_energy());
         let ContactStepper { q, v, .. } = &self.stepper;
         if self.model.remap_contacts(q, v, h)? {
-            self.stepper.remap_contacts(self.model.sparsity().unilateral.as_deref())?;
+            self.stepper.remap_contacts(self.model.contact_columns().as_deref())?;
         }
         self.linearise();
         if let Some(kinetic) = kinetic {

@@ -98,7 +98,6 @@ fn a_limit_holds_for_every_kind_of_reference() {
         ("slider-between-stops", Some(("base_position_m", "1e9"))),
         ("linear-oscillator", None),
         ("towed-block", None),
-        ("falling-chain", None),
     ] {
         let mut request = RunRequest::of(case, "zero-order-hold");
         request.set = set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
