@@ -68,7 +68,7 @@ fn the_audit_must_close_for_every_scheme_whatever_becomes_of_the_run() {
     let mut astray = 0;
     for scheme in schemes() {
         for macro_step in [1e-3, 2e-2] {
-            let case = if scheme.partition.is_some() { "gripper" } else { "wedge-box" };
+            let case = if scheme.bonds.is_some() { "gripper" } else { "wedge-box" };
             let result = run(&usual_spec(case, &scheme.name, macro_step));
             let audit = result.report.audit;
             let name = format!("{} H={macro_step} ({})", scheme.name, result.report.outcome);

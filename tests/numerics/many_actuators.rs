@@ -7,25 +7,13 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rimbench::models::{ActuatorGroup, ActuatorNames};
 
-/// A run in which the mechanics takes every micro step with its own force.
-fn split_spec(case: &str, scheme: &str, split: Option<&str>, macro_step: &str, set: &[(&str, &str)]) -> RunSpec {
-    let mut options = vec![("force_return", "profile"), ("mechanics_steps", "all"), ("macro_step_s", macro_step)];
-    options.extend(split.map(|split| ("split", split)));
-    spec_with(case, scheme, &options, set)
-}
-
 const SIX: [(&str, &str); 1] = [("cylinders", "6")];
 
 #[test]
-fn the_joint_model_is_gap_tracking_to_the_bit_and_the_mechanics_to_round_off() {
-    for (case, set) in [("lift-table", &SIX[..]), ("half-car", &[]), ("gripper", &[])] {
-        let of = |scheme, split, h| completed(&split_spec(case, scheme, split, h, set)).trajectory;
-        let (joint, gap) = (of("rim-split", Some("joint"), "5e-3"), of("rim-nonsmooth-gap", None, "5e-3"));
-        assert_eq!(bits(&joint), bits(&gap), "{case}");
-    }
+fn one_model_for_all_actuators_is_the_mechanics_to_round_off() {
     // At every macro step: pressed for a second, the oil forgets roundings of 20 kN.
     for h in ["1e-3", "16e-3"] {
-        let joint = completed(&split_spec("lift-table", "rim-split", Some("joint"), h, &SIX)).trajectory;
+        let joint = completed(&of_all_steps("lift-table", h, &[], &SIX)).trajectory;
         let whole = completed(&spec_with("lift-table", "monolithic", &[("macro_step_s", h)], &SIX)).trajectory;
         for name in ["force_1_n", "force_6_n", "box_y_m", "box_angle_rad"] {
             let (off, peak) = apart(&joint, &whole, name);
@@ -36,16 +24,17 @@ fn the_joint_model_is_gap_tracking_to_the_bit_and_the_mechanics_to_round_off() {
 
 #[test]
 fn splitting_costs_an_error_of_second_order_or_less_before_anything_touches() {
-    for split in ["mean:shares", "mean:rows", "mean:body", "law"] {
+    for (known, share) in [("mean", "equal"), ("mean", "rows"), ("mean", "whole"), ("law", "whole")] {
         let off = |h: &str| {
-            let short = |split| split_spec("lift-table", "rim-split", split, h, &[]).changed(|own| own.duration = 0.16);
-            apart(&completed(&short(Some("joint"))).trajectory, &completed(&short(Some(split))).trajectory, "force_1_n")
-                .0
+            let short = |plan: &[_]| {
+                completed(&of_all_steps("lift-table", h, plan, &[]).changed(|own| own.duration = 0.16)).trajectory
+            };
+            apart(&short(&[]), &short(&[EACH, ("known", known), ("share", share)]), "force_1_n").0
         };
         let ratio = off("1e-3") / off("0.5e-3");
         // The law also knows how the others' forces bend.
-        let most = if split == "law" { f64::INFINITY } else { 5.0 };
-        assert!((3.0..most).contains(&ratio), "{split}: halved steps divide the error by {ratio:.2}");
+        let most = if known == "law" { f64::INFINITY } else { 5.0 };
+        assert!((3.0..most).contains(&ratio), "{known} {share}: halved steps divide the error by {ratio:.2}");
     }
 }
 
@@ -107,7 +96,7 @@ fn the_correlations_of_the_lift_table_are_those_of_its_geometry() {
     let place = |i: usize| 0.3 * (0.4 * i as f64 - 1.0);
     let h = |i: usize, j: usize| 1.0 + place(i) * place(j) * 12.0 / 1.36;
     let c = DMatrix::from_fn(6, 6, |i, j| h(i, j) / (h(i, i) * h(j, j)).sqrt());
-    let spec = split_spec("lift-table", "rim-split", None, "5e-3", &SIX).changed(|own| own.duration = 0.05);
+    let spec = of_all_steps("lift-table", "5e-3", &[EACH], &SIX).changed(|own| own.duration = 0.05);
     let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
     let of = |name| metric(&spec, completed(&spec), &reference, name);
     approx::assert_relative_eq!(of("interface_lambda"), c.clone().symmetric_eigenvalues().max(), max_relative = 1e-9);
@@ -118,8 +107,7 @@ fn the_correlations_of_the_lift_table_are_those_of_its_geometry() {
 #[test]
 fn correlations_are_those_with_the_contacts_that_push() {
     let of = |duration: f64| {
-        let options = [("macro_step_s", "1e-3"), ("split", "mean:body"), ("mechanics_steps", "all")];
-        let spec = spec_with("gripper", "rim-split", &[&options[..], &[("force_return", "profile")]].concat(), &[]);
+        let spec = of_all_steps("gripper", "1e-3", &[EACH], &[]);
         let RunResult { report, trajectory, .. } = run(&spec.changed(|own| own.duration = duration));
         let (found, at) = (report.scheme.interface.unwrap(), trajectory.index_of("interface_lambda").unwrap());
         // The last row of the trace is that of the last communication point.
@@ -169,13 +157,10 @@ fn an_excavators_arm_rests_until_it_is_lowered_and_its_cylinders_feel_each_other
     assert!(of(at(0.7), "interface_lambda") > 2.4 && of(at(1.5), "interface_lambda") < 2.1);
 }
 
-#[test]
-fn a_split_is_refused_where_there_is_nothing_to_split() {
-    let mut request = RunRequest::of("gripper", "rim-nonsmooth-gap");
-    request.put("split", "law").unwrap();
-    let refused = request.resolve(catalogue()).unwrap_err().to_string();
-    assert_eq!(refused, "split = law: scheme `rim-nonsmooth-gap` has one model for all actuators");
-    assert!(request.put("split", "mean:row").unwrap_err().to_string().contains("did you mean `mean:rows`"));
+/// A run of gap tracking in which the mechanics takes every micro step with its own force.
+fn of_all_steps(case: &str, macro_step: &str, plan: &[(&str, &str)], set: &[(&str, &str)]) -> RunSpec {
+    let options = [&ALL_STEPS[..], &[("macro_step_s", macro_step)], plan].concat();
+    spec_with(case, "rim-nonsmooth-gap", &options, set)
 }
 
 /// A run with these options besides a macro step of 2 ms.
@@ -184,6 +169,7 @@ fn star_spec(case: &str, scheme: &str, options: &[(&str, &str)], set: &[(&str, &
 }
 
 const ALL_STEPS: [(&str, &str); 2] = [("force_return", "profile"), ("mechanics_steps", "all")];
+const EACH: (&str, &str) = ("partition", "each");
 
 #[test]
 fn one_bond_is_a_pair_to_the_bit() {
@@ -228,17 +214,12 @@ fn bonds_at_once_are_at_once_whatever_their_names() {
 
 #[test]
 fn a_name_that_spells_bonds_runs_what_it_spells() {
-    let spelled = run(&star_spec("gripper", "rim-split", &[("split", "law")], &[]));
-    let plan = [("partition", "each"), ("known", "law"), ("force_return", "mean")];
+    let spelled = run(&star_spec("gripper", "rim-split", &[], &[]));
+    let plan = [EACH, ("share", "equal"), ("force_return", "mean")];
     let said = run(&star_spec("gripper", "rim-nonsmooth-gap", &plan, &[]));
     assert_eq!(bits(&spelled.trajectory), bits(&said.trajectory));
     assert_eq!(spelled.report.work, said.report.work);
-    let of = |order| {
-        bits(
-            &run(&star_spec("gripper", "rim-nonsmooth-gap", &[("partition", "each"), ("order", order)], &[]))
-                .trajectory,
-        )
-    };
+    let of = |order| bits(&run(&star_spec("gripper", "rim-nonsmooth-gap", &[EACH, ("order", order)], &[])).trajectory);
     assert_eq!(of("each"), of("1;2"));
 }
 
@@ -258,7 +239,6 @@ fn one_after_the_other_or_told_more_often_bonds_go_on_where_at_once_they_fail() 
             ran.trajectory.rows().fold(0.0_f64, |most, row| (1..=4).fold(most, |most, i| most.max(force(row, i))));
         (most, ran.report.outcome)
     };
-    let each = ("partition", "each");
     // H/m in 50 µs: the last stable and the first lost, here and there.
     let limits = [
         ("1e4", [(1, 31, 32, 33), (2, 21, 23, 24), (4, 13, 14, 14), (8, 13, 14, 14)]),
@@ -268,7 +248,7 @@ fn one_after_the_other_or_told_more_often_bonds_go_on_where_at_once_they_fail() 
         let limit = 3.0 * of(c, 1e-3, &[]).0;
         for (m, stable, lost, published) in limits {
             let every = if m == 1 { "1".to_owned() } else { format!("1/{m}") };
-            let at = |parts: u32| of(c, 5e-5 * f64::from(parts * m), &[each, ("every", &every)]);
+            let at = |parts: u32| of(c, 5e-5 * f64::from(parts * m), &[EACH, ("every", &every)]);
             let [(most, outcome), (lost_most, lost_outcome)] = [stable, lost].map(at);
             assert!(outcome == Outcome::Completed && most < limit, "c {c} m {m}: {most} N, {outcome:?}");
             let is_lost = lost_outcome != Outcome::Completed;
@@ -279,7 +259,7 @@ fn one_after_the_other_or_told_more_often_bonds_go_on_where_at_once_they_fail() 
             }
         }
     }
-    let (most, outcome) = of("1e5", 8e-3, &[each, ("order", "each")]);
+    let (most, outcome) = of("1e5", 8e-3, &[EACH, ("order", "each")]);
     assert!(outcome == Outcome::Completed && most < 3.0 * of("1e5", 1e-3, &[]).0, "{most} N");
 }
 
@@ -289,30 +269,22 @@ fn what_does_not_go_together_with_several_bonds_is_refused_with_the_reason() {
         (&[("known", "held")][..], "there is one bond: give partition"),
         (&[("partition", "1")], "each of the 2 rows of the interface once, as `1|2`"),
         (&[("partition", "1|0")], "bonds of rows counted from 1"),
-        (&[("partition", "each"), ("order", "1")], "each of the 2 bonds once, as `1;2`"),
-        (&[("partition", "each"), ("order", "1;hub,2")], "with the hub anywhere as a stage"),
-        (&[("partition", "each"), ("every", "1,2,3")], "one number for each of the 2 bonds"),
-        (&[("partition", "each"), ("every", "1,4"), ("phase", "0.5")], "use phase 1"),
-        (&[("partition", "each"), ("order", "1;hub;2")], "so it goes first"),
-        (&[("partition", "each"), ("share", "1.5")], "a number above 0, at most 1"),
-        (&[("partition", "each"), ("share", "bound")], "use known `nothing`"),
+        (&[EACH, ("order", "1")], "each of the 2 bonds once, as `1;2`"),
+        (&[EACH, ("order", "1;hub,2")], "with the hub anywhere as a stage"),
+        (&[EACH, ("every", "1,2,3")], "one number for each of the 2 bonds"),
+        (&[EACH, ("every", "1,4"), ("phase", "0.5")], "use phase 1"),
+        (&[EACH, ("order", "1;hub;2")], "so it goes first"),
+        (&[EACH, ("share", "1.5")], "a number above 0, at most 1"),
+        (&[EACH, ("share", "bound")], "use known `nothing`"),
         (
-            &[
-                ("partition", "each"),
-                ("share", "bound"),
-                ("known", "nothing"),
-                ("every", "1,2"),
-                ALL_STEPS[0],
-                ALL_STEPS[1],
-            ],
+            &[EACH, ("share", "bound"), ("known", "nothing"), ("every", "1,2"), ALL_STEPS[0], ALL_STEPS[1]],
             "use force return `mean`",
         ),
-        (&[("partition", "each"), ("bond_schemes", "zero-order-hold")], "one name for each of the 2 bonds"),
-        (&[("partition", "each"), ("bond_micro_steps", "1e-4")], "one number for each of the 2 bonds"),
-        (&[("partition", "each"), ("step_control", "model-defect"), ("step_tolerance", "0.1")], "use `none`"),
-        (&[("partition", "each"), ("mass_learning", "within:10")], "each knows its own"),
-        (&[("partition", "each"), ("actuator_integrator", "midpoint")], "use `euler`"),
-        (&[("partition", "each"), ("split", "law")], "has one model for all actuators"),
+        (&[EACH, ("bond_schemes", "zero-order-hold")], "one name for each of the 2 bonds"),
+        (&[EACH, ("bond_micro_steps", "1e-4")], "one number for each of the 2 bonds"),
+        (&[EACH, ("step_control", "model-defect"), ("step_tolerance", "0.1")], "use `none`"),
+        (&[EACH, ("mass_learning", "within:10")], "each knows its own"),
+        (&[EACH, ("actuator_integrator", "midpoint")], "use `euler`"),
     ];
     for (options, reason) in wrong {
         let mut request = RunRequest::of("gripper", "rim-nonsmooth-gap");

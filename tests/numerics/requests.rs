@@ -107,7 +107,6 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("actuator_integrator", "midpoint", "rim-smooth"),
     ("model_motion", "extrapolated", "rim-smooth"),
     ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
-    ("split", "joint", "rim-split"),
     ("partition", "each", "rim-smooth"),
     ("order", "2;1", "rim-smooth"),
     ("every", "1/2", "rim-smooth"),

@@ -64,7 +64,7 @@ fn measured_orders_are_the_declared_ones() {
     // No linear case has oil or several rows; `hydraulic_line` and `many_actuators` measure the orders of schemes that
     // ask for some.
     let measured = |scheme: &&std::sync::Arc<SchemeEntry>| {
-        let elsewhere = scheme.partition.is_some() || scheme.needs.contains(&Requirement::TransmissionLines);
+        let elsewhere = scheme.bonds.is_some() || scheme.needs.contains(&Requirement::TransmissionLines);
         scheme.real_time() && is_published(&scheme.name) && !elsewhere
     };
     for scheme in schemes().iter().filter(measured) {

@@ -37,7 +37,7 @@ impl RunSpec {
             let exchange = Exchange::new(own.micro_step, scheme.sequence, ForceReturn::Mean);
             let scheme = SchemeEntry { driver: IterativeDriver::AtOwnSteps(own.mechanics_steps), ..scheme };
             own.exchange = Exchange { actuator_integrator: own.actuator_integrator, ..exchange };
-            (own.scheme, own.gain, own.split) = (Arc::new(scheme), None, None);
+            (own.scheme, own.gain) = (Arc::new(scheme), None);
             (own.audit, own.predict_growth, own.divide_error) = (false, false, false);
         })
     }

@@ -23,7 +23,7 @@ impl RunSpec {
     /// Tells whether a table of this run has a column that is of `only` such runs; of what is claimed the claims tell.
     pub fn has_column(&self, column: &str, only: Only) -> bool {
         match only {
-            Only::Split => self.star.is_some() || self.split.is_some(),
+            Only::Split => self.star.is_some(),
             Only::Trials => self.scheme.needs.contains(&Requirement::Trials),
             Only::Audit => self.audit,
             Only::Divided => self.divide_error,

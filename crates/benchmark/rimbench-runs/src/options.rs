@@ -8,8 +8,8 @@ use super::spec::RunSpec;
 use rimbench_cases::cases::Case;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Channel, Every, Exchange, ForceBridge, ForceReturn, Known, LateRule, MassLearning,
-    MechanicsIntegrator, MechanicsSteps, MicroSteps, Order, Partition, Sequence, Share, Split, StarPlan, StepControl,
-    Tells, TrialSettings,
+    MechanicsIntegrator, MechanicsSteps, MicroSteps, Order, Partition, Sequence, Share, StarPlan, StepControl, Tells,
+    TrialSettings,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Belief;
@@ -40,8 +40,6 @@ enum Needs {
     Exchange,
     /// A reduced interface model.
     Model,
-    /// One for each of several actuators.
-    Split,
     /// Steps of the mechanics that are tried.
     Trials,
 }
@@ -56,9 +54,7 @@ impl Needs {
                 .then_some("has no such choice, because its sides move as one between communication points"),
             Needs::Trials => (!scheme.needs.contains(&Requirement::Trials))
                 .then_some("tries no steps of the mechanics: use rim-answers"),
-            _ if !scheme.has_model() => Some("has no reduced interface model"),
-            Needs::Model => None,
-            Needs::Split => scheme.partition.is_none().then_some("has one model for all actuators"),
+            Needs::Model => (!scheme.has_model()).then_some("has no reduced interface model"),
         }
     }
 }
@@ -203,10 +199,6 @@ run_options! {
     /// metres)
     contact_detection: ContactDetection, "DETECTION", Model,
         all |run| text(run.model.as_ref()?.detection?);
-    /// What a model for one of several actuators has of the others: mean or blind, with :rows, :shares or :body; law;
-    /// joint
-    split: Split, "SPLIT", Model(Split),
-        some |run| text(run.split?);
     /// Friction in space within it: cone (two rows per contact), slip-direction (one row along the slip at t_k)
     friction_rows: FrictionRows, "ROWS", Model(Model) => model,
         some |run| text(run.model.as_ref().filter(|_| run.has_slip_rows())?.friction_rows);
@@ -326,15 +318,10 @@ impl RunRequest {
             Some((key, value)) => Err(Error::Incompatible(format!("{key} = {value}: {why}"))),
             None => Ok(None),
         };
-        if scheme.partition.is_some() {
-            let spelled = self.split.unwrap_or_default();
-            let name = &scheme.name;
-            return match asked {
-                None => Ok(spelled.plan()),
-                Some(_) => refused(format!(
-                    "scheme `{name}` spells a partition, known and share with `split`: use rim-nonsmooth-gap, which is the scheme of its bonds"
-                )),
-            };
+        if let Some(bonds) = &scheme.bonds {
+            let why =
+                format!("scheme `{}` has its own: use rim-nonsmooth-gap, which is that of its bonds", scheme.name);
+            return refused(why).map(|_| Some(bonds.clone()));
         }
         let usual = match (&self.partition, &case.bonds) {
             (Some(partition), _) => StarPlan { partition: partition.clone(), ..StarPlan::default() },
@@ -395,14 +382,18 @@ impl RunRequest {
 }
 
 /// What was an option once, with the only value that is left and the option before which it was said: run ids and kept
-/// tables go on saying it of each run with a model.
-pub(super) const SETTLED: [(&str, &str, &str); 1] = [("redundancy", "drop", "model_motion")];
+/// tables go on saying the first of each run with a model, the second of schemes with bonds of their own.
+pub(super) const SETTLED: [(&str, &str, &str); 2] =
+    [("redundancy", "drop", "model_motion"), ("split", "mean:shares", "friction_rows")];
 
 /// What all options say of a run, in their order.
 pub(super) fn facts_of(run: &RunSpec) -> impl Iterator<Item = Fact> {
     let settled = |before: &str| {
-        let said = SETTLED.into_iter().find(|(.., next)| *next == before);
-        said.map(|(name, value, _)| Fact::new(name, run.model.as_ref().map(|_| text(value))))
+        let (name, value, _) = SETTLED.into_iter().find(|(.., next)| *next == before)?;
+        Some(match name {
+            "split" => Fact::new(name, run.scheme.bonds.as_ref().map(|_| text(value))).of_some_runs(),
+            _ => Fact::new(name, run.model.as_ref().map(|_| text(value))),
+        })
     };
     RunRequest::OPTIONS.iter().flat_map(move |option| settled(option.key).into_iter().chain((option.fact)(run)))
 }

@@ -108,7 +108,6 @@ impl RunRequest {
             scheme: scheme.clone(),
             solver: solver.clone(),
             exchange: parts.exchange,
-            split: scheme.partition.is_some().then(|| self.split.unwrap_or_default()),
             star,
             bond_schemes,
             mechanics_integrator: self.mechanics_integrator.unwrap_or_default(),

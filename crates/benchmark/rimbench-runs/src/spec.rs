@@ -5,7 +5,7 @@ use rimbench_cases::cases::{Case, CoupledSystem, coordinate_column};
 use rimbench_cases::parameter::Parameters;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, Exchange, ForceReturn, MechanicsIntegrator, MechanicsSteps,
-    SecondOrder, Setup, Sides, Split, StarPlan, StepRule, division,
+    SecondOrder, Setup, Sides, StarPlan, StepRule, division,
 };
 use rimbench_core::error::Result;
 use rimbench_core::schemes::{FrictionRows, ModelMotion, ModelOptions, Requirement, SchemeEntry};
@@ -62,8 +62,6 @@ pub struct RunSettings {
     pub solver: Arc<SolverEntry>,
     /// How both sides step and exchange.
     pub exchange: Exchange,
-    /// How the name of the scheme spells several bonds, if it does.
-    pub split: Option<Split>,
     /// How several bonds share the mechanics; none of one bond.
     pub star: Option<StarPlan>,
     /// The scheme of each bond, where they are not all that of the run.
@@ -186,7 +184,7 @@ impl RunSettings {
 
     /// The plan of several bonds that is asked for as such.
     pub(super) fn own_plan(&self) -> Option<&StarPlan> {
-        self.star.as_ref().filter(|_| self.split.is_none())
+        self.star.as_ref().filter(|_| self.scheme.bonds.is_none())
     }
 
     /// What is asked for of several bonds, if it is not the usual.

@@ -5,7 +5,7 @@ mod star;
 
 pub(crate) use log::{End, Log};
 use star::RunningStar;
-pub use star::{Every, Known, MicroSteps, Order, Partition, Share, Split, Star, StarPlan, Tells, cannot_divide};
+pub use star::{Every, Known, MicroSteps, Order, Partition, Share, Star, StarPlan, Tells, cannot_divide};
 
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;

@@ -68,7 +68,7 @@ pub use integrators::{ActuatorIntegrator, MechanicsIntegrator, SecondOrder};
 pub use interface_work::InterfaceWork;
 pub use latencies::Latencies;
 pub use macro_loop::cosimulate;
-pub use macro_loop::{Every, Known, MicroSteps, Order, Partition, Share, Split, Star, StarPlan, Tells, cannot_divide};
+pub use macro_loop::{Every, Known, MicroSteps, Order, Partition, Share, Star, StarPlan, Tells, cannot_divide};
 pub use mass_learner::MassLearning;
 pub use mechanics_steps::MechanicsSteps;
 pub use model_audit::{Creation, Jump, ModelEnergy};

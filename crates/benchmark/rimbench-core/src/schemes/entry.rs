@@ -6,7 +6,7 @@ use super::coupling::Coupling;
 use super::model_options::{ContactsAct, FrictionRows, ModelMotion, ModelOptions};
 use super::requirement::Requirement;
 use crate::cosim::{
-    CouplingScheme, ExchangeData, ForceReturn, LineForces, Partition, Sequence, Side, Sides, StarPlan, cannot_divide,
+    CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, StarPlan, cannot_divide,
     check_coupling,
 };
 use crate::error::{Error, Result};
@@ -69,8 +69,8 @@ pub struct SchemeEntry {
     pub slides: bool,
     /// Contacts of its model may act over the mechanics' own step.
     pub acts_over_mechanics_step: bool,
-    /// The partition of the actuator side into bonds used unless another is asked for; none: one bond.
-    pub partition: Option<Partition>,
+    /// The bonds that it is a name for; none: one, unless others are asked for.
+    pub bonds: Option<StarPlan>,
     /// Digest of its code, a part of what determines a run; none of what is built in, whose code has a version.
     pub digest: Option<Name>,
     /// Whether it is code in a process of its own, or of another language: only the wall clock tells what it takes.
@@ -109,7 +109,7 @@ impl SchemeEntry {
             moves_model: false,
             slides: false,
             acts_over_mechanics_step: false,
-            partition: None,
+            bonds: None,
             digest: None,
             waits: false,
             driver: IterativeDriver::NonIterative,
@@ -327,6 +327,6 @@ impl SchemeEntry {
     /// Says why this scheme cannot couple these subsystems, if it cannot.
     pub fn incompatibility(&self, mut sides: Sides<'_>) -> Option<String> {
         let unmet = self.needs.iter().find_map(|need| need.unmet(sides.lend()));
-        unmet.or_else(|| self.partition.as_ref().and_then(|_| cannot_divide(&StarPlan::default(), sides)))
+        unmet.or_else(|| self.bonds.as_ref().and_then(|bonds| cannot_divide(bonds, sides)))
     }
 }

@@ -11,7 +11,7 @@
 
 use super::entry::SchemeEntry;
 use super::reduced_interface::{Contacts, ReducedInterface};
-use crate::cosim::Partition;
+use crate::cosim::{Share, StarPlan};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
@@ -24,9 +24,9 @@ pub(super) fn entry() -> SchemeEntry {
     }
 }
 
-/// The same with a bond for each actuator, as the option `split` spells them (see [`Split`](crate::cosim::Split)).
+/// The same with a bond for each actuator, whose models have equal shares of the mechanics.
 pub(super) fn split_entry() -> SchemeEntry {
     let entry =
         ReducedInterface::entry("rim-split", "Split models: one for each actuator", Contacts::UnilateralWithGaps);
-    SchemeEntry { partition: Some(Partition::Each), ..entry }
+    SchemeEntry { bonds: Some(StarPlan { share: Share::Equal, ..StarPlan::default() }), ..entry }
 }

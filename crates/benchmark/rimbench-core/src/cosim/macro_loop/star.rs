@@ -14,7 +14,7 @@ mod plan;
 mod share;
 mod stand_in;
 
-pub use self::plan::{Every, Known, MicroSteps, Order, Partition, Share, Split, StarPlan, Tells};
+pub use self::plan::{Every, Known, MicroSteps, Order, Partition, Share, StarPlan, Tells};
 
 use self::plan::{Layout, Schedule, numbers};
 use self::share::SharedModel;

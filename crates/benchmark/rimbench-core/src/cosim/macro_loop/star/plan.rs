@@ -359,54 +359,6 @@ pub struct StarPlan {
     pub micro_steps: MicroSteps,
 }
 
-/// How the scheme `rim-split` spells a plan with one bond for each row.
-///
-/// ```text
-/// mean    the others' last means    blind   nothing of the others        shares, rows, body   the share of each model
-/// law     their forces follow their output rates, the whole body each    joint                one bond
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Split(Option<(Known, Share)>);
-
-const SPLITS: [(&str, Split); 8] = [
-    ("mean:rows", Split(Some((Known::Mean, Share::Rows)))),
-    ("mean:shares", Split(Some((Known::Mean, Share::Equal)))),
-    ("mean:body", Split(Some((Known::Mean, Share::Whole)))),
-    ("blind:rows", Split(Some((Known::Nothing, Share::Rows)))),
-    ("blind:shares", Split(Some((Known::Nothing, Share::Equal)))),
-    ("blind:body", Split(Some((Known::Nothing, Share::Whole)))),
-    ("law", Split(Some((Known::Law, Share::Whole)))),
-    ("joint", Split(None)),
-];
-
-impl Default for Split {
-    fn default() -> Self {
-        Split(Some((Known::Mean, Share::Equal)))
-    }
-}
-
-impl Split {
-    /// The plan that it spells; none of one bond.
-    pub fn plan(self) -> Option<StarPlan> {
-        self.0.map(|(known, share)| StarPlan { known, share, ..StarPlan::default() })
-    }
-}
-
-impl fmt::Display for Split {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let spelled = SPLITS.iter().find(|(_, split)| split == self);
-        f.write_str(spelled.map_or_else(|| unreachable!("not in the list"), |(name, _)| name))
-    }
-}
-
-impl FromStr for Split {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("split", &SPLITS, |(name, _)| name, text).map(|(_, split)| *split)
-    }
-}
-
 /// A plan for so many rows.
 pub(super) struct Layout {
     pub(super) rows: Vec<Vec<usize>>,
