@@ -199,7 +199,7 @@ fn the_midpoint_rule_must_be_refused_where_contacts_rebound() {
         let Some(with) = set("0.8") else { continue };
         machines += 1;
         let Outcome::Skipped { reason } = with else { panic!("{}: {with:?}", case.name) };
-        // Contacts with friction, by the dozen, or listed anew are refused for that.
+        // Contacts with friction or by the dozen are refused for that.
         let plain = !matches!(set("0"), Some(Outcome::Skipped { .. }) | None);
         assert!(!plain || reason.contains("restitution"), "{}: {reason}", case.name);
     }

@@ -7,10 +7,9 @@ pub(super) fn interface() -> Vec<InterfaceColumns> {
     vec![InterfaceColumns::new("interface_position_m", "interface_velocity_m_s", "actuator_force_n")]
 }
 
-/// The columns of a trace: time, the interface of the carriage, and those of the case's own.
-pub(super) fn trace_columns(own: &'static str) -> Vec<Name> {
-    let shared = "time_s interface_position_m interface_velocity_m_s actuator_force_n force_to_mechanics_n";
-    [words(shared), words(own)].concat()
+/// The columns of a trace of a carriage and what it pushes.
+pub(super) fn trace_columns(own: &str) -> Vec<Name> {
+    trace_of(&interface(), "", &[], own)
 }
 
 /// What holds a body, drawn: a spring to the carriage and one to the base, each `reach` long where it is relaxed,

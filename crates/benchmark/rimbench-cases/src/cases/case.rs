@@ -2,6 +2,7 @@
 
 use super::drawing::DrawCase;
 use super::reference_method::ReferenceMethod;
+use crate::models::ActuatorNames;
 use crate::parameter::{Parameter, ParameterSet, Parameters};
 use rimbench_core::cosim::{CommunicationGrid, MechanicsSteps, PerSide, Quantity, Side, StarPlan, Subsystem};
 use rimbench_core::error::{Error, Result};
@@ -183,6 +184,28 @@ impl InterfaceColumns {
     pub fn new(position: impl Into<Name>, velocity: impl Into<Name>, force: impl Into<Name>) -> Self {
         InterfaceColumns { position: position.into(), velocity: velocity.into(), force: force.into() }
     }
+
+    /// The rows of actuators side by side.
+    pub(super) fn of(actuators: &[ActuatorNames]) -> Vec<Self> {
+        actuators.iter().map(|own| InterfaceColumns::new(own.position, own.velocity, own.force)).collect()
+    }
+}
+
+/// Lists columns; one with a `*` stands for that of each contact, as in `gap_*_m`.
+pub(super) fn of_contacts(contacts: &[&str], columns: &str) -> Vec<Name> {
+    let each = |column: &str| -> Vec<Name> {
+        let of = |contact: &&str| column.replace('*', contact).into();
+        if column.contains('*') { contacts.iter().map(of).collect() } else { vec![column.to_owned().into()] }
+    };
+    columns.split_whitespace().flat_map(each).collect()
+}
+
+/// The columns of a trace: time, the case's own, what each row of the interface exchanges, the force that the mechanics
+/// gets, and what else there is, with a `*` for each contact.
+pub(super) fn trace_of(interface: &[InterfaceColumns], own: &str, contacts: &[&str], more: &str) -> Vec<Name> {
+    let exchanged = interface.iter().flat_map(|row| [&row.position, &row.velocity, &row.force]).cloned();
+    let more = of_contacts(contacts, &format!("force_to_mechanics_n {more}"));
+    of_contacts(&[], &format!("time_s {own}")).into_iter().chain(exchanged).chain(more).collect()
 }
 
 /// Which steps a side can take.

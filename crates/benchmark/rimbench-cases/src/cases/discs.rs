@@ -23,7 +23,7 @@ fn recorded(case: Case) -> Case {
     }
 }
 
-choices! { for ContactList { Neighbours = "neighbours", Start = "start", Travelling = "travelling", } }
+choices! { for ContactList { Neighbours = "neighbours", Start = "start", } }
 parameters! {
     /// The discs.
     struct Disc from "ours" {
@@ -78,8 +78,8 @@ parameters! {
     struct Pile from "ours" {
         columns: u32 = 6, 2..=60, "discs in the lowest layer";
         layers: u32 = 4, 1..=60, "layers";
-        contact_list: ContactList [Start, Travelling],
-            "possible contacts: those near at the start (a run in which discs move farther ends), or near at the time";
+        contact_list: ContactList [Start],
+            "possible contacts: those near at the start; a run in which discs move farther ends";
         loader: Loader;
     }
 }

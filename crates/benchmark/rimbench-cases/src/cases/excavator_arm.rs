@@ -52,11 +52,11 @@ macro_rules! cylinder {
 const NAMES: [ActuatorNames; 3] = [cylinder!("boom"), cylinder!("stick"), cylinder!("bucket")];
 
 pub(super) fn entry() -> Case {
-    let exchanged = NAMES.iter().flat_map(|of| [of.position, of.velocity, of.force]).map(Name::from).collect();
-    let shared = words("force_to_mechanics_n effective_mass_kg gap_tip_m contact_force_tip_n closed_contacts");
+    let (interface, own) = (InterfaceColumns::of(&NAMES), "boom_angle_rad stick_angle_rad bucket_angle_rad");
+    let more = "effective_mass_kg gap_*_m contact_force_*_n closed_contacts";
     Case {
-        trace_columns: [words("time_s boom_angle_rad stick_angle_rad bucket_angle_rad"), exchanged, shared].concat(),
-        interface_columns: NAMES.map(|of| InterfaceColumns::new(of.position, of.velocity, of.force)).to_vec(),
+        trace_columns: trace_of(&interface, own, &["tip"], more),
+        interface_columns: interface,
         reference: reference(),
         drawing: drawn(|p: &Arm| Some(drawing(p))),
         ..Case::new(

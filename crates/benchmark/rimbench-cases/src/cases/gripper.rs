@@ -44,21 +44,17 @@ parameters! {
 
 pub(super) fn entry() -> Case {
     Case {
-        trace_columns: words(
+        trace_columns: of_contacts(
+            &CONTACTS,
             "time_s left_jaw_x_m right_jaw_x_m box_x_m box_y_m box_angle_rad left_length_m right_length_m \
              left_velocity_m_s right_velocity_m_s left_force_n right_force_n force_to_mechanics_n \
-             force_2_to_mechanics_n effective_mass_kg gap_left_lower_pad_m gap_left_upper_pad_m gap_right_lower_pad_m \
-             gap_right_upper_pad_m gap_left_corner_m gap_right_corner_m closed_contacts rank_h_uu",
+             force_2_to_mechanics_n effective_mass_kg gap_*_m closed_contacts rank_h_uu",
         ),
-        drawing_columns: words(
-            "left_pressure_1_pa left_pressure_2_pa right_pressure_1_pa right_pressure_2_pa \
-             contact_force_left_lower_pad_n contact_force_left_upper_pad_n contact_force_right_lower_pad_n \
-             contact_force_right_upper_pad_n contact_force_left_corner_n contact_force_right_corner_n",
+        drawing_columns: of_contacts(
+            &CONTACTS,
+            "left_pressure_1_pa left_pressure_2_pa right_pressure_1_pa right_pressure_2_pa contact_force_*_n",
         ),
-        interface_columns: vec![
-            InterfaceColumns::new("left_length_m", "left_velocity_m_s", "left_force_n"),
-            InterfaceColumns::new("right_length_m", "right_velocity_m_s", "right_force_n"),
-        ],
+        interface_columns: InterfaceColumns::of(&NAMES),
         constant_mechanics: true,
         reference: reference(),
         drawing: drawn(|p: &Clamp| Some(drawing(p))),
@@ -70,6 +66,9 @@ pub(super) fn entry() -> Case {
         )
     }
 }
+
+const CONTACTS: [&str; 6] =
+    ["left_lower_pad", "left_upper_pad", "right_lower_pad", "right_upper_pad", "left_corner", "right_corner"];
 
 const NAMES: [ActuatorNames; 2] = [
     ActuatorNames {
@@ -279,9 +278,6 @@ impl MechanicalModel for Gripper {
     }
 
     fn names(&self) -> ModelNames {
-        ModelNames::of(
-            &["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"],
-            &["left_lower_pad", "left_upper_pad", "right_lower_pad", "right_upper_pad", "left_corner", "right_corner"],
-        )
+        ModelNames::of(&["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"], &CONTACTS)
     }
 }

@@ -31,17 +31,14 @@ parameters! {
 
 pub(super) fn entry() -> Case {
     Case {
-        trace_columns: words(
+        trace_columns: of_contacts(
+            &["front_wheel", "rear_wheel"],
             "time_s travel_x_m body_z_m pitch_rad front_wheel_z_m rear_wheel_z_m front_length_m rear_length_m \
              front_velocity_m_s rear_velocity_m_s front_force_n rear_force_n force_to_mechanics_n force_2_to_mechanics_n \
-             effective_mass_kg gap_front_wheel_m gap_rear_wheel_m contact_force_front_wheel_n \
-             contact_force_rear_wheel_n closed_contacts",
+             effective_mass_kg gap_*_m contact_force_*_n closed_contacts",
         ),
         drawing_columns: words("front_gas_pressure_pa rear_gas_pressure_pa"),
-        interface_columns: vec![
-            InterfaceColumns::new("front_length_m", "front_velocity_m_s", "front_force_n"),
-            InterfaceColumns::new("rear_length_m", "rear_velocity_m_s", "rear_force_n"),
-        ],
+        interface_columns: InterfaceColumns::of(&NAMES),
         reference: reference(),
         drawing: drawn(|p: &Car| Some(drawing(p))),
         ..Case::new(

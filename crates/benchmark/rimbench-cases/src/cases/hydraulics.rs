@@ -7,12 +7,9 @@ pub(super) fn interface() -> Vec<InterfaceColumns> {
     vec![InterfaceColumns::new("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")]
 }
 
-/// The columns of a trace: time, those of the case's own, the cylinder with the mass that it feels, and what else the
-/// case has, contacts for the most part.
-pub(super) fn trace_columns(own: &'static str, contacts: &'static str) -> Vec<Name> {
-    let shared = "actuator_length_m actuator_velocity_m_s actuator_force_n force_to_mechanics_n pressure_1_pa \
-                  pressure_2_pa effective_mass_kg";
-    [words("time_s"), words(own), words(shared), words(contacts)].concat()
+/// The columns of a trace of a cylinder and the mass that it feels.
+pub(super) fn trace_columns(own: &str, more: &str) -> Vec<Name> {
+    trace_of(&interface(), own, &[], &format!("pressure_1_pa pressure_2_pa effective_mass_kg {more}"))
 }
 
 parameters! {

@@ -51,21 +51,12 @@ macro_rules! cylinders {
 
 const NAMES: [ActuatorNames; 6] = cylinders!("1", "2", "3", "4", "5", "6");
 
-/// What one cylinder exchanges.
-fn columns(of: &ActuatorNames) -> [&'static str; 3] {
-    [of.position, of.velocity, of.force]
-}
-
 pub(super) fn entry() -> Case {
-    let own = words("time_s box_y_m box_angle_rad");
-    let shared = words(
-        "force_to_mechanics_n effective_mass_kg gap_left_stop_m gap_right_stop_m contact_force_left_stop_n \
-         contact_force_right_stop_n closed_contacts",
-    );
-    let exchanged = NAMES.iter().flat_map(columns).map(Name::from).collect();
+    let interface = InterfaceColumns::of(&NAMES);
+    let more = "effective_mass_kg gap_*_m contact_force_*_n closed_contacts";
     Case {
-        trace_columns: [own, exchanged, shared].concat(),
-        interface_columns: NAMES.iter().map(columns).map(|[s, w, f]| InterfaceColumns::new(s, w, f)).collect(),
+        trace_columns: trace_of(&interface, "box_y_m box_angle_rad", &["left_stop", "right_stop"], more),
+        interface_columns: interface,
         constant_mechanics: true,
         reference: reference(),
         drawing: drawn(|p: &Lift| Some(drawing(p))),
@@ -203,7 +194,7 @@ fn build(p: &Lift, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     };
     let mut system = assembly.couple(table, ActuatorGroup::new(units, names), &p.contacts)?;
     // Columns of cylinders that the table does not have are zero.
-    let absent = NAMES[names.len()..].iter().flat_map(columns);
+    let absent = NAMES[names.len()..].iter().flat_map(|of| [of.position, of.velocity, of.force]);
     system.derived.extend(absent.map(|column| DerivedColumn::new(column, ["time_s"], |_| 0.0)));
     Ok(system)
 }

@@ -66,7 +66,9 @@ pub use wedge_boxes::wedge_box_geometry;
 /// What most cases are written with.
 mod prelude {
     pub(super) use super::carriage;
-    pub(super) use super::case::{Assembly, Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, times};
+    pub(super) use super::case::{
+        Assembly, Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, of_contacts, times, trace_of,
+    };
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::drawing::{
         Channel, Drawing, Fill, Form, Frame, LIMITED_BY_ITS_STEP, Shape, Solid, body_in_space, disc, drawn, frame,

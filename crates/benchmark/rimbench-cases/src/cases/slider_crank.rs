@@ -54,20 +54,19 @@ impl Crank {
     }
 }
 
+const CORNER_NAMES: [&str; 4] = ["upper_rear", "upper_front", "lower_rear", "lower_front"];
+
 pub(super) fn entry() -> Case {
     Case {
-        trace_columns: words(
-            "time_s crank_angle_rad crank_rate_rad_s slider_x_m slider_y_m slider_angle_rad \
-             interface_position_m interface_velocity_m_s actuator_force_n force_to_mechanics_n \
-             effective_mass_kg gap_upper_rear_m gap_upper_front_m gap_lower_rear_m gap_lower_front_m \
-             contact_state_upper_rear contact_state_upper_front contact_state_lower_rear \
-             contact_state_lower_front closed_contacts",
+        trace_columns: trace_of(
+            &carriage::interface(),
+            "crank_angle_rad crank_rate_rad_s slider_x_m slider_y_m slider_angle_rad",
+            &CORNER_NAMES,
+            "effective_mass_kg gap_*_m contact_state_* closed_contacts",
         ),
-        drawing_columns: words(
-            "rod_angle_rad rod_rate_rad_s slider_rate_rad_s contact_force_upper_rear_n \
-             contact_force_upper_front_n contact_force_lower_rear_n contact_force_lower_front_n \
-             friction_force_upper_rear_n friction_force_upper_front_n friction_force_lower_rear_n \
-             friction_force_lower_front_n",
+        drawing_columns: of_contacts(
+            &CORNER_NAMES,
+            "rod_angle_rad rod_rate_rad_s slider_rate_rad_s contact_force_*_n friction_force_*_n",
         ),
         interface_columns: carriage::interface(),
         reference: reference(),
@@ -286,7 +285,7 @@ impl MechanicalModel for SliderCrank {
                 "slider_x_m",
                 "slider_y_m",
             ],
-            &["upper_rear", "upper_front", "lower_rear", "lower_front"],
+            &CORNER_NAMES,
         )
     }
 

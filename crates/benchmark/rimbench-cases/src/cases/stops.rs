@@ -70,10 +70,9 @@ fn entry<P: ParameterSet>(
         let mass = mass(p);
         check_start(&mass, start).map(|()| mass)
     };
-    let gaps = stops.iter().map(|stop| format!("gap_{stop}_m").into()).collect();
-    let shared = "carriage_position_m carriage_velocity_m_s effective_mass_kg";
+    let more = "carriage_position_m carriage_velocity_m_s effective_mass_kg gap_*_m closed_contacts";
     Case {
-        trace_columns: [carriage::trace_columns(shared), gaps, words("closed_contacts")].concat(),
+        trace_columns: trace_of(&carriage::interface(), "", stops, more),
         interface_columns: carriage::interface(),
         reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(solution(checked(&P::read(parameters))?)))),
         constant_mechanics: true,

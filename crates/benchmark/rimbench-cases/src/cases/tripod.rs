@@ -93,25 +93,17 @@ fn case<P: ParameterSet>(
     text: [&'static str; 2],
     parts: fn(&P) -> (Machine<'_>, Contacts),
 ) -> Case {
-    let own = words("time_s body_x_m body_y_m body_z_m yaw_rad pitch_rad roll_rad");
-    let exchanged = words("length_1_m velocity_1_m_s force_1_n length_2_m velocity_2_m_s force_2_n");
-    let of_feet = [
-        ("gap_", "_m"),
-        ("contact_force_", "_n"),
-        ("friction_force_", "_n"),
-        ("contact_state_", ""),
-        ("slip_angle_", "_rad"),
-    ];
-    let of_feet =
-        of_feet.iter().flat_map(|(before, after)| (1..=feet).map(move |k| format!("{before}foot_{k}{after}").into()));
-    let shared = [
-        words("force_to_mechanics_n effective_mass_kg"),
-        of_feet.collect(),
-        words("sticking_contacts closed_contacts rank_h_uu"),
-    ];
+    let (interface, all) = (InterfaceColumns::of(&NAMES), ["foot_1", "foot_2", "foot_3", "foot_4"]);
+    let of_feet = "effective_mass_kg gap_*_m contact_force_*_n friction_force_*_n contact_state_* slip_angle_*_rad \
+                   sticking_contacts closed_contacts rank_h_uu";
     Case {
-        trace_columns: [own, exchanged, shared.concat()].concat(),
-        interface_columns: NAMES.iter().map(|of| InterfaceColumns::new(of.position, of.velocity, of.force)).collect(),
+        trace_columns: trace_of(
+            &interface,
+            "body_x_m body_y_m body_z_m yaw_rad pitch_rad roll_rad",
+            &all[..feet],
+            of_feet,
+        ),
+        interface_columns: interface,
         drawing: drawn(move |p: &P| Some(Drawing { title: text, ..parts(p).0.drawing() })),
         ..Case::new(name, about, times(2.5, 5e-3, 5e-5, [2.5e-5, 1e-4]), move |p: &P, assembly: &Assembly<'_>| {
             let (machine, contacts) = parts(p);

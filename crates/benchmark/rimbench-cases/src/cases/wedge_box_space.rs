@@ -38,15 +38,10 @@ parameters! {
 }
 
 pub(super) fn entry() -> Case {
+    let own = "body_x_m body_y_m body_z_m yaw_rad pitch_rad roll_rad ball_x_m ball_y_m ball_z_m";
+    let mut trace_columns = hydraulics::trace_columns(own, "sticking_contacts closed_contacts rank_h_uu");
     let contacts = ["foot_1", "foot_2", "foot_3", "foot_4", "ball_ledge", "ball_floor"];
-    let of_contacts = [("gap_", "_m"), ("contact_force_", "_n"), ("contact_state_", ""), ("slip_angle_", "_rad")];
-    let of_contacts =
-        of_contacts.iter().flat_map(|(before, after)| contacts.map(|name| format!("{before}{name}{after}").into()));
-    let mut trace_columns = hydraulics::trace_columns(
-        "body_x_m body_y_m body_z_m yaw_rad pitch_rad roll_rad ball_x_m ball_y_m ball_z_m",
-        "sticking_contacts closed_contacts rank_h_uu",
-    );
-    trace_columns.extend(of_contacts);
+    trace_columns.extend(of_contacts(&contacts, "gap_*_m contact_force_*_n contact_state_* slip_angle_*_rad"));
     let about = "Wedge box in space, on four wedges with a ball on a ledge, pushed off its middle: yaws, lands, lifts a loaded foot";
     Case {
         trace_columns,

@@ -36,12 +36,11 @@ parameters! {
 
 pub(super) fn entry() -> Case {
     Case {
-        trace_columns: words(
-            "time_s sleeve_y_m sleeve_angle_rad bird_angle_rad interface_position_m interface_velocity_m_s \
-             actuator_force_n force_to_mechanics_n effective_mass_kg gap_beak_m gap_lower_edge_m \
-             gap_upper_edge_m contact_force_beak_n contact_force_lower_edge_n contact_force_upper_edge_n \
-             friction_force_beak_n friction_force_lower_edge_n friction_force_upper_edge_n contact_state_beak \
-             contact_state_lower_edge contact_state_upper_edge closed_contacts",
+        trace_columns: trace_of(
+            &carriage::interface(),
+            "sleeve_y_m sleeve_angle_rad bird_angle_rad",
+            &["beak", "lower_edge", "upper_edge"],
+            "effective_mass_kg gap_*_m contact_force_*_n friction_force_*_n contact_state_* closed_contacts",
         ),
         interface_columns: carriage::interface(),
         constant_mechanics: true,

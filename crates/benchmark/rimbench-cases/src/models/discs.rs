@@ -1,6 +1,5 @@
 //! Mechanics of many discs between a blade and a wall: a row or a heap that a loader pushes.
 
-use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::Rows;
@@ -30,54 +29,28 @@ pub struct DiscsGeometry {
 }
 
 /// Two centres, of which one is seen from the other.
-pub(super) struct Apart {
-    pub(super) distance: f64,
-    pub(super) normal: Vector2<f64>,
+struct Apart {
+    distance: f64,
+    normal: Vector2<f64>,
     /// `|ċ_⊥|²/|c|`, what is left of the second derivative of the distance.
-    pub(super) convective: f64,
+    convective: f64,
 }
 
 impl Apart {
     #[inline]
-    pub(super) fn of(apart: Vector2<f64>, rate: Vector2<f64>) -> Self {
+    fn of(apart: Vector2<f64>, rate: Vector2<f64>) -> Self {
         let distance = apart.norm();
         let normal = apart / distance;
         let across = normal.perp(&rate);
         Apart { distance, normal, convective: across * across / distance }
     }
-
-    /// Writes the row of two discs of this radius, the second seen from the first; their velocities are those in
-    /// `known`.
-    #[inline]
-    pub(super) fn write_pair(&self, rows: &mut Rows, index: usize, known: [usize; 4], radius: f64) {
-        let normal = self.normal;
-        for (slot, entry) in [-normal.x, -normal.y, normal.x, normal.y].into_iter().enumerate() {
-            rows.set(index, slot, known[slot], entry);
-        }
-        rows.position[index] = self.distance - 2.0 * radius;
-        rows.convective[index] = self.convective;
-    }
-}
-
-/// Writes the weights of discs of this mass (kg) to their forces.
-pub(super) fn weigh(force: &mut [f64], mass: f64, gravity: f64) {
-    let weight = mass * gravity;
-    for disc in force.as_chunks_mut::<2>().0 {
-        *disc = [0.0, -weight];
-    }
-}
-
-/// Their potential energy, J, from their places.
-pub(super) fn potential_of_weights(q: &[f64], mass: f64, gravity: f64) -> f64 {
-    let heights: f64 = q.as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
-    mass * gravity * heights
 }
 
 /// Tells contacts of a kind, and says what is missing where there is none, with `{}` for the reach of the list.
 type Kind = (fn(&Contact) -> bool, &'static str);
 
 /// What a disc can touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Contact {
     Blade(usize),
     Wall(usize),
@@ -93,8 +66,6 @@ pub enum ContactList {
     Neighbours,
     /// Those near at the start; where something moves beyond what that holds for, the run ends.
     Start,
-    /// Those near at the time, listed anew as discs travel.
-    Travelling,
 }
 
 /// Discs without friction or spin, the blade that pushes them, and their possible contacts.
@@ -110,21 +81,19 @@ pub enum ContactList {
 ///
 /// A [list](ContactList) made at the start is of whatever is closer than 1.3 radii. It holds for as long as no disc has
 /// moved by more than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says
-/// how far that is, and the observable `largest_displacement_m` how much of it is used. One that is made anew as discs
-/// travel is of whatever is closer than 0.8 radii, and of the discs that are nearest to blade and wall at the start,
-/// and the nearest pair. A row touches at most two bodies.
+/// how far that is, and the observable `largest_displacement_m` how much of it is used. A row touches at most two bodies.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discs {
     geometry: DiscsGeometry,
     kind: ContactList,
-    contacts: TravellingContacts<Contact>,
+    contacts: Vec<Contact>,
     reach: f64,
 }
 
-/// Blade, wall and floor.
-const WALLS: usize = 3;
+/// A gap below zero by up to this part of a radius is rounding.
+const ROUNDING: f64 = 1e-9;
 
 impl Discs {
     /// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours,
@@ -154,7 +123,6 @@ impl Discs {
             (|contact| matches!(contact, Contact::Wall(_)), "no disc starts within {} m of the fixed wall"),
             (|contact| matches!(contact, Contact::Pair(..)), "no two discs start within {} m of each other"),
         ];
-        let mut nearest: [Option<(f64, Contact)>; 3] = [None; 3];
         let (mut contacts, mut reach) = (Vec::new(), f64::INFINITY);
         for contact in walls.chain(pairs).chain(bumps) {
             let gap = Self::gap_of(&geometry, contact, &q);
@@ -163,23 +131,12 @@ impl Discs {
                     "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
                 )));
             }
-            if kind == ContactList::Travelling {
-                // Whatever is nearest has the name: nothing need be near.
-                for (named, (of_kind, _)) in nearest.iter_mut().zip(kinds) {
-                    if of_kind(&contact) && named.is_none_or(|(least, _)| gap < least) {
-                        *named = Some((gap, contact));
-                    }
-                }
-            } else if gap < Self::LISTED * geometry.radius {
+            if gap < Self::LISTED * geometry.radius {
                 contacts.push(contact);
             } else {
                 // Both bodies may come closer.
                 reach = f64::min(reach, 0.5 * gap);
             }
-        }
-        if kind == ContactList::Travelling {
-            let named = nearest.into_iter().flatten().map(|(_, contact)| contact).collect();
-            return Ok(Self::travelling(geometry, named));
         }
         for (row, (kind, missing)) in kinds.into_iter().enumerate() {
             let found = contacts.iter().position(kind).ok_or_else(|| {
@@ -188,33 +145,7 @@ impl Discs {
             })?;
             contacts.swap(row, found);
         }
-        let contacts = TravellingContacts::new(contacts, 0, Self::LISTED * geometry.radius);
         Ok(Discs { geometry, kind, contacts, reach })
-    }
-
-    /// The same with a list that is made anew as discs travel, but for contacts that have names.
-    fn travelling(geometry: DiscsGeometry, named: Vec<Contact>) -> Self {
-        let (count, (q, _)) = (geometry.centres.len(), Self::state(&geometry));
-        let room = TravellingContacts::<Contact>::most(count + geometry.bumps.len(), WALLS);
-        let reach = TravellingContacts::<Contact>::LARGEST_REACH * geometry.radius;
-        let contacts = TravellingContacts::new(named, room, reach);
-        let mut discs = Discs { geometry, kind: ContactList::Travelling, contacts, reach: f64::INFINITY };
-        let near = discs.near(&q);
-        discs.contacts.list(&q, near);
-        discs
-    }
-
-    /// Contacts with a gap below the reach of a list that is made anew, each with its gap (m).
-    fn near(&self, q: &[f64]) -> Vec<(f64, Contact)> {
-        let (count, reach) = (self.geometry.centres.len(), self.contacts.reach());
-        // Bumps after the discs; two of them are no contact.
-        let centres: Vec<f64> = q[1..].iter().chain(self.geometry.bumps.as_flattened()).copied().collect();
-        let places = Places::of(&centres);
-        let pairs = places.pairs_within(2.0 * self.geometry.radius + reach).filter(|(i, _)| *i < count);
-        let pairs = pairs.map(|(i, j)| if j < count { Contact::Pair(i, j) } else { Contact::Bump(i, j - count) });
-        let walls = (0..count).flat_map(|i| [Contact::Blade(i), Contact::Wall(i), Contact::Floor(i)]);
-        let near = walls.chain(pairs).map(|contact| (Self::gap_of(&self.geometry, contact, q), contact));
-        near.filter(|(gap, _)| *gap < reach).collect()
     }
 
     /// How far blade and discs are from where they started, at most, m.
@@ -226,11 +157,10 @@ impl Discs {
 
     /// Returns the number of possible contacts.
     pub fn contacts(&self) -> usize {
-        self.contacts.rows().len()
+        self.contacts.len()
     }
 
-    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m; infinite where it
-    /// is made anew.
+    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m.
     pub fn reach(&self) -> f64 {
         self.reach
     }
@@ -278,14 +208,7 @@ impl Discs {
 impl MechanicalModel for Discs {
     fn size(&self) -> ModelSize {
         let velocities = 1 + 2 * self.geometry.centres.len();
-        ModelSize {
-            velocities,
-            unilateral: self.contacts(),
-            interface: 1,
-            relists: self.kind == ContactList::Travelling,
-            constant_mass: true,
-            ..ModelSize::default()
-        }
+        ModelSize { velocities, unilateral: self.contacts(), interface: 1, constant_mass: true, ..ModelSize::default() }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
@@ -299,15 +222,11 @@ impl MechanicalModel for Discs {
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
         force[0] = 0.0;
-        weigh(&mut force[1..], self.geometry.disc_mass, self.geometry.gravity);
+        force[1..].as_chunks_mut::<2>().0.fill([0.0, -(self.geometry.disc_mass * self.geometry.gravity)]);
     }
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        for (index, &contact) in self.contacts.rows().iter().enumerate() {
-            let Some(contact) = contact else {
-                rows.position[index] = self.contacts.reach();
-                continue;
-            };
+        for (index, &contact) in self.contacts.iter().enumerate() {
             let known = self.columns(contact);
             let mut set = |slot: usize, value: f64| rows.set(index, slot, known[slot], value);
             match contact {
@@ -320,7 +239,10 @@ impl MechanicalModel for Discs {
                 Contact::Pair(i, j) => {
                     let apart =
                         Apart::of(Self::centre(q, j) - Self::centre(q, i), Self::centre(v, j) - Self::centre(v, i));
-                    apart.write_pair(rows, index, known, self.geometry.radius);
+                    let (x, y) = (apart.normal.x, apart.normal.y);
+                    [-x, -y, x, y].into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
+                    rows.position[index] = apart.distance - 2.0 * self.geometry.radius;
+                    rows.convective[index] = apart.convective;
                     continue;
                 }
                 Contact::Bump(disc, bump) => {
@@ -340,27 +262,20 @@ impl MechanicalModel for Discs {
     }
 
     fn contact_columns(&self) -> Option<Vec<Vec<usize>>> {
-        let known = |&contact: &Option<Contact>| match contact {
-            Some(contact @ (Contact::Blade(_) | Contact::Bump(..))) => self.columns(contact)[..2].to_vec(),
-            Some(contact @ (Contact::Wall(_) | Contact::Floor(_))) => self.columns(contact)[..1].to_vec(),
-            Some(contact @ Contact::Pair(..)) => self.columns(contact).to_vec(),
-            None => Vec::new(),
+        let known = |&contact: &Contact| match contact {
+            Contact::Blade(_) | Contact::Bump(..) => self.columns(contact)[..2].to_vec(),
+            Contact::Wall(_) | Contact::Floor(_) => self.columns(contact)[..1].to_vec(),
+            Contact::Pair(..) => self.columns(contact).to_vec(),
         };
-        Some(self.contacts.rows().iter().map(known).collect())
+        Some(self.contacts.iter().map(known).collect())
     }
 
-    fn remap_contacts(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
+    fn check_contact_list(&self, q: &[f64]) -> Result<(), Failure> {
         match self.kind {
-            ContactList::Neighbours => Ok(false),
-            ContactList::Start => match self.largest_displacement(q) {
-                moved if moved > self.reach => Err(Failure::out_of_range("largest_displacement_m", moved)),
-                _ => Ok(false),
-            },
-            ContactList::Travelling if self.contacts.is_due(q, v, h) => {
-                let near = self.near(q);
-                self.contacts.remap_contacts(q, near, ROUNDING * self.geometry.radius)
+            ContactList::Start if self.largest_displacement(q) > self.reach => {
+                Err(Failure::out_of_range("largest_displacement_m", self.largest_displacement(q)))
             }
-            ContactList::Travelling => Ok(false),
+            _ => Ok(()),
         }
     }
 
@@ -370,7 +285,8 @@ impl MechanicalModel for Discs {
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {
-        potential_of_weights(&q[1..], self.geometry.disc_mass, self.geometry.gravity)
+        let heights: f64 = q[1..].as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
+        self.geometry.disc_mass * self.geometry.gravity * heights
     }
 
     fn names(&self) -> ModelNames {
@@ -382,7 +298,7 @@ impl MechanicalModel for Discs {
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
         let momentum: f64 = v[1..].as_chunks::<2>().0.iter().map(|disc| self.geometry.disc_mass * disc[0]).sum();
-        let gaps = self.contacts.rows().iter().flatten().map(|&contact| Self::gap_of(&self.geometry, contact, q));
+        let gaps = self.contacts.iter().map(|&contact| Self::gap_of(&self.geometry, contact, q));
         row.copy_from_slice(&[q[0], momentum, self.largest_displacement(q), gaps.fold(f64::INFINITY, f64::min)]);
     }
 }

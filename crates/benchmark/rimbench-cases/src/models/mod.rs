@@ -13,7 +13,6 @@ mod hydraulic_energy;
 mod hydropneumatic_strut;
 mod ledge;
 mod line_masses;
-mod nearby;
 mod pressure_coupling;
 mod published_driver;
 pub(crate) mod rotation;

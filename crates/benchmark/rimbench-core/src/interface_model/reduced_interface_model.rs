@@ -453,25 +453,8 @@ impl ReducedInterfaceModel {
         self.listing == other.listing
     }
 
-    /// Records that rows stand for other contacts than before.
-    pub(crate) fn count_version(&mut self) {
-        self.listing += 1;
-    }
-
-    /// Replaces the pattern of `H_uu` by one of equal size; the entries of `h` are then invalid until they are written.
-    pub(crate) fn set_delassus_pattern(&mut self, pattern: Arc<SymmetricPattern>) {
-        debug_assert_eq!(pattern.size(), self.contacts);
-        self.h.resize(pattern.entries() + (self.contacts + self.interface) * self.interface, 0.0);
-        self.delassus_pattern = Some(pattern);
-    }
-
-    /// Copies another model of equal size without allocating, unless its pattern differs.
+    /// Copies another model of equal size and pattern without allocating.
     pub fn copy_from(&mut self, other: &Self) {
-        if let Some(pattern) = &other.delassus_pattern
-            && self.delassus_pattern.as_ref().is_none_or(|own| !Arc::ptr_eq(own, pattern))
-        {
-            self.set_delassus_pattern(pattern.clone());
-        }
         if self.contacts != other.contacts {
             self.set_contacts(other.contacts);
         }

@@ -14,7 +14,6 @@ mod implicit_step;
 mod midpoint_step;
 mod observables;
 mod rebounding;
-mod remap_contacts;
 mod step_contacts;
 
 pub use contact_law::ContactLaw;

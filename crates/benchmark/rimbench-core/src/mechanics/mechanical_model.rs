@@ -33,9 +33,6 @@ pub struct ModelSize {
     pub stiff_forces: Option<MatrixForm>,
     /// Contacts that are plastic, whatever the restitution of the others.
     pub plastic: &'static [usize],
-    /// Whether unilateral rows may come to stand for other contacts than at the start, see
-    /// [`MechanicalModel::remap_contacts`].
-    pub relists: bool,
 }
 
 /// Names of what a model shows.
@@ -102,7 +99,7 @@ pub trait MechanicalModel: Send {
     /// Writes `A_u`, `Ȧ_u v` and gaps.
     fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
-    /// Lists the columns of the velocities that each unilateral row can involve as it stands now, in the order of the
+    /// Lists the columns of the velocities that each unilateral row can involve, in the order of the
     /// slots that [`Rows::set`] is given, where a row involves few of many; none where all rows may involve all.
     ///
     /// With many contacts, no joints and a diagonal mass only those entries are then kept: the rows must be written by
@@ -111,17 +108,13 @@ pub trait MechanicalModel: Send {
         None
     }
 
-    /// Lists the possible contacts anew if bodies have moved so far that some which are not listed may close within a
-    /// step of `h` (s); tells whether a row now stands for another contact. Asked after each step, with the state at
-    /// its end.
-    ///
-    /// There are as many rows as ever. A contact that stays listed keeps its row, and one that is closed is not given
-    /// up. A row without a contact has a gap above zero, no velocity and no entries.
+    /// Checks that bodies have not moved beyond what the list of possible contacts holds for; asked after each step, with
+    /// the positions at its end.
     ///
     /// # Errors
-    /// If bodies have gone where what is listed says nothing of what they touch.
-    fn remap_contacts(&mut self, _q: &[f64], _v: &[f64], _h: f64) -> Result<bool, Failure> {
-        Ok(false)
+    /// If they have.
+    fn check_contact_list(&self, _q: &[f64]) -> Result<(), Failure> {
+        Ok(())
     }
 
     /// Writes `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned

@@ -89,14 +89,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts kept by
-    /// the dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a
+    /// the dozen, a restitution along the surface alone, a solver that has none for friction, or a
     /// mechanics that steps at the second order.
     pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
-        if self.model.size().relists {
-            return Err(Error::Incompatible(
-                "friction does not go with contacts that are listed again as bodies travel".into(),
-            ));
-        }
         if self.second_order.is_some() {
             return Err(Error::Incompatible(
                 "friction does not go with a rule of the second order, which was asked for before".into(),
@@ -221,10 +216,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         }
         self.stepper.advance(&self.model, u, h)?;
         let kinetic = (!self.model.size().constant_mass).then(|| self.stepper.kinetic_energy());
-        let ContactStepper { q, v, .. } = &self.stepper;
-        if self.model.remap_contacts(q, v, h)? {
-            self.stepper.remap_contacts(self.model.contact_columns().as_deref())?;
-        }
+        self.model.check_contact_list(&self.stepper.q)?;
         self.linearise();
         if let Some(kinetic) = kinetic {
             self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
@@ -266,15 +258,9 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.q.len() != self.stepper.v.len() {
             return Err("bodies in space, whose orientations are quaternions, are stepped by the semi-implicit rule");
         }
-        if self.model.size().relists {
-            return Err("contacts that are listed again as bodies travel are stepped by the semi-implicit rule");
-        }
         self.keep_every_entry();
         if self.stepper.dense_solver().is_some() {
             return Err("contacts by the dozen, of which few are coupled, are stepped by the semi-implicit rule");
-        }
-        if self.stepper.eq3.bilateral.columns_by_row().is_some() {
-            return Err("joints by the dozen that involve few velocities each are stepped by the semi-implicit rule");
         }
         let size = self.model.size();
         let stiff = size.stiff_forces.map(|form| StiffForces::zeros(size.velocities, form));

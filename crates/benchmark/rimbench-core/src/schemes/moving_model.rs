@@ -162,7 +162,7 @@ mod tests {
         moving.receive(0.1, &model(2.0));
         assert!(moving.move_to(MIDDLE));
         let mut other = model(3.0);
-        other.count_version();
+        other.set_contacts(1);
         moving.receive(0.2, &other);
         assert!(!moving.move_to(MIDDLE));
         moving.receive(0.3, &other);

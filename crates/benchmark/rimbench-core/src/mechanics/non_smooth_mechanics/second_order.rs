@@ -6,7 +6,7 @@ mod sub_step;
 
 pub(super) use excitation::Excitation;
 
-use super::super::contact_stepper::{ActiveProblem, ContactStepper};
+use super::super::contact_stepper::ActiveProblem;
 use super::super::mechanical_model::{MechanicalModel, ModelSize};
 use super::NonSmoothMechanics;
 use crate::cosim::{JointActuator, SecondOrder, Sent};
@@ -113,7 +113,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 Ok(())
             }
         }?;
-        self.end_step(h)
+        self.model.check_contact_list(&self.stepper.q)
     }
 
     /// Advances both sides by `h` (s) from `time`, or to the next event: returns the time (s) of the step that is over
@@ -141,7 +141,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             steps.interrupted = Some((progress, time));
             return Ok(Some(progress.done));
         }
-        self.end_step(h).map(|()| None)
+        self.model.check_contact_list(&self.stepper.q).map(|()| None)
     }
 
     fn begin_step(
@@ -156,12 +156,6 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             self.find_first_acceleration(steps, drive, h)?;
         }
         Ok(())
-    }
-
-    fn end_step(&mut self, h: f64) -> Result<(), Failure> {
-        // Models whose rows change are not stepped here; others say whether what they list still holds.
-        let ContactStepper { q, v, .. } = &self.stepper;
-        self.model.remap_contacts(q, v, h).map(drop)
     }
 
     /// Tries the first piece to know the acceleration in its middle.

@@ -2,7 +2,7 @@
 
 use crate::cosim::force_return::ForceReturn;
 use crate::error::{Error, Result};
-use crate::name::{by_name, find_by_name};
+use crate::name::by_name;
 use std::fmt;
 use std::num::NonZeroU32;
 use std::str::FromStr;
