@@ -84,7 +84,6 @@ fn build(p: &Bar, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
         driven: n,
         state_names: words("bottom_x_m bottom_velocity_m_s"),
         contact_names: words("floor"),
-        ..LineDescription::default()
     })?;
     assembly.couple(model, SpringActuator::new(p.carriage)?, &p.contacts)
 }
