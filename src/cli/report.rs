@@ -140,11 +140,8 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
                 experiment.question.clone_into(&mut study.question);
             }
             let count = study.runs.as_ref().map_or(0, |runs| runs.len());
-            let planned = |quick| experiment.plan_at_first_draw(catalogue, quick).map(|plan| plan.len());
-            match planned(false) {
-                Ok(all) => study.planned = Some(planned(true).ok().filter(|quick| *quick == count).unwrap_or(all)),
-                Err(error) => study.remarks.push(format!("its plan cannot be made: {}", study.said(&error))),
-            }
+            let planned = |quick| experiment.size(quick).ok();
+            study.planned = planned(true).filter(|quick| *quick == count).or_else(|| planned(false));
             if !experiment.claims().is_empty() {
                 let checked = match has_kept {
                     true => check_kept_claims(&experiment, catalogue, folder).map(|kept| kept.claims),

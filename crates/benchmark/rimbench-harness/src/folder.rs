@@ -238,7 +238,7 @@ fn row_of<'s>(store: &'s Store, run: &PlannedRun) -> Option<&'s RunRow> {
 
 /// Case and set of a run.
 fn problem(run: &PlannedRun) -> (String, String) {
-    (run.spec.case.name.to_string(), run.spec.parameters.given())
+    (run.spec.case.name.to_string(), run.set.to_string())
 }
 
 /// The sets of parameters of a plan that are pooled.

@@ -37,9 +37,7 @@ pub fn check_kept_claims(experiment: &Experiment, catalogue: &Catalogue, folder:
     let summary = read_summary(folder)?;
     let digest = Digest::read(folder)?;
     match experiment.plan_at_first_draw(catalogue, false) {
-        Ok(planned) => {
-            digest.check_plan(folder, planned.len(), &experiment.sum_of_plan(catalogue, &planned, false)?)?;
-        }
+        Ok(planned) => digest.check_plan(folder, planned.len(), &experiment.sum_at_first_draw(&planned))?,
         // What needs something that is not on every machine has no plan where that is not.
         Err(_) if experiment.needs.lacking().is_some() => {}
         Err(error) => return Err(error),

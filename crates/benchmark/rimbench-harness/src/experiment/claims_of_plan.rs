@@ -180,9 +180,8 @@ impl Claim {
 
     /// Checks that the case and the set it names are there, and that it names them where there are several.
     fn check_problems<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
-        let problems: BTreeSet<(String, String)> =
-            runs.map(|run| (run.spec.case.name.clone().into_owned(), run.spec.parameters.given())).collect();
-        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| case.as_str()).collect();
+        let problems: BTreeSet<(&str, &str)> = runs.map(|run| (&*run.spec.case.name, &*run.set)).collect();
+        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| *case).collect();
         let named = self.case.as_deref().filter(|case| *case != ALL);
         if let Some(case) = named.filter(|case| !cases.contains(case)) {
             return Err(Error::unknown("case of a claim", case, cases));
@@ -190,8 +189,8 @@ impl Claim {
         if self.case.is_none() && cases.len() > 1 {
             return Err(self.pools("case", cases));
         }
-        let of_case = |case: &&(String, String)| named.is_none_or(|named| case.0 == named);
-        let sets: BTreeSet<&str> = problems.iter().filter(of_case).map(|(_, set)| set.as_str()).collect();
+        let of_case = |case: &&(&str, &str)| named.is_none_or(|named| case.0 == named);
+        let sets: BTreeSet<&str> = problems.iter().filter(of_case).map(|(_, set)| *set).collect();
         match self.set.as_deref() {
             Some(ALL) => Ok(()),
             Some(set) if !sets.contains(set) && !sets.iter().any(|own| has_words(own, set)) => {
@@ -209,8 +208,7 @@ impl Claim {
     /// Whether a run is of the case and the set that it is about.
     fn is_of_problem(&self, run: &PlannedRun) -> bool {
         let case = self.case.as_deref().is_none_or(|case| case == ALL || run.spec.case.name == case);
-        let given = run.spec.parameters.given();
-        case && self.set.as_deref().is_none_or(|set| set == ALL || given == set || has_words(&given, set))
+        case && self.set.as_deref().is_none_or(|set| set == ALL || &*run.set == set || has_words(&run.set, set))
     }
 
     /// The runs of a label that it is about.
@@ -225,9 +223,7 @@ impl Claim {
         let Some(metric) = self.metric.metric().filter(|metric| metric.unit != "-") else { return Ok(()) };
         let within_budgets = self.budgets().is_some();
         let compares = self.is_about_ratios() || self.statistic == Statistic::ShareBetter || within_budgets;
-        let machine = |run: &PlannedRun| {
-            (run.spec.case.name.clone(), run.pooled_set.as_ref().map(|_| run.spec.parameters.given()))
-        };
+        let machine = |run: &'a PlannedRun| (&run.spec.case.name, run.pooled_set.as_ref().map(|_| &run.set));
         let machines: BTreeSet<_> = runs.filter(|run| self.is_of_problem(run)).map(machine).collect();
         if compares || machines.len() < 2 {
             return Ok(());
@@ -268,9 +264,9 @@ impl Claim {
             return Ok(());
         };
         let [own, others] = [&self.scheme, other].map(|label| {
-            let key = |run: &PlannedRun| {
-                let spec = &run.spec;
-                (spec.case.name.clone(), spec.parameters.given(), spec.macro_step.to_bits(), spec.phase.to_bits())
+            let key = |run| {
+                let PlannedRun { spec, set, .. }: &PlannedRun = run;
+                (&spec.case.name, set, spec.macro_step.to_bits(), spec.phase.to_bits())
             };
             self.runs_of(label, planned).map(key).collect::<BTreeSet<_>>()
         });

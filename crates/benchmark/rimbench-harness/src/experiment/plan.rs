@@ -95,8 +95,8 @@ impl Experiment {
             let step = run.spec.macro_step;
             perf.schemes.contains(&run.label) && steps.as_ref().is_none_or(|steps| steps.contains(&step))
         });
-        let named = runs.into_iter().map(|PlannedRun { spec, label, .. }| {
-            let of = format!("{} {}", spec.case.name, spec.parameters.given());
+        let named = runs.into_iter().map(|PlannedRun { spec, label, set, .. }| {
+            let of = format!("{} {set}", spec.case.name);
             let phase = if spec.phase == 1.0 { String::new() } else { format!("/{}", spec.phase) };
             (format!("{}/{label}/{}{phase}", of.trim_end(), spec.macro_step), spec)
         });
@@ -144,10 +144,17 @@ impl Experiment {
     /// # Errors
     /// Those of the plan.
     pub(crate) fn sum_of_plan(&self, catalogue: &Catalogue, planned: &[PlannedRun], quick: bool) -> Result<String> {
+        match self.events_required().next() {
+            Some(_) => Ok(self.sum_at_first_draw(&self.plan_at_first_draw(catalogue, quick)?)),
+            None => Ok(self.sum_at_first_draw(planned)),
+        }
+    }
+
+    /// The same of a plan that is [that of the first draw](Self::plan_at_first_draw) already.
+    pub(crate) fn sum_at_first_draw(&self, planned: &[PlannedRun]) -> String {
         let events: String = self.events_required().map(|event| format!("requires {}\n", event.name())).collect();
-        let first = (!events.is_empty()).then(|| self.plan_at_first_draw(catalogue, quick)).transpose()?;
-        let runs = first.as_deref().unwrap_or(planned).iter().map(|run| format!("{} {}\n", run.id, run.label));
-        Ok(sha256([self.reference_identity() + "\n", events].into_iter().chain(runs).collect::<String>()))
+        let runs = planned.iter().map(|run| format!("{} {}\n", run.id, run.label));
+        sha256([self.reference_identity() + "\n", events].into_iter().chain(runs).collect::<String>())
     }
 
     fn in_file(&self, error: Error) -> Error {
@@ -320,6 +327,7 @@ impl Experiment {
                 }
                 let setting = settings.at(case, index).map_err(|error| entry.place(&error))?;
                 let Setting { parameters, pooled_set, rejected_draws } = &setting;
+                let set: Arc<str> = parameters.given().into();
                 // A machine that was drawn and is none is a row of the results; one that was written is a slip.
                 let written = entry.draw.is_none();
                 if let Some(any) = self.any_run(entry, catalogue, case, parameters).ok().filter(|_| written) {
@@ -350,9 +358,9 @@ impl Experiment {
                                     own.divide_error = self.divide_error;
                                 })?;
                             }
-                            let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
+                            let (label, set, pooled_set) = (row.label.clone(), set.clone(), pooled_set.clone());
                             let rejected_draws = *rejected_draws;
-                            Ok(PlannedRun { id: spec.id(), spec, label, pooled_set, rejected_draws })
+                            Ok(PlannedRun { id: spec.id(), spec, label, set, pooled_set, rejected_draws })
                         };
                         let [from, to] =
                             [places.start, places.end].map(|place| place.saturating_sub(next).min(phases.len()));

@@ -11,6 +11,8 @@ pub struct PlannedRun {
     /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme
     /// apart.
     pub label: String,
+    /// Its set of parameters, as in the column `set` of `runs.csv`.
+    pub set: Arc<str>,
     /// Its set of parameters less those that were drawn, where some were: under this what is kept pools its runs.
     pub pooled_set: Option<Arc<str>>,
     /// How many draws were rejected before that of its setting, where an event is required of settings.
