@@ -337,19 +337,24 @@ fn thinned(run: Vec<Vertex>) -> Vec<Vertex> {
 /// `place` says where each is, and of which piece: a point of another one stays.
 pub(crate) fn straightened<T: Copy>(run: Vec<T>, place: impl Fn(&T) -> (Point, bool)) -> Vec<T> {
     const OFF: f64 = 0.05;
-    let on_line = |from: T, to: T, between: &T| {
-        let ([(from, piece), (to, _)], (between, own)) = ([from, to].map(|point| place(&point)), place(between));
-        let (along, off) = ((to.0 - from.0, to.1 - from.1), (between.0 - from.0, between.1 - from.1));
-        let (length, dot) = (along.0.hypot(along.1), along.0 * off.0 + along.1 * off.1);
-        let inside = (0.0..=length * length).contains(&dot);
-        inside && (along.0 * off.1 - along.1 * off.0).abs() <= OFF * length && own == piece
+    let places: Vec<(Point, bool)> = run.iter().map(place).collect();
+    // Whether a line from one to another would leave one that is left out.
+    let leaves = |from: usize, to: usize| {
+        let ((start, piece), (end, _)) = (places[from], places[to]);
+        let along = (end.0 - start.0, end.1 - start.1);
+        let length = along.0.hypot(along.1);
+        let (reach, most) = (length * length, OFF * length);
+        places[from + 1..to].iter().any(|&(at, own)| {
+            let off = (at.0 - start.0, at.1 - start.1);
+            let dot = along.0 * off.0 + along.1 * off.1;
+            let is_on = dot >= 0.0 && dot <= reach && (along.0 * off.1 - along.1 * off.0).abs() <= most;
+            !(is_on && own == piece)
+        })
     };
     let mut kept: Vec<T> = Vec::new();
     let mut anchor = 0;
     for at in 0..run.len() {
-        // The point before stays where this one would make the line leave one that is left out.
-        let leaves = |to: usize| run[anchor + 1..to].iter().any(|between| !on_line(run[anchor], run[to], between));
-        if at > anchor + 1 && (place(&run[at]).1 != place(&run[anchor]).1 || leaves(at)) {
+        if at > anchor + 1 && (places[at].1 != places[anchor].1 || leaves(anchor, at)) {
             anchor = at - 1;
             kept.push(run[anchor]);
         }
