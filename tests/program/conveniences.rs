@@ -49,22 +49,6 @@ fn a_plan_as_json_has_every_run_with_its_id_and_its_place() {
 }
 
 #[test]
-fn a_quiet_command_says_nothing_of_its_progress_and_prints_the_same() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = |out: &str, quiet: &[&str]| {
-        let mut command = rimbench();
-        command.current_dir(folder.path()).args(["reproduce", "--quick", "--out", out]).args(quiet);
-        let output = command.output().unwrap();
-        assert!(output.status.success(), "{output:?}");
-        [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap())
-    };
-    let [loud, quiet] = [run("loud", &[]), run("quiet", &["--quiet"])];
-    assert!(loud[1].contains("runs computed") && quiet[1].is_empty(), "{}", quiet[1]);
-    let claims = |text: &str| text.split(" claims reproduce").next().unwrap().to_owned();
-    assert_eq!(claims(&quiet[0]), claims(&loud[0]));
-}
-
-#[test]
 fn each_shell_has_completions_of_every_command_and_flag() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let text = said(&["completions", shell]);

@@ -404,36 +404,36 @@ fn a_run_that_is_there_twice_is_found_across_parts() {
 /// More runs than are planned at once: parts of them are run, divided for Slurm and checked, and what needs all of them
 /// is refused.
 #[test]
-fn a_million_runs_are_planned_in_parts() {
+fn more_runs_than_are_planned_at_once_are_planned_in_parts() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("million.toml");
+    let file = folder.path().join("many.toml");
     let text = |phases: usize| {
         format!(
             "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\nphases = {phases}\nduration_s = 0.01\n[[cases]]\n\
              name = \"linear-oscillator\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"first-order-hold\"\n"
         )
     };
-    std::fs::write(&file, text(250_000)).unwrap();
+    std::fs::write(&file, text(25_001)).unwrap();
     let command = |arguments: &str| {
         let mut command = rimbench();
         command.arg("run").arg(&file).arg("--out").arg(folder.path().join("out")).args(arguments.split_whitespace());
         command
     };
-    assert_has(&printed(&mut command("--dry-run")), &["1000000 runs, 0 claims"]);
-    let places = "--places 749995-750004";
+    assert_has(&printed(&mut command("--dry-run")), &["100004 runs, 0 claims"]);
+    let places = "--places 74998-75007";
     assert_has(&printed(&mut command(places)), &["10 of 10 runs stored: 10 computed now", "records"]);
     assert_has(&printed(&mut command(places)), &["10 of 10 runs stored: 0 computed now", "10 were there"]);
-    assert_has(&printed(&mut command("--slurm --dry-run")), &["999990 of 1000000 runs are missing"]);
+    assert_has(&printed(&mut command("--slurm --dry-run")), &["99994 of 100004 runs are missing"]);
     assert!(!folder.path().join("out/runs.csv").exists());
     for (arguments, says) in [
         (
             "",
-            "1000000 runs, more than the 100000 that are planned at once: run its parts, by --places, --shard or --slurm",
+            "100004 runs, more than the 100000 that are planned at once: run its parts, by --places, --shard or --slurm",
         ),
         ("--collect", "more than the 100000 that are planned at once"),
         ("--dry-run --all", "more than the 100000 that are planned at once"),
         ("--dry-run --format json", "more than the 100000 that are planned at once"),
-        ("--places 5-1000000", "places of the plan in order, within 0-999999"),
+        ("--places 5-100004", "places of the plan in order, within 0-100003"),
     ] {
         assert_has(&refused(&mut command(arguments)), &[says]);
     }
@@ -443,6 +443,6 @@ fn a_million_runs_are_planned_in_parts() {
         &["1000004 runs, more than the 1000000 that one experiment may have"],
     );
     // A bad value far behind the first part is found before anything runs.
-    std::fs::write(&file, text(100_000).replace("[1e-3, 5e-3]", "[1e-3, -5e-3]")).unwrap();
-    assert_has(&refused(&mut command("--dry-run")), &["million.toml", "-0.005"]);
+    std::fs::write(&file, text(25_001).replace("[1e-3, 5e-3]", "[1e-3, -5e-3]")).unwrap();
+    assert_has(&refused(&mut command("--dry-run")), &["many.toml", "-0.005"]);
 }

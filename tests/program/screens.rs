@@ -4,10 +4,11 @@
 
 use crate::conveniences::{commands, said};
 use crate::program::{files, read, rimbench, root};
+use crate::reproduction::{Quick, quick};
 use std::path::Path;
 
 /// The experiment that the commands find in their folder.
-const SMALL: &str = include_str!("small.toml");
+pub const SMALL: &str = include_str!("small.toml");
 
 #[test]
 fn commands_print_what_their_files_show() {
@@ -61,7 +62,6 @@ fn nothing_that_a_command_prints_is_wider_than_the_terminal() {
         "run small.toml --dry-run",
         "run small.toml --out rows",
         "verify small.toml --results rows --all",
-        "reproduce --quick --out quick",
         "limit --case wedge-box --scheme zero-order-hold --phases 2",
         "advise --case wedge-box --scheme rim-nonsmooth --duration 0.2 --error 5% --phases 2",
         "simulate --case wedge-box --scheme rim-nonsmooth --all",
@@ -76,11 +76,16 @@ fn nothing_that_a_command_prints_is_wider_than_the_terminal() {
         });
         std::fs::write(folder.path().join("small.toml"), SMALL).unwrap();
         let output = rimbench().current_dir(folder.path()).env("COLUMNS", "100").args(words).output().unwrap();
-        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-        let is_wide = |line: &&str| line.chars().count() > 100 && line.trim().contains(' ');
-        assert!(text.lines().count() > 1, "{line}: {text}");
-        assert_eq!(text.lines().find(is_wide), None, "{line}");
+        assert_narrow(line, &String::from_utf8([output.stdout, output.stderr].concat()).unwrap());
     }
+    let Quick { printed, progress, .. } = quick();
+    assert_narrow("reproduce --quick", &format!("{printed}{progress}"));
+}
+
+fn assert_narrow(command: &str, text: &str) {
+    let is_wide = |line: &&str| line.chars().count() > 100 && line.trim().contains(' ');
+    assert!(text.lines().count() > 1, "{command}: {text}");
+    assert_eq!(text.lines().find(is_wide), None, "{command}");
 }
 
 /// A command, what it prints, and its exit code.
