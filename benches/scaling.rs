@@ -27,7 +27,6 @@
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, RunControl, Sample, Side, Subsystem};
 use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::parameter::ParameterSet;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{Pool, order_of_convergence};
 use std::hint::black_box;

@@ -130,7 +130,7 @@ fn what_is_kept_of_the_paper_is_compared_file_by_file_and_a_difference_is_an_exi
 fn a_second_reproduction_makes_only_what_this_very_program_has_not_stored() {
     let place = tempfile::tempdir().unwrap();
     let (experiment, catalogue) = (Experiment::parse(Path::new("small.toml"), SMALL.to_owned()).unwrap(), catalogue());
-    let (cache, made_by) = (Cache::in_folder(&cache()), place.path().join("records/made_by"));
+    let (cache, made_by) = (Cache::in_folder(cache()), place.path().join("records/made_by"));
     let run = |of_this_program: bool, fresh: bool| {
         let job = Job::new(&experiment, catalogue, place.path(), &cache, &rimbench::BUILD);
         let job = Job { of_this_program, fresh, ..job };
