@@ -269,7 +269,14 @@ class Crowded(Stopped):
 
 
 class Quick(Spring):
+    takes_arrays = True
+
+    def outputs(self, u):
+        assert not isinstance(u, tuple)
+        return super().outputs(u)
+
     def output_rates(self, t, u):
+        assert not isinstance(u, tuple)
         return {"rate": [0.0], "feedthrough": [[-self.k, 0.0]]}
 
 

@@ -155,6 +155,10 @@ def main():
             return part
         return numpy.array(part)
 
+    def given(side, u):
+        """Inputs as the side takes them."""
+        return shaped(iter(u), [len(u)]) if getattr(side, "takes_arrays", False) else tuple(u)
+
     def flat(values):
         """The number of rows, 0 of plain numbers, and the numbers one after the other."""
         rows = [list(row) if hasattr(row, "__iter__") and not isinstance(row, (str, bytes)) else row for row in values]
@@ -189,15 +193,15 @@ def main():
         if run is not False and what in (DESCRIBE, RECEIVE, ANSWER):
             return scheme_answers(side, what, values)
         if what == OUTPUTS:
-            return checked(side.outputs(tuple(values)), outputs, "outputs")
+            return checked(side.outputs(given(side, values)), outputs, "outputs")
         if what == STEP:
             t, h, *u = values
-            told = side.step(t, tuple(u), h)
-            return checked(side.outputs(tuple(u)) if told is None else told, outputs, "step")
+            told = side.step(t, given(side, u), h)
+            return checked(side.outputs(given(side, u)) if told is None else told, outputs, "step")
         if what == RATES:
             t, *u = values
             gains = outputs * inputs
-            rates = {"rate_gain": [0.0] * gains, **side.output_rates(t, tuple(u))}
+            rates = {"rate_gain": [0.0] * gains, **side.output_rates(t, given(side, u))}
             parts = (("rate", outputs), ("feedthrough", gains), ("rate_gain", gains))
             return [number for name, count in parts for number in flattened(rates[name], count, f"output_rates: `{name}`")]
         if what == MODEL:
