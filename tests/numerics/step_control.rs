@@ -46,6 +46,19 @@ fn a_smaller_tolerance_must_buy_a_smaller_error_with_more_steps() {
     }
 }
 
+/// Whatever model moves together with the actuator foresees where the mechanics will be, and is held against it.
+#[test]
+fn a_model_that_moves_with_the_actuator_must_set_the_steps_by_where_it_goes_astray() {
+    for scheme in ["interface-mass", "rim-fixed-mass", "rim-smooth-active", "rim-nonsmooth", "rim-nonsmooth-gap"] {
+        let [coarse, fine] = [1e-1, 1e-3].map(|tolerance| {
+            let spec = usual_spec("wedge-box", scheme, 1e-2);
+            completed(&spec.changed(|own| own.step_control = control(StepControl::ModelDefect, tolerance, 1e-2)))
+        });
+        let steps = |result: &RunResult| result.report.work.cosim.macro_steps;
+        assert!(steps(&fine) > 2 * steps(&coarse), "{scheme}: {} and {} steps", steps(&coarse), steps(&fine));
+    }
+}
+
 #[test]
 fn times_must_add_up_and_every_step_must_be_counted() {
     for phase in [1.0, 0.3] {
