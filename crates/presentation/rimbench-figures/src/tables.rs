@@ -11,6 +11,7 @@ use rimbench_results::budget::BUDGET;
 use rimbench_results::input::read_text;
 use rimbench_results::kept::{SUMMARY, SUMMARY_KEYS, read_summary};
 use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_results::selection::has_words;
 use rimbench_results::text_place::said_at;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -87,6 +88,9 @@ struct Grid {
     cell: String,
     /// A column whose sum the sum of the cell's is a share of, over all rows that a cell has.
     of: Option<String>,
+    /// Whether a cell with several rows holds the largest of their values.
+    #[serde(default)]
+    largest: bool,
     #[serde(default)]
     lines: Axis,
     across: Axis,
@@ -329,12 +333,13 @@ impl Grid {
                     };
                     continue;
                 }
-                let [row] = found[..] else {
+                if found.is_empty() || (found.len() > 1 && !self.largest) {
                     let message = format!("{} rows have `{line}` and `{column}`: say one in `only`", found.len());
                     return Err(Error::file(file.path(), message));
-                };
-                let value = self.unit.written(file.number(row, cell), self.digits);
-                let completed = counts.map(|count| count.map(|count| file.number(row, count)));
+                }
+                let of_all = |column: usize| found.iter().map(move |&row| file.number(row, column));
+                let value = self.unit.written(of_all(cell).fold(f64::NAN, f64::max), self.digits);
+                let completed = counts.map(|count| count.map(|count| of_all(count).sum::<f64>()));
                 made += &match completed {
                     [Some(0.0), _] => " – |".to_owned(),
                     [Some(completed), Some(runs)] if completed < runs => format!(" {value} ({completed}) |"),
@@ -489,7 +494,8 @@ impl Axis {
     /// Whether a row has a value, which is in the unit of the axis where it is named, as in the file where it is not.
     fn has(&self, file: &ResultsTable, column: usize, row: usize, value: &str) -> bool {
         let is = |number: f64| same(self.unit.scale * file.number(row, column), number);
-        file.text(row, column) == value || value.parse().is_ok_and(is)
+        let has_words = || self.column == "set" && !self.values.is_empty() && has_words(file.text(row, column), value);
+        file.text(row, column) == value || value.parse().is_ok_and(is) || has_words()
     }
 
     /// A value as a heading.
