@@ -4,6 +4,7 @@ The quadruped is that of the examples of rimbench-python. The humanoid is google
 not in this tree: it is read from `mujoco/humanoid.xml` in the folder of the data of others.
 """
 
+import itertools
 import os
 import sys
 from pathlib import Path
@@ -51,6 +52,7 @@ class Servos:
     """τ = kp (target - q) - kd v at the beginning of each of its own steps; kd is critical for the inertia of the hinge alone."""
 
     direct_feedthrough = True
+    takes_arrays = True
 
     def __init__(self, parameters, model, pose):
         data = mujoco.MjData(model)
@@ -60,7 +62,7 @@ class Servos:
         self.kd = 2.0 * np.sqrt(self.kp * quadruped.inertia(model, data))
 
     def outputs(self, u):
-        q, v = np.reshape(u, (2, -1))
+        q, v = u.reshape(2, -1)
         return self.kp * (self.target(self.t) - q) - self.kd * v
 
     def step(self, t, u, h):
@@ -77,13 +79,14 @@ class Quadruped(Robot):
 
 
 class QuadrupedServos(Servos):
-    """Legs lift in pairs, from half to full height and at 1 to 2 Hz in 2 s."""
+    """Legs lift in pairs, to half and to full height, at 1 and 2 Hz."""
 
     def __init__(self, parameters):
         super().__init__(parameters, *of_quadruped(parameters))
+        self.motion = list(itertools.product((0.5, 1.0), (1.0, 2.0)))[int(parameters["motion"])]
 
     def target(self, t):
-        return quadruped.target(t, 0.5 + 0.25 * t, 1.0 + 0.25 * t)
+        return quadruped.target(t, *self.motion)
 
 
 class Humanoid(Robot):
@@ -92,12 +95,14 @@ class Humanoid(Robot):
 
 
 class HumanoidServos(Servos):
-    """It squats, by 0.2 to 0.35 of the pose in its file and at 0.5 to 1.4 Hz in 1 s."""
+    """It squats, by 0.2 and 0.35 of the pose in its file, at 0.5 to 1.4 Hz."""
 
     def __init__(self, parameters):
-        model, pose = of_humanoid(parameters)
-        super().__init__(parameters, model, pose)
-        self.squat = model.key_qpos[0, 7:] - pose
+        model, self.pose = of_humanoid(parameters)
+        super().__init__(parameters, model, self.pose)
+        self.squat = model.key_qpos[0, 7:] - self.pose
+        self.motion = list(itertools.product((0.2, 0.35), (0.5, 0.8, 1.1, 1.4)))[int(parameters["motion"])]
 
     def target(self, t):
-        return (0.1 + 0.075 * t) * (1.0 - np.cos(2.0 * np.pi * (0.5 + 0.45 * t) * t)) * self.squat
+        size, frequency = self.motion
+        return self.pose + 0.5 * size * (1.0 - np.cos(2.0 * np.pi * frequency * t)) * self.squat

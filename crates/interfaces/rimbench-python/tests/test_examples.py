@@ -54,6 +54,14 @@ def test_the_programs_of_the_guide_run(tmp_path, monkeypatch):
     assert names["run"].completed and names["found"].stability_limit_s is not None
 
 
+def test_the_moving_picture_of_the_servos_shows_what_its_script_finds(tmp_path):
+    pytest.importorskip("mujoco")
+    drawn, servos = tmp_path / "quadruped.svg", ROOT / "experiments/study/servos"
+    subprocess.run([sys.executable, servos / "moving.py", drawn], cwd=tmp_path, capture_output=True, check=True)
+    words = [re.findall("<text.*?>(.*?)<", path.read_text(encoding="utf-8")) for path in (drawn, ROOT / "docs/results/quadruped.svg")]
+    assert words[0] == words[1] and [":" in word for word in words[0]] == [True] * 3
+
+
 def test_the_package_says_its_types():
     pytest.importorskip("mypy")
     from mypy import api
