@@ -134,15 +134,21 @@ fn a_full_disk_is_an_error_that_loses_nothing() {
 fn bad_experiment_files_are_refused_with_the_place() {
     let (phases, trace) = ("phases = 6", "trace_every_s = 5e-3");
     for (piece, by, wanted) in [
+        (phases, "phazes = 6", "unknown field `phazes`"),
         ("question =", "question", "line 2"),
         (phases, "phases = 0", "the grid is empty"),
         (phases, "phases = 10000000", "more than the 1000000 that one experiment may have: split it"),
+        (phases, "phases = [0.5, 1.5]", "phases = 1.5"),
+        ("2e-3, 5e-3", "-2e-3, 5e-3", "macro_steps_s = -0.002"),
         ("[2e-3, 5e-3, 1e-2]", "{ from = 1e-2, to = 2e-3, per_decade = 4 }", "macro_steps_s: to"),
         (trace, "trace_every_s = 0.0", "trace_every_s = 0"),
         (trace, "traces = [\"rim-smoth\"]", "label in traces"),
         (trace, "reference_step_s = -1.0", "reference_step_s = -1"),
+        ("wedge-box", "wedge-bocks", "did you mean `wedge-box`"),
         ("box_mass_kg", "box_mas_kg", "did you mean `box_mass_kg`"),
         ("scheme = \"rim-nonsmooth\"", "scheme = \"zero-order-hold\"", "holds one run twice"),
+        ("scheme = \"rim-nonsmooth\"", "scheme = \"nepce\"\ndelivery.up = { delay = 9999 }", "macro steps of the run"),
+        ("scheme = \"rim-nonsmooth\"", "scheme = \"nepce\"\ndelivery.down = { loss = 1.0 }", "from 0 to below 1"),
         ("scheme = \"rim-nonsmooth\"", "scheme = \"nepce\"\ndelivery.up = { missed = [7, 3] }", "in the order of time"),
         (
             "scheme = \"rim-nonsmooth\"",
@@ -151,6 +157,8 @@ fn bad_experiment_files_are_refused_with_the_place() {
         ),
         ("scheme = \"rim-nonsmooth\"", "scheme = \"monolithic\"\ndelivery.up = { delay = 1 }", "does not iterate"),
         ("macro_step_s = 5e-3", "macro_step_s = 6e-3", "does not run"),
+        ("metric = \"failed\"", "metric = \"faild\"", "did you mean `failed`"),
+        (">= 1", "about 1", "is no comparison"),
     ] {
         let (folder, file) = workplace(&EXPERIMENT.replace(piece, by));
         for how in [&["--dry-run"][..], &[]] {
