@@ -88,9 +88,8 @@ struct Grid {
     cell: String,
     /// A column whose sum the sum of the cell's is a share of, over all rows that a cell has.
     of: Option<String>,
-    /// Whether a cell with several rows holds the largest of their values.
-    #[serde(default)]
-    largest: bool,
+    /// What is made of the rows of a cell, where there are several.
+    fold: Option<Fold>,
     #[serde(default)]
     lines: Axis,
     across: Axis,
@@ -178,6 +177,17 @@ enum Fold {
     Max,
     /// How many have something in the column.
     Count,
+}
+
+impl Fold {
+    fn of(self, file: &ResultsTable, column: usize, rows: &[usize]) -> f64 {
+        let numbers = rows.iter().map(|&row| file.number(row, column)).filter(|value| !value.is_nan());
+        match self {
+            Fold::Sum => numbers.sum(),
+            Fold::Max => numbers.fold(f64::NAN, f64::max),
+            Fold::Count => rows.iter().filter(|row| !file.text(**row, column).is_empty()).count() as f64,
+        }
+    }
 }
 
 /// What a page calls identifiers.
@@ -333,13 +343,13 @@ impl Grid {
                     };
                     continue;
                 }
-                if found.is_empty() || (found.len() > 1 && !self.largest) {
+                if found.is_empty() || (found.len() > 1 && self.fold.is_none()) {
                     let message = format!("{} rows have `{line}` and `{column}`: say one in `only`", found.len());
                     return Err(Error::file(file.path(), message));
                 }
-                let of_all = |column: usize| found.iter().map(move |&row| file.number(row, column));
-                let value = self.unit.written(of_all(cell).fold(f64::NAN, f64::max), self.digits);
-                let completed = counts.map(|count| count.map(|count| of_all(count).sum::<f64>()));
+                let value = self.fold.map_or_else(|| file.number(found[0], cell), |fold| fold.of(file, cell, &found));
+                let value = self.unit.written(value, self.digits);
+                let completed = counts.map(|count| count.map(|count| Fold::Sum.of(file, count, &found)));
                 made += &match completed {
                     [Some(0.0), _] => " – |".to_owned(),
                     [Some(completed), Some(runs)] if completed < runs => format!(" {value} ({completed}) |"),
@@ -613,14 +623,8 @@ fn share(file: &ResultsTable, rows: &[usize], column: usize, whole: usize) -> f6
 
 /// What a page has of rows that are one line: a number, or a text. Counts are not rounded.
 fn shown(file: &ResultsTable, column: usize, fold: Option<Fold>, rows: &[usize], unit: Unit, digits: usize) -> String {
-    let numbers = rows.iter().map(|&row| file.number(row, column)).filter(|value| !value.is_nan());
-    let (text, has) = (file.text(rows[0], column), |row: &&usize| !file.text(**row, column).is_empty());
-    let value = match fold {
-        None => text.parse().ok(),
-        Some(Fold::Sum) => Some(numbers.sum()),
-        Some(Fold::Max) => Some(numbers.fold(f64::NAN, f64::max)),
-        Some(Fold::Count) => Some(rows.iter().filter(has).count() as f64),
-    };
+    let text = file.text(rows[0], column);
+    let value = fold.map_or_else(|| text.parse().ok(), |fold| Some(fold.of(file, column, rows)));
     match value {
         Some(value) if unit.name.is_empty() && value.fract() == 0.0 => format!("{value}"),
         Some(value) => unit.written(value, digits),

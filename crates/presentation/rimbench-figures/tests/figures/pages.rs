@@ -117,7 +117,7 @@ fn lines_may_be_other_than_schemes_and_names_other_than_identifiers() {
         "| set | better | a |\n|---|---|---|\n| c=1 soft | 3.5 | 1.5 |\n| hard | 4.5 | 2.5 |\n"
     );
     // Sets that have a parameter, and the largest of their values.
-    let some = format!("lines = {{ column = \"set\", values = [\"c=1\"] }}\nlargest = true\n{steps}");
+    let some = format!("lines = {{ column = \"set\", values = [\"c=1\"] }}\nfold = \"max\"\n{steps}");
     assert_eq!(table(&some).unwrap(), "| set | 5 ms |\n|---|---|\n| c=1 | 3.5 |\n");
     let error = table(&format!("lines.column = \"label\"\n{steps}")).unwrap_err().to_string();
     assert!(error.contains("`study/x/t`") && error.contains("2 rows have `a` and `0.005`: say one"), "{error}");
