@@ -38,7 +38,7 @@ use rimbench::error::{Error, Result};
 use rimbench::figures::number;
 use rimbench::figures::report::measured;
 use rimbench::fmi::import::{ProbeQuality, Programs, SideNotes, WORKER, read_case, read_scheme, standard_output};
-use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell};
+use rimbench::harness::{Cache, CheckedClaim, Damaged, Verdict, in_shell, named_python};
 use rimbench::numerics_version::NUMERICS_VERSION;
 use screen::{Mood, headline, paragraph, width};
 use std::borrow::Cow;
@@ -223,7 +223,8 @@ impl Cli {
         let notes = &SideNotes::default();
         let of_files = notes.clone();
         catalogue.read_cases_by(move |file| case_of(&of_files, file));
-        catalogue.read_schemes_by(|file| read_scheme(file, &Programs { python: python(), ..Programs::default() }));
+        catalogue
+            .read_schemes_by(|file| read_scheme(file, &Programs { python: named_python(), ..Programs::default() }));
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, notes, file).map(drop))?;
         self.scheme_file.iter().try_for_each(|text| add_scheme_file(&mut catalogue, text).map(drop))?;
         // Arguments that other processes of this program need as well.
@@ -285,12 +286,7 @@ fn case_of(notes: &SideNotes, file: &Path) -> Result<Case> {
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
     let worker = Some(vec![program, WORKER.into()]);
-    read_case(file, Programs { worker, python: python(), notes: notes.clone() })
-}
-
-/// The interpreter for classes of Python, where one is named.
-fn python() -> Option<PathBuf> {
-    std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from)
+    read_case(file, Programs { worker, python: named_python(), notes: notes.clone() })
 }
 
 /// Adds the case that a file makes of FMUs; returns its name.

@@ -11,7 +11,7 @@ mod scheme_row;
 pub use claim::Claim;
 pub(crate) use claim::{AtEqual, Statistic, Witnesses};
 pub(crate) use claims_of_plan::check_claim_id;
-pub use needs::Needs;
+pub use needs::{Needs, named_python};
 pub use planned_run::PlannedRun;
 
 use super::grid::{MacroSteps, Phases, one_phase};

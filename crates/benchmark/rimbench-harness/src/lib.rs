@@ -40,7 +40,7 @@ pub use claims::{
 pub use clock::{monotonic_clock, processor_clock};
 pub use deadline_log::DeadlineLog;
 pub use execution::{prepare_folder, run_job, run_job_until};
-pub use experiment::{Claim, Claimant, Experiment, PlannedRun, Verdict};
+pub use experiment::{Claim, Claimant, Experiment, PlannedRun, Verdict, named_python};
 pub use folder::collect_shards;
 pub use grid::{MOST_PLANNED, MOST_RUNS, logarithmic_grid, phase_ensemble};
 pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};

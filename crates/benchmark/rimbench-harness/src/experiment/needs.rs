@@ -7,8 +7,10 @@ use std::process::Command;
 /// Names the folder of the data of others.
 const DATA_OF_OTHERS: &str = "RIMBENCH_DATA_OF_OTHERS";
 
-/// Names the interpreter of Python, if `python3` is not it.
-const PYTHON: &str = "RIMBENCH_PYTHON";
+/// Returns the interpreter of Python that the environment names, if it names one; `python3` is meant else.
+pub fn named_python() -> Option<PathBuf> {
+    std::env::var_os("RIMBENCH_PYTHON").map(PathBuf::from)
+}
 
 /// What the cases of an experiment need that not every machine has.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
@@ -29,7 +31,7 @@ impl Needs {
         if let Some(file) = self.data.iter().find(|file| !folder.join(file).is_file()) {
             return Some(format!("needs {} in the folder that {DATA_OF_OTHERS} names", file.display()));
         }
-        let python = std::env::var_os(PYTHON).map_or_else(|| "python3".into(), PathBuf::from);
+        let python = named_python().unwrap_or_else(|| "python3".into());
         let program = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module(name)";
         let imported = || Command::new(&python).args(["-c", program]).args(&self.modules).output();
         if self.modules.is_empty() || imported().is_ok_and(|output| output.status.success()) {

@@ -196,8 +196,9 @@ def main():
             return checked(side.outputs(given(side, values)), outputs, "outputs")
         if what == STEP:
             t, h, *u = values
-            told = side.step(t, given(side, u), h)
-            return checked(side.outputs(given(side, u)) if told is None else told, outputs, "step")
+            u = given(side, u)
+            told = side.step(t, u, h)
+            return checked(side.outputs(u) if told is None else told, outputs, "step")
         if what == RATES:
             t, *u = values
             gains = outputs * inputs

@@ -15,8 +15,8 @@ class RimbenchError(ValueError):
 class Subsystem(Protocol):
     """What `mechanics` and `actuator` of a `Case` return.
 
-    It may have more: `direct_feedthrough` (bool); `takes_arrays` (bool), to be given inputs as arrays; `observables` (names) and `observe()`, their values; `interface_work()`, the work
-    received through the interface since the start (J); and `interface_model(h)`, the system reduced to its interface for its own step h
+    It may have more: `direct_feedthrough` (bool); `takes_arrays` (bool), to be given inputs as arrays; `observables` (names) and
+    `observe()`, their values; `interface_work()`, the work received through the interface since the start (J); and `interface_model(h)`, the system reduced to its interface for its own step h
     (s), with the number of `contacts`, their `stabilisation` and `restitution` (pure numbers in [0, 1]). It returns a dictionary:
     `H` (1/kg), `a` (m/s²), `w` (m/s), rows of contacts first, then of the interface; `gap` (m) of the contacts, `position` (m) of the
     interface; `closed`, which contacts carried impulse, if it knows. One without such a model may say why in `no_interface_model`.

@@ -117,8 +117,9 @@ class Mechanics:
     ) -> None:
         engine = _engine()
         if tuple(int(part) for part in engine.__version__.split(".")[:2]) < OLDEST:
-            found = f"rimbench.mujoco needs MuJoCo 3.10 or newer, and this is {engine.__version__}"
-            raise RimbenchError(f'{found}; valid: pip install "mujoco>=3.10"')
+            oldest = ".".join(map(str, OLDEST))
+            found = f"rimbench.mujoco needs MuJoCo {oldest} or newer, and this is {engine.__version__}"
+            raise RimbenchError(f'{found}; valid: pip install "mujoco>={oldest}"')
         self.model = self._read(engine, model)
         if int(self.model.opt.integrator) == int(engine.mjtIntegrator.mjINT_RK4):
             raise RimbenchError(
