@@ -584,6 +584,30 @@ fn a_fault_outside_of_sign_unit_size_time_or_count_is_named_at_every_door() {
     assert!(silent.is_empty(), "{} say nothing:\n{}", silent.len(), silent.join("\n"));
 }
 
+/// An interpreter with a physics engine takes a second to start.
+#[test]
+fn a_plan_starts_a_class_of_python_once_for_each_further_setting() {
+    let Some(folder) = case(&MASS, &SPRING, &[]).filter(|_| python().is_some()) else { return };
+    let counted = "class Counted(Mass):\n    def __init__(self, parameters):\n        super().__init__(parameters)\n        \
+                   open(\"starts\", \"a\").write(\".\")\n";
+    fs::write(folder.path().join("sides.py"), format!("{SIDES}\n\n{counted}")).unwrap();
+    write_case(folder.path(), &[("fmu = \"mass.fmu\"", "python = \"sides.py\"\nclass = \"Counted\"")]);
+    let text = fs::read_to_string(folder.path().join("case.toml")).unwrap() + "[parameters.k]\ndefault = 100.0\n";
+    fs::write(folder.path().join("case.toml"), text).unwrap();
+    let starts = |settings: &str| {
+        let grid = format!(
+            "question = \"?\"\nmacro_steps_s = [1e-3, 2e-3]\n[[cases]]\nfile = \"case.toml\"\nset = {{ k = [{settings}] }}\n\
+             [[schemes]]\nscheme = \"rim-smooth\"\n[[schemes]]\nscheme = \"rim-nonsmooth\"\n"
+        );
+        fs::write(folder.path().join("grid.toml"), grid).unwrap();
+        let _ = fs::remove_file(folder.path().join("starts"));
+        let output = inside(folder.path()).args(["run", "grid.toml", "--dry-run"]).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::read(folder.path().join("starts")).unwrap().len()
+    };
+    assert_eq!(starts("1.0, 2.0, 3.0, 4.0"), starts("1.0") + 3);
+}
+
 #[test]
 fn a_class_of_python_is_a_side_beside_an_fmu_and_beside_another_class() {
     if python().is_none() {

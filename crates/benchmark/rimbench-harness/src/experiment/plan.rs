@@ -320,6 +320,7 @@ impl Experiment {
                 rows.iter().map(|(_, steps, requests)| steps.len() * requests.len() * phases.len()).sum::<usize>();
             let settings = entry.settings(case, search, |parameters| self.any_run(entry, catalogue, case, parameters));
             let settings = settings.map_err(|error| entry.place(&error))?;
+            let mut told = false;
             for index in 0..settings.len() {
                 if next + of_setting <= places.start || next >= places.end {
                     next += of_setting;
@@ -367,10 +368,12 @@ impl Experiment {
                         next += phases.len();
                         runs.extend(phases[from..to].par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
                     }
-                    if let Some(run) = runs.get(first).filter(|_| written) {
+                    if let Some(run) = runs.get(first).filter(|_| written && !told) {
                         run.spec.check_built().map_err(|error| row.place(&error, &case.name))?;
                     }
                 }
+                // Other programs take up to seconds to start: which options go with their sides one setting tells.
+                told |= case.waits;
             }
         }
         Ok(runs)
