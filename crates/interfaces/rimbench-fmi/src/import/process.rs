@@ -14,7 +14,7 @@ use super::host::{Ask, Host, Plan};
 use super::library::{self, Loaded};
 use crate::last_words::LastWords;
 use rimbench_core::error::{Error, Result};
-use std::io::{Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::os::unix::net::UnixStream as Socket;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ const LONGEST: u64 = 1 << 32;
 
 /// The other end of the socket.
 pub(super) struct Remote {
-    socket: Socket,
+    socket: BufReader<Socket>,
     child: Child,
     file: String,
     printed: LastWords,
@@ -105,10 +105,10 @@ impl Remote {
             .map_err(wrong)?;
         own.set_read_timeout(Some(answer_within)).map_err(wrong)?;
         let printed = LastWords::of(output);
-        let mut remote = Remote { socket: own, child, file, printed, bytes: Vec::new(), answer_within };
+        let mut remote = Remote { socket: BufReader::new(own), child, file, printed, bytes: Vec::new(), answer_within };
         let mut message = (plan.len() as u64).to_le_bytes().to_vec();
         message.extend(plan);
-        let sent = remote.socket.write_all(&message);
+        let sent = remote.socket.get_mut().write_all(&message);
         match sent.and_then(|()| remote.status()) {
             Ok(answer) => answer.map(|()| remote),
             Err(error) => Err(remote.last_words(&error)),
@@ -118,7 +118,7 @@ impl Remote {
     /// Changes after how long without an answer it is ended.
     pub(super) fn answers_within(mut self, answer_within: Duration) -> Result<Self, String> {
         self.answer_within = answer_within;
-        let set = self.socket.set_read_timeout(Some(answer_within));
+        let set = self.socket.get_ref().set_read_timeout(Some(answer_within));
         set.map(|()| self).map_err(|error| format!("its socket has no limit of time: {error}"))
     }
 
@@ -165,7 +165,7 @@ impl Host for Remote {
         self.bytes.extend(id.to_le_bytes());
         put_numbers(&mut self.bytes, input);
         let answered =
-            self.socket.write_all(&self.bytes).and_then(|()| self.status()).and_then(|status| match status {
+            self.socket.get_mut().write_all(&self.bytes).and_then(|()| self.status()).and_then(|status| match status {
                 Ok(()) => read_numbers(&mut self.socket, &mut self.bytes, output).map(Ok),
                 refused => Ok(refused),
             });
@@ -175,8 +175,8 @@ impl Host for Remote {
 
 impl Drop for Remote {
     fn drop(&mut self) {
-        let _ = self.socket.write_all(&LEAVE_TAKING);
-        let _ = self.socket.shutdown(std::net::Shutdown::Both);
+        let _ = self.socket.get_mut().write_all(&LEAVE_TAKING);
+        let _ = self.socket.get_ref().shutdown(std::net::Shutdown::Both);
         let began = Instant::now();
         while began.elapsed() < LEAVE {
             if !matches!(self.child.try_wait(), Ok(None)) {
@@ -200,7 +200,8 @@ pub fn serve() -> Result<()> {
         Error::Incompatible(words)
     };
     let started_by = std::os::unix::process::parent_id();
-    let mut socket = Socket::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(wrong)?);
+    let socket = Socket::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(wrong)?);
+    let mut socket = BufReader::new(socket);
     // The copy is closed in what an FMU starts; the standard input itself would not be.
     library::leave_standard_input().map_err(wrong)?;
     let mut bytes = Vec::new();
@@ -214,11 +215,11 @@ pub fn serve() -> Result<()> {
     let mut loaded = match loaded {
         Ok(loaded) => loaded,
         Err(message) => {
-            let _ = socket.write_all(&refusal(&message));
+            let _ = socket.get_mut().write_all(&refusal(&message));
             return Ok(());
         }
     };
-    if socket.write_all(&[0]).is_err() {
+    if socket.get_mut().write_all(&[0]).is_err() {
         return Ok(());
     }
     let (mut input, mut output, mut answer) = (Vec::new(), Vec::new(), Vec::new());
@@ -242,7 +243,7 @@ pub fn serve() -> Result<()> {
             }
             Err(message) => answer = refusal(&message),
         }
-        if socket.write_all(&answer).is_err() {
+        if socket.get_mut().write_all(&answer).is_err() {
             outlive_nobody(started_by, folder.as_deref());
         }
     }
