@@ -29,7 +29,7 @@ use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_results::results_table::read_table;
 use rimbench_results::text_place::said_at;
 use rimbench_runs::catalogue::Catalogue;
-use rimbench_statistics::bootstrap_interval;
+use rimbench_statistics::interval_of_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -343,24 +343,24 @@ fn scales(catalogue: &Catalogue, peaks: &Path) -> Result<Scales> {
 }
 
 /// Cases in which any of these rows has an answer.
-fn cases_of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> BTreeSet<String> {
-    rows.into_iter().flat_map(|row| row.values.keys()).map(|[case, ..]| case.clone()).collect()
+fn cases_of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> BTreeSet<&'a str> {
+    rows.into_iter().flat_map(|row| row.values.keys()).map(|[case, ..]| &**case).collect()
 }
 
 /// Problems to which all rows with an answer in each case have one.
 fn common(rows: &BTreeMap<String, Row>) -> BTreeSet<[String; 3]> {
     let cases = cases_of(rows.values());
-    let whole = || rows.values().filter(|row| cases_of([*row]) == cases);
-    let answered = |problem: &[String; 3]| whole().all(|row| row.values.contains_key(problem));
-    whole().flat_map(|row| row.values.keys()).filter(|own| answered(own)).cloned().collect()
+    let whole: Vec<&Row> = rows.values().filter(|row| cases_of([*row]) == cases).collect();
+    let answered = |problem: &[String; 3]| whole.iter().all(|row| row.values.contains_key(problem));
+    whole.iter().flat_map(|row| row.values.keys()).filter(|own| answered(own)).cloned().collect()
 }
 
 /// Rows that have an answer in all cases, by class, untuned before tuned, by score over the problems to which all of
 /// them have one.
 fn ranked(mut rows: BTreeMap<String, Row>) -> Vec<Row> {
     let problems = common(&rows);
-    let cases = cases_of(rows.values());
-    rows.retain(|_, row| cases_of([&*row]) == cases);
+    let cases: BTreeSet<String> = cases_of(rows.values()).into_iter().map(str::to_owned).collect();
+    rows.retain(|_, row| cases_of([&*row]).into_iter().eq(&cases));
     let mut groups = BTreeMap::<_, Vec<Row>>::new();
     for (label, mut row) in rows.into_iter().filter(|_| !problems.is_empty()) {
         row.values.retain(|problem, _| problems.contains(problem));
@@ -402,8 +402,7 @@ fn ratio(a: &[f64], b: &[f64]) -> (f64, [Option<f64>; 2]) {
 
 /// 95 % interval of a function of the mean over cases, which are drawn; none of a single case.
 fn interval(values: &[f64], of: impl Fn(f64) -> f64) -> [Option<f64>; 2] {
-    let cases: Vec<Vec<f64>> = values.iter().map(|value| vec![*value]).collect();
-    let interval = bootstrap_interval(&cases, |drawn| Some(of(mean(&drawn))));
+    let interval = interval_of_mean(values, &of);
     [0, 1].map(|end| interval.map(|ends| ends[end]))
 }
 

@@ -30,3 +30,9 @@ pub fn bootstrap_interval<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(Vec<T>)
         .collect();
     (!resampled.is_empty()).then(|| [quantile(&resampled, 0.025), quantile(&resampled, 0.975)])
 }
+
+/// Returns the same interval of a function of the mean, where each value is a group.
+pub fn interval_of_mean(values: &[f64], of: &dyn Fn(f64) -> f64) -> Option<[f64; 2]> {
+    let groups: Vec<Vec<f64>> = values.iter().map(|value| vec![*value]).collect();
+    bootstrap_interval(&groups, |drawn| Some(of(drawn.iter().sum::<f64>() / drawn.len() as f64)))
+}

@@ -13,7 +13,7 @@ mod pool;
 mod rank_correlation;
 mod share_better;
 
-pub use bootstrap::bootstrap_interval;
+pub use bootstrap::{bootstrap_interval, interval_of_mean};
 pub use equal_cost::{Costed, ratios_at_equal_cost};
 pub use intervals::{share_interval, wilson_interval};
 pub use latin_hypercube::latin_hypercube;
