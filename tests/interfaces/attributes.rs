@@ -2,7 +2,7 @@
 //! names is found.
 #![cfg(target_os = "linux")]
 
-use crate::faulty_guest::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, write_case};
+use crate::faulty_guest::{Guest, MASS, POSITION, SPRING, case, inside, last, refused, run, traced, write_case};
 use crate::program::assert_has;
 use std::fs;
 use std::path::Path;
@@ -253,10 +253,10 @@ fn each_attribute_of_what_is_coupled_is_obeyed_or_refused_by_name() {
         match then {
             Refused(words) => assert_has(&refused(folder.path()), &[words, &["spring.fmu"]].concat()),
             Runs(words) => {
-                let (said, shown) = run(folder.path(), "--scheme zero-order-hold");
+                let (said, shown) = run(folder.path(), "--scheme zero-order-hold --trace trace.csv");
                 assert_eq!(said["outcome"], "completed", "{to}: {said:#}");
                 assert_has(&shown, words);
-                assert!((last(folder.path(), POSITION) - as_it_is).abs() < 1e-7, "{to}");
+                assert!((traced(folder.path(), POSITION) - as_it_is).abs() < 1e-7, "{to}");
             }
             Fails(words) => {
                 let shown = refused(folder.path());

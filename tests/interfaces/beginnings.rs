@@ -10,9 +10,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Column of the first row of the trace of a run.
+/// Column of the first row of the trace of a short run.
 fn first(folder: &Path, column: &str) -> Option<f64> {
-    run(folder, "--scheme zero-order-hold --trace trace.csv");
+    run(folder, "--scheme zero-order-hold --duration 0.02 --trace trace.csv");
     let mut reader = csv::Reader::from_path(folder.join("trace.csv")).unwrap();
     let at = reader.headers().unwrap().iter().position(|name| name == column)?;
     reader.records().next().unwrap().unwrap()[at].parse().ok()

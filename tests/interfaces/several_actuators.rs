@@ -47,11 +47,14 @@ fn several_fmus_have_the_digits_of_the_bonds_of_the_case_they_are_made_of() {
     };
     let file = write(folder.path(), CASE);
     assert_same(&file, &[], &[]);
+    // Each in a process of its own, as above, or all in this one.
+    let case = format!("process = \"same\"\n{CASE}");
+    let file = write(folder.path(), &case);
     let in_turn = ["--partition", "each", "--known", "held", "--order", "2;1"];
     assert_same(&file, &in_turn, &in_turn);
     // Rates and steps of the file are those of its runs, unless these say otherwise.
     let rows = "rows = [2]\nevery = 2\nmicro_step_s = 1e-4\nstart = { longest_step_s = 0.0 }";
-    let file = write(folder.path(), &CASE.replace("rows = [2]", rows));
+    let file = write(folder.path(), &case.replace("rows = [2]", rows));
     assert_same(&file, &[], &["--partition", "each", "--every", "1,2", "--bond-micro-steps", "5e-5,1e-4"]);
     assert_same(
         &file,

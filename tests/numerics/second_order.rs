@@ -56,7 +56,7 @@ fn the_event_driven_reference_has_order_two_and_lies_where_the_first_order_solut
     for case in ["wedge-box", "half-car", "crane-set-down"] {
         let spec = usual_spec(case, "zero-order-hold", 1e-3);
         let reference = match case {
-            "half-car" => Reference::compute(&spec, StopFlag::never()).unwrap(),
+            "half-car" => Reference::compute(&spec, StopFlag::never()).unwrap().into(),
             _ => coarse_reference(&spec),
         };
         let row = &spec.case.interface_columns[0];

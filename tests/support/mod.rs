@@ -11,7 +11,7 @@ use rimbench::parameter::{ParameterSet, Parameters, Value};
 use rimbench::solver_entry::SolverEntry;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 #[path = "rivals/mod.rs"]
 mod rivals;
@@ -122,9 +122,17 @@ pub fn wedge_box_reference() -> &'static Reference {
     })
 }
 
-/// The reference of a run by longer steps, which leave errors of schemes to three digits.
-pub fn coarse_reference(spec: &RunSpec) -> Reference {
-    Reference::compute(&with_coarse_reference(spec), StopFlag::never()).unwrap()
+/// The reference of a run by longer steps, which leave errors of schemes to three digits; computed once for all tests.
+pub fn coarse_reference(spec: &RunSpec) -> Arc<Reference> {
+    static KNOWN: Mutex<Vec<(RunSpec, Arc<Reference>)>> = Mutex::new(Vec::new());
+    let spec = with_coarse_reference(spec);
+    let known = |(other, _): &&(RunSpec, _)| spec.shares_reference_with(other);
+    if let Some((_, reference)) = KNOWN.lock().unwrap().iter().find(known) {
+        return reference.clone();
+    }
+    let reference = Arc::new(Reference::compute(&spec, StopFlag::never()).unwrap());
+    KNOWN.lock().unwrap().push((spec, reference.clone()));
+    reference
 }
 
 /// A run whose reference takes one step per stored point, up to four times as long as usual.
