@@ -1,6 +1,7 @@
 use super::*;
 use crate::complementarity::{SparseLcp, SparseSolver};
 use crate::contact_law::GapRates;
+use crate::friction::ContactState;
 use crate::linear_algebra::SymmetricPattern;
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
@@ -173,4 +174,46 @@ fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_en
     }
     println!("{ahead_of_all} of 40000 micro steps without a look, {ended} sets ended");
     assert!(ahead_of_all > 10_000 && ended > 100 && ended < 350, "{ahead_of_all} {ended}");
+}
+
+#[test]
+fn a_bound_may_leave_out_one_contact_in_eight_and_takes_an_open_one_to_close_as_far_as_is_accepted() {
+    let active = CONTACTS - 12;
+    let (discretised, law, step) = row_of(active);
+    let rounding = SparseSetFactor::NEGLIGIBLE * DELTA * PULL;
+    for (drifting, accepted, skips) in [(7, 0.5, true), (8, 0.5, false), (6, 1.1, false)] {
+        let mut step = step.clone();
+        let mut state = ModelState::new(CONTACTS, CONTACTS, 1);
+        state.gap[active..].fill(1.0);
+        // Rounding now, and more after fifty micro steps.
+        state.w[..drifting].fill(-0.95 * rounding);
+        // One that opens has come to move inwards.
+        let increment = step.velocities[active];
+        (state.gap[active], state.w[active]) = (0.0, -increment - accepted * step.accepted(rounding));
+        let went = go(&mut step, (&discretised, &law), 0.0, 98, &mut state);
+        assert_eq!(went.is_some(), accepted < 1.0);
+        if went.is_some() {
+            assert_eq!(go(&mut step, (&discretised, &law), 0.0, 97, &mut state), Some(skips), "{drifting}");
+        }
+    }
+}
+
+/// Pressed by 10 N with μ = 0.5, it sticks up to 5 N along the surface, of which it gets half.
+#[test]
+fn a_contact_that_sticks_is_followed_up_to_the_border_of_its_cone() {
+    let (h, a) = ([1.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.0, 0.5, 1.0], [-PULL, 0.0, 0.0]);
+    let mut discretised = DiscretisedModel::new(2, 1);
+    let model = LinearModel { h: &h, a: &a, contact_rows: 2, interface: 1, pattern: None, unsymmetric: false };
+    discretised.discretise(model, &[0, 1], DELTA);
+    let law = StepContactLaw { gap_step: DELTA, ..StepContactLaw::default() };
+    let mut step = AffineStep::new(2, 1, ModeFactor::new(1));
+    step.linearise(&discretised, &law, (&[ContactState::Stick], &[0.5]), 0.0);
+    for (force, sticks) in [(0.0, true), (9.9, true), (10.1, false), (-9.9, true), (-10.1, false)] {
+        let mut state = ModelState::new(1, 2, 1);
+        assert_eq!(step.step(&discretised, &law, &[force], 0, &mut state), sticks, "{force} N");
+        if sticks {
+            approx::assert_relative_eq!(state.impulses[0], DELTA * PULL, max_relative = 1e-14);
+            approx::assert_relative_eq!(state.impulses[1], -0.5 * DELTA * force, max_relative = 1e-14);
+        }
+    }
 }

@@ -178,6 +178,30 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
+    #[test]
+    fn a_direction_is_followed_to_where_the_derivative_vanishes_or_to_its_end() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+        let (mu, mut ends) = (0.1, 0);
+        for turn in 0..300 {
+            let mut draw = || (0..6).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f64>>();
+            // With H = 1 both change alike.
+            let (centre, p, w, mut dw) = (draw(), draw(), draw(), draw());
+            let slope = |dw: &[f64], s: f64| -> f64 {
+                let of = |i: usize| p[i] + s * dw[i] - (centre[i] - w[i] - s * dw[i]).max(0.0) / mu;
+                (0..6).map(|i| of(i) * dw[i]).sum()
+            };
+            if slope(&dw, 0.0) > 0.0 {
+                dw.iter_mut().for_each(|dw| *dw = -*dw);
+            }
+            let way = way_to_minimum(&mut Vec::new(), mu, &centre, [&p, &w, &dw, &dw]);
+            let left = slope(&dw, way);
+            ends += usize::from(way == 1.0);
+            // Six terms of at most 30, to their rounding.
+            assert!(left.abs() < 1e-13 || way == 1.0 && left < 0.0, "{turn}: {left:e} at {way}");
+        }
+        assert!(ends > 20 && ends < 280, "{ends}");
+    }
+
     /// Contacts of few bodies, so that many depend on each other.
     #[test]
     fn the_guess_is_the_minimum_for_contacts_that_give_way() {

@@ -134,6 +134,12 @@ mod tests {
     }
 
     #[test]
+    fn a_step_approaches_a_contact_as_its_row_turns_and_as_the_joints_add_towards_it() {
+        assert_eq!(discretisation_approach(0.5, -4.0, 1.0), 2.0);
+        assert_eq!(discretisation_approach(0.5, 4.0, -1.0), 3.0);
+    }
+
+    #[test]
     fn a_contact_is_hit_only_if_it_closes_within_the_step() {
         assert!(is_hit(0.01, -1.0, 0.0, 0.02) && is_hit(0.0, -1.0, 0.0, 0.02));
         // Too far away, or moving off.

@@ -163,3 +163,16 @@ fn in_space(h: [[f64; 3]; 3], b: [f64; 3], mu: f64) -> [f64; 3] {
     let shrink = if length > 0.0 { mu * n / length } else { 0.0 };
     [n, t_1 * shrink, t_2 * shrink]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Its tangential row is the normal one, and it comes to rest along it whatever pushes.
+    #[test]
+    fn a_contact_of_which_no_state_but_a_slip_can_be_told_takes_the_first_that_holds() {
+        let dependent = [[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0; 3]];
+        assert_eq!(in_plane(dependent, [-1.0, -1.0, 0.0], 2.0), [1.0 / 3.0, 2.0 / 3.0, 0.0]);
+        assert_eq!(in_plane(dependent, [-1.0, -1.0, 0.0], 0.5), [2.0, -1.0, 0.0]);
+    }
+}

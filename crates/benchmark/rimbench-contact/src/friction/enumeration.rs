@@ -113,3 +113,20 @@ impl Enumeration {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_state_tried_before_the_one_that_holds_counts_as_a_pivot_and_a_factorisation() {
+        let h = [1.0, 0.0, 0.0, 1.0];
+        for (b, holds) in [[1.0, 0.0], [-1.0, 0.2], [-1.0, 2.0], [-1.0, -2.0]].into_iter().zip(ContactState::ALL) {
+            let problem = FrictionProblem::with_friction(&h, &b, &[0.5]);
+            let mut states = [ContactState::Open];
+            let stats = Enumeration::new(1).attempt(problem, 1e-12, &mut states, &mut [0.0; 2]).unwrap();
+            let tried = holds.as_number() as u32 + 1;
+            assert_eq!((states, stats.pivots, stats.factorisations), ([holds], tried, tried));
+        }
+    }
+}

@@ -162,3 +162,27 @@ impl ActiveSet {
         Ok(stats)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::complementarity::ComplementaritySolver;
+
+    #[test]
+    fn a_drive_that_a_member_blocks_goes_on_to_the_solution_of_the_set_that_is_left() {
+        let h = [2.0, 0.0, 1.0, 0.0, 2.0, 0.5, 1.0, 0.5, 2.0];
+        let mut solver = ActiveSet::new(3);
+        solver.attempt(Lcp::new(&h, &[-0.2, -4.0, 10.0]), &mut [0.0; 3]).unwrap();
+        let lcp = Lcp::new(&h, &[-0.2, -4.0, -4.1]);
+        solver.forward_known = 0;
+        assert_eq!((solver.make_feasible(lcp), solver.most_violated(lcp, 0.0, false)), (0, Some(2)));
+        let mut pivots = 0;
+        assert!(matches!(solver.drive(lcp, 2, &mut pivots, 9), Drive::Completed));
+        assert_eq!((pivots, solver.active_set()), (2, &[1, 2][..]));
+        let driven = solver.p_a.clone();
+        assert_eq!(solver.make_feasible(lcp), 0);
+        for (driven, solved) in driven[..2].iter().zip(&solver.p_a[..2]) {
+            approx::assert_relative_eq!(driven, solved, max_relative = 1e-14);
+        }
+    }
+}

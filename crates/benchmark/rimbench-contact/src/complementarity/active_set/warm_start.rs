@@ -113,3 +113,28 @@ fn members<const N: usize, const K: usize>(set: &[usize; K], h: &[[f64; N]; N], 
     }
     Some(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::complementarity::{ComplementaritySolver, SolveStats};
+
+    /// The last contact just touches, with w = 0.
+    #[test]
+    fn the_last_set_is_confirmed_by_one_factorisation_of_up_to_four_members_and_of_more_by_none() {
+        let h: Vec<f64> = (0..64).map(|at| if at % 9 == 0 { 2.0 } else { 0.0 }).collect();
+        for members in 1..8 {
+            let mut solver = ActiveSet::new(8);
+            for (turn, push) in [1.0, 3.0, 5.0].into_iter().enumerate() {
+                let b: [f64; 8] = std::array::from_fn(|i| if i < members { -push } else { 0.0 });
+                let mut p = [f64::NAN; 8];
+                let stats = solver.attempt(Lcp::new(&h, &b), &mut p).unwrap();
+                assert_eq!(p, b.map(|b| -0.5 * b));
+                if turn > 0 {
+                    let factorisations = u32::from(members <= 4);
+                    assert_eq!(stats, SolveStats { factorisations, ..SolveStats::default() }, "{members}");
+                }
+            }
+        }
+    }
+}

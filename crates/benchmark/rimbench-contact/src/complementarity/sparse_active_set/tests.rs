@@ -47,6 +47,7 @@ fn the_answer_is_that_of_the_dense_active_set_through_changes_of_problem_and_mat
             let (mut p, mut p_dense) = (vec![0.0; n], vec![0.0; n]);
             let stats = sparse.solve(SparseLcp::by_pattern(rows, &b), &mut p).unwrap();
             dense.attempt(Lcp::new(&h, &b), &mut p_dense).unwrap();
+            assert_eq!(sparse.solver.last_answer, p, "what the next guess starts from");
             let lcp = Lcp::new(&h, &b);
             let residual = lcp.natural_residual(&p);
             assert!(residual < 1e-9 && (residual - stats.residual).abs() < 1e-12, "{n} {turn}: {residual:e}");

@@ -131,3 +131,20 @@ fn project(mu: f64, [n, t_1, t_2]: [f64; 3]) -> [f64; 3] {
     let normal = (n + mu * length) / (1.0 + mu * mu);
     [normal, mu * normal * t_1 / length, mu * normal * t_2 / length]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_ends_at_the_first_look_at_the_residual_that_finds_it_accepted() {
+        let h = [1.0, 0.2, 0.1, 0.2, 2.0, 0.3, 0.1, 0.3, 3.0];
+        let problem = SpaceProblem::with_friction(&h, &[-1.0, 2.0, 0.5], &[0.3]);
+        let mut admm = SpaceAdmm::new(1);
+        let mut iterate = |most| admm.iterate(problem, 1e-9, most, &mut [0.0; 3]);
+        let (iterations, _, residual) = iterate(1000);
+        assert!(iterations < 1000 && iterations.is_multiple_of(LOOK) && residual <= 1e-9, "{iterations}");
+        let (before, _, residual) = iterate(iterations - LOOK);
+        assert!(before == iterations - LOOK && residual > 1e-9, "{residual:e}");
+    }
+}

@@ -334,6 +334,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_step_is_halved_until_the_residual_falls_unless_a_full_one_may_raise_it() {
+        let h = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let problem = SpaceProblem::with_friction(&h, &[-1.0, 0.0, 0.0], &[0.0]);
+        let mut newton = SemismoothNewton::new(1);
+        newton.closed.push(0);
+        let mut search = |step, free| {
+            // 1 solves it, and the residual is the distance from there.
+            let mut impulses = [0.5, 0.0, 0.0];
+            newton.step[0] = step;
+            (newton.search(problem, (0.5, false), free, &mut impulses), impulses[0])
+        };
+        assert_eq!(search(2.0, true), (Some(1.5), 2.5));
+        assert_eq!(search(2.0, false), (Some(0.0), 1.0));
+        // What is not finite is no step, and one that leads away has none that helps.
+        assert_eq!(search(f64::NAN, true), (None, 0.5));
+        assert_eq!(search(-1.0, false), (None, 0.5));
+    }
+
+    #[test]
     fn many_feet_of_one_body_are_stepped_by_their_factor_to_where_all_entries_lead() {
         for feet in [6_usize, 16, 40] {
             let size = 3 * feet;
