@@ -197,6 +197,17 @@ fn one_bond_is_a_pair_to_the_bit() {
     assert_eq!(runs, 27);
 }
 
+/// 39 ms are nineteen macro steps of 2 ms and one of 1 ms, or 390 micro steps.
+#[test]
+fn bonds_that_exchange_every_few_macro_steps_end_with_the_run() {
+    for every in ["1", "2", "3", "8"] {
+        let options = [EACH, ("every", every), ("micro_step_s", "1e-4"), ("duration_s", "0.039")];
+        let report = run(&star_spec("gripper", "rim-nonsmooth-gap", &options, &[])).report;
+        assert_eq!(report.outcome, Outcome::Completed);
+        assert_eq!(report.booked_micro_steps, [390, 2 * 390], "{every}");
+    }
+}
+
 #[test]
 fn bonds_at_once_are_at_once_whatever_their_names() {
     let four = [("cylinders", "4")];

@@ -214,6 +214,25 @@ fn micro_step(scheme: &mut dyn CouplingScheme, index: usize) -> f64 {
     u[1]
 }
 
+/// A body of 1 kg pushed by 2 N, less what its position and velocity take of them at once.
+#[test]
+fn a_micro_step_of_the_second_order_ends_twice_as_far_from_its_start_as_its_mean() {
+    let mut model = ReducedInterfaceModel::zeros(0, 1);
+    model.h[0] = 1.0;
+    let mut scheme = tracking(&model, ModelMotion::Frozen);
+    scheme.receive_feedthrough(&[-3.0, -0.5]).unwrap();
+    let mut end = [0.0; 2];
+    for index in 0..4 {
+        let (at, [position, w], force) = (MicroStep::new(STEP, index, 4), end, 2.0 - 3.0 * end[0] - 0.5 * end[1]);
+        scheme.input(Side::Actuator, at, &[force], &mut end).unwrap();
+        let mean = end[1];
+        scheme.input_at_end(Side::Actuator, &mut end);
+        assert!(mean > w, "{index}");
+        assert_relative_eq!(end[1], 2.0 * mean - w, max_relative = 1e-13);
+        assert_relative_eq!(end[0], position + at.length * mean, max_relative = 1e-13);
+    }
+}
+
 #[test]
 fn a_scheme_that_keeps_every_entry_is_refused_where_only_what_is_not_zero_has_room() {
     let chain = |n: usize| (0..n).map(|i| vec![i.saturating_sub(1)]).collect::<Vec<_>>();

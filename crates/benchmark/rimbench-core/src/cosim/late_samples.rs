@@ -256,7 +256,7 @@ impl LateSamples {
                 }
             }
             ForceBridge::Linear => self.go_on(n, step, count, u),
-            ForceBridge::Rates => self.model_of_actuator(n, MicroStep::new(step, i, count), u),
+            ForceBridge::Rates => self.model_of_actuator([n, k], MicroStep::new(step, i, count), u),
         }
     }
 
@@ -284,18 +284,16 @@ impl LateSamples {
         }
     }
 
-    /// Follows the actuator from the end of macro step `n` to the middle of an own step of the mechanics, with the
-    /// motion of the mechanics.
+    /// Follows the actuator from the end of macro step `n` to the middle of an own step of the mechanics in macro step
+    /// `k`, with the motion of the mechanics.
     ///
     /// ```text
-    /// F = F_n + r τ + D (u − u_n) + R ∫ (u − u_n) dt        trapezoids between communication points
+    /// F = F_n + r τ + D (u − u_n) + R ∫ (u − u_n) dt        trapezoids up to communication point k, held from there on
     /// ```
-    fn model_of_actuator(&self, n: usize, at: MicroStep, u: &mut [f64]) {
+    fn model_of_actuator(&self, [n, k]: [usize; 2], at: MicroStep, u: &mut [f64]) {
         let Kept { outputs, inputs, rates, step, .. } = self.kept(n);
         let start = step.start + step.length;
         let width = inputs.len();
-        // The communication point at which this macro step starts, and half a step beyond with the velocity held.
-        let k = (n + 1..).find(|&index| self.kept(index).time + 1e-12 >= at.start - at.since_exchange).unwrap_or(n + 1);
         for (i, force) in u.iter_mut().enumerate() {
             *force = outputs[i] + rates.rate[i] * (at.middle() - start);
             for (j, input) in inputs.iter().enumerate() {
@@ -364,5 +362,37 @@ impl Clone for SchemeCopy {
 impl std::fmt::Debug for SchemeCopy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("SchemeCopy")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::{CommunicationGrid, ForceReturn, Port, Quantity, Sequence};
+
+    /// Four macro steps of 1, 1, 1 and half a second, of two own steps and of one: forces of 0, 1, 4 and 9 N.
+    #[test]
+    fn a_late_force_goes_on_along_the_means_of_the_newest_two_to_the_middle_of_the_present_step() {
+        let port = |quantity| Port::new("row", quantity);
+        let inputs = [Quantity::Position, Quantity::Velocity].map(port).to_vec();
+        let actuator = Ports { inputs, outputs: vec![port(Quantity::Force)], direct_feedthrough: true };
+        let grid = CommunicationGrid::new(1.0, 1.0, 3.5).unwrap();
+        let mut setup = Setup::new(grid, 0.5, Sequence::Jacobi, ForceReturn::Held);
+        setup.mechanics_steps = "2".parse().unwrap();
+        let delivery =
+            Delivery { down: "delay:1".parse().unwrap(), bridge: ForceBridge::Linear, ..Delivery::default() };
+        let ports = PerSide { mechanics: &actuator.facing(), actuator: &actuator };
+        let mut late = LateSamples::new(&delivery, &setup, ports, None);
+        // 0 N is known at first, and then held; 1 + 1.5·3 and 4 + 0.75·3 N are on the way from the means before.
+        for (k, (count, known)) in [(2, 0.0), (2, 0.0), (2, 2.0), (1, 6.25)].into_iter().enumerate() {
+            let step = grid.step(k);
+            late.keep(step, (0.5, count), &[0.0, 0.0], None);
+            late.keep_force(k, &[0.0]);
+            for i in 0..count {
+                let mut u = [(k * k) as f64];
+                late.deliver_force(step, i, count, &mut u);
+                assert_eq!(u, [known], "macro step {k}, own step {i}");
+            }
+        }
     }
 }

@@ -238,6 +238,17 @@ mod tests {
         approx::assert_relative_eq!(found, 0.1, max_relative = 1e-12);
     }
 
+    /// Of a forecast that was right: `1/P ← φ (1/P + s²/(φ R))`, with R = s²/100 of the first.
+    #[test]
+    fn a_sample_makes_the_factor_as_certain_as_its_noise_is_small() {
+        let mut learner = learned(1.0, 2, |_| false, 0.0);
+        approx::assert_relative_eq!(learner.variance, 1.0 / (0.95 / UNKNOWN + 100.0), max_relative = 1e-12);
+        let before = learner.variance;
+        (learner.sensitivity[0], learner.most, learner.rule.forgetting) = (3.0, 10.0, 1.0);
+        learner.learn(&[learner.forecast[0]]);
+        approx::assert_relative_eq!(learner.variance, 1.0 / (1.0 / before + 9.0), max_relative = 1e-12);
+    }
+
     #[test]
     fn a_contact_that_opens_or_closes_is_not_learned_as_mass() {
         let found = learned(1.0, 60, |m| m % 7 < 3, 5.0);

@@ -295,6 +295,8 @@ mod tests {
         assert_eq!(fourth.step.length, third.step.length);
         let fifth = control.after(fourth, nothing, residuals(&[8.0, 0.0])).unwrap();
         assert_eq!(fifth.step.length, third.step.length);
+        // Without rows there is nothing to differ.
+        assert_eq!(BondResiduals::of([].into_iter()), BondResiduals::default());
         // However large a residual is, ε is no more than one over the tolerance.
         assert!(published_error(1e-2, 0.1, BondResiduals::of([1e30].into_iter())) <= 1e2 * (1.0 + 4.0 * f64::EPSILON));
     }

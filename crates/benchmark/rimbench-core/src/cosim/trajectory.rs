@@ -203,7 +203,7 @@ impl Trajectory {
         let guess = from as f64 + (t - self.data[from * width]) / spacing;
         let guess = if guess >= 0.0 { (guess as usize).min(rows - 1) } else { 0 };
         // Doubled until the number lies within: at most `high`, at least `low`.
-        let (mut low, mut high, mut reach) = (guess, guess + 1, 1);
+        let (mut low, mut high, mut reach) = (guess, guess, 1);
         while !is_later(high) {
             (low, high) = (high, (high + reach).min(rows));
             reach *= 2;

@@ -75,3 +75,47 @@ impl Trials for TrialSteps<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::{Capabilities, Ports, subsystem_methods};
+
+    /// A body of 2 kg from outside, whose steps are exact.
+    #[derive(Clone)]
+    struct Body {
+        ports: Ports,
+        counters: SubsystemCounters,
+        motion: [f64; 2],
+    }
+
+    impl Subsystem for Body {
+        subsystem_methods!(ports capabilities counters clone);
+
+        fn outputs(&mut self, _: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+            y.copy_from_slice(&self.motion);
+            Ok(())
+        }
+
+        fn step(&mut self, _: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+            let ([s, w], a) = (self.motion, u[0] / 2.0);
+            self.motion = [s + h * (w + 0.5 * h * a), w + h * a];
+            self.counters.micro_steps += 1;
+            Ok(())
+        }
+    }
+
+    impl Capabilities for Body {}
+
+    #[test]
+    fn a_trial_leaves_the_mechanics_where_it_is_and_one_from_outside_is_not_said_to_move_by_its_last_velocity() {
+        let ports = Ports { inputs: Vec::new(), outputs: Vec::new(), direct_feedthrough: false };
+        let mut body = Body { ports, counters: SubsystemCounters::default(), motion: [0.5, 1.0] };
+        let (mut room, step) = (TrialRoom::default(), MacroStep { index: 0, start: 0.0, length: 0.5 });
+        let mut trials = TrialSteps::new(&mut body, (step, 4), &mut room, TrialSettings::default());
+        let mut end = [0.0; 2];
+        trials.end_under(&[8.0], &mut end).unwrap();
+        assert_eq!((end, trials.taken(), trials.is_semi_implicit()), ([1.5, 3.0], 1, false));
+        assert_eq!((body.motion, body.counters.micro_steps, room.work.micro_steps), ([0.5, 1.0], 0, 4));
+    }
+}

@@ -69,3 +69,24 @@ impl WorkMeter {
         (!self.ports.is_empty()).then_some(self.sent)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_of_a_step_is_that_of_its_halves_over_all_rows() {
+        let port = |quantity| Port::new("row", quantity);
+        for (rows, work) in [(1, 6.0), (2, 7.0)] {
+            let mut inputs = vec![port(Quantity::Position); rows];
+            inputs.resize(2 * rows, port(Quantity::Velocity));
+            let mut meter =
+                WorkMeter::new(&Ports { inputs, outputs: vec![port(Quantity::Force); rows], direct_feedthrough: true });
+            let (forces, motion) = ([3.0, 1.0], [[9.0, 4.0, 0.0, 0.0], [9.0, 9.0, 4.0, 2.0]][rows - 1]);
+            meter.add_step(0.5, &forces[..rows], &motion[..2 * rows]);
+            assert_eq!(meter.sent(), Some(work));
+            (0..2).for_each(|_| meter.add_half_step(0.5, &forces[..rows], &motion[..2 * rows]));
+            assert_eq!(meter.sent(), Some(2.0 * work));
+        }
+    }
+}

@@ -167,7 +167,6 @@ pub(crate) fn rank_of_normal_rows(model: &ReducedInterfaceModel, closed: &[usize
             (0..n).for_each(|column| rows[row * n + column] -= factor * rows[pivot * n + column]);
         }
         (0..n).for_each(|column| rows[pivot * n + column] = 0.0);
-        (0..n).for_each(|row| rows[row * n + pivot] = 0.0);
     }
     n
 }
@@ -352,4 +351,24 @@ pub(crate) fn smallest_eigenvalue(h: &[f64], n: usize) -> f64 {
     })
     .symmetric_eigenvalues()
     .min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `Ĥ_ii = H_ii − H_ic H_cc⁻¹ H_ci`, `â_i = a_i − H_ic H_cc⁻¹ a_c`, and `ŵ_i` likewise.
+    #[test]
+    fn a_closed_contact_takes_the_interface_along_as_it_answers_and_not_as_the_interface_answers_to_it() {
+        for (unsymmetric, h_ci) in [(true, 0.5), (false, 1.0)] {
+            let mut model = ReducedInterfaceModel::zeros(1, 1);
+            model.h.copy_from_slice(&[2.0, h_ci, 1.0, 4.0]);
+            (model.a, model.w, model.unsymmetric) = (vec![3.0, 5.0], vec![-1.0, 6.0], unsymmetric);
+            let mut out = Condensation::of(&model);
+            condense(&model, &[0], &mut out);
+            let (h, a, w) = (4.0 - 0.5 * h_ci, 5.0 - 0.5 * 3.0, 6.0 + 0.5);
+            assert_eq!((out.h[0], out.a[0], out.w[0], out.rank), (h, a, w, 1));
+            assert_eq!(out.effective_mass, 1.0 / h);
+        }
+    }
 }

@@ -561,11 +561,25 @@ mod tests {
         };
         assert_eq!(cleared([-3.2e-13, 9e-16, 9e-16, 1.8e-15], 2e-3), (true, vec![0.0; 4], 2e-3));
         assert_eq!(cleared([1e-3, 2e-15, 2e-15, -1e-14], 0.0).1, [1e-3, 0.0, 0.0, 0.0]);
+        // A body that is a hundred thousand times as heavy is one.
+        assert_eq!(cleared([1e-3, 0.0, 0.0, 1e-8], 0.0).1, [1e-3, 0.0, 0.0, 1e-8]);
         // Held along (1, 1) alone: as large as it was.
         let (sound, h, _) = cleared([0.01, -0.01 - 1e-15, -0.01 - 1e-15, 0.01], 0.0);
         assert!(sound && (h[0] - 0.01).abs() < 1e-15 && (h[1] + 0.01).abs() < 1e-15, "{h:?}");
         assert!(!cleared([-1e-3, 0.0, 0.0, 1e-3], 0.0).0);
         assert!(!cleared([1e-3, 2e-3, 2e-3, 1e-3], 1e-3).0);
+    }
+
+    #[test]
+    fn the_opposite_of_an_edge_is_a_row_by_its_number_or_is_refused() {
+        let taken = |opposite: f64| {
+            let mut model = ReducedInterfaceModel::zeros_with_targets(2, 1);
+            model.take_targets([&[0.0; 2], &[0.0; 2], &[0.0; 2], &[1.0, opposite]])
+        };
+        assert_eq!(taken(0.0), Ok(()));
+        for number in [0.5, 2.0, -1.0, f64::NAN] {
+            assert!(taken(number).unwrap_err().contains("2 numbers of rows below 2"), "{number}");
+        }
     }
 
     #[test]

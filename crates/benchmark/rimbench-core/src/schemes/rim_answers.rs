@@ -432,3 +432,56 @@ impl CouplingScheme for Answers {
         Some(Box::new(self.clone()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::MacroStep;
+
+    const STEP: MacroStep = MacroStep { index: 0, start: 0.0, length: 0.5 };
+    const START: [f64; 2] = [0.7, 1.2];
+
+    /// A free body of 2 kg whose steps are exact.
+    struct Exact;
+
+    impl Trials for Exact {
+        fn length(&self) -> f64 {
+            STEP.length
+        }
+
+        fn taken(&self) -> usize {
+            0
+        }
+
+        fn settings(&self) -> TrialSettings {
+            TrialSettings::default()
+        }
+
+        fn is_semi_implicit(&self) -> bool {
+            false
+        }
+
+        fn end_under(&mut self, force: &[f64], end: &mut [f64]) -> Result<(), Failure> {
+            let moved = STEP.length * force[0] / 2.0;
+            end.copy_from_slice(&[START[0] + STEP.length * (START[1] + 0.5 * moved), START[1] + moved]);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_force_that_stays_leads_to_the_position_and_velocity_that_the_mechanics_has_told() {
+        let (mut scheme, force) = (Answers::new(1), [3.0]);
+        scheme.receive(Side::Actuator, &Sample::of_outputs(STEP, &force, 0.1)).unwrap();
+        scheme.receive(Side::Mechanics, &Sample::of_outputs(STEP, &START, 0.1)).unwrap();
+        let (mut u, mut end) = ([0.0; 2], [0.0; 2]);
+        for index in 0..5 {
+            let at = MicroStep::new(STEP, index, 5);
+            scheme.ask(at, &force, &mut Exact).unwrap();
+            scheme.input(Side::Actuator, at, &force, &mut u).unwrap();
+        }
+        Exact.end_under(&force, &mut end).unwrap();
+        for (u, end) in u.iter().zip(end) {
+            approx::assert_relative_eq!(*u, end, max_relative = 1e-14);
+        }
+    }
+}

@@ -224,3 +224,23 @@ impl CouplingScheme for TransmissionLine {
         Some(Box::new(self.clone()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::MacroStep;
+
+    #[test]
+    fn line_and_actuator_push_equally_where_they_meet_though_the_force_follows_the_motion_at_once() {
+        let at = MicroStep::new(MacroStep { index: 0, start: 0.0, length: 1.0 }, 1, 4);
+        let (told, to_actuator) = ([0.25, 0.4], Wave { mean: 1.0, rise: 0.5 });
+        let mut scheme = TransmissionLine::new(1, 1.0);
+        let by = Line { by_position: -3.0, by_velocity: -0.5, ..Line::default() };
+        scheme.lines[0] = Line { impedance: 2.0, length: 0.2, to_actuator, ..by };
+        let mut u = told;
+        scheme.input(Side::Actuator, at, &[5.0], &mut u).unwrap();
+        let force = 5.0 - 3.0 * (u[0] - told[0]) - 0.5 * (u[1] - told[1]);
+        approx::assert_relative_eq!(force, to_actuator.at(at) + 2.0 * u[1], max_relative = 1e-14);
+        approx::assert_relative_eq!(u[0], 0.2 + at.length * u[1], max_relative = 1e-14);
+    }
+}

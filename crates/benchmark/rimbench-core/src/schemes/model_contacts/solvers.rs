@@ -239,3 +239,29 @@ impl ContactSolver for SpaceContacts {
         &self.rows
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench_contact::friction::Stiction;
+    use rimbench_contact::solver_entry::SolverEntry;
+
+    #[test]
+    fn each_contact_that_slides_has_the_coefficient_in_motion_from_then_on_and_one_that_stands_that_at_rest() {
+        let mut model = ReducedInterfaceModel::zeros_with_friction(&[0.8; 4], 1);
+        model.stiction = Some(Stiction { at_rest: 0.8, in_motion: 0.5 });
+        (0..9).for_each(|row| model.h[10 * row] = 1.0);
+        let mut discretised = DiscretisedModel::new(8, 1);
+        discretised.discretise(model.linear(), &(0..8).collect::<Vec<_>>(), 1e-3);
+        let mut contacts = CoulombContacts::of(&model, &SolverEntry::active_set()).unwrap();
+        contacts.take(&[0, 1, 2, 3], 2, &model);
+        // One after the other is pushed along its surface harder than it holds.
+        for sliding in 1..=4 {
+            let b: [f64; 8] =
+                std::array::from_fn(|row| if row < 4 { -1.0 } else { [0.0, 2.0][usize::from(row < 4 + sliding)] });
+            contacts.solve(Posed { model: &discretised, changed: sliding == 1, b: &b }, &mut [0.0; 8]).unwrap();
+            let wanted: [f64; 4] = std::array::from_fn(|contact| if contact < sliding { 0.5 } else { 0.8 });
+            assert_eq!(contacts.friction, wanted);
+        }
+    }
+}

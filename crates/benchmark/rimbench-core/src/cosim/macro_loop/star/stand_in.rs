@@ -212,3 +212,75 @@ impl Capabilities for BondSide<'_> {
         self.whole.capabilities().energy_account()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::{Ports, SubsystemCounters};
+
+    #[test]
+    fn what_stands_in_for_an_actuator_has_its_profile_as_far_as_it_is_told_and_moves_by_its_law_from_there_on() {
+        let mut other = StandIn::new(2);
+        let law = Law { rate: 2.0, feedthrough: [0.5, -1.0], rate_gain: [4.0, 8.0], at: [1.0, 2.0] };
+        other.know(3.0, Some(law));
+        // By D 0.25 − 0.25 N and, over 0.1 s, by (2 + 2 + 2) N/s.
+        let u = [1.5, 2.25];
+        assert_eq!(other.output(0.0, u), 3.0);
+        other.step(0.1);
+        assert_eq!(other.output(0.1, [1.5, 2.0]), 3.0 + 0.1 * 6.0 + 0.25);
+        other.hear(0.2, 0.1, [7.0, 8.0].into_iter());
+        assert_eq!([0.2, 0.3, 0.4].map(|now| other.output(now, [1.0, 2.25])), [7.0, 8.0, 3.0 + 0.1 * 6.0 - 0.25]);
+    }
+
+    #[test]
+    fn an_actuator_of_several_rows_is_asked_at_its_first_and_takes_the_motion_of_its_own() {
+        let rows = vec![vec![0], vec![1, 2], vec![1, 2]];
+        let mut room = Room { rows, u: Vec::new(), y: Vec::new() };
+        let motion = [0.1, 0.2, 0.3, 1.0, 2.0, 3.0];
+        assert_eq!(room.take(0, &motion), Some(&[0.1, 1.0][..]));
+        assert_eq!(room.take(1, &motion), Some(&[0.2, 0.3, 2.0, 3.0][..]));
+        assert_eq!(room.take(2, &motion), None);
+    }
+
+    /// Three actuators whose rates are all 1.
+    struct Ones(Ports);
+
+    impl Subsystem for Ones {
+        subsystem_methods!(capabilities no_clone);
+
+        fn ports(&self) -> &Ports {
+            &self.0
+        }
+
+        fn outputs(&mut self, _: &[f64], _: &mut [f64]) -> Result<(), Failure> {
+            Ok(())
+        }
+
+        fn step(&mut self, _: f64, _: &[f64], _: f64) -> Result<(), Failure> {
+            Ok(())
+        }
+
+        fn counters(&self) -> SubsystemCounters {
+            SubsystemCounters::default()
+        }
+    }
+
+    impl Capabilities for Ones {
+        fn output_rates(&mut self, _: f64, _: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+            [&mut rates.rate, &mut rates.feedthrough, &mut rates.rate_gain].into_iter().for_each(|of| of.fill(1.0));
+            Ok(true)
+        }
+    }
+
+    #[test]
+    fn a_bond_has_the_rates_of_its_own_rows_and_none_of_others() {
+        let mut whole = Ones(Ports { inputs: Vec::new(), outputs: Vec::new(), direct_feedthrough: true });
+        let (mut others, mut now) = ([None, Some(StandIn::new(0)), None], 0.0);
+        let mut room = Room { rows: Vec::new(), u: Vec::new(), y: Vec::new() };
+        let mut side = BondSide { whole: &mut whole, others: &mut others, now: &mut now, room: &mut room };
+        let mut rates = OutputRates::zeros(3, 6);
+        assert!(side.output_rates(0.0, &[0.0; 6], &mut rates).unwrap());
+        let of_rows = [[1.0; 6], [0.0; 6], [1.0; 6]].concat();
+        assert_eq!(rates, OutputRates { rate: vec![1.0, 0.0, 1.0], feedthrough: of_rows.clone(), rate_gain: of_rows });
+    }
+}
