@@ -251,3 +251,21 @@ impl ComplementaritySolver for ActiveSet {
         self.capacity
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contacts_that_rest_without_a_push_carry_nothing_whatever_they_carried_before() {
+        for n in [1, 8, 9, 70] {
+            let h: Vec<f64> = (0..n * n).map(|at| if at % (n + 1) == 0 { 2.0 } else { 0.0 }).collect();
+            let mut solver = ActiveSet::new(n);
+            for b in [0.0, -1.0, 0.0] {
+                let mut p = vec![f64::NAN; n];
+                solver.attempt(Lcp::new(&h, &vec![b; n]), &mut p).unwrap();
+                assert!(p.iter().all(|p| *p == -0.5 * b), "{n} contacts: {p:?}");
+            }
+        }
+    }
+}

@@ -211,6 +211,7 @@ mod tests {
     use super::*;
     use crate::complementarity::{ComplementaritySolver, Lcp, Lemke, active_set::residual_of_rows};
     use crate::linear_algebra::SparseRows;
+    use crate::problem::{DenseDelassus, Signorini};
 
     /// Proposes one number for all impulses, or nothing.
     #[derive(Clone)]
@@ -237,6 +238,41 @@ mod tests {
             assert_eq!((counters.solves, counters.fallbacks, counters.failures), (1, 1, 0));
             assert!(stats.pivots > own_pivots && counters.pivots == u64::from(stats.pivots));
         }
+    }
+
+    /// Proposes a wrong answer with work of its own, and the right one with more.
+    struct Twice;
+
+    impl ProposeImpulses for Twice {
+        type Delassus<'a> = DenseDelassus<'a>;
+        type Cone<'a> = Signorini;
+        type Fallback = ();
+
+        fn propose(&mut self, _: Lcp<'_>, _: bool, _: f64, _: &mut [f64]) -> Result<SolveStats, Unsolved> {
+            Ok(SolveStats { pivots: 3, factorisations: 2, residual: 1.0, ..SolveStats::default() })
+        }
+
+        fn fall_back(
+            &mut self,
+            (): &mut (),
+            _: u32,
+            _: Lcp<'_>,
+            _: f64,
+            z: &mut [f64],
+        ) -> Option<Result<SolveStats, Unsolved>> {
+            z.fill(2.0);
+            Some(Ok(SolveStats { pivots: 30, factorisations: 20, ..SolveStats::default() }))
+        }
+
+        fn reset(&mut self) {}
+    }
+
+    #[test]
+    fn the_work_of_a_fallback_is_on_top_of_that_of_the_answer_which_it_replaces() {
+        let mut solver = Checked::wrap(Twice, (), 1e-9);
+        let stats = solver.solve(LCP, &mut [0.0]).unwrap();
+        assert_eq!(stats, SolveStats { pivots: 33, factorisations: 22, fallback: true, residual: 0.0 });
+        assert_eq!((solver.counters().pivots, solver.counters().factorisations), (33, 22));
     }
 
     #[test]

@@ -135,3 +135,26 @@ impl FrictionSolver {
         Checked::wrap(solver, fallback, tolerance)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// To stick, the contact would need 1e-4 N·s more than its friction gives.
+    #[test]
+    fn a_state_that_only_nearly_holds_is_passed_over_for_one_that_does() {
+        let problem = FrictionProblem::with_friction(&[1.0, 0.0, 0.0, 1.0], &[-1.0, 0.5 + 1e-4], &[0.5]);
+        let mut cold = ColdMethods {
+            enumeration: Enumeration::new(1),
+            lemke: CopositiveLemke::new(1),
+            sweeps: ContactSweeps::new(1),
+        };
+        let states = vec![ContactState::Open];
+        let mut solver = WarmStates { method: ActiveStates::new(1), states, len: 1 };
+        let (tolerance, mut impulses) = (1e-3, [0.0; 2]);
+        assert!(problem.natural_residual(&[1.0, -0.5 - 1e-4]) < tolerance);
+        let found = solver.fall_back(&mut cold, 0, problem, tolerance, &mut impulses);
+        assert!(found.is_some_and(|found| found.is_ok()) && solver.states == [ContactState::SlipPositive]);
+        assert_eq!(impulses, [1.0, -0.5]);
+    }
+}

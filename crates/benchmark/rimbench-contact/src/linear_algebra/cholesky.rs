@@ -200,3 +200,36 @@ pub(crate) fn factor_lower(a: &mut [f64], n: usize) -> Result<(), ()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The last row is twice the first one, but for a pivot of 1e-10 or none.
+    #[test]
+    fn whether_rows_depend_on_each_other_does_not_hang_on_their_unit() {
+        for size in [3, 8, 20] {
+            for unit in [1e-12, 1.0, 1e12] {
+                let regular = |apart: f64| {
+                    let mut cholesky = Cholesky::new(size);
+                    for (at, l) in cholesky.l.iter_mut().enumerate() {
+                        let (row, column) = (at / size, at % size);
+                        *l = unit * if row == column { 1.0 } else { 0.0 };
+                        if row == size - 1 {
+                            *l = unit
+                                * if column == 0 {
+                                    2.0
+                                } else if row == column {
+                                    4.0 + apart
+                                } else {
+                                    0.0
+                                };
+                        }
+                    }
+                    cholesky.factor("test").is_ok()
+                };
+                assert!(regular(1e-10) && !regular(0.0), "{size} rows of {unit:e}");
+            }
+        }
+    }
+}

@@ -151,6 +151,26 @@ fn a_tie_takes_no_pivot_more_than_it_has_to() {
     assert!(stats.pivots == 2 && stats.residual < 1e-15, "{stats:?}");
 }
 
+/// A body between two contacts, on which it comes from both sides.
+#[test]
+fn a_violation_that_no_impulse_can_mend_is_left_where_it_is_rounding_and_an_error_where_it_is_not() {
+    let pattern = SymmetricPattern::new(&[vec![0, 1], vec![0, 1]]);
+    let entries = [1.0, -1.0, -1.0, 1.0];
+    let h = SymmetricRows { pattern: &pattern, entries: &entries };
+    let work = [0.0, 5e-11, 1e-6].map(|closer| {
+        let b = [-1.0, 1.0 - closer];
+        let (mut sparse, mut dense) = (SparseSolver::new(&pattern, 1e-9), ActiveSet::new(2));
+        let mut p = [[0.0; 2]; 2];
+        let by_pattern = sparse.solve(SparseLcp::by_pattern(h, &b), &mut p[0]);
+        let of_all = dense.attempt(Lcp::new(&entries, &b), &mut p[1]);
+        let stats = [by_pattern.ok()?, of_all.ok()?];
+        assert_eq!(p, [[1.0, 0.0]; 2]);
+        Some(stats.map(|stats| (stats.pivots, stats.factorisations)))
+    });
+    // As much as without it.
+    assert!(work[0].is_some() && work == [work[0], work[0], None], "{work:?}");
+}
+
 #[test]
 fn a_force_that_is_not_finite_is_an_error() {
     let pattern = SymmetricPattern::new(&[vec![]]);
