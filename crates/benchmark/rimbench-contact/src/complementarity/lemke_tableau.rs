@@ -157,3 +157,21 @@ impl<const INLINE: usize, const ROWS: usize> LemkeTableau<INLINE, ROWS> {
         self.basis[r] = column;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_apart_by_rounding_are_tied_at_any_size_and_the_lexicographic_rule_decides() {
+        for (q, apart, leaves) in [(1e6, 1e-13, 1), (1e6, 1e-9, 0), (1e-6, 1e-7, 1), (1e-6, 1e-5, 0)] {
+            let mut tableau = LemkeTableau::<12, 2>::new(2);
+            tableau.start(2, |row, entries| {
+                entries.fill(1.0);
+                if row == 0 { q } else { q * (1.0 + apart) }
+            });
+            // Of the first column of B⁻¹ the second row has less.
+            assert_eq!(tableau.leaving_row(2), Some(leaves), "{q:e} apart by {apart:e}");
+        }
+    }
+}

@@ -93,3 +93,16 @@ impl ContactState {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impulses_on_the_border_of_the_cone_are_those_of_a_slip_against_them() {
+        let of = |p_n, p_t| ContactState::of_impulses(p_n, p_t, 0.5);
+        assert_eq!([of(0.0, 0.0), of(-1.0, 0.0)], [ContactState::Open; 2]);
+        assert_eq!([of(4.0, 1.99), of(4.0, -1.99), of(0.1, 0.0)], [ContactState::Stick; 3]);
+        assert_eq!([of(4.0, 2.0), of(4.0, -2.0)], [ContactState::SlipNegative, ContactState::SlipPositive]);
+    }
+}

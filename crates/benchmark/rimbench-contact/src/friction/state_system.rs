@@ -405,3 +405,22 @@ impl StateSystem {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknowns_of_dependent_rows_are_zero_whatever_was_solved_before() {
+        let (friction, states) = ([0.0; 2], [ContactState::SlipPositive; 2]);
+        let mut system = StateSystem::new(2);
+        for (coupling, rank, solved) in [(0.0, 2, [3.0, 5.0]), (1.0, 1, [3.0, 0.0]), (-1.0, 1, [3.0, 0.0])] {
+            // Normal rows before tangential ones.
+            let h = [[1.0, coupling, 0.0, 0.0], [coupling, 1.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];
+            system.factorise(&friction, &states, |row| &h[row]);
+            let mut x = [3.0, 5.0];
+            system.solve(&mut x);
+            assert_eq!((system.rank(), x), (rank, solved), "{coupling}");
+        }
+    }
+}
