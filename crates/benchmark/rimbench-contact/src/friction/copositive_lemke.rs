@@ -137,3 +137,23 @@ impl CopositiveLemke {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_is_solved_whatever_the_unit_of_its_mass() {
+        for unit in [1e-9, 1.0, 1e9] {
+            let h = [unit, 0.0, 0.0, unit];
+            for (b, impulses) in [([-1.0, 0.2], [1.0, -0.2]), ([-1.0, 2.0], [1.0, -0.5])] {
+                let (mut states, mut p) = ([ContactState::Open], [0.0; 2]);
+                let problem = FrictionProblem::with_friction(&h, &b, &[0.5]);
+                CopositiveLemke::new(1).attempt(problem, &mut states, &mut p).unwrap();
+                for (p, wanted) in p.iter().zip(impulses) {
+                    approx::assert_relative_eq!(p * unit, wanted, max_relative = 1e-14);
+                }
+            }
+        }
+    }
+}

@@ -411,6 +411,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_contact_in_space_slides_with_its_friction_along_both_tangents() {
+        let h = [[2.0, 0.5, 0.25], [0.5, 1.0, 0.0], [0.25, 0.0, 1.0]];
+        let mut system = StateSystem::with_tangents(1, 2);
+        system.factorise_along(&[0.5], &[ContactState::SlipPositive], &[[0.6, 0.8]], |row| &h[row]);
+        let mut impulses = [0.0; 3];
+        system.impulses(&[-1.75, 3.0, 4.0], &mut impulses);
+        // w_n = 2 P_n + 0.5 P_1 + 0.25 P_2 − 1.75 = 0 with P_t = −0.5 P_n [0.6, 0.8].
+        for (impulse, wanted) in impulses.into_iter().zip([1.0, -0.3, -0.4]) {
+            approx::assert_relative_eq!(impulse, wanted, max_relative = 1e-14);
+        }
+    }
+
+    #[test]
     fn unknowns_of_dependent_rows_are_zero_whatever_was_solved_before() {
         let (friction, states) = ([0.0; 2], [ContactState::SlipPositive; 2]);
         let mut system = StateSystem::new(2);

@@ -39,3 +39,15 @@ pub fn body_dot(a: &[f64], b: &[f64]) -> f64 {
     }
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn up_to_seven_products_are_added_in_order_and_more_in_eight_sums() {
+        let a = [1e16, 1.0, 1.0, 1.0, -1e16, 1.0, 1.0, 1.0, 1.0];
+        // In order a large number swallows what is added to it before it is taken away again.
+        assert_eq!([5, 7, 8, 9].map(|length| dot(&a[..length], &[1.0; 9])), [0.0, 2.0, 6.0, 7.0]);
+    }
+}

@@ -169,16 +169,27 @@ mod tests {
     use crate::complementarity::ComplementaritySolver;
 
     #[test]
+    fn the_contact_that_promises_the_largest_decrease_enters_and_by_the_rule_of_bland_the_first() {
+        let (h, mut solver) = ([4.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 9.0], ActiveSet::new(3));
+        solver.resize(3);
+        // w²/H is 1 for the first, and 2.25 or 1.21 for the others.
+        for (b, largest) in [([-2.0, -1.5, -3.3], 1), ([-2.0, -1.1, -4.5], 2), ([-2.0, -0.9, -2.7], 0)] {
+            let lcp = Lcp::new(&h, &b);
+            assert_eq!([false, true].map(|bland| solver.most_violated(lcp, 0.0, bland)), [Some(largest), Some(0)]);
+        }
+    }
+
+    #[test]
     fn a_drive_that_a_member_blocks_goes_on_to_the_solution_of_the_set_that_is_left() {
-        let h = [2.0, 0.0, 1.0, 0.0, 2.0, 0.5, 1.0, 0.5, 2.0];
+        let h = [2.0, 0.0, -0.5, 0.0, 2.0, 1.0, -0.5, 1.0, 2.0];
         let mut solver = ActiveSet::new(3);
-        solver.attempt(Lcp::new(&h, &[-0.2, -4.0, 10.0]), &mut [0.0; 3]).unwrap();
-        let lcp = Lcp::new(&h, &[-0.2, -4.0, -4.1]);
+        solver.attempt(Lcp::new(&h, &[-4.0, -0.2, 10.0]), &mut [0.0; 3]).unwrap();
+        let lcp = Lcp::new(&h, &[-4.0, -0.2, -2.1]);
         solver.forward_known = 0;
         assert_eq!((solver.make_feasible(lcp), solver.most_violated(lcp, 0.0, false)), (0, Some(2)));
         let mut pivots = 0;
         assert!(matches!(solver.drive(lcp, 2, &mut pivots, 9), Drive::Completed));
-        assert_eq!((pivots, solver.active_set()), (2, &[1, 2][..]));
+        assert_eq!((pivots, solver.active_set()), (2, &[0, 2][..]));
         let driven = solver.p_a.clone();
         assert_eq!(solver.make_feasible(lcp), 0);
         for (driven, solved) in driven[..2].iter().zip(&solver.p_a[..2]) {

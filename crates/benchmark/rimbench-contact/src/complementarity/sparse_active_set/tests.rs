@@ -151,6 +151,38 @@ fn a_tie_takes_no_pivot_more_than_it_has_to() {
     assert!(stats.pivots == 2 && stats.residual < 1e-15, "{stats:?}");
 }
 
+/// Along a ray on which no velocity changes: the last of the rows [1 0], [1 1] and [1 −1] is twice the first less the
+/// second.
+#[test]
+fn a_contact_that_depends_on_others_hands_its_impulse_over_until_one_of_them_has_none() {
+    let pattern = SymmetricPattern::new(&vec![vec![0, 1, 2]; 3]);
+    let entries = [1.0, 1.0, 1.0, 1.0, 2.0, 0.0, 1.0, 0.0, 2.0];
+    let h = SymmetricRows { pattern: &pattern, entries: &entries };
+    for (second, left, set) in [(0.4, [1.8, 0.0, 0.6], [0, 2]), (1.5, [3.0, 0.5, 0.0], [0, 1])] {
+        let (mut solver, mut p) = (SparseActiveSet::new(&pattern), [1.0, second, 1.0]);
+        solver.set.extend([0, 1]);
+        solver.factorise_independent(h, NEARLY_DEPENDENT, &mut SolveStats::default());
+        solver.exchange_dependent(h, &mut p, 2);
+        assert_eq!(solver.set, set);
+        for (p, left) in p.iter().zip(left) {
+            approx::assert_abs_diff_eq!(*p, left, epsilon = 1e-14);
+        }
+    }
+}
+
+#[test]
+fn a_velocity_that_is_the_rounding_of_its_sum_or_negligible_is_no_violation() {
+    let (pattern, entries) = chain(2, 0.5);
+    let h = SymmetricRows { pattern: &pattern, entries: &entries };
+    let mut solver = SparseActiveSet::new(&pattern);
+    let negligible = 1e-13;
+    for (push, part, listed) in [(0.0, 0.9, false), (0.0, 1.1, true), (1e3, 0.9, false), (1e3, 1.1, true)] {
+        // The sum is ½ 1e3 N·s/kg, of which 16 ε is 18 times what is negligible.
+        solver.w = vec![0.0, -part * (negligible + 16.0 * f64::EPSILON * 0.5 * push)];
+        assert_eq!(solver.list_violated(h, &[push, 0.0], negligible, false).is_some(), listed, "{push} {part}");
+    }
+}
+
 /// A body between two contacts, on which it comes from both sides.
 #[test]
 fn a_violation_that_no_impulse_can_mend_is_left_where_it_is_rounding_and_an_error_where_it_is_not() {
