@@ -181,20 +181,31 @@ fn a_bound_is_for_four_micro_steps_or_more_and_leaves_at_most_one_contact_in_eig
     let active = CONTACTS - 12;
     let (discretised, law, step) = row_of(active);
     let rounding = SparseSetFactor::NEGLIGIBLE * DELTA * PULL;
-    for (drifting, accepted, ahead, skips) in
-        [(7, 0.5, 98, true), (8, 0.5, 98, false), (6, 1.1, 98, false), (0, 0.5, 3, false), (0, 0.5, 4, true)]
-    {
+    for (drifting, drift, accepted, ahead, skips) in [
+        (7, -0.95, 0.5, 98, true),
+        (8, -0.95, 0.5, 98, false),
+        (6, -0.95, 1.1, 98, false),
+        (0, 0.0, 0.5, 3, false),
+        (0, 0.0, 0.5, 4, true),
+        // What opens at a tenth of rounding adds up to six tenths.
+        (active, 0.1, 0.5, 4, true),
+        (active, 0.1, 0.5, 20, false),
+    ] {
         let mut step = step.clone();
         let mut state = ModelState::new(CONTACTS, CONTACTS, 1);
         state.gap[active..].fill(1.0);
-        // Rounding now, and more after fifty micro steps.
-        state.w[..drifting].fill(-0.95 * rounding);
+        // Rounding now, if need be more after fifty micro steps.
+        state.w[..drifting].fill(drift * rounding);
         // One that opens still moves inwards, by a part of what is accepted.
         let increment = step.velocities[active];
         (state.gap[active], state.w[active]) = (0.0, -increment - accepted * step.accepted(rounding));
         let mut go = |ahead| go(&mut step, (&discretised, &law), 0.0, ahead, &mut state);
         let stays = accepted < 1.0;
-        assert_eq!((go(ahead), go(ahead - 1)), (stays.then_some(false), stays.then_some(skips)), "{drifting} {ahead}");
+        assert_eq!(
+            (go(ahead), go(ahead - 1)),
+            (stays.then_some(false), stays.then_some(skips)),
+            "{drifting} {drift} {ahead}"
+        );
     }
 }
 
