@@ -228,3 +228,24 @@ fn a_contact_that_sticks_is_followed_up_to_the_border_of_its_cone() {
         }
     }
 }
+
+/// As above, two of them, each with a force of its own along the surface.
+#[test]
+fn forces_keep_the_set_as_long_as_each_contact_sticks() {
+    let (mut h, a) = ([0.0; 36], [-PULL, -PULL, 0.0, 0.0, 0.0, 0.0]);
+    (0..6).for_each(|row| h[7 * row] = 1.0);
+    for (row, column) in [(2, 4), (3, 5)] {
+        (h[6 * row + column], h[6 * column + row]) = (0.5, 0.5);
+    }
+    let mut discretised = DiscretisedModel::new(4, 2);
+    let model = LinearModel { h: &h, a: &a, contact_rows: 4, interface: 2, pattern: None, unsymmetric: false };
+    discretised.discretise(model, &[0, 1, 2, 3], DELTA);
+    let law = StepContactLaw::default();
+    let mut step = AffineStep::new(4, 2, ModeFactor::new(2));
+    step.linearise(&discretised, &law, (&[ContactState::Stick; 2], &[0.5; 2]), 0.0);
+    let (state, mut region) = (ModelState::new(2, 4, 2), ForceRegion::new(4, 2));
+    step.find_force_region(&discretised, &law, (&state.w, &state.gap), &[0.0; 2], &mut region);
+    for (forces, keep) in [([0.0, 0.0], true), ([9.9, -9.9], true), ([10.1, 0.0], false), ([0.0, -10.1], false)] {
+        assert_eq!(region.contains(&forces), keep, "{forces:?} N");
+    }
+}

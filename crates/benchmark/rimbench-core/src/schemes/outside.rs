@@ -156,3 +156,51 @@ impl CouplingScheme for OutsideScheme {
         Some(Box::new(OutsideScheme { who, form: self.form, step: self.step, polynomials, told }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::{Port, Quantity};
+    use std::sync::{Arc, Mutex};
+
+    /// Gives 3 for everything, and notes how many numbers.
+    struct Three(Arc<Mutex<Vec<usize>>>);
+
+    impl Outside for Three {
+        fn receive(&mut self, _: Side, _: &Sample<'_>) -> Result<(), String> {
+            Ok(())
+        }
+
+        fn answer(&mut self, _: Side, asked: Asked<'_>, told: &mut Vec<f64>) -> Result<usize, String> {
+            *told = vec![3.0; if let Asked::MacroStep(_, count) = asked { count } else { 1 }];
+            self.0.lock().unwrap().push(told.len());
+            Ok(0)
+        }
+
+        fn try_clone(&self) -> Option<Box<dyn Outside>> {
+            None
+        }
+    }
+
+    #[test]
+    fn it_is_asked_once_in_a_macro_step_for_all_of_it_or_in_each_micro_step() {
+        let force = Ports { inputs: vec![Port::new("f", Quantity::Force)], outputs: vec![], direct_feedthrough: false };
+        let step = MacroStep { index: 0, start: 0.0, length: 1.0 };
+        for (_, form) in AnswerForm::METHODS {
+            let asked = Arc::new(Mutex::new(Vec::new()));
+            let who = Ok(Box::new(Three(asked.clone())) as Box<dyn Outside>);
+            let mut scheme = OutsideScheme::new(who, form, PerSide { mechanics: &force, actuator: &force });
+            for index in 0..4 {
+                let mut u = [0.0];
+                scheme.input(Side::Mechanics, MicroStep::new(step, index, 4), &[], &mut u).unwrap();
+                // Of the polynomial 3 (1 + τ + τ² + τ³) the mean over the micro step.
+                let to = |t: f64| 3.0 * (t + t.powi(2) / 2.0 + t.powi(3) / 3.0 + t.powi(4) / 4.0);
+                let mean = 4.0 * (to(0.25 * (index + 1) as f64) - to(0.25 * index as f64));
+                let wanted = if form == AnswerForm::Polynomial { mean } else { 3.0 };
+                approx::assert_relative_eq!(u[0], wanted, max_relative = 1e-14);
+            }
+            let wanted = if form == AnswerForm::Input { vec![1; 4] } else { vec![4] };
+            assert_eq!(*asked.lock().unwrap(), wanted, "{form:?}");
+        }
+    }
+}

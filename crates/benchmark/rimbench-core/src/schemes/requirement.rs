@@ -119,3 +119,46 @@ fn is_force_displacement(mechanics: &dyn Subsystem, actuator: &dyn Subsystem) ->
         && inputs.len() == 2 * forces
         && mechanics.ports().outputs == *inputs
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cosim::{Capabilities, Ports, subsystem_methods};
+
+    struct Ported {
+        ports: Ports,
+    }
+
+    impl Subsystem for Ported {
+        subsystem_methods!(ports capabilities no_counters no_clone);
+
+        fn outputs(&mut self, _: &[f64], _: &mut [f64]) -> Result<(), Failure> {
+            Ok(())
+        }
+
+        fn step(&mut self, _: f64, _: &[f64], _: f64) -> Result<(), Failure> {
+            Ok(())
+        }
+    }
+
+    impl Capabilities for Ported {}
+
+    #[test]
+    fn a_force_displacement_coupling_has_a_position_and_a_velocity_for_each_force_and_nothing_else() {
+        use Quantity::{Force, Position, Velocity};
+        for (outputs, inputs, fits) in [
+            (&[Force][..], &[Position, Velocity][..], true),
+            (&[Force, Force], &[Position, Position, Velocity, Velocity], true),
+            (&[], &[], false),
+            (&[Force], &[Velocity], false),
+            (&[Force], &[Position], false),
+            (&[Force, Velocity], &[Position, Velocity], false),
+            (&[Force], &[Position, Velocity, Force], false),
+        ] {
+            let of = |list: &[Quantity]| list.iter().map(|quantity| Port::new("row", *quantity)).collect::<Vec<_>>();
+            let ports = Ports { inputs: of(inputs), outputs: of(outputs), direct_feedthrough: false };
+            let (mechanics, actuator) = (Ported { ports: ports.facing() }, Ported { ports });
+            assert_eq!(is_force_displacement(&mechanics, &actuator), fits, "{outputs:?} {inputs:?}");
+        }
+    }
+}

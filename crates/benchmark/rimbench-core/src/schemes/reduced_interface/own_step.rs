@@ -619,3 +619,16 @@ impl ReducedInterface {
         Some((own.as_deref_mut()?, StepContacts { frozen, contacts, state, gap_term: *gap_term, targets }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_rests_that_goes_no_farther_within_a_step_than_contacts_that_touch_are_apart() {
+        for length in [1e-4, 1e-3, 5e-2] {
+            let rests = |part: f64| (part * TOUCHING / length).powi(2) <= slip_of_rest(length);
+            assert!(rests(0.99) && !rests(1.01), "{length} s");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::plan::Share;
 use crate::cosim::communication_grid::{MacroStep, MicroStep};
-use crate::cosim::coupling_scheme::{CouplingScheme, Forecast, ModelEnd, Sample, SchemeReport};
+use crate::cosim::coupling_scheme::{CouplingScheme, ModelEnd, Sample, SchemeReport};
 use crate::cosim::side::Side;
 use crate::error::Failure;
 use crate::interface_model::Correlation;
@@ -91,10 +91,6 @@ impl CouplingScheme for SharedModel {
 
     fn change_macro_step(&mut self, step: MacroStep, micro_step: f64, mechanics_steps: usize) -> Result<(), Failure> {
         self.inner.change_macro_step(step, micro_step, mechanics_steps)
-    }
-
-    fn forecast(&self) -> Option<Forecast<'_>> {
-        self.inner.forecast()
     }
 
     fn model_end(&mut self) -> Option<ModelEnd<'_>> {

@@ -216,7 +216,7 @@ impl Capabilities for BondSide<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cosim::{Ports, SubsystemCounters};
+    use crate::cosim::Ports;
 
     #[test]
     fn what_stands_in_for_an_actuator_has_its_profile_as_far_as_it_is_told_and_moves_by_its_law_from_there_on() {
@@ -232,40 +232,40 @@ mod tests {
         assert_eq!([0.2, 0.3, 0.4].map(|now| other.output(now, [1.0, 2.25])), [7.0, 8.0, 3.0 + 0.1 * 6.0 - 0.25]);
     }
 
-    #[test]
-    fn an_actuator_of_several_rows_is_asked_at_its_first_and_takes_the_motion_of_its_own() {
-        let rows = vec![vec![0], vec![1, 2], vec![1, 2]];
-        let mut room = Room { rows, u: Vec::new(), y: Vec::new() };
-        let motion = [0.1, 0.2, 0.3, 1.0, 2.0, 3.0];
-        assert_eq!(room.take(0, &motion), Some(&[0.1, 1.0][..]));
-        assert_eq!(room.take(1, &motion), Some(&[0.2, 0.3, 2.0, 3.0][..]));
-        assert_eq!(room.take(2, &motion), None);
+    /// An actuator of the first of three rows and one of the other two: `F = s + 10 w`, with rates that are all 1.
+    struct Two {
+        ports: Ports,
+        asked: usize,
     }
 
-    /// Three actuators whose rates are all 1.
-    struct Ones(Ports);
+    fn two() -> Two {
+        Two { ports: Ports { inputs: Vec::new(), outputs: Vec::new(), direct_feedthrough: true }, asked: 0 }
+    }
 
-    impl Subsystem for Ones {
-        subsystem_methods!(capabilities no_clone);
+    impl Subsystem for Two {
+        subsystem_methods!(ports capabilities no_counters no_clone);
 
-        fn ports(&self) -> &Ports {
-            &self.0
-        }
-
-        fn outputs(&mut self, _: &[f64], _: &mut [f64]) -> Result<(), Failure> {
+        fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+            self.asked += 1;
+            let (positions, velocities) = u.split_at(y.len());
+            y.iter_mut().zip(positions.iter().zip(velocities)).for_each(|(y, (s, w))| *y = s + 10.0 * w);
             Ok(())
         }
 
         fn step(&mut self, _: f64, _: &[f64], _: f64) -> Result<(), Failure> {
             Ok(())
         }
-
-        fn counters(&self) -> SubsystemCounters {
-            SubsystemCounters::default()
-        }
     }
 
-    impl Capabilities for Ones {
+    impl Capabilities for Two {
+        fn actuator_of_row(&mut self, _: usize) -> Option<&mut dyn Subsystem> {
+            Some(self)
+        }
+
+        fn rows_beside(&mut self, row: usize) -> &[usize] {
+            if row > 0 { &[1, 2] } else { &[] }
+        }
+
         fn output_rates(&mut self, _: f64, _: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
             [&mut rates.rate, &mut rates.feedthrough, &mut rates.rate_gain].into_iter().for_each(|of| of.fill(1.0));
             Ok(true)
@@ -273,9 +273,16 @@ mod tests {
     }
 
     #[test]
+    fn an_actuator_of_several_rows_is_asked_once_and_takes_the_motion_of_its_own() {
+        let (mut whole, mut y) = (two(), [0.0; 3]);
+        let mut room = Room::new(3, &mut whole);
+        (0..3).for_each(|row| room.ask(&mut whole, row, &[0.5, 1.5, 2.5, 1.0, 2.0, 3.0], &mut y).unwrap());
+        assert_eq!((y, whole.asked), ([10.5, 21.5, 32.5], 2));
+    }
+
+    #[test]
     fn a_bond_has_the_rates_of_its_own_rows_and_none_of_others() {
-        let mut whole = Ones(Ports { inputs: Vec::new(), outputs: Vec::new(), direct_feedthrough: true });
-        let (mut others, mut now) = ([None, Some(StandIn::new(0)), None], 0.0);
+        let (mut whole, mut others, mut now) = (two(), [None, Some(StandIn::new(0)), None], 0.0);
         let mut room = Room { rows: Vec::new(), u: Vec::new(), y: Vec::new() };
         let mut side = BondSide { whole: &mut whole, others: &mut others, now: &mut now, room: &mut room };
         let mut rates = OutputRates::zeros(3, 6);
