@@ -378,6 +378,11 @@ fn there_are_three_ways_to_create_energy_with_contacts() {
     let opened = (0.5 * impulse * impulse / mass, Some(Creation::Pull), true);
     assert!(close(created(&mut over(0.0), impulse / H, "rim-smooth", &margin(0.0)), opened));
     assert!(close(created(&mut over(0.0), impulse / H, "rim-nonsmooth", &usual), nothing));
+    // What the mechanics pushes out of a penetration, and the model holds.
+    let penetrated = LinearModel::new(&[mass], &[0.0], &[(&[1.0], 0.0)]).over(&[(&[1.0], -1e-5)]);
+    let mut penetrated = stepper(penetrated, ContactLaw { stabilisation: 0.2, ..PLASTIC });
+    let (_, by, _) = created(&mut penetrated, -impulse / H, "rim-smooth", &margin(0.0));
+    assert_eq!(by, Some(Creation::Push));
     // Pulled along a surface by twice what friction holds.
     let block = || {
         let weight = 0.5 * impulse / (0.4 * H);

@@ -90,6 +90,30 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
     }
 }
 
+/// Two springs on a free body, one after the other, each step of the body with its own force.
+#[test]
+fn a_bond_that_is_told_all_that_others_have_done_receives_what_it_sends_to_round_off() {
+    let names = [["position_1_m", "velocity_1_m_s", "force_1_n"], ["position_2_m", "velocity_2_m_s", "force_2_n"]];
+    let names = names.map(|[position, velocity, force]| ActuatorNames { position, velocity, force, observables: &[] });
+    for every in ["1", "1/2", "1/5"] {
+        let model = LinearModel::new(&[1.0, 0.3], &[0.0; 2], &[(&[1.0, -0.2], 0.0), (&[1.0, 0.25], 0.0)]);
+        let single = [4.0, 2.0].map(|k| Springs::new(&[k], &[0.0])).into();
+        let (mut mechanics, mut actuator) =
+            (stepper(model.moving(&[0.3, -0.8]), PLASTIC), ActuatorGroup::new(single, &names));
+        let sequence = Sequence::GaussSeidel { first: Side::Actuator };
+        let mut setup =
+            Setup::new(CommunicationGrid::new(0.2, 1.0, 4.0).unwrap(), 0.01, sequence, ForceReturn::Profile);
+        setup.mechanics_steps = "20".parse().unwrap();
+        let plan = StarPlan { order: "1;2".parse().unwrap(), every: every.parse().unwrap(), ..StarPlan::default() };
+        let gap = scheme_by_name("rim-nonsmooth-gap");
+        let couple = |_, sides: Sides<'_>| gap.couple(sides, None, None).map(|built| (built.scheme, built.exchange));
+        let star = Star::new(&setup, &plan, sides(&mut mechanics, &mut actuator), couple).unwrap();
+        let report = star.run(&setup, sides(&mut mechanics, &mut actuator), RunControl::default(), &mut |_| {});
+        let [first, second] = [0, 1].map(|bond| report.bonds[bond].residual_j().unwrap().abs());
+        assert!(second < 1e-13 && first > 1e-6, "{every}: {first:e} and {second:e} J");
+    }
+}
+
 #[test]
 fn the_correlations_of_the_lift_table_are_those_of_its_geometry() {
     // Six cylinders at 0.3 (2i/5 − 1) m; radius of gyration² (1 + 0.36)/12 m².

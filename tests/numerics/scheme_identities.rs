@@ -72,6 +72,8 @@ fn the_true_interface_mass_without_contacts_is_a_reduced_interface_model() {
         let difference = difference(&of("interface-mass", Some(1.0)), &of("rim-nonsmooth", None));
         assert!(difference < ROUND_OFF, "{force_return}: {difference:e}");
     }
+    let [one, other] = ["interface-mass", "rim-nonsmooth"].map(|scheme| scheme_by_name(scheme).order);
+    assert_eq!(one, other, "what is the same has one order");
 }
 
 /// Corrected outputs differ from sent ones by mobility times missing impulse: mechanics that nothing moves leaves the
@@ -90,6 +92,8 @@ fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_accel
     let [light, heavy] = ["1e3", "1e5"].map(|mass| off(mass, 0.0));
     assert!((heavy / light * 100.0 - 1.0).abs() < 0.1, "{light:e}, then {heavy:e}");
     assert!(off("1e12", 0.0) < ROUND_OFF, "{:e}", off("1e12", 0.0));
+    let [one, other] = ["model-corrected-outputs", "true-acceleration"].map(|scheme| scheme_by_name(scheme).order);
+    assert_eq!(one, other, "what becomes the same has one order");
     // With repayment something else is told to the mechanics.
     assert!(off("1e3", 1.0) > 2.0 * light, "{:e} and {light:e}", off("1e3", 1.0));
 }
