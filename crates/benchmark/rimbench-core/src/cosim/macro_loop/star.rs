@@ -516,6 +516,10 @@ impl RunningStar<'_> {
                     bond.work_received += 0.5 * at.length * power;
                 }
             };
+            if i == 0 {
+                // With direct feedthrough they are others under the new forces.
+                self.sides.mechanics.outputs(&state.u, &mut state.y.mechanics)?;
+            }
             account(&state.y.mechanics);
             self.sides.mechanics.step(at.start, &state.u, at.length)?;
             self.sides.mechanics.outputs(&state.u, &mut state.y.mechanics)?;
