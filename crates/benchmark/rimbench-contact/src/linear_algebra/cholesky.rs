@@ -213,18 +213,12 @@ mod tests {
                 let regular = |apart: f64| {
                     let mut cholesky = Cholesky::new(size);
                     for (at, l) in cholesky.l.iter_mut().enumerate() {
-                        let (row, column) = (at / size, at % size);
-                        *l = unit * if row == column { 1.0 } else { 0.0 };
-                        if row == size - 1 {
-                            *l = unit
-                                * if column == 0 {
-                                    2.0
-                                } else if row == column {
-                                    4.0 + apart
-                                } else {
-                                    0.0
-                                };
-                        }
+                        *l = unit
+                            * match (at / size, at % size) {
+                                (row, 0) if row == size - 1 => 2.0,
+                                (row, column) if row == column && row == size - 1 => 4.0 + apart,
+                                (row, column) => f64::from(u8::from(row == column)),
+                            };
                     }
                     cholesky.factor("test").is_ok()
                 };
