@@ -9,6 +9,27 @@ use rimbench::models::{ActuatorGroup, ActuatorNames};
 
 const SIX: [(&str, &str); 1] = [("cylinders", "6")];
 
+const fn of_one(position: &'static str, velocity: &'static str, force: &'static str) -> ActuatorNames {
+    ActuatorNames { position, velocity, force, observables: &[] }
+}
+const OF_TWO: [ActuatorNames; 2] =
+    [of_one("position_1_m", "velocity_1_m_s", "force_1_n"), of_one("position_2_m", "velocity_2_m_s", "force_2_n")];
+
+/// Runs a body and the bonds of a plan, each with the scheme.
+fn run_star(
+    setup: &Setup,
+    plan: &StarPlan,
+    scheme: &str,
+    mechanics: &mut (impl Subsystem + 'static),
+    actuator: &mut (impl Subsystem + 'static),
+    observe: &mut dyn FnMut(CommunicationPoint<'_>),
+) -> Report {
+    let scheme = scheme_by_name(scheme);
+    let couple = |_, sides: Sides<'_>| scheme.couple(sides, None, None).map(|built| (built.scheme, built.exchange));
+    let star = Star::new(setup, plan, sides(mechanics, actuator), couple).unwrap();
+    star.run(setup, sides(mechanics, actuator), RunControl::default(), observe)
+}
+
 #[test]
 fn one_model_for_all_actuators_is_the_mechanics_to_round_off() {
     // At every macro step: pressed for a second, the oil forgets roundings of 20 kN.
@@ -43,8 +64,6 @@ fn splitting_costs_an_error_of_second_order_or_less_before_anything_touches() {
 fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do() {
     const H: f64 = 1.0;
     let rng = &mut Pcg64::seed_from_u64(39);
-    let names = [["position_1_m", "velocity_1_m_s", "force_1_n"], ["position_2_m", "velocity_2_m_s", "force_2_n"]];
-    let names = names.map(|[position, velocity, force]| ActuatorNames { position, velocity, force, observables: &[] });
     for star in 0..4 {
         let arms = draw(rng, 2, 0.3);
         let rows: Vec<[f64; 2]> = arms.iter().map(|arm| [1.0, *arm]).collect();
@@ -54,18 +73,14 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
         let growth = |share: &str, every: &str| {
             let model = LinearModel::new(&[1.0, inertia], &[0.0, 0.0], &[(&rows[0], 0.0), (&rows[1], 0.0)]).moving(&v);
             let single = springs.iter().map(|k| Springs::new(&[*k], &[0.0])).collect();
-            let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), ActuatorGroup::new(single, &names));
+            let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), ActuatorGroup::new(single, &OF_TWO));
             let sequence = Sequence::GaussSeidel { first: Side::Actuator };
             let setup =
                 Setup::new(CommunicationGrid::new(H, 1.0, 1000.0 * H).unwrap(), 5e-3, sequence, ForceReturn::Mean);
             let (share, every) = (share.parse().unwrap(), every.parse().unwrap());
             let plan = StarPlan { known: Known::Nothing, share, every, ..StarPlan::default() };
-            let gap = scheme_by_name("rim-nonsmooth-gap");
-            let couple =
-                |_, sides: Sides<'_>| gap.couple(sides, None, None).map(|built| (built.scheme, built.exchange));
-            let star = Star::new(&setup, &plan, sides(&mut mechanics, &mut actuator), couple).unwrap();
             let (mut start, mut most) = (None, 0.0_f64);
-            star.run(&setup, sides(&mut mechanics, &mut actuator), RunControl::default(), &mut |point| {
+            run_star(&setup, &plan, "rim-nonsmooth-gap", &mut mechanics, &mut actuator, &mut |point| {
                 // Where both have come to the same time.
                 if !((point.time / H).round() as u64).is_multiple_of(8) {
                     return;
@@ -93,24 +108,74 @@ fn blind_models_of_shares_of_a_body_never_heat_up_and_those_of_the_whole_body_do
 /// Two springs on a free body, one after the other, each step of the body with its own force.
 #[test]
 fn a_bond_that_is_told_all_that_others_have_done_receives_what_it_sends_to_round_off() {
-    let names = [["position_1_m", "velocity_1_m_s", "force_1_n"], ["position_2_m", "velocity_2_m_s", "force_2_n"]];
-    let names = names.map(|[position, velocity, force]| ActuatorNames { position, velocity, force, observables: &[] });
     for every in ["1", "1/2", "1/5"] {
         let model = LinearModel::new(&[1.0, 0.3], &[0.0; 2], &[(&[1.0, -0.2], 0.0), (&[1.0, 0.25], 0.0)]);
         let single = [4.0, 2.0].map(|k| Springs::new(&[k], &[0.0])).into();
         let (mut mechanics, mut actuator) =
-            (stepper(model.moving(&[0.3, -0.8]), PLASTIC), ActuatorGroup::new(single, &names));
+            (stepper(model.moving(&[0.3, -0.8]), PLASTIC), ActuatorGroup::new(single, &OF_TWO));
         let sequence = Sequence::GaussSeidel { first: Side::Actuator };
         let mut setup =
             Setup::new(CommunicationGrid::new(0.2, 1.0, 4.0).unwrap(), 0.01, sequence, ForceReturn::Profile);
         setup.mechanics_steps = "20".parse().unwrap();
         let plan = StarPlan { order: "1;2".parse().unwrap(), every: every.parse().unwrap(), ..StarPlan::default() };
-        let gap = scheme_by_name("rim-nonsmooth-gap");
-        let couple = |_, sides: Sides<'_>| gap.couple(sides, None, None).map(|built| (built.scheme, built.exchange));
-        let star = Star::new(&setup, &plan, sides(&mut mechanics, &mut actuator), couple).unwrap();
-        let report = star.run(&setup, sides(&mut mechanics, &mut actuator), RunControl::default(), &mut |_| {});
+        let report = run_star(&setup, &plan, "rim-nonsmooth-gap", &mut mechanics, &mut actuator, &mut |_| {});
         let [first, second] = [0, 1].map(|bond| report.bonds[bond].residual_j().unwrap().abs());
         assert!(second < 1e-13 && first > 1e-6, "{every}: {first:e} and {second:e} J");
+    }
+}
+
+/// A body that bonds hold by dashpots: a point of attachment moves by `give` times its force on top of the body, so velocities
+/// follow forces at once. Says what it received on each row.
+struct HeldByDashpots {
+    inner: NonSmoothMechanics<LinearModel>,
+    give: f64,
+    received: [f64; 2],
+    ports: Ports,
+}
+
+impl HeldByDashpots {
+    fn take_half(&mut self, u: &[f64], h: f64) -> Result<(), Failure> {
+        let mut y = [0.0; 4];
+        self.outputs(u, &mut y)?;
+        (0..2).for_each(|row| self.received[row] += 0.5 * h * u[row] * y[2 + row]);
+        Ok(())
+    }
+}
+
+impl Subsystem for HeldByDashpots {
+    subsystem_methods!(ports capabilities_of_inner counters_of_inner no_clone);
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.inner.outputs(u, y)?;
+        (0..2).for_each(|row| y[2 + row] += self.give * u[row]);
+        Ok(())
+    }
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.take_half(u, h)?;
+        self.inner.step(t, u, h)?;
+        self.take_half(u, h)
+    }
+}
+
+#[test]
+fn where_velocities_follow_forces_at_once_the_work_received_is_that_of_velocities_under_the_force_that_acts() {
+    for count in ["1", "3"] {
+        let model = LinearModel::new(&[1.0, 0.3], &[0.0; 2], &[(&[1.0, -0.2], 0.0), (&[1.0, 0.25], 0.0)]);
+        let inner = stepper(model.moving(&[0.3, -0.8]), PLASTIC);
+        let ports = Ports { direct_feedthrough: true, ..inner.ports().clone() };
+        let mut mechanics = HeldByDashpots { inner, give: 0.05, received: [0.0; 2], ports };
+        // Of two sides only one may follow at once.
+        let mut single = [4.0, 2.0].map(|k| Springs::new(&[k], &[0.0]));
+        single.iter_mut().for_each(|spring| spring.ports.direct_feedthrough = false);
+        let mut actuator = ActuatorGroup::new(single.into(), &OF_TWO);
+        let sequence = Sequence::GaussSeidel { first: Side::Actuator };
+        let mut setup = Setup::new(CommunicationGrid::new(0.2, 1.0, 4.0).unwrap(), 0.01, sequence, ForceReturn::Mean);
+        setup.mechanics_steps = count.parse().unwrap();
+        let plan = StarPlan::default();
+        let report = run_star(&setup, &plan, "zero-order-hold", &mut mechanics, &mut actuator, &mut |_| {});
+        for (bond, of_row) in report.bonds.iter().zip(mechanics.received) {
+            approx::assert_relative_eq!(bond.received_j.unwrap(), of_row, max_relative = 1e-12);
+        }
+        assert!(mechanics.received.iter().all(|work| work.abs() > 0.01), "{:?}", mechanics.received);
     }
 }
 

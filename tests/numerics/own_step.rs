@@ -345,3 +345,120 @@ fn what_it_cannot_go_with_is_refused_by_name() {
         assert!(said.contains("contacts_act = mechanics-step") && said.contains(wanted), "{scheme}: {said}");
     }
 }
+
+/// A mass of 2 kg on one row of an engine in whose direction a force acts, in steps of 2 ms.
+#[derive(Clone)]
+struct OnARow {
+    velocity: f64,
+    position: f64,
+    ports: Ports,
+}
+
+impl OnARow {
+    const STEP: f64 = 2e-3;
+    const MOBILITY: f64 = 0.5;
+    const WEIGHT: f64 = -9.81;
+    const COMPLIANCE: f64 = 0.5;
+    const DAMPING: f64 = 400.0;
+    const STIFFNESS: f64 = 5e4;
+
+    /// The velocity, m/s, after a step of the engine under a `force`, N, and the impulse of its row, N·s.
+    fn engine_step(velocity: f64, position: f64, force: f64) -> (f64, f64) {
+        let free = Self::STEP * (Self::WEIGHT + Self::MOBILITY * force);
+        let beyond = free + Self::STEP * (Self::DAMPING * velocity + Self::STIFFNESS * position);
+        let impulse = if position > 0.0 { 0.0 } else { (-beyond / (Self::MOBILITY + Self::COMPLIANCE)).max(0.0) };
+        (velocity + free + Self::MOBILITY * impulse, impulse)
+    }
+}
+
+impl Subsystem for OnARow {
+    subsystem_methods!(ports capabilities no_counters clone);
+    fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        (y[0], y[1]) = (self.position, self.velocity);
+        Ok(())
+    }
+    fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        for _ in 0..(h / Self::STEP).round() as usize {
+            self.velocity = Self::engine_step(self.velocity, self.position, u[0]).0;
+            self.position += Self::STEP * self.velocity;
+        }
+        Ok(())
+    }
+}
+
+impl Capabilities for OnARow {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        Some(ReducedInterfaceModel::zeros_with_targets(1, 1))
+    }
+    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        model.set_contacts(1);
+        (model.mechanics_step, model.own_steps) = (Self::STEP, (h / Self::STEP).round() as usize);
+        model.h.fill(Self::MOBILITY);
+        model.a.fill(Self::WEIGHT);
+        model.w.fill(self.velocity);
+        (model.gap[0], model.position[0]) = (self.position, self.position);
+        model.take_targets([&[Self::COMPLIANCE], &[Self::DAMPING], &[Self::STIFFNESS], &[0.0]]).unwrap();
+        Ok(true)
+    }
+}
+
+/// A force that is played; what its side is told of the motion is recorded.
+struct Played {
+    force: fn(usize) -> f64,
+    told: Vec<[f64; 2]>,
+    ports: Ports,
+}
+
+impl Capabilities for Played {}
+
+impl Subsystem for Played {
+    subsystem_methods!(ports capabilities no_counters no_clone);
+    fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        y[0] = (self.force)(self.told.len());
+        Ok(())
+    }
+    fn step(&mut self, _t: f64, u: &[f64], _h: f64) -> Result<(), Failure> {
+        self.told.push([u[0], u[1]]);
+        Ok(())
+    }
+}
+
+/// In every other step of the engine the force turns round, and the row lets go: from the third macro step on what is left of it is
+/// taken by micro steps. In the steps between the model must
+/// be an engine that comes from where the model does.
+#[test]
+fn rows_of_an_engine_must_go_on_from_where_a_step_has_led_that_began_over_all_of_it_and_ended_by_micro_steps() {
+    const MICRO_STEPS: usize = 5;
+    let force = |step: usize| {
+        let (part, at) = (step / MICRO_STEPS, step % MICRO_STEPS);
+        if part % 2 == 1 || at < 2 { -150.0 } else { 250.0 }
+    };
+    let (of_mechanics, of_actuator) = force_displacement_ports(1);
+    let mut mechanics = OnARow { velocity: 0.0, position: -5e-4, ports: of_mechanics };
+    let ports = Ports { direct_feedthrough: false, ..of_actuator };
+    let mut actuator = Played { force, told: Vec::new(), ports };
+    let grid = CommunicationGrid::new(4.0 * OnARow::STEP, 1.0, 48.0 * OnARow::STEP).unwrap();
+    let first = Sequence::GaussSeidel { first: Side::Actuator };
+    let setup = Setup::new(grid, OnARow::STEP / MICRO_STEPS as f64, first, ForceReturn::Mean);
+    let options = ModelOptions { contacts_act: ContactsAct::MechanicsStep, ..ModelOptions::default() };
+    let scheme = scheme_by_name("rim-nonsmooth");
+    let coupling = scheme.couple(sides(&mut mechanics, &mut actuator), Some(&options), None).unwrap();
+    let report = observed(&setup, sides(&mut mechanics, &mut actuator), coupling, &mut |_| {});
+    assert_eq!(report.outcome, Outcome::Completed);
+    let [mut pushed, mut by_micro_steps] = [0; 2];
+    for part in (0..48).filter(|part| part % 2 == 1) {
+        let told = &actuator.told[part * MICRO_STEPS..(part + 1) * MICRO_STEPS];
+        // Under one force velocities go in a line from where the step begins, and positions with the velocity reached.
+        let ([first, second], after) = ([told[0], told[1]], told[MICRO_STEPS - 1][1]);
+        let (position, velocity) = (first[0] - setup.micro_step * first[1], 2.0 * first[1] - second[1]);
+        let (wanted, impulse) = OnARow::engine_step(velocity, position, force(part * MICRO_STEPS));
+        assert!((after - wanted).abs() < 1e-12, "part {part}: {after} m/s, an engine from there has {wanted}");
+        pushed += usize::from(impulse > 0.0);
+        // Over the whole step the model ends where the mean force leads, elsewhere than it has told.
+        by_micro_steps += usize::from((actuator.told[part * MICRO_STEPS - 1][0] - position).abs() < 1e-12);
+    }
+    assert!(
+        pushed == 24 && by_micro_steps >= 20,
+        "the row pushes in {pushed} steps, {by_micro_steps} come after micro steps"
+    );
+}

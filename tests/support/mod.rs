@@ -535,7 +535,7 @@ pub struct Springs {
     pub stiffness: Vec<f64>,
     pub damping: Vec<f64>,
     pub deflection: Vec<f64>,
-    ports: Ports,
+    pub ports: Ports,
     steps: u64,
 }
 

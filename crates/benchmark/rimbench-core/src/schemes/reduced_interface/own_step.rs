@@ -48,7 +48,8 @@ pub(super) struct OwnStep {
     taken: usize,
     part: usize,
     course: Course,
-    /// What contacts do in the last answer, of which of them that has changed, and by which impulses they push, N·s.
+    /// What contacts do in the last answer that was solved (an affine one leaves that as it is), of which of them that
+    /// has changed, and by which impulses they push, N·s.
     doing: Vec<Doing>,
     differ: Vec<bool>,
     pushed: Vec<f64>,
