@@ -34,9 +34,43 @@ const LOOK: Duration = Duration::from_millis(200);
 /// Longest message that is believed, bytes.
 const LONGEST: u64 = 1 << 32;
 
+/// How long who waits for the other side looks whether it has answered before it sleeps. An answer takes a few µs mostly; to wake a
+/// processor that has gone to sleep takes tens of them, twice for each.
+const AWAKE: Duration = Duration::from_micros(50);
+
+/// A socket whose reader stays awake for a while.
+struct Awake(Socket);
+
+impl Awake {
+    /// Reads what is there by then; none: nothing is.
+    fn look(&mut self, bytes: &mut [u8]) -> Option<std::io::Result<usize>> {
+        let began = Instant::now();
+        loop {
+            match self.0.read(bytes) {
+                Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
+                read => return Some(read),
+            }
+            if began.elapsed() > AWAKE {
+                return None;
+            }
+            // Where all processors are taken the other side may need this one.
+            std::thread::yield_now();
+        }
+    }
+}
+
+impl Read for Awake {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        self.0.set_nonblocking(true)?;
+        let read = self.look(bytes);
+        self.0.set_nonblocking(false)?;
+        read.unwrap_or_else(|| self.0.read(bytes))
+    }
+}
+
 /// The other end of the socket.
 pub(super) struct Remote {
-    socket: BufReader<Socket>,
+    socket: BufReader<Awake>,
     child: Child,
     file: String,
     printed: LastWords,
@@ -105,10 +139,11 @@ impl Remote {
             .map_err(wrong)?;
         own.set_read_timeout(Some(answer_within)).map_err(wrong)?;
         let printed = LastWords::of(output);
-        let mut remote = Remote { socket: BufReader::new(own), child, file, printed, bytes: Vec::new(), answer_within };
+        let mut remote =
+            Remote { socket: BufReader::new(Awake(own)), child, file, printed, bytes: Vec::new(), answer_within };
         let mut message = (plan.len() as u64).to_le_bytes().to_vec();
         message.extend(plan);
-        let sent = remote.socket.get_mut().write_all(&message);
+        let sent = remote.socket.get_mut().0.write_all(&message);
         match sent.and_then(|()| remote.status()) {
             Ok(answer) => answer.map(|()| remote),
             Err(error) => Err(remote.last_words(&error)),
@@ -118,7 +153,7 @@ impl Remote {
     /// Changes after how long without an answer it is ended.
     pub(super) fn answers_within(mut self, answer_within: Duration) -> Result<Self, String> {
         self.answer_within = answer_within;
-        let set = self.socket.get_ref().set_read_timeout(Some(answer_within));
+        let set = self.socket.get_ref().0.set_read_timeout(Some(answer_within));
         set.map(|()| self).map_err(|error| format!("its socket has no limit of time: {error}"))
     }
 
@@ -165,18 +200,20 @@ impl Host for Remote {
         self.bytes.extend(id.to_le_bytes());
         put_numbers(&mut self.bytes, input);
         let answered =
-            self.socket.get_mut().write_all(&self.bytes).and_then(|()| self.status()).and_then(|status| match status {
-                Ok(()) => read_numbers(&mut self.socket, &mut self.bytes, output).map(Ok),
-                refused => Ok(refused),
-            });
+            self.socket.get_mut().0.write_all(&self.bytes).and_then(|()| self.status()).and_then(
+                |status| match status {
+                    Ok(()) => read_numbers(&mut self.socket, &mut self.bytes, output).map(Ok),
+                    refused => Ok(refused),
+                },
+            );
         answered.unwrap_or_else(|error| Err(self.last_words(&error)))
     }
 }
 
 impl Drop for Remote {
     fn drop(&mut self) {
-        let _ = self.socket.get_mut().write_all(&LEAVE_TAKING);
-        let _ = self.socket.get_ref().shutdown(std::net::Shutdown::Both);
+        let _ = self.socket.get_mut().0.write_all(&LEAVE_TAKING);
+        let _ = self.socket.get_ref().0.shutdown(std::net::Shutdown::Both);
         let began = Instant::now();
         while began.elapsed() < LEAVE {
             if !matches!(self.child.try_wait(), Ok(None)) {
@@ -201,7 +238,7 @@ pub fn serve() -> Result<()> {
     };
     let started_by = std::os::unix::process::parent_id();
     let socket = Socket::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(wrong)?);
-    let mut socket = BufReader::new(socket);
+    let mut socket = BufReader::new(Awake(socket));
     // The copy is closed in what an FMU starts; the standard input itself would not be.
     library::leave_standard_input().map_err(wrong)?;
     let mut bytes = Vec::new();
@@ -215,11 +252,11 @@ pub fn serve() -> Result<()> {
     let mut loaded = match loaded {
         Ok(loaded) => loaded,
         Err(message) => {
-            let _ = socket.get_mut().write_all(&refusal(&message));
+            let _ = socket.get_mut().0.write_all(&refusal(&message));
             return Ok(());
         }
     };
-    if socket.get_mut().write_all(&[0]).is_err() {
+    if socket.get_mut().0.write_all(&[0]).is_err() {
         return Ok(());
     }
     let (mut input, mut output, mut answer) = (Vec::new(), Vec::new(), Vec::new());
@@ -243,7 +280,7 @@ pub fn serve() -> Result<()> {
             }
             Err(message) => answer = refusal(&message),
         }
-        if socket.get_mut().write_all(&answer).is_err() {
+        if socket.get_mut().0.write_all(&answer).is_err() {
             outlive_nobody(started_by, folder.as_deref());
         }
     }
