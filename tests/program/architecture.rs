@@ -163,6 +163,24 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
 }
 
 #[test]
+fn a_library_whose_tests_are_not_built_must_have_none() {
+    let untested = crates().into_iter().map(|(_, path)| path).filter(|path| {
+        let manifest = std::fs::read_to_string(path.join("Cargo.toml")).unwrap().parse::<toml::Table>().unwrap();
+        manifest.get("lib").and_then(|lib| lib.get("test")).and_then(toml::Value::as_bool) == Some(false)
+    });
+    let mut seen = 0;
+    for (file, _) in untested.flat_map(|path| sources(&path.join("src"))) {
+        seen += 1;
+        assert!(
+            !std::fs::read_to_string(&file).unwrap().contains("#[test]"),
+            "{} has tests that never run",
+            file.display()
+        );
+    }
+    assert!(seen > 20, "{seen} files");
+}
+
+#[test]
 fn no_files_but_parent_and_child_use_each_other_in_a_circle() {
     let mut seen = 0;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,6 +1,7 @@
-//! Files that are kept, how files are written and read, and rows of runs.
+//! Claims, files that are kept, how files are written and read, and rows of runs.
 
 mod budget;
+mod claims;
 mod files;
 mod kept;
 mod runs;
