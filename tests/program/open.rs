@@ -8,11 +8,17 @@ use rimbench::checksums::sha256;
 use rimbench::cosim::{Bounds, Sequence, Side, StopFlag};
 use rimbench::harness::{Cache, Entry, Packs, Problem, Ranking, SCORES, judge, obtain_reference, pack_files};
 use rimbench::kept::{SummaryRow, read_summary, summary_text};
+use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::runs::{RunSpec, evaluate, simulate};
 use rimbench::trace::write_trace;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// The version of packs of this program.
+fn pack_version() -> String {
+    format!("{NUMERICS_VERSION}.1")
+}
 
 /// Writes the pack of a run's problem below a folder.
 fn pack(spec: &RunSpec, folder: &Path) -> PathBuf {
@@ -140,7 +146,9 @@ fn a_pack_has_the_same_bytes_again_and_its_example_has_its_score() {
     assert_eq!(again.to_json(&problem), told);
     // As a reader of the text alone needs it: no place is left, and all that counts is said.
     let page = read(place.join("problem.md"));
-    assert_has(&page, &["# rocking-block", "**Start.**", "actuator_force_n", "four phases or more", "16.1"]);
+    assert_has(&page, &["# rocking-block", "**Start.**", "actuator_force_n", "four phases or more", &pack_version()]);
+    let guide = read(root().join("docs/guide/enter-your-tool.md"));
+    assert_has(&guide, &[&format!("pack_version = \"{}\"", pack_version())]);
     assert!(!page.contains(['{', '}']), "{page}");
     assert!(read(place.join("score.py")).lines().count() <= 150);
 }
@@ -227,8 +235,8 @@ fn what_is_no_result_of_the_problem_is_refused_in_one_sentence() {
     };
     assert_has(&printed(&mut call(&place)), &["wedge-box", "completed", "force error", "of the peak"]);
     let rule = read(place.join("score.json"));
-    std::fs::write(place.join("score.json"), rule.replace("\"16.1\"", "\"15.1\"")).unwrap();
-    assert_has(&refused(&mut call(&place)), &["15.1", "16.1"]);
+    std::fs::write(place.join("score.json"), rule.replace(&pack_version(), "15.1")).unwrap();
+    assert_has(&refused(&mut call(&place)), &["15.1", &pack_version()]);
     assert_has(&refused(&mut call(folder.path())), &["score.json", "cannot be read"]);
 }
 
@@ -252,7 +260,8 @@ fn entry(folder: &Path, edit: impl Fn(String) -> String) -> PathBuf {
     let text = format!(
         "name = \"mine\"\nclass = \"samples\"\ndivision = \"closed\"\nuses = []\ntool = \"T\"\nversion = \"1\"\nsettings = \"\"\n\
          authors = [\"A\"]\nof_the_benchmark = false\ndate = \"2026-11-28\"\nlicence = \"MIT\"\nmachine = \"m\"\nevidence = \"told\"\n\
-         pack_version = \"16.1\"\nruns = [\n{runs}]\n"
+         pack_version = \"{}\"\nruns = [\n{runs}]\n",
+        pack_version()
     );
     std::fs::write(place.join("entry.toml"), edit(text)).unwrap();
     place
@@ -281,7 +290,7 @@ fn an_entry_is_judged_or_refused_in_one_sentence() {
         ("another macro step", Box::new(|text| text.replace("0.001, phase = 1.0", "0.003, phase = 1.0")), "phases"),
         ("three phases", Box::new(move |text| lines(&text, |at| at != 15)), "has 3 phases"),
         ("a checksum", Box::new(|text| text.replace("sha256 = \"", "sha256 = \"0")), "sha256"),
-        ("pack version", Box::new(|text| text.replace("16.1", "15.1")), "pack_version = 15.1"),
+        ("pack version", Box::new(|text| text.replace(&pack_version(), "15.1")), "pack_version = 15.1"),
         ("class", Box::new(|text| text.replace("\"samples\"", "\"sample\"")), "unknown class"),
         ("class below use", Box::new(|text| text.replace("uses = []", "uses = [\"states\"]")), "repetition or more"),
         ("a problem", Box::new(|text| text.replace("\"wedge-box\"", "\"wedge\"")), "unknown problem `wedge`"),
@@ -356,8 +365,10 @@ fn our_own_rows_as_entries_of_others_repeat_the_ranking() {
         let text = format!(
             "name = \"{}\"\nclass = \"{}\"\ndivision = \"closed\"\ntool = \"rimbench\"\nversion = \"1\"\nsettings = \"\"\nauthors = []\n\
              of_the_benchmark = true\ndate = \"2026-11-28\"\nlicence = \"MIT\"\nmachine = \"any\"\ntuned_on = {tuned:?}\nevidence = \"told\"\n\
-             pack_version = \"16.1\"\nruns = [\n{runs}]\n",
-            row["label"], row["class"]
+             pack_version = \"{}\"\nruns = [\n{runs}]\n",
+            row["label"],
+            row["class"],
+            pack_version()
         );
         std::fs::write(place.join("entry.toml"), text).unwrap();
     }
