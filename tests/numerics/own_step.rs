@@ -1,5 +1,6 @@
 //! Contacts that act over the mechanics' own step, `docs/method/own-step.md`.
 
+use crate::random_bodies::Played;
 use crate::support::*;
 use rimbench::error::Failure;
 use std::sync::{Arc, Mutex};
@@ -402,30 +403,8 @@ impl Capabilities for OnARow {
     }
 }
 
-/// A force that is played; what its side is told of the motion is recorded.
-struct Played {
-    force: fn(usize) -> f64,
-    told: Vec<[f64; 2]>,
-    ports: Ports,
-}
-
-impl Capabilities for Played {}
-
-impl Subsystem for Played {
-    subsystem_methods!(ports capabilities no_counters no_clone);
-    fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        y[0] = (self.force)(self.told.len());
-        Ok(())
-    }
-    fn step(&mut self, _t: f64, u: &[f64], _h: f64) -> Result<(), Failure> {
-        self.told.push([u[0], u[1]]);
-        Ok(())
-    }
-}
-
 /// In every other step of the engine the force turns round, and the row lets go: from the third macro step on what is left of it is
-/// taken by micro steps. In the steps between the model must
-/// be an engine that comes from where the model does.
+/// taken by micro steps. In the steps between the model must be an engine that comes from where the model does.
 #[test]
 fn rows_of_an_engine_must_go_on_from_where_a_step_has_led_that_began_over_all_of_it_and_ended_by_micro_steps() {
     const MICRO_STEPS: usize = 5;
@@ -433,10 +412,8 @@ fn rows_of_an_engine_must_go_on_from_where_a_step_has_led_that_began_over_all_of
         let (part, at) = (step / MICRO_STEPS, step % MICRO_STEPS);
         if part % 2 == 1 || at < 2 { -150.0 } else { 250.0 }
     };
-    let (of_mechanics, of_actuator) = force_displacement_ports(1);
-    let mut mechanics = OnARow { velocity: 0.0, position: -5e-4, ports: of_mechanics };
-    let ports = Ports { direct_feedthrough: false, ..of_actuator };
-    let mut actuator = Played { force, told: Vec::new(), ports };
+    let mut mechanics = OnARow { velocity: 0.0, position: -5e-4, ports: force_displacement_ports(1).0 };
+    let mut actuator = Played::new((0..48 * MICRO_STEPS).map(|step| vec![force(step)]).collect());
     let grid = CommunicationGrid::new(4.0 * OnARow::STEP, 1.0, 48.0 * OnARow::STEP).unwrap();
     let first = Sequence::GaussSeidel { first: Side::Actuator };
     let setup = Setup::new(grid, OnARow::STEP / MICRO_STEPS as f64, first, ForceReturn::Mean);
@@ -449,7 +426,7 @@ fn rows_of_an_engine_must_go_on_from_where_a_step_has_led_that_began_over_all_of
     for part in (0..48).filter(|part| part % 2 == 1) {
         let told = &actuator.told[part * MICRO_STEPS..(part + 1) * MICRO_STEPS];
         // Under one force velocities go in a line from where the step begins, and positions with the velocity reached.
-        let ([first, second], after) = ([told[0], told[1]], told[MICRO_STEPS - 1][1]);
+        let (first, second, after) = (&told[0], &told[1], told[MICRO_STEPS - 1][1]);
         let (position, velocity) = (first[0] - setup.micro_step * first[1], 2.0 * first[1] - second[1]);
         let (wanted, impulse) = OnARow::engine_step(velocity, position, force(part * MICRO_STEPS));
         assert!((after - wanted).abs() < 1e-12, "part {part}: {after} m/s, an engine from there has {wanted}");

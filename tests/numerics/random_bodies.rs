@@ -14,13 +14,14 @@ pub const ROUND_OFF: f64 = 1e-11;
 /// An actuator that plays one force after the other, whatever it is given.
 pub struct Played {
     pub forces: Vec<Vec<f64>>,
-    next: usize,
+    /// The inputs of all steps.
+    pub told: Vec<Vec<f64>>,
     ports: Ports,
 }
 
 impl Played {
     pub fn new(forces: Vec<Vec<f64>>) -> Self {
-        Played { ports: force_displacement_ports(forces[0].len()).1, next: 0, forces }
+        Played { ports: force_displacement_ports(forces[0].len()).1, told: Vec::new(), forces }
     }
 
     pub fn random(rng: &mut Pcg64, micro_steps: usize, interface: usize) -> Self {
@@ -34,11 +35,11 @@ impl Subsystem for Played {
     subsystem_methods!(ports capabilities no_counters no_clone);
 
     fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        y.copy_from_slice(&self.forces[self.next.min(self.forces.len() - 1)]);
+        y.copy_from_slice(&self.forces[self.told.len().min(self.forces.len() - 1)]);
         Ok(())
     }
-    fn step(&mut self, _t: f64, _u: &[f64], _h: f64) -> Result<(), Failure> {
-        self.next += 1;
+    fn step(&mut self, _t: f64, u: &[f64], _h: f64) -> Result<(), Failure> {
+        self.told.push(u.to_vec());
         Ok(())
     }
 }
